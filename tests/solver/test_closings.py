@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from interpreted import interpreted
 from scipy.linalg import expm
 from scipy.optimize import minimize_scalar
 from scipy.signal import lsim
 
-from pounding_risk._jit.sources import INTERPRETED
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.intensity import response_spectra
 from pounding_risk.motions.read import read_motion
@@ -191,18 +188,3 @@ def test_the_crest_of_a_series_is_found(values, shrink, best):
     tolerance = 1e-12 * (10.0 + bend)
     assert abs(closings.crest_of(terms, best) - truth) < tolerance
     assert abs(closings.bisected(terms, bend, best) - truth) < tolerance
-
-
-@pytest.mark.skipif(INTERPRETED, reason="compares compiled code")
-def test_interpreted_code_gives_the_same():
-    code = """
-import json
-import numpy as np
-from test_closings import noise, side
-from pounding_risk.solver.pair.closings import largest_closings
-found = largest_closings(noise(6, 150), 0.02, side([0.15, 0.4]), side([0.3, 0.9], 0.1))
-print(json.dumps([part.tolist() for part in found]))
-"""
-    found = largest_closings(noise(6, 150), 0.02, side([0.15, 0.4]), side([0.3, 0.9], 0.1))
-    for one, other in zip(found, interpreted(code), strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-13)

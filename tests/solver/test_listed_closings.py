@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from interpreted import interpreted
 from test_closings import noise, side, true_closings
 
-from pounding_risk._jit.sources import INTERPRETED
 from pounding_risk.solver.pair import listed_closings
 from pounding_risk.solver.pair.closings import SLAB, largest_closings
 from pounding_risk.solver.pair.listed_closings import CHUNK, PairList
@@ -48,27 +45,6 @@ def test_closings_are_those_of_matrix_exponentials(seed, n, dt, oscillators):
         truth = true_closings(ground, dt, oscillators[pair], oscillators[2 + pair])
         size = max(found.left[pair], found.right[pair])
         np.testing.assert_allclose(found.closing[:, pair], truth, rtol=0.0, atol=1e-10 * size)
-
-
-def test_a_steady_sine_has_its_closed_form():
-    """Once its amplitude is steady: the amplitude of the difference of two transfer functions, of each pair its own."""
-    dt, w = 0.001, 2.0 * np.pi / 0.8
-    time = np.arange(0.0, 40.0, dt)
-    ground = np.sin(w * time) * 0.5 * (1.0 + np.tanh((time - 15.0) / 3.0))  # a slow beginning does not overshoot
-    left, right = (
-        (np.array([0.3, 0.8, 1.1]), np.array([0.3, 0.2, 0.4])),
-        (np.array([0.9, 0.0, 0.5]), np.array([0.2, 0.0, 0.3])),
-    )
-
-    def transfer(periods, dampings):
-        own = np.divide(2.0 * np.pi, periods, out=np.zeros(3), where=periods > 0.0)
-        return np.where(periods > 0.0, -1.0 / (own**2 - w**2 + 2j * dampings * own * w), 0.0)
-
-    found = PairList(left, right).closings(ground, dt)
-    expected = np.abs(transfer(*left) - transfer(*right))
-    # Between samples the ground is a line: it is smaller than the sine by (w dt)² / 8 or less.
-    np.testing.assert_allclose(found.closing, [expected, expected], rtol=2e-5)
-    np.testing.assert_allclose(found.left, np.abs(transfer(*left)), rtol=2e-5)
 
 
 def test_pairs_are_those_of_the_product_of_both_sides():
@@ -143,17 +119,3 @@ def test_limits_of_very_short_and_very_long_periods():
 
 def test_still_ground_closes_nothing():
     assert not any(part.any() for part in PairList(*drawn(3)).closings(np.zeros(300), 0.01))
-
-
-@pytest.mark.skipif(INTERPRETED, reason="compares compiled code")
-def test_interpreted_code_gives_the_same():
-    code = """
-import json
-from test_closings import noise
-from test_listed_closings import drawn
-from pounding_risk.solver.pair.listed_closings import PairList
-print(json.dumps([part.tolist() for part in PairList(*drawn(3)).closings(noise(6, 150), 0.02)]))
-"""
-    found = PairList(*drawn(3)).closings(noise(6, 150), 0.02)
-    for one, other in zip(found, interpreted(code), strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-13)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import product
 from math import inf, nan
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
-from interpreted import interpreted
 from oracle_jumps import Masses, Run, by_enumeration
 from row_cases import Shaking
+from sweeps import examples, many, sweep
 
 from pounding_risk.lab.stability.trial import SOFT, STIFF, WALL, shaking
 from pounding_risk.models.contact.impulsive import Merged, Stereomechanical
@@ -146,8 +146,7 @@ ROWS = {
 }
 
 
-@pytest.mark.parametrize("name", ROWS)
-@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize(("name", "mirrored"), sweep(product(ROWS, (False, True)), ("three", False), ("plastic", True)))
 def test_whole_runs_against_scipy(name, mirrored):
     """Every touch, every end of a rest, impulses, energies and the last state, under a real record.
 
@@ -218,8 +217,7 @@ def chains(draw):
     return inverse, np.array(given_values)
 
 
-@settings(max_examples=300, deadline=None)
-@given(chains())
+@examples(75, chains())
 def test_impulses_against_every_set_of_contacts(chain):
     """The answer solves the problem, is that of an enumeration, and is mirrored with its chain to the bit."""
     inverse, values = chain
@@ -242,6 +240,9 @@ def test_impulses_against_every_set_of_contacts(chain):
     mirror[DIAGONAL], mirror[GIVEN], mirror[COUPLING] = table[DIAGONAL][::-1], values[::-1], -inverse[::-1][1:]
     solve_complementarity(mirror, 0, count - 1)
     np.testing.assert_array_equal(mirror[ANSWER][::-1], answer)
+
+
+test_many_impulses_against_every_set_of_contacts = many(test_impulses_against_every_set_of_contacts, 300)
 
 
 def ball(mass=1e5):
@@ -361,22 +362,3 @@ def test_another_row_is_no_row_of_masses():
     contacts = Contacts(np.zeros(1), np.full(1, inf), [JUMP], [HALF])
     with pytest.raises(ValueError, match="single masses that meet mass to mass"):
         run_jumps(laid, contacts, np.zeros(3), rows.free_row(laid, np.zeros(3)))
-
-
-def test_interpreted_as_compiled():
-    code = (
-        "import json\nfrom test_row_jumps import ROWS, Made, Restitution, shaking\n"
-        "values = []\n"
-        "for name in ('closed', 'wall'):\n"
-        "    buildings, gaps, e = ROWS[name]\n"
-        "    made = Made(buildings, gaps, shaking(4.0)[:200], e=tuple(map(Restitution, e)))\n"
-        "    values.append({key: value.tolist() for key, value in made.outputs().items()})\n"
-        "print(json.dumps(values))"
-    )
-    for name, values in zip(("closed", "wall"), interpreted(code), strict=True):
-        buildings, gaps, e = ROWS[name]
-        compiled = Made(buildings, gaps, shaking(4.0)[:200], e=tuple(map(Restitution, e))).outputs()
-        assert compiled["impact_count"].sum() > 2
-        for key, value in values.items():
-            # Nothing is contracted or reordered; what the library's roots and sums of a matrix differ by: 1e-10.
-            np.testing.assert_allclose(np.array(value, dtype=float), compiled[key], 1e-10, 1e-15, err_msg=key)
