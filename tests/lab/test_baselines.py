@@ -16,6 +16,7 @@ import pytest
 from oracle_rows import Answer, Row, integrate
 from row_cases import CASES, SOIL, Shaking, jankowski, meeting, points_of, single, storeys
 from scipy.linalg import expm
+from sweeps import sweep
 
 import pounding_risk.lab.baselines
 from pounding_risk.lab.baselines import fixed_step as fixed
@@ -132,13 +133,8 @@ def test_the_stability_limit_of_the_explicit_methods():
 
 
 # ------------------------------------------------------------------------------------------------- in contact
-def slow_but(quick: tuple[str, ...]) -> list:
-    """Every law, those past the quick ones marked slow: a kernel compiles for each."""
-    return [name if name in quick else pytest.param(name, marks=pytest.mark.slow) for name in FOLLOWED]
-
-
 @pytest.mark.parametrize("method", fixed.STEPPERS)
-@pytest.mark.parametrize("name", slow_but(QUICK))
+@pytest.mark.parametrize("name", sweep(FOLLOWED, *QUICK))  # a kernel compiles for each
 def test_contacts_of_fixed_steps_converge(name, method):
     """First order, as touches fall inside steps: measured errors are at most 40 h for h in seconds, over all laws."""
     truth = truth_of(name)
@@ -285,8 +281,7 @@ def solved(name: str, rtol: float, solver: str = "DOP853", gap: float = GAP) -> 
     return SimpleNamespace(**{key: np.asarray(value).item() for key, value in found.items()})
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", FOLLOWED)
+@pytest.mark.parametrize("name", sweep(FOLLOWED, *QUICK))
 def test_every_law_by_scipy_agrees(name):
     """At rtol 1e-10; errors add up over a dozen contacts, and the force's crest is that of SciPy's interpolant."""
     found, right = solved(name, 1e-10), truth_of(name, 150)
@@ -301,7 +296,7 @@ def test_every_law_by_scipy_agrees(name):
     assert found.steps >= found.impact_count
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("solver", sweep(SOLVERS, "DOP853"))
 def test_tighter_tolerances_are_closer(solver):
     """From 1e-3 to 1e-7 the errors of both peaks fall at least a hundredfold, and the steps grow."""
     right = truth_of("jankowski", 150)
@@ -365,7 +360,7 @@ def test_storeys_that_yield_have_no_matrix():
     assert row_matrices(jankowski(SOIL), ()).mass.size == 8
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", sweep(METHODS, "newmark"))
 def test_contacts_of_rows_converge(method, shaking, truth):
     """First order, as touches fall inside steps: three contact points, two of them on the same building."""
     assert truth.points["impact_count"].min() >= 2
@@ -380,7 +375,7 @@ def test_contacts_of_rows_converge(method, shaking, truth):
     assert found[:, fixed.TOUCHING] * 1e-5 == pytest.approx(truth.points["contact_time"], rel=2e-3)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", sweep(METHODS, "rk4"))
 def test_one_contact_point_is_that_of_a_pair(method):
     """The same steps as `fixed_step`, with matrices in place of periods: to rounding, grown over the contacts."""
     motion, there = fixed.Ground(ground(150), DT, 20), interface(LAW)
@@ -390,6 +385,7 @@ def test_one_contact_point_is_that_of_a_pair(method):
     assert expected[fixed.COUNT] >= 5 and found == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.complete
 def test_a_step_beyond_the_stability_limit_is_unstable(shaking):
     """Central difference past h = 2/ω of a stiff storey; Newmark's method has no limit."""
     stiff = (storeys(2, 50e3, 4e9), single(150e3, 0.25))

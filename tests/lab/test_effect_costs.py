@@ -106,6 +106,7 @@ def test_a_scene_that_cannot_yield_knows_the_wave_alone():
     assert "wave_passage changes the peak relative displacement most" in found.attrs["finding"]
 
 
+@pytest.mark.complete
 def test_command_prints_draws_and_writes(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(
@@ -167,6 +168,7 @@ def test_changes_of_a_row_are_those_of_scans(of_row):
     assert 0.0 < np.abs(changes(of_row, "p_delta", "peak_storey_shear")).max() < 0.1
 
 
+@pytest.mark.complete
 def test_what_has_no_place_in_a_row_is_said():
     """Neither strengths nor a height: two effects are left out, with the reason."""
     bare = ROW.replace('storey_strengths = "2 MN"\n', "").replace(

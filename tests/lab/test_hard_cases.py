@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from sentences import refusal
+from sweeps import sweep
 
-from pounding_risk.errors import PoundingError
 from pounding_risk.lab.stability import CASES, Bound, Case, stability
 from pounding_risk.lab.stability.case import ENERGY, ONE
 from pounding_risk.lab.stability.cases.chains import MASSES, VELOCITIES, struck
@@ -65,8 +66,7 @@ def test_it_holds(case: Case, law: str):
     assert row.figure <= row.bound, f"{case.scene}: {case.invariant}; {case.bound.why}"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-8])
+@pytest.mark.parametrize("rtol", sweep([1e-3, 1e-4, 1e-8], 1e-4))
 def test_it_holds_at_other_tolerances(rtol: float):
     rows = stability(rtol)
     assert [(row.case.number, row.law, row.figure) for row in rows if not row.holds] == []
@@ -117,16 +117,9 @@ def test_bounds_and_words():
         assert 0.0 <= case.bound.fixed <= 0.01 and case.figure.__doc__
 
 
-def test_what_stability_refuses():
-    for choice, sentence in (
-        ({"rtol": 0.5}, "rtol is 0.5; it must lie between 1e-12 and 0.01, usually 1e-6"),
-        ({"rtol": float("nan")}, "rtol is nan; it must lie between 1e-12 and 0.01, usually 1e-6"),
-        ({"law": ["hertzian"]}, '"hertzian" is not a contact model (did you mean "hertz"?); it may be '),
-        ({"case": ["0"]}, "'0' is not the number of a hard case; it may be 1, 2, 3, 5"),
-    ):
-        with pytest.raises(PoundingError) as caught:
-            stability(**choice)
-        assert str(caught.value).startswith(sentence)
+def test_what_stability_refuses(says):
+    for choice in ({"rtol": 0.5}, {"rtol": float("nan")}, {"law": ["hertzian"]}, {"case": ["0"]}):
+        says(refusal(stability, **choice))
 
 
 def test_laws_and_cases_can_be_picked_and_progress_is_told():
@@ -220,6 +213,7 @@ def test_a_trial_by_the_solver_of_rows_is_that_of_pairs():
     assert row.runs == 2 and row.steps > 100
 
 
+@pytest.mark.complete
 def test_verdicts_of_both_solvers_stand_side_by_side(capsys: pytest.CaptureFixture[str]):
     """Where rows have what a case asks for: no isolated impact, no free motion alone, no jump of floors."""
     laws = ["jankowski", "merged", "distributed_mass"]

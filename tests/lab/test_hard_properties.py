@@ -14,6 +14,7 @@ import oracle
 import pytest
 from hypothesis import example, given, settings, target
 from hypothesis import strategies as st
+from sweeps import examples, many
 
 from pounding_risk.lab.stability.cases.exact import factors, scaled
 from pounding_risk.lab.stability.trial import PULLING, Trial, TrialScene, largest_difference
@@ -187,8 +188,7 @@ def test_energy_of_ordinary_pairs(name: str, seed: int, closed: bool):
         assert trial.unsound(found) <= 1e-6
 
 
-@settings(max_examples=60)
-@given(name=st.sampled_from(FOLLOWED), seed=SEEDS, closed=st.booleans())
+@examples(8, name=st.sampled_from(FOLLOWED), seed=SEEDS, closed=st.booleans())
 def test_an_independent_integrator_agrees(name: str, seed: int, closed: bool):
     """SciPy's DOP853 at rtol 1e-12, restarted at every sample and event, from other formulas: peaks and counts.
 
@@ -207,6 +207,9 @@ def test_an_independent_integrator_agrees(name: str, seed: int, closed: bool):
     tell(worst, "disagreement")
     assert worst <= 1e-5
     assert found["impact_count"] == known["impact_count"]
+
+
+test_an_independent_integrator_agrees_of_many = many(test_an_independent_integrator_agrees, 60)
 
 
 @settings(max_examples=150)

@@ -179,14 +179,12 @@ def test_a_yield_force_just_under_the_peak_counts_as_yielding(name: str, short: 
     assert counts == [(1.0, 1.0, True)] * 11
 
 
-@pytest.mark.slow
 def test_a_rest_takes_no_more_steps_than_it_has_samples_for():
     """30 s, most of it at rest, 1,505 samples: some two steps each; a few for every bounce before."""
     found = Trial("kelvin_voigt", 1e-7).solve(bouncing(30.0))
     assert found["status"] == 0.0 and found["steps"] < 20_000
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["modified_kelvin_voigt", "jankowski", "viscous_elastoplastic"])
 def test_an_overdamped_contact_at_a_loose_tolerance(name: str):
     trial = Trial(name, 1e-2)
