@@ -126,6 +126,7 @@ def test_an_axis_with_an_assessment_of_its_own_is_not_drawn_or_reported(whole, m
         says(refusal(call))
 
 
+@pytest.mark.complete
 def test_a_report_of_several_places_is_that_of_one_and_a_section_along_them(whole, assessed, tmp_path):
     from pounding_risk.reports.data import ReportData, opened
 

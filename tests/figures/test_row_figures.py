@@ -14,6 +14,7 @@ from made_row import STREET, made_row
 from matplotlib.collections import PathCollection, PolyCollection
 from scenes import scene_text, single
 from sentences import refusal
+from sweeps import sweep
 
 from pounding_risk.assessment.row import RowCase, any_of_building, row_case
 from pounding_risk.ensemble.scan import scan
@@ -204,6 +205,7 @@ def test_a_cell_without_a_complete_run_says_so():
         drawing(case)
 
 
+@pytest.mark.complete
 def test_figures_are_the_same_bytes_for_the_same_data(case, tmp_path):
     one, other = (write(elevation_figure(case), tmp_path / f"{turn}.svg") for turn in "ab")
     assert one.read_bytes() == other.read_bytes()
@@ -226,7 +228,7 @@ def test_a_line_that_breaks_leaves_no_single_word():
     assert in_lines("", 60) == ""
 
 
-@pytest.mark.parametrize("draws", [elevation_figure, plan_figure, profiles_figure])
+@pytest.mark.parametrize("draws", sweep([elevation_figure, plan_figure, profiles_figure], plan_figure))
 def test_the_legend_stands_above_the_caption(case, draws):
     """The layout gives both one place; here no line of the caption reaches into the legend."""
     figure = draws(case, note="a note that stands on a line of its own")

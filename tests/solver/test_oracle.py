@@ -17,8 +17,8 @@ from oracle_laws import exact_hertz_damp
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
-from sweeps import sweep
 
+pytestmark = pytest.mark.complete  # of the integrator of the tests, whose sources are digested with its kept answers
 LEFT, RIGHT = Oscillator(44.36e3, 0.208), Oscillator(82.60e3, 0.007)
 MASS = 1.0 / (1.0 / LEFT.mass + 1.0 / RIGHT.mass)
 STIFFNESS = {law: 1e9 if law in oracle.LINEAR else 4.2e10 for law in oracle.LAWS}
@@ -306,7 +306,7 @@ def test_a_grazing_touch_is_found(height: float):
 
 
 # ---------------------------------------------------------------------------------------------- convergence
-@pytest.mark.parametrize("law", sweep(oracle.LAWS, "jankowski", "van_mier"))
+@pytest.mark.parametrize("law", oracle.LAWS)
 def test_tightening_moves_nothing(law: str):
     """rtol 1e-9 against 1e-12: closed gap, long contacts, yielding, both buildings flexible."""
     cap = 1.5e5 if law in ("van_mier", "viscous_elastoplastic") else math.inf

@@ -14,8 +14,8 @@ from oracle import CONCRETE, WALL, Oscillator, Scene
 from oracle import integrate as integrate_pair
 from oracle_rows import RIGID, Meeting, Row, Tower, integrate, stiffness_matrix, tower
 from scipy.linalg import expm
-from sweeps import sweep
 
+pytestmark = pytest.mark.complete  # of the integrator of the tests, whose sources are digested with its kept answers
 DT = 0.01
 
 
@@ -149,7 +149,7 @@ ROWS = {
 }
 
 
-@pytest.mark.parametrize("name", sweep(ROWS, "storeys and columns"))
+@pytest.mark.parametrize("name", ROWS)
 def test_energy_closes_and_tolerances_agree(name: str):
     """Every joule put in is moved, stored, damped or taken by contacts and storeys; rtol 1e-10 moves peaks by 1e-8."""
     towers, meetings = ROWS[name]
