@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import pounding_risk as pr
@@ -11,8 +13,9 @@ LONG = {"outcome", "of_row", "found"}  # fixtures: all that ships, accuracy and 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark what asks for a long fixture."""
+    here = Path(__file__).parent
     for item in items:
-        if item.path.is_relative_to(__file__.rpartition("/")[0]) and LONG & set(getattr(item, "fixturenames", ())):
+        if item.path.is_relative_to(here) and LONG & set(getattr(item, "fixturenames", ())):
             item.add_marker("complete")
 
 
