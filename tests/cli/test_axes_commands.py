@@ -55,6 +55,7 @@ def test_summary_tells_what_lies_along_each_axis(folder):
     assert re.search(r"^building\.left\.period +0\.3 s, 0\.5 s, 0\.7 s; contact in 100 % of cases$", told, re.MULTILINE)
 
 
+@pytest.mark.complete
 def test_assess_draws_along_the_axes_and_a_report_has_them_and_one_place(folder):
     told = run("assess", folder / "r.nc", "--gap", "30 mm", "--figure", folder / "f.svg")
     assert told.exit_code == 0 and (folder / "f.svg").stat().st_size > 1000

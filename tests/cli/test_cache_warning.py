@@ -17,7 +17,7 @@ from pounding_risk._jit.sources import compile_cache
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies.simulate import simulate
 
-pytestmark = compiled
+pytestmark = [compiled, pytest.mark.complete]
 SCENE = scene_text(
     FRAME, rigid(), gap="1 mm", stiffness="4.2e7 kN/m^1.5", restitution="concrete", records={"window": ["0 s", "3 s"]}
 )

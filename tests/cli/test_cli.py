@@ -547,6 +547,7 @@ def test_a_real_process_ends_with_status_2_and_no_traceback():
     assert err.startswith("pounding-risk: bad.toml: 3 faults\n") and "Traceback" not in err
 
 
+@pytest.mark.complete
 @pytest.mark.parametrize(
     "command", [("scan", "scene.toml", "-o", "out.nc"), ("simulate", "scene.toml", "-o", "out.nc")]
 )
@@ -565,6 +566,7 @@ def test_a_failed_run_is_told_and_strict_makes_it_status_3(command):
     assert run(*command, "--strict").exit_code == 0
 
 
+@pytest.mark.complete
 def test_accuracy_prints_settings_and_the_finding():
     result = run(
         "accuracy", "scene.toml", "--cases", "1", "--budget", "0.5", "--no-scipy", "-o", "a.nc", "--figure", "a.png"
@@ -590,6 +592,7 @@ def test_scan_tells_how_far_runs_move_when_made_again():
     assert refused.exit_code == 2 and "at least 0 and at most 1" in refused.stderr
 
 
+@pytest.mark.complete
 @pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 def test_ctrl_c_ends_a_scan_with_status_130_and_the_old_file_in_place(folder):
     (folder / "r.nc").write_bytes(b"the results of yesterday")

@@ -238,6 +238,7 @@ def test_at2_is_read_again():
     ]
 
 
+@pytest.mark.complete
 def test_several_records_go_into_a_folder():
     """Files and folders alike; each as it is alone, and no trace of a temporary name."""
     result = run("process", "quakes", "-o", "new/out", "--figure", "f.png")

@@ -54,6 +54,7 @@ def command(folder: Path, *words: str, **more: str) -> subprocess.CompletedProce
     return python(folder, "-m", "pounding_risk", "cache", *words, **more)
 
 
+@pytest.mark.complete
 @compiled
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scan_after_it_calls_nothing_else(name, tmp_path):

@@ -145,6 +145,7 @@ def shown(tmp_path_factory) -> tuple[Path, dict[str, Path], list[str]]:
     return folder, pr.demo(folder, said.append), said
 
 
+@pytest.mark.complete
 def test_demo_writes_everything(shown):
     folder, written, _ = shown
     assert {path.name for path in written.values()} == {path.name for path in folder.iterdir()}

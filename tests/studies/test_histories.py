@@ -216,7 +216,7 @@ def test_an_interrupt_leaves_no_file(results, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.slow
+@pytest.mark.complete
 def test_a_row_floor_by_floor(tmp_path):
     study = parse_scene(TWO_AND_A_WALL)
     pr.scan(study, tmp_path / "row.nc")

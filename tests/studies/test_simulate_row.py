@@ -81,7 +81,7 @@ def level_of(run, building, floor):
     return (1.0 - part) * floors[:, int(below)] + part * above
 
 
-@pytest.mark.slow
+@pytest.mark.complete
 def test_it_is_the_run_of_the_scan(study, run):
     """Every output of the case, to the bit: what is looked at in full is what was counted."""
     case = pr.scan(study, check_fraction=0.0).isel(
@@ -186,7 +186,7 @@ def test_a_log_without_room_is_made_again(study, run, monkeypatch):
 BRIEF = SCENE.replace('window = ["1 s", "5 s"]', 'window = ["1.6 s", "2.4 s"]')
 
 
-@pytest.mark.slow
+@pytest.mark.complete
 def test_the_interpreted_log_is_the_compiled_one():
     """Every instant and force, groups that are solved again included."""
     found = interpreted(
