@@ -39,6 +39,7 @@ from pounding_risk.assessment.sensitivity import (
 from pounding_risk.assessment.separations.table import Comparison, separations_of
 from pounding_risk.assessment.verdict import Verdict, judge
 from pounding_risk.motions.levels import read_measure
+from pounding_risk.results.check import missing_named
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import open_scan
 from pounding_risk.results.opened import Results
@@ -203,6 +204,7 @@ class Options(NamedTuple):
     shaking: Shaking
 
 
+@missing_named()
 def assess(
     results: xr.Dataset | str | Path,
     *,

@@ -71,5 +71,5 @@ def constant(e: float) -> Restitution:
         For an e outside (0, 1].
     """
     if not RESTITUTION.allows(e):
-        raise ValueError(f"coefficient of restitution {e:g}: it must lie in (0, 1]; concrete is usually 0.5 to 0.75")
+        raise ValueError(f"coefficient of restitution {e:.15g}: it must lie in (0, 1]; concrete is usually 0.5 to 0.75")
     return Restitution(float(e))
