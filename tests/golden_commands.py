@@ -251,25 +251,28 @@ def masked(text: str) -> str:
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
 
 
-def differences(text: str, kept: str) -> list[str]:
-    """Lines in which two texts differ, blanks aside; numbers may be one apart in their last digit.
+def differences(text: str, kept: str, exact: int = 0) -> list[str]:
+    """Lines in which texts differ, blanks aside; numbers of more than ``exact`` digits may be one apart in the last.
 
     The last digit that is shown may round another way with other libraries or on another processor.
     """
     ours, theirs = (one.splitlines() for one in (text, kept))
     found = [f"{len(ours)} lines, not {len(theirs)}"] if len(ours) != len(theirs) else []
-    return found + [f"- {b}\n+ {a}" for a, b in zip(ours, theirs, strict=False) if not _is_alike(a, b)]
+    return found + [f"- {b}\n+ {a}" for a, b in zip(ours, theirs, strict=False) if not _is_alike(a, b, exact)]
 
 
-def _is_alike(one: str, other: str) -> bool:
+def _is_alike(one: str, other: str, exact: int) -> bool:
     if one.split() == other.split():
         return True
     if NUMBER.sub("#", one).split() != NUMBER.sub("#", other).split():
         return False
-    return all(map(_is_close, NUMBER.findall(one), NUMBER.findall(other)))
+    pairs = zip(NUMBER.findall(one), NUMBER.findall(other), strict=True)
+    return all(_is_close(*pair, exact) for pair in pairs)
 
 
-def _is_close(one: str, other: str) -> bool:
+def _is_close(one: str, other: str, exact: int) -> bool:
+    if len(re.sub(r"e.*|\D", "", other).lstrip("0")) <= exact:
+        return one == other
     digits, exponent = re.fullmatch(r"(.*?)(?:e([-+]?\d+))?", other.replace("−", "-")).groups()
     unit = 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2]))
     ours, theirs = (float(each.replace("−", "-")) for each in (one, other))

@@ -49,3 +49,9 @@ def test_every_paragraph_is_of_a_test():
 )
 def test_numbers_may_be_one_apart_in_their_last_digit(text, kept, is_alike):
     assert (not differences(text, kept)) == is_alike
+
+
+@pytest.mark.parametrize(("kept", "is_alike"), [("1e-05", False), ("1e-06", True), ("0.16", False), ("2.7183", True)])
+def test_limits_in_sentences_are_exact(kept, is_alike):
+    text = {"1e-05": "1e-06", "0.16": "0.17", "2.7183": "2.7184"}.get(kept, kept)
+    assert (not differences(f"at most {text} m", f"at most {kept} m", exact=3)) == is_alike
