@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from math import sqrt
+
 import pytest
 from scenes import BOTH, FRAME, rigid, scene_text
 from sentences import refusal
 
-from pounding_risk.ensemble.plan.plan import Plan, validate
+from pounding_risk.ensemble.plan.plan import Plan, _scatter, validate
 from pounding_risk.scene.reader import parse_scene
 
 SCENE = scene_text(
@@ -90,3 +92,9 @@ def test_records_unfit_for_the_buildings_are_flagged():
     assert centro.flags == (coarse,)
     assert {coarse, "period of the softest building: 12 s; allowed: at most 9.85 s"} <= set(ridgecrest.flags)
     assert validate(parse_scene(SCENE, "pair.toml")).records[0].flags == ()
+
+
+def test_the_error_of_a_mean_time_is_that_of_a_sample_of_a_finite_population():
+    """Cochran (1977), eq. 2.20: s sqrt((1 - n/N) / n); none where all are known, or where one is."""
+    assert _scatter([1.0, 2.0, 3.0], 12) == pytest.approx(sqrt((1.0 - 3.0 / 12.0) / 3.0), rel=1e-14)
+    assert _scatter([1.0, 2.0, 3.0], 3) == 0.0 and _scatter([1.0], 12) == 0.0

@@ -7,6 +7,7 @@ from scipy.special import ndtri
 from pounding_risk.scene.uncertain import SOBOL, points_of
 from pounding_risk.statistics.sobol import (
     LEAST_SAMPLES,
+    _natural_spline,
     given_indices,
     power_of_two,
     saltelli_points,
@@ -138,3 +139,11 @@ def test_points_of_a_tornado():
 @pytest.mark.parametrize(("num", "power"), [(1, 1), (3, 4), (256, 256), (257, 512)])
 def test_next_power_of_two(num, power):
     assert power_of_two(num) == power
+
+
+def test_the_spline_is_straight_beyond_its_outer_knots():
+    """A natural spline: no curvature at both ends, some between; second differences of even values, to rounding."""
+    functions = _natural_spline(np.linspace(3.0, 7.0, 401))  # the outer knots lie at 3.08 and 6.92
+    bends = np.abs(np.diff(functions, 2, axis=0)).max(axis=1)
+    assert bends[:7].max() < 1e-13 and bends[-7:].max() < 1e-13
+    assert bends[40:-40].min() > 1e-6
