@@ -12,10 +12,10 @@ from pounding_risk.assessment import (
     hazard,
     rates,
     sensitivity,
-    setback,
     verdict,
 )
 from pounding_risk.assessment.separations import table as separations
+from pounding_risk.questions.setback import Setback
 from pounding_risk.statistics import fragility as fits
 from pounding_risk.statistics import proportions, required_gap
 
@@ -42,7 +42,7 @@ PARTS = (
     separations.Comparison,
     separations.SeparationRow,
     separations.CodeTable,
-    setback.Setback,
+    Setback,
 )
 
 
