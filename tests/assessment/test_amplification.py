@@ -140,6 +140,7 @@ def test_shares_are_of_the_rule_at_the_same_periods():
     np.testing.assert_array_equal(one["displacement_amplification"].isel(period_ratio=1), same)
 
 
+@pytest.mark.complete
 def test_records_stand_for_masses_whose_velocities_jump():
     """Of masses that jump the ratio alone counts; the acceleration of a jump is not finite, so it is left out."""
     kept = pr.Records(**RECORDS)

@@ -33,6 +33,7 @@ def solved(monkeypatch):
     return numbers
 
 
+@pytest.mark.complete
 @pytest.mark.parametrize(("name", "first", "whole"), [("r.nc", 8, 16), ("r.zarr", 2, 3)])
 def test_eight_and_eight_samples_are_sixteen(tmp_path, name, first, whole):
     """Every variable to the bit, and the attributes; the file that is replaced held the first of them."""

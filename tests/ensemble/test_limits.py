@@ -104,6 +104,7 @@ def test_a_grid_that_no_disk_holds_is_refused(scene):
     assert ended == 2 and "cases, and their dataset" in words and "no disk holds that" in words
 
 
+@pytest.mark.complete
 def test_a_large_grid_is_planned_from_some_of_its_batches(scene):
     ended, words = command("scan", "--plan", scene, *with_overrides(LARGE))
     assert ended == 0, words
@@ -166,6 +167,7 @@ def test_under_a_wave_the_size_is_told_too(row, distance):
     assert peak > still  # which would have let it pass
 
 
+@pytest.mark.complete
 @pytest.mark.parametrize("effects", [{}, {"wave_passage": {"velocity": "400 m/s", "distance": ["30 m", "17 m"]}}])
 def test_so_is_that_of_a_row(effects):
     """With all its floors; with a wave a sample has a node for each building, and each its own ground motion."""

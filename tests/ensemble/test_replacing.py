@@ -119,6 +119,7 @@ def test_a_foreign_file_and_another_command_s_are_never_replaced_unasked(tmp_pat
     assert read_finished(target).command == "scan"
 
 
+@pytest.mark.complete
 def test_every_command_s_file_is_known(tmp_path):
     """By a dimension or a variable that only its datasets have."""
     # A law that other tests compile too, in fixed steps and under a passing wave.

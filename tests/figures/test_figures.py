@@ -175,6 +175,7 @@ def test_files_are_the_same_for_the_same_data(gallery, name, suffix, tmp_path):
     assert b"CreationDate" not in first and b"Matplotlib" not in first
 
 
+@pytest.mark.complete
 def test_the_same_data_drawn_anew_is_the_same_file(gallery, tmp_path):
     for name, figure in drawn().items():
         once, again = (figures.write(each, tmp_path / f"{name}.svg").read_bytes() for each in (gallery[name], figure))

@@ -163,6 +163,7 @@ def test_a_window_stands_where_it_was_cut():
     assert figure.axes[0].get_xlim() == (0.0, before.times[-1])
 
 
+@pytest.mark.complete
 def test_a_record_left_alone_is_stated():
     caption = words_of(figures.processing_figure(made("R", 1.0), made("R", 1.0), note="assumed: all")).splitlines()[1:]
     assert "PGA 0.19" in caption[0] and caption[0].endswith("; left as it is") and caption[1] == "assumed: all"

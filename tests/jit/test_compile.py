@@ -308,6 +308,7 @@ def test_every_kernel_has_the_same_flags():
         assert options["error_model"] == "numpy", name
 
 
+@pytest.mark.complete
 @compiled
 def test_kernels_take_names_from_the_files_of_the_digest_alone():
     """A constant or function of another file could change, and its kernels would answer from the cache."""

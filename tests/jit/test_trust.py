@@ -59,6 +59,7 @@ def below(cache: Path) -> list[Path]:
     return [cache, *cache.rglob("*")]
 
 
+@pytest.mark.complete
 @compiled
 def test_a_cache_is_private_whatever_the_umask(cache):
     modes = {(path.is_dir(), path.stat().st_mode & 0o777) for path in below(cache)}
@@ -111,6 +112,7 @@ def test_what_another_user_owns_is_not_used(cache, what):
     assert f"belongs to another user (uid {STRANGER})" in said
 
 
+@pytest.mark.complete
 @compiled
 @pytest.mark.parametrize("key", sweep(["XDG_CACHE_HOME", "HOME"], "HOME"))
 def test_the_users_own_cache_is_checked_too(key, tmp_path):

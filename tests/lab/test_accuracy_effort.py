@@ -23,6 +23,7 @@ def answer():
     return dataset, said
 
 
+@pytest.mark.complete
 def test_a_method_is_refined_until_it_is_far_behind(answer):
     dataset, _ = answer
     worst = dataset["error"].max("case")
@@ -42,12 +43,14 @@ def test_a_method_is_refined_until_it_is_far_behind(answer):
         assert not (errors[0] < errors[1]).any()
 
 
+@pytest.mark.complete
 def test_what_confirms_the_reference_is_run_to_its_tightest_tolerance(answer):
     dataset, _ = answer
     assert "SciPy DOP853, rtol 1e-12" in dataset["setting"]
     assert np.isfinite(dataset["error"].sel(setting="SciPy DOP853, rtol 1e-12", output="peak_contact_force")).any()
 
 
+@pytest.mark.complete
 def test_the_time_is_stated_before_the_other_methods_run(answer):
     _, said = answer
     assert len(said) == 1

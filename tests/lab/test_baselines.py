@@ -360,6 +360,7 @@ def test_storeys_that_yield_have_no_matrix():
     assert row_matrices(jankowski(SOIL), ()).mass.size == 8
 
 
+@pytest.mark.complete
 @pytest.mark.parametrize("method", sweep(METHODS, "newmark"))
 def test_contacts_of_rows_converge(method, shaking, truth):
     """First order, as touches fall inside steps: three contact points, two of them on the same building."""
@@ -375,6 +376,7 @@ def test_contacts_of_rows_converge(method, shaking, truth):
     assert found[:, fixed.TOUCHING] * 1e-5 == pytest.approx(truth.points["contact_time"], rel=2e-3)
 
 
+@pytest.mark.complete
 @pytest.mark.parametrize("method", sweep(METHODS, "rk4"))
 def test_one_contact_point_is_that_of_a_pair(method):
     """The same steps as `fixed_step`, with matrices in place of periods: to rounding, grown over the contacts."""

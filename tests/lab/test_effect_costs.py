@@ -97,6 +97,7 @@ def test_a_change_beyond_the_printed_digits_is_none(found):
     assert changed_cases(near, "strain_rate") == near["status"].sel(effects=NONE).size // 2
 
 
+@pytest.mark.complete
 def test_a_scene_that_cannot_yield_knows_the_wave_alone():
     """Of all effects only those that act on one of its contact models; the changes are over all cases then."""
     found = effects(scene(grid={**GRID, "contact_model": ["merged"]}), repeats=1)

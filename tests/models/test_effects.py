@@ -206,6 +206,7 @@ def test_gap_widens_from_contact_to_contact_and_energy_closes():
     assert outputs["energy_residual"] < 1e-6
 
 
+@pytest.mark.complete
 def test_effects_without_yielding_change_no_bit():
     """F_E out of reach: every effect of yielding is there, and none acts; under a passing wave, as in the scenes."""
     bare = ViscousElastoplastic(BETA)

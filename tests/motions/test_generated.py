@@ -191,6 +191,7 @@ def test_pulses_leave_the_displacement_of_their_docstrings(name, left):
     assert displacement[-1] == pytest.approx(left, abs=2e-4 * np.abs(displacement).max())
 
 
+@pytest.mark.complete
 def test_ground_that_does_not_move_lets_a_release_be_run():
     """A mass that moves against a stop, published as 9950 N (code_aster V5.01.101, SDND101): v0 √m K/√(k + K)."""
     mass = {"name": "mass", "mass": "100 kg", "stiffness": "10 kN/m", "damping": 0.0, "initial_velocity": "1 m/s"}

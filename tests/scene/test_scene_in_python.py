@@ -81,6 +81,7 @@ def test_a_scene_of_python_is_that_of_a_file():
     assert digests[0] == digests[1]
 
 
+@pytest.mark.complete
 def test_its_dataset_is_the_same_to_the_bit():
     one, other = (scene.scan(check_fraction=0.0) for scene in (in_python(), parse_scene(TEXT)))
     assert int(one["impact_count"].sum()) > 0

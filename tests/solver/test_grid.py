@@ -68,6 +68,7 @@ DENTED = UnloadingStiffness(PermanentSet(ViscousElastoplastic(2.75e9)), 1.5)  # 
 OWN = [DENTED, Jankowski(2.75e9), Stereomechanical()]
 
 
+@pytest.mark.complete
 @compiled
 @pytest.mark.parametrize("law", sweep(OWN, OWN[2]), ids=lambda law: type(law).__name__)
 def test_a_law_by_address_gives_the_bits_of_its_own_kernel(law, short):

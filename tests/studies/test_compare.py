@@ -526,6 +526,7 @@ def test_every_law_is_calibrated_only_where_the_scene_says_so(study):
         parse_scene(text.replace('m/s"}', 'm/s", every_law = 1}'))
 
 
+@pytest.mark.complete
 def test_the_figures_say_what_the_data_say(dataset, tmp_path):
     files = []
     for number in range(2):
@@ -541,6 +542,7 @@ def test_the_figures_say_what_the_data_say(dataset, tmp_path):
     assert files[1].read_bytes() == files[3].read_bytes()
 
 
+@pytest.mark.complete
 def test_two_laws_have_panels_with_room_for_their_words(dataset):
     """As high as those of four; the legends keep their distance from the axis' words."""
     heights = []

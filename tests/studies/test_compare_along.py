@@ -325,6 +325,7 @@ def scene(tmp_path, monkeypatch) -> Path:
     return Path("s.toml")
 
 
+@pytest.mark.complete
 def test_the_command_prints_writes_draws_and_chooses(scene):
     told = run(scene, "-o", "c.nc", "--figure", "c.png", "--select", f"{RESTITUTION}=0.8")
     assert told.exit_code == 0, told.output

@@ -158,6 +158,7 @@ def test_demo_writes_everything(shown):
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in written.values() if path.suffix == ".png")
 
 
+@pytest.mark.complete
 def test_demo_datasets_open(shown):
     _, written, _ = shown
     results = pr.open_results(written["ensemble.nc"])

@@ -125,6 +125,7 @@ def test_a_delay_longer_than_the_record_is_refused():
 LATE = [{"ground_delay": "0.5 s"}, {"ground_delay": "1 s"}, {"ground_delay": "0.4567 s"}]
 
 
+@pytest.mark.complete
 @pytest.mark.parametrize("keys", LATE, ids=str)
 @pytest.mark.parametrize("solver", ["pair", "row"])
 def test_a_building_that_is_reached_late_has_the_whole_motion(keys, solver):

@@ -93,6 +93,7 @@ def test_the_comparison_of_effects_leaves_soil_out():
     assert "soil_flexibility gives each a foundation of its own mass" in compared.attrs["left_out"]
 
 
+@pytest.mark.complete
 def test_effects_of_a_row_with_jumps():
     """A wave changes the answer; P-Δ of single masses with a height, too."""
     given = tables()
