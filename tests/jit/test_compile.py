@@ -70,6 +70,7 @@ def filled(tmp_path_factory) -> tuple[Path, dict]:
     return folder, run(PROBE, NUMBA_CACHE_DIR=str(folder))
 
 
+@pytest.mark.complete
 @compiled
 def test_a_second_process_compiles_nothing(filled):
     folder, first = filled
@@ -132,6 +133,7 @@ DAMAGE = {
 }
 
 
+@pytest.mark.complete
 @compiled
 @pytest.mark.parametrize("damage", sweep(DAMAGE, "an index cut short", "code cut by one byte"))
 def test_a_damaged_cache_is_mended(damage, filled, tmp_path):
@@ -373,6 +375,7 @@ def interpreted() -> dict[str, list[dict[str, str]]]:
 FIRST = ("viscous_elastoplastic", "kelvin_voigt_tension_cut")
 
 
+@pytest.mark.complete
 @compiled
 @pytest.mark.parametrize("name", sweep(LAWS, *FIRST))
 def test_compiled_and_interpreted_runs_are_the_same_bits(name, interpreted):

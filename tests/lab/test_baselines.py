@@ -31,6 +31,8 @@ from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.pair.api import Interface, oscillators
 
+pytestmark = pytest.mark.complete
+
 # ------------------------------------------------------------------------------------------------ a pair
 DT = 0.01  # s
 LEFT, RIGHT = Building("left", 5e4, 0.3, 0.05), Building("right", 9e4, 0.15, 0.05)

@@ -609,6 +609,7 @@ def test_every_kind_says_what_it_is_and_its_example_is_a_motion():
 # ---------------------------------------------------------------- a scan
 
 
+@pytest.mark.complete
 def test_a_scan_runs_them_and_they_are_made_again_from_its_results(tmp_path):
     """Names and keys stand in the dataset; from its file alone every number comes again to the last bit."""
     scene = scene_of(PULSE, NOISE, window=["0 s", "3 s"], polarity=["as recorded", "reversed"])

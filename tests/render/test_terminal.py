@@ -75,6 +75,7 @@ def test_piped_tables_have_one_line_a_row():
     assert len(piped.stdout.strip().split("\n")) == 4
 
 
+@pytest.mark.complete
 @pytest.mark.parametrize(
     "command", [("models",), ("separations",), ("records", "list"), ("records", "info", "RSN6-180")]
 )

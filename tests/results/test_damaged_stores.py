@@ -28,6 +28,8 @@ from pounding_risk.results.files import open_results, save
 from pounding_risk.results.provenance import recorded
 from pounding_risk.scene.reader import parse_scene
 
+pytestmark = pytest.mark.complete
+
 pytest.importorskip("zarr")
 KINDS = ("pair", "storeys", "samples", "axes", "simulate", "histories", "compare", "spectra", "damage")
 SCANS = KINDS[:4]

@@ -580,6 +580,7 @@ def test_a_law_without_force_and_stiffness_is_drawn_where_it_can(dataset, tmp_pa
     assert len(second.axes) == 2  # no law in N/m is left
 
 
+@pytest.mark.complete
 def test_the_command_prints_and_writes(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("scene.toml").write_text(SCENE, encoding="utf-8")

@@ -15,6 +15,8 @@ from pounding_risk.motions.request import AS_RECORDED, REVERSED
 from pounding_risk.reports import demo as demo_files
 from pounding_risk.studies import demo
 
+pytestmark = pytest.mark.complete
+
 
 @pytest.fixture(scope="module")
 def study():

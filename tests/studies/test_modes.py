@@ -83,6 +83,7 @@ def test_rows_end_where_nearly_all_mass_is_carried():
     assert list(_rows(building_modes(Building.rigid("wall")))) == [["wall", "rigid", "–", "–", "–", "–", "–"]]
 
 
+@pytest.mark.complete
 def test_figure(tmp_path):
     """A panel a building, what is drawn is the shapes, and a building on soil moves at the ground."""
     found = [

@@ -22,6 +22,8 @@ from pounding_risk.questions import simulate as simulate_question
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
 
+pytestmark = pytest.mark.complete
+
 HINGE = 1.0 / (20.0 * np.pi)  # 1/ω of 10 Hz
 FREE = {"law": "linear", "gap": "20 mm"}
 FEW = {"gap": ["5 mm", "20 mm"]}

@@ -16,6 +16,8 @@ from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.studies.compare import left_out, runnable
 
+pytestmark = pytest.mark.complete
+
 MASSES = [("left", "500 t", "0.5 s"), ("middle", "300 t", "0.4 s"), ("right", "800 t", "0.31 s")]
 
 
