@@ -378,7 +378,7 @@ def _files(tree: Path, wanted: set[str], known: set[str]) -> list[str]:
     there = {name for name in wanted if (tree / name).exists()}
     folders = {(tree / name).parent for name in wanted - there}
     files = {file.relative_to(tree).as_posix() for folder in folders for file in folder.glob("test_*.py")}
-    return sorted(there | (files - known))
+    return sorted(there | {file for file in files - known if Path(file).name not in ELSEWHERE})
 
 
 def run(folder: Path, maps: Path, mutations: list[Earlier], bound: float, share: tuple[int, int]) -> None:

@@ -18,6 +18,7 @@ from pounding_risk.lab.verification.case import shipped
 from pounding_risk.lab.verification.property import plain
 from pounding_risk.lab.verification.unreached import EXPERIMENTS, UNREACHED
 outcome = pr.verify()
+words = lambda cell: cell["text"] if isinstance(cell, dict) else cell
 folder = sys.argv[1]
 figures.write(figures.verification_figure(outcome), folder + "/published_points.png")
 figures.write(figures.verification_differences_figure(outcome), folder + "/published_differences.png")
@@ -31,7 +32,8 @@ for one in outcome.properties:
 cases = [[case.name, case.about.title, case.about.citation, case.about.where, case.about.url, case.about.basis,
           case.about.known, case.about.note] for case in outcome.cases]
 properties = [[one.name, one.title, one.source, one.citation, one.url, one.basis, one.known, one.relation,
-               plain(one.headline), plain(one.condition), one.word, property_rows(one)] for one in outcome.properties]
+               plain(one.headline), plain(one.condition), one.word,
+               [list(map(words, row)) for row in property_rows(one)]] for one in outcome.properties]
 print(json.dumps({"finding": outcome.finding(), "cases": cases, "properties": properties, "experiments": EXPERIMENTS,
                   "heads": block["heads"], "values": [[cell["text"] for cell in row] for row in block["rows"]],
                   "unreached": UNREACHED}))
