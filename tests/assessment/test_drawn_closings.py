@@ -174,6 +174,7 @@ def test_a_scene_without_contact_says_what_its_scan_says(scanned, of_scene):
     np.testing.assert_allclose(of_scene["fragility_median"], of_scan["fragility_median"], rtol=1e-9)
 
 
+@pytest.mark.complete
 def test_free_motion_of_a_drawn_motion_is_that_among_all():
     """At the same points, by both ways of solving: that of the sample's motion in a run of every motion."""
     for effects in (None, {"wave_passage": {"velocity": "500 m/s", "distance": "20 m"}}):

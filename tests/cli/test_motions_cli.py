@@ -285,6 +285,7 @@ def test_a_place_that_cannot_be_written_leaves_nothing(folder):
 # --- plot --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.complete
 @pytest.mark.parametrize(
     ("words", "kind"),
     [

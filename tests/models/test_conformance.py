@@ -375,6 +375,7 @@ def interpreted() -> list[dict[str, Any]]:
     return without_compiling(INTERPRETED)
 
 
+@pytest.mark.complete
 @pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 @pytest.mark.parametrize("name", MODELS)
 def test_compiled_as_interpreted(name: str, interpreted: list[dict[str, Any]]):

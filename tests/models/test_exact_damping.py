@@ -129,6 +129,7 @@ def begun(law, e, speed, mass):
     return law.begin(e, speed, mass)
 
 
+@pytest.mark.complete
 @compiled
 @pytest.mark.parametrize("name", INTERPRETED)
 def test_the_interpreted_damping_is_the_compiled_one(name: str):

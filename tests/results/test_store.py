@@ -326,6 +326,7 @@ def test_a_full_disk_is_told_and_left_as_it_was(small_disk, suffix, monkeypatch)
 FILE_LIMIT = 40_000  # bytes: the skeleton fits in, the cases do not
 
 
+@pytest.mark.complete
 def test_a_file_that_may_not_grow_is_told(tmp_path):
     """As on a full disk, without the rights of root: the system allows no file as long as this."""
     limited = (

@@ -294,6 +294,7 @@ def test_nothing_is_told_of_what_was_not_written():
     assert unused_keys(scene_of(resolved)) == ()
 
 
+@pytest.mark.complete
 def test_the_report_lists_them_with_the_scene(tmp_path):
     study = parse_scene(PAIR, "scene.toml", [HERTZ])
     page = report(scan(study, check_fraction=0.0), tmp_path / "page.html").read_text(encoding="utf-8")

@@ -110,6 +110,7 @@ def flat(values: Any, but: str) -> list[float]:
     return [one for value in values for one in flat(value, but)] if isinstance(values, list) else [float(values)]
 
 
+@pytest.mark.complete
 @compiled
 @pytest.mark.parametrize("name", CASES)
 def test_interpreted_is_compiled(name: str, known: dict[str, Any], monkeypatch: pytest.MonkeyPatch):

@@ -116,6 +116,7 @@ def equal_e() -> dict[str, tuple[str, str, float]]:
     }
 
 
+@pytest.mark.complete
 def test_e_is_equal_too_where_no_relation_is_asked_for():
     """Every law that has a restitution returns the one asked for, to the 1e-9 of an impact; floors and glue cannot.
 
