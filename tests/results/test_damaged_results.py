@@ -52,9 +52,9 @@ def sound() -> dict[str, xr.Dataset]:
 
 @pytest.fixture(autouse=True)
 def neither_scripts_nor_pictures(monkeypatch, request) -> None:
-    """A word for Plotly's 4 MB; outside the complete tests one for each picture, whose drawing takes as long again."""
+    """A word for Plotly's 4 MB; and for each picture, whose drawing takes as long again, but of pairs in all tests."""
     monkeypatch.setattr("plotly.offline.get_plotlyjs", lambda: "Plotly")
-    if request.node.get_closest_marker("complete"):
+    if request.node.get_closest_marker("complete") and "pair" in request.node.name:
         return
     for place in ("reports.document", "figures.style"):
         monkeypatch.setattr(f"pounding_risk.{place}.svg_text", lambda figure: "<svg/>")
