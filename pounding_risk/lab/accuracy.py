@@ -183,7 +183,7 @@ def run_settings(
         progress(number, len(runs))
         before, seconds = last.get(setting.method, (setting, 0.0))
         if number == len(RTOLS):
-            say(_time_words(bench, process_time() - begun, budget))
+            say(_time_words(bench, process_time() - begun, budget, bool(optional & set(GENERAL))))
         expected = seconds * (before.value / setting.value if setting.method in STEPPED else 1.0)
         if expected > budget and setting != CONFIRMING:
             left_out.append(f"{setting.words}: would take about {expected:.0f} s, more than the budget of {budget:g} s")
@@ -215,12 +215,13 @@ def run_settings(
     return middle
 
 
-def _time_words(bench: Bench, seconds: float, budget: float) -> str:
+def _time_words(bench: Bench, seconds: float, budget: float, has_scipy: bool) -> str:
     """What the other methods may take, stated before they run."""
     words = f"{bench.size} cases: {seconds:.2g} s for {len(RTOLS)} tolerances of the event-driven solver"
     if bench.event_only:
         return words
-    return f"{words}; at most {budget:g} s for a setting of another method, and what SciPy's first and tightest take"
+    words += f"; at most {budget:g} s for a setting of another method"
+    return f"{words}, and what SciPy's first and tightest take" if has_scipy else words
 
 
 def _far_behind(bench: Bench, reference: np.ndarray, outcomes: dict[Setting, list[Outcome]], setting: Setting) -> str:
