@@ -191,7 +191,7 @@ class Registry(MutableMapping[str, Any]):
         return self._loaded().items()
 
     def values(self) -> ValuesView[Any]:
-        """Members, as in `items`."""
+        """The members alone, those of plug-ins among them."""
         return self._loaded().values()
 
     def __setitem__(self, name: str, member: Any) -> None:

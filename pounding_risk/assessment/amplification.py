@@ -100,7 +100,7 @@ def finding(results: xr.Dataset, output: str = "displacement", percentile: float
 
 
 def raised_words(output: str, percentile: float) -> str:
-    """What `rises` are of."""
+    """The sentence that the figures of `rises` complete: the output and the share of the motions."""
     return f"Pounding raises the peak {output} that {percentile:g} % of the motions do not exceed"
 
 

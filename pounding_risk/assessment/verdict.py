@@ -90,7 +90,7 @@ class Basis(NamedTuple):
 
     @property
     def target(self) -> str:
-        """The target in words."""
+        """Accepted probability of contact in percent, as sentences state it."""
         return percent_words(self.criterion.target)
 
     def answer(self, recordings: int) -> bool | None:

@@ -57,7 +57,7 @@ class PlainText:
         return len(text)
 
     def writelines(self, lines: Iterable[str]) -> None:
-        """Write several texts."""
+        """Write texts one after another, each as `write` does."""
         for line in lines:
             self.write(line)
 
