@@ -38,6 +38,8 @@ _HOMES = {
     "SingleMass": "scene.buildings",
     "ShearBuilding": "scene.buildings",
     "TypologyBuilding": "scene.buildings",
+    "MatrixBuilding": "scene.buildings",
+    "ModalBuilding": "scene.buildings",
     "RigidWall": "scene.buildings",
     "Interface": "scene.interfaces",
     "EqualTerms": "scene.interfaces",

@@ -47,6 +47,10 @@ def fastest_rate(study: Scene) -> float:
         if chain.mass.size == 1:
             rates.append(sqrt(chain.spring[0] / chain.mass[0]))
             continue
+        if chain.coupling.size:
+            root = np.sqrt(chain.mass)
+            rates.append(float(np.sqrt(np.linalg.eigvalsh(chain.stiffness() / np.outer(root, root))[-1])))
+            continue
         springs = pairwise([*chain.spring.tolist(), 0.0])
         rates += [sqrt(2.0 * (below + above) / mass) for mass, (below, above) in zip(chain.mass, springs, strict=True)]
     return max(rates)

@@ -39,6 +39,7 @@ GROUND = 1  # node; mass i is node i + 2
 MATERIALS = tuple(law.__name__ for law in (Jankowski, HertzDamp, KelvinVoigt))  # laws that OpenSees has
 FALLS = "it takes one e for every impact of a contact, not one that falls with the speed"
 ON_SPRINGS = "a building on a foundation that rotates or slides is not built here"
+BY_MATRIX = "floors that are joined by a stiffness matrix are not built here; `export --to opensees` writes them"
 
 
 class Peaks(NamedTuple):
@@ -73,6 +74,8 @@ def unsaid(chains: Sequence[Chain], points: Sequence[Point], case: PointCase) ->
         return "in one dimension it has no contact part-way up a column"
     if any(chain.foundations for chain in chains):
         return ON_SPRINGS
+    if any(chain.coupling.size for chain in chains):
+        return BY_MATRIX
     try:
         for chain in chains:
             dashpots(chain)

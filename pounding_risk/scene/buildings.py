@@ -1,4 +1,4 @@
-"""The [[building]] tables of a scene: a mass, a rigid wall, storeys by their numbers, or storeys of a typology."""
+"""The [[building]] tables of a scene: a mass, a rigid wall, storeys or a typology, floors by a matrix or by modes."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -8,11 +8,14 @@ from itertools import pairwise
 from math import inf, pi, sqrt
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
+
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
+from pounding_risk.models.structures.matrices import assembled, condensed, symmetric
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
-from pounding_risk.models.structures.storeys import DAMPING_RULES, MOST_STOREYS, Storeys, generated
+from pounding_risk.models.structures.storeys import BY_MATRIX, DAMPING_RULES, MOST_STOREYS, Storeys, generated
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.scene.keys import (
     REQUIRED,
@@ -29,6 +32,7 @@ from pounding_risk.scene.keys import (
     one_of,
     text,
 )
+from pounding_risk.scene.matrices import MODES, OF_DASHPOTS, OF_STIFFNESS, matrix_key
 from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import (
@@ -87,6 +91,13 @@ def _storey_count(value: Any, number: Number) -> int:
             f"{shown(value)} is not a count of storeys; write a whole number from 1 to {MOST_STOREYS}, such as 5"
         )
     return value
+
+
+def _row_numbers(value: Any, number: Number) -> tuple[int, ...]:
+    rows = tuple(list_of(value, "rows of the floors, such as [3, 6]"))
+    if not all(type(row) is int and row > 0 for row in rows) or len(set(rows)) < len(rows):
+        raise Unreadable(f"{shown(value)} does not name rows; write whole numbers from 1 on, each once")
+    return rows
 
 
 def _records_of_ground(value: Any, number: Number) -> tuple[str, ...]:
@@ -150,6 +161,26 @@ DampingRule = Annotated[
         f'"{DAMPING_RULES[0]}"',
     ),
 ]
+FloorMasses = Annotated[
+    tuple[float, ...] | float,
+    _storeyed(
+        LEAST_FLOOR_MASS,
+        "Mass of each floor, in place of mass",
+        '["210 t", "210 t", "180 t"]',
+        "a single mass",
+        'missing; write floor_masses = "44 t" for all floors, or a list with one value for each',
+    ),
+]
+StoreyHeights = Annotated[
+    tuple[float, ...] | float,
+    _storeyed(
+        STOREY_HEIGHT,
+        "Height of each storey",
+        '["4 m", "3 m", "3 m"]',
+        "a single mass",
+        'missing; write storey_heights = "3 m" for all storeys, or a list with one value for each',
+    ),
+]
 Rigid = Annotated[bool, flag("rigid", "true for a wall that moves with the ground.")]
 
 
@@ -173,6 +204,7 @@ class AnyBuilding(Table):
     """
 
     repair: ClassVar[str]  # for a key that this kind of building does not take
+    has_storeys: ClassVar[bool] = False
     # Keys that a structure does not hold: others of it say the same, and the depth is written beside it.
     implied: ClassVar[frozenset[str]] = frozenset({"rigid", "floor_depth"})
 
@@ -234,10 +266,11 @@ class AnyBuilding(Table):
     @classmethod
     @cache
     def keys(cls) -> dict[str, Key]:
-        """The declarations of its keys by name: the name, the kind's own keys, then those of more kinds."""
+        """The declarations of its keys by name: required ones first; the name, its own, then those of more kinds."""
         keys = super().keys()
-        order = (key for kind in cls.__mro__ for key in get_annotations(kind))
-        return {key: keys[key] for key in dict.fromkeys(("name", *order)) if key in keys}
+        order = [key for kind in cls.__mro__ for key in get_annotations(kind) if key in keys]
+        order = list(dict.fromkeys(("name", *order)))
+        return {key: keys[key] for key in sorted(order, key=lambda key: not cls.model_fields[key].is_required())}
 
     def by_floor(self, key: str, count: int) -> tuple[float, ...]:
         """The values of a key that has one for each of ``count`` storeys, or one for all."""
@@ -353,21 +386,13 @@ class RigidWall(AnyBuilding):
 class ShearBuilding(MovingBuilding):
     """A building of storeys: floor masses on storey springs, from the ground up."""
 
+    has_storeys = True
     repair = (
         "a building with floor_masses, storey_stiffnesses and storey_heights takes no {key}; remove {key}, or these"
     )
     implied = AnyBuilding.implied | {"storeys"}
 
-    floor_masses: Annotated[
-        tuple[float, ...] | float,
-        _storeyed(
-            LEAST_FLOOR_MASS,
-            "Mass of each floor, in place of mass",
-            '["210 t", "210 t", "180 t"]',
-            "a single mass",
-            'missing; write floor_masses = "44 t" for all floors, or a list with one value for each',
-        ),
-    ]
+    floor_masses: FloorMasses
     storey_stiffnesses: Annotated[
         tuple[float, ...] | float,
         _storeyed(
@@ -378,16 +403,7 @@ class ShearBuilding(MovingBuilding):
             'missing; write storey_stiffnesses = "40 MN/m" for all storeys, or a list with one for each',
         ),
     ]
-    storey_heights: Annotated[
-        tuple[float, ...] | float,
-        _storeyed(
-            STOREY_HEIGHT,
-            "Height of each storey",
-            '["4 m", "3 m", "3 m"]',
-            "a single mass",
-            'missing; write storey_heights = "3 m" for all storeys, or a list with one value for each',
-        ),
-    ]
+    storey_heights: StoreyHeights
     damping: Damping = 0.05
     damping_rule: DampingRule = DAMPING_RULES[0]
     storey_strengths: Annotated[
@@ -419,9 +435,148 @@ class ShearBuilding(MovingBuilding):
         yield from wrong_lengths(keys, lengths, count, stated)
 
 
+class FlooredBuilding(MovingBuilding):
+    """A building whose floors are joined by more than storey springs; ``period`` scales all stiffnesses."""
+
+    has_storeys = True
+    floor_masses: FloorMasses
+    storey_heights: StoreyHeights
+    period: Period = 0.0
+    damping: Damping = 0.05
+
+    def floors(self, count: int) -> dict[str, Any]:
+        """The fields of a structure that have one value for each of ``count`` floors, its name and its support."""
+        keys = ("floor_masses", "storey_heights", *INITIAL)
+        lists = {IN_STRUCTURES.get(key, key): self.by_floor(key, count) for key in keys}
+        fields = self.fields()
+        return {"name": self.name, "support": fields["support"], "stiffnesses": (), "damping": self.damping, **lists}
+
+    def at_period(self, building: Storeys) -> Storeys:
+        """The building, stiffer or softer as a whole, so that its first mode has the period of the table."""
+        factor = (building.period / self.period) ** 2 if self.period else 1.0
+        if factor == 1.0:
+            return building
+        matrix = factor * np.array(building.stiffness_matrix)
+        dashpots = sqrt(factor) * np.array(building.damping_matrix)  # the same ratios
+        return replace(
+            building,
+            stiffness_matrix=tuple(map(tuple, matrix.tolist())),
+            damping_matrix=tuple(map(tuple, dashpots.tolist())),
+        )
+
+
+class MatrixBuilding(FlooredBuilding):
+    """A building by the stiffness matrix of its floors, or of a model that is condensed to them."""
+
+    repair = "a building with a stiffness_matrix takes no {key}; remove {key}, or stiffness_matrix"
+
+    stiffness_matrix: Annotated[
+        Any,
+        matrix_key(
+            "K",
+            OF_STIFFNESS,
+            "Stiffness matrix of its floors along the row, from the ground up, in place of storey_stiffnesses: a file "
+            "beside the scene (a row a line, or an array of NumPy), or rows; with the unit of its numbers. With "
+            "floor_rows it may have rows of other places too, which are condensed.",
+            "kN/m",
+            "storey springs",
+        ),
+    ]
+    floor_rows: Annotated[
+        tuple[int, ...],
+        Key(
+            "Rows of stiffness_matrix that are floors, counted from 1, from the ground up; the others carry neither "
+            "mass nor damping, and are condensed, which is exact.",
+            _row_numbers,
+            "[3, 6]",
+            "every row is a floor",
+            write=list,
+            schema={"type": "array", "items": {"type": "integer"}},
+        ),
+    ] = ()
+    damping_matrix: Annotated[
+        Any,
+        matrix_key(
+            "C",
+            OF_DASHPOTS,
+            "Damping matrix of its floors, in place of damping and damping_rule.",
+            "kN s/m",
+            "damping by damping_rule",
+        ),
+    ] = ()
+    damping_rule: DampingRule = DAMPING_RULES[0]
+
+    @classmethod
+    def checks(cls, keys: Section) -> Iterator[Fault]:
+        """Lists that have not one value for each floor, and what says the damping twice."""
+        matrix, names = keys.get("stiffness_matrix"), ("floor_masses", "storey_heights", *INITIAL)
+        if matrix and ("floor_rows" not in keys or keys.get("floor_rows")):
+            count = len(keys.get("floor_rows") or matrix)
+            yield from wrong_lengths(keys, names, count, f"{count} floors of stiffness_matrix")
+        for key in ("damping", "damping_rule"):
+            if key in keys and "damping_matrix" in keys:
+                yield keys.fault(key, f"damping_matrix says it all; remove {key}, or damping_matrix")
+
+    def structure(self) -> Storeys:
+        """Its floors, the matrix condensed to them."""
+        try:
+            matrix = symmetric(self.stiffness_matrix, "stiffness_matrix")
+            if self.floor_rows and max(self.floor_rows) > len(matrix):
+                raise PoundingError(f"floor_rows names row {max(self.floor_rows)} of {len(matrix)}")
+            stiffness = condensed(matrix, self.floor_rows or range(1, 1 + len(matrix)))
+        except PoundingError as error:
+            raise PoundingError(f"{self.name}: {error}") from None
+        rule = BY_MATRIX if self.damping_matrix else self.damping_rule
+        values = self.floors(len(stiffness)) | {"damping_rule": rule, "damping_matrix": self.damping_matrix}
+        building = Storeys(**values, stiffness_matrix=tuple(map(tuple, stiffness.tolist())))
+        return self.at_period(building)
+
+
+class ModalBuilding(FlooredBuilding):
+    """A building by modes of motion along the row, as programs of structural analysis write them."""
+
+    repair = "a building with modes takes no {key}; remove {key}, or modes"
+
+    modes: Annotated[Any, MODES]
+    residual_period: Annotated[
+        float,
+        measured(
+            BUILDING_PERIOD,
+            "Period of all motion that its modes leave out: floors move in it when a neighbour strikes them.",
+            '"0.05 s"',
+            "a third of the shortest period of modes",
+        ),
+    ] = 0.0
+
+    @classmethod
+    def checks(cls, keys: Section) -> Iterator[Fault]:
+        """Lists that have not one value for each floor."""
+        table = keys.get("modes")
+        count = len(table.shapes[0]) if table else 0
+        if table:
+            names = ("floor_masses", "storey_heights", *INITIAL)
+            yield from wrong_lengths(keys, names, count, f"{count} floors of modes")
+            if table.dampings and "damping" in keys:
+                yield keys.fault("damping", "modes has a damping of its own for each; remove one of the two")
+
+    def structure(self) -> Storeys:
+        """Its floors, with the matrices of its modes."""
+        values = self.floors(len(self.modes.shapes[0]))
+        masses = np.array(values["masses"])
+        try:
+            stiffness, dashpots = assembled(self.modes, masses, self.damping, self.residual_period)
+        except PoundingError as error:
+            raise PoundingError(f"{self.name}: {error}") from None
+        if dashpots is not None:
+            values |= {"damping_rule": BY_MATRIX, "damping": self.modes.dampings[0]}
+            values["damping_matrix"] = tuple(map(tuple, dashpots.tolist()))
+        return self.at_period(Storeys(**values, stiffness_matrix=tuple(map(tuple, stiffness.tolist()))))
+
+
 class TypologyBuilding(MovingBuilding):
     """A building of which no more is known than its height, storeys, kind and mass of a floor."""
 
+    has_storeys = True
     repair = (
         "a building generated from its typology takes no {key}; remove {key}, or write floor_masses, "
         "storey_stiffnesses and storey_heights in place of typology and floor_mass"
@@ -471,7 +626,14 @@ class TypologyBuilding(MovingBuilding):
         return replace(bare, **initial, support=support)
 
 
-KINDS: tuple[type[AnyBuilding], ...] = (SingleMass, RigidWall, ShearBuilding, TypologyBuilding)
+KINDS: tuple[type[AnyBuilding], ...] = (
+    SingleMass,
+    RigidWall,
+    ShearBuilding,
+    TypologyBuilding,
+    MatrixBuilding,
+    ModalBuilding,
+)
 KEYS: Mapping[str, Key] = {name: key for kind in KINDS for name, key in kind.keys().items()}
 INITIAL = ("initial_displacement", "initial_velocity")
 LISTS = ("floor_masses", "storey_stiffnesses", "storey_heights", "storey_strengths")
@@ -486,6 +648,8 @@ def kind_of(keys: Mapping[str, Any]) -> type[AnyBuilding]:
     """What a [[building]] table is of, by the keys that it has."""
     if keys.get("rigid") is True:
         return RigidWall
+    if "stiffness_matrix" in keys or "modes" in keys:
+        return MatrixBuilding if "stiffness_matrix" in keys else ModalBuilding
     if any(key in keys for key in LISTS[:3]):
         return ShearBuilding
     if "typology" in keys or "floor_mass" in keys or ("storeys" in keys and "mass" not in keys):
@@ -548,7 +712,8 @@ def structure_of(keys: Section) -> Building | Storeys:
     if isinstance(building, Building):
         periods = [] if building.is_rigid else [building.period]
     else:
-        springs = pairwise([*building.stiffnesses, 0.0])
+        diagonal = [row[floor] for floor, row in enumerate(building.stiffness_matrix)]
+        springs = ((stiffness, 0.0) for stiffness in diagonal) if diagonal else pairwise([*building.stiffnesses, 0.0])
         pairs = zip(building.masses, springs, strict=True)
         periods = [2.0 * pi * sqrt(mass / (below + above)) for mass, (below, above) in pairs]
     if periods and min(periods) < LEAST_PERIOD:
@@ -562,9 +727,16 @@ def structure_of(keys: Section) -> Building | Storeys:
 
 def table_of(building: Building | Storeys) -> AnyBuilding:
     """The table of a building, every value stated that it has."""
-    kind = ShearBuilding if isinstance(building, Storeys) else RigidWall if building.is_rigid else SingleMass
+    kind: type[AnyBuilding] = ShearBuilding
+    if not isinstance(building, Storeys):
+        kind = RigidWall if building.is_rigid else SingleMass
+    implied = kind.implied
+    if isinstance(building, Storeys) and building.stiffness_matrix:
+        kind = MatrixBuilding
+        implied = kind.implied | {"floor_rows", "period"}
+        implied |= {"damping", "damping_rule"} if building.damping_matrix else set()
     stated = {}
-    for key in set(kind.key_names()) - kind.implied:
+    for key in set(kind.key_names()) - implied:
         if key in OF_GROUND:
             value = getattr(building.support, OF_GROUND[key])
         else:

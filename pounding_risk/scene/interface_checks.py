@@ -25,7 +25,7 @@ from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.effects import EFFECTS, PerInterface, acts_on_buildings
 from pounding_risk.models.structures.contact_points import automatic_points
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.scene.buildings import RigidWall, ShearBuilding, TypologyBuilding
+from pounding_risk.scene.buildings import AnyBuilding, RigidWall
 from pounding_risk.scene.interfaces import (
     EQUAL_TERMS,
     MISSING_RESTITUTION,
@@ -41,12 +41,16 @@ from pounding_risk.units import QuantityError, parse, shown
 OF_POINTS = ("contact", "tolerance", "column_yield_force")  # keys that a pair of masses has no use for
 
 
+def _has_storeys(keys: Section) -> bool:
+    return issubclass(keys.kind, AnyBuilding) and keys.kind.has_storeys
+
+
 def is_row(draft: Draft) -> bool:
     """True for the tables of a row, false for those of a pair, whatever is wrong with either."""
     buildings = draft.tables("building")
     return (
         len(buildings) > 2
-        or any(keys.kind in (ShearBuilding, TypologyBuilding) or "floor_depth" in keys for keys in buildings)
+        or any(_has_storeys(keys) or "floor_depth" in keys for keys in buildings)
         or any(key in keys for keys in draft.tables("interface") for key in OF_POINTS)
         or any(name in EFFECTS and acts_on_buildings(name) for name in draft.table("effects").raw)
         or (len(buildings) == 2 and _heights_differ(buildings))
@@ -174,7 +178,7 @@ def _more_than_masses(draft: Draft) -> str:
     """What makes a row more than single masses and walls that meet mass to mass; "" where nothing does."""
     buildings = draft.tables("building")
     for keys in buildings:
-        if keys.kind in (ShearBuilding, TypologyBuilding):
+        if _has_storeys(keys):
             return f"{keys.raw.get('name', 'a building')} has storeys"
     if "soil_flexibility" in draft.table("effects").raw:
         return "soil_flexibility gives each a foundation of its own mass"

@@ -8,13 +8,10 @@ from __future__ import annotations
 
 PAGE = "docs/limits.md"
 MODES = (
-    "periods and modes follow from masses and stiffnesses: write floor_masses, storey_stiffnesses and storey_heights, "
-    "and multiply all storey_stiffnesses by (T1 of `pounding-risk modes` / T1 wanted)²; or write typology with period"
+    "T1 is period; with storeys multiply all storey_stiffnesses by (T1 of `pounding-risk modes` / T1 wanted)²; several "
+    "modes are a table, modes, with period or frequency and the shape of each"
 )
-MATRICES = (
-    "a building is a chain of floors on storey springs and has no matrices; write floor_masses and storey_stiffnesses, "
-    "each the shear of a storey over its drift in the first mode"
-)
+MATRICES = "write stiffness_matrix, and the masses of the floors, lumped there, in floor_masses"
 ISOLATION = (
     "isolators are a soft first storey: write their stiffness first in storey_stiffnesses, the slab on them first in "
     "floor_masses, and the force at which they yield first in storey_strengths"
@@ -37,8 +34,8 @@ COLUMNS = (
 
 # By what people write for each subject; none of it is a key of a scene.
 SENTENCES: dict[tuple[str, ...], str] = {
-    ("period_1", "periods", "t1", "fundamental_period", "modes", "mode_shapes", "frequency", "frequencies"): MODES,
-    ("mass_matrix", "stiffness_matrix", "damping_matrix", "matrix", "matrices"): MATRICES,
+    ("period_1", "periods", "t1", "fundamental_period", "mode_shapes", "frequency", "frequencies"): MODES,
+    ("mass_matrix", "matrix", "matrices"): MATRICES,
     ("isolation", "isolators", "isolator", "base_isolation", "isolation_period", "isolation_stiffness"): ISOLATION,
     ("link", "links", "link_stiffness", "link_force", "coupling", "coupling_stiffness"): LINKS,
     ("damper", "dampers", "link_damping", "damper_coefficient", "damping_coefficient", "viscous_damper"): DAMPERS,

@@ -17,7 +17,6 @@ from pounding_risk.scene import buildings
 from pounding_risk.scene.axes import ADDRESS, taken_axes
 from pounding_risk.scene.buildings import building_checks
 from pounding_risk.scene.damage import DamageState, damage_checks
-from pounding_risk.scene.force_tables import TableFile
 from pounding_risk.scene.interface_checks import interface_checks
 from pounding_risk.scene.interfaces import EqualTerms, Interface
 from pounding_risk.scene.keys import Draft, Key, Section, Several, Table, read_section
@@ -127,7 +126,7 @@ def read_tables(
                 continue
             kind = buildings.kind_of(table) if name == "building" else KINDS[name]
             section, wrong = read_section(kind, path, table, KEYS[name], partial(_unknown, path))
-            section, unread = _with_table(section, Path(source).parent)
+            section, unread = _with_files(section, Path(source).parent)
             sections[name].append(section)
             faults += wrong + unread
 
@@ -155,16 +154,18 @@ def _tables(raw: Mapping[str, Any], name: str) -> Iterator[tuple[KeyPath, Any]]:
         yield (name,), [value] if name in ARRAYS and isinstance(value, dict) else value
 
 
-def _with_table(section: Section, folder: Path) -> tuple[Section, list[Fault]]:
-    """An interface with its table of forces in place of the file's name; what is wrong with the file."""
-    named = section.get("table")
-    if not isinstance(named, TableFile):
-        return section, []
-    others = {key: value for key, value in section.values.items() if key != "table"}
-    try:
-        return replace(section, values=others | {"table": named.read(folder)}), []
-    except Several as error:
-        return replace(section, values=others), [section.fault("table", sentence) for _, sentence in error.faults]
+def _with_files(section: Section, folder: Path) -> tuple[Section, list[Fault]]:
+    """A section with what stands in its files, such as a table of forces, in their place; what is wrong with them."""
+    values, faults = dict(section.values), []
+    for key, named in section.values.items():
+        if not hasattr(named, "read"):
+            continue
+        try:
+            values[key] = named.read(folder)
+        except Several as error:
+            del values[key]
+            faults += [section.fault(key, sentence) for _, sentence in error.faults]
+    return replace(section, values=values), faults
 
 
 def untouched(draft: Draft, overrides: Iterable[str]) -> Same:

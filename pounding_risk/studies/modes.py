@@ -75,7 +75,7 @@ def building_modes(
 ) -> Modes:
     """Modes of one building under effects given as (name, options); raises PoundingError as `chain_of` does."""
     chain = chain_of(building, effects)
-    frequencies, normal = vibration(chain.mass, chain.spring)
+    frequencies, normal = vibration(chain.mass, chain.spring, chain.stiffness() if chain.coupling.size else None)
     shares = effective_shares(chain.mass, normal)
     damped = np.einsum("ij,ik,kj->j", normal, chain.damping, normal)
     most = np.abs(normal).max(axis=0, initial=0.0)

@@ -15,7 +15,14 @@ from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.results.variables import VARIABLES
 from pounding_risk.scene.buildings import KINDS as BUILDING_KINDS
-from pounding_risk.scene.buildings import RigidWall, ShearBuilding, SingleMass, TypologyBuilding
+from pounding_risk.scene.buildings import (
+    MatrixBuilding,
+    ModalBuilding,
+    RigidWall,
+    ShearBuilding,
+    SingleMass,
+    TypologyBuilding,
+)
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.keys import measured
 from pounding_risk.scene.reader import parse_scene
@@ -60,6 +67,13 @@ BUILDINGS: dict[Any, dict[str, Any]] = {
         "storey_strengths": "2 MN",
     },
     TypologyBuilding: {"name": "frame", "height": "12 m", "storeys": 4, "typology": "masonry", "floor_mass": "90 t"},
+    MatrixBuilding: {
+        "name": "frame",
+        "floor_masses": ["210 t", "210 t", "180 t"],
+        "storey_heights": "3 m",
+        "stiffness_matrix": {"values": [[300, -150, 0], [-150, 240, -90], [0, -90, 90]], "unit": "MN/m"},
+    },
+    ModalBuilding: {"name": "frame", "floor_masses": ["210 t"] * 3, "storey_heights": "3 m", "modes": "modes.csv"},
 }
 # What a key needs beside it, or in whose place it stands: None removes a key.
 BESIDE: dict[str, dict[str, Any]] = {
@@ -85,17 +99,20 @@ VALUES: dict[str, Any] = {
     "building.wave_speed": "3000 m/s",
     "building.damping": 0.07,
     "building.storeys": 3,
+    "building.floor_rows": [1, 2, 3],
     "building.initial_displacement": "10 mm",
     "interface.contact": [{"left": "storey 1", "right": "storey 1"}],
     "grid.zip": [["building.frame.mass", "building.frame.period"]],
     "solver.rtol": 1e-7,
 }
-# Keys that a scene writes in other words: k follows from mass and period, storeys stand in their lists, and numbers of
-# [grid] and [uncertain] under their addresses.
+# Keys that a scene writes in other words: k follows from mass and period, storeys stand in their lists, what a file has
+# in place of the file, and numbers of [grid] and [uncertain] under their addresses.
 OTHERWISE: dict[Any, set[str]] = {
     SingleMass: {"stiffness"},
     ShearBuilding: {"storeys"},
     TypologyBuilding: {"typology", "floor_mass", "height", "period", "storeys"},
+    MatrixBuilding: {"floor_rows", "period", "stiffness_matrix", "damping_matrix"},
+    ModalBuilding: {"modes", "residual_period", "period", "damping"},
     "grid": {"axes"},
     "uncertain": {"numbers"},
 }
@@ -119,6 +136,9 @@ def folder(tmp_path) -> Path:
     for file in ("my/a.AT2", "my/other_station.AT2", "selected.csv", "EventGrid.csv"):
         (tmp_path / file).parent.mkdir(exist_ok=True)
         (tmp_path / file).touch()
+    (tmp_path / "K.csv").write_text("300,-150,0\n-150,240,-90\n0,-90,90\n")
+    (tmp_path / "C.csv").write_text("3,-1,0\n-1,3,-1\n0,-1,2\n")
+    (tmp_path / "modes.csv").write_text("period [s],floor 1,floor 2,floor 3\n0.5,0.3,0.7,1\n")
     (tmp_path / "bumper.csv").write_text("penetration [mm],force [kN]\n0,0\n10,450\n")
     return tmp_path
 

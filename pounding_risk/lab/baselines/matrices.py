@@ -44,8 +44,7 @@ def row_matrices(chains: Sequence[Chain], points: Sequence[Any]) -> RowMatrices:
     count = int(first[-1])
     stiffness, damping, shares = np.zeros((count, count)), np.zeros((count, count)), np.zeros((len(points), count))
     for start, stop, chain in zip(first, first[1:], chains, strict=False):
-        drift = np.eye(stop - start) - np.eye(stop - start, k=-1)
-        stiffness[start:stop, start:stop] = drift.T @ np.diag(chain.spring) @ drift
+        stiffness[start:stop, start:stop] = chain.stiffness()
         damping[start:stop, start:stop] = chain.damping
     for share, point in zip(shares, points, strict=True):
         for sign, building, floor in (

@@ -3,6 +3,8 @@
 A single mass is a chain of one, a rigid building a chain of none. With V_i the shear of the storey below mass i:
 
     m_i ü_i = −(C u̇)_i − V_i + V_{i+1} − m_i a_g(t) ± (contact forces),     V_i = spring_i (u_i − u_{i−1}) while elastic
+
+A building that is given by its stiffness matrix has that matrix in place of storey springs: −(K u)_i.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from numpy.typing import NDArray
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import building_effects
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.models.structures.storeys import Storeys, stiffness_matrix
 from pounding_risk.units import INITIAL_DISPLACEMENT, STIFFNESS, say
 
 Array = NDArray[np.float64]
@@ -38,6 +40,16 @@ class Chain(NamedTuple):
     hardening: float = 1.0  # stiffness past yield over that before
     foundations: int = 0  # 1 where the first mass is the foundation on its soil
     initial: Array = np.zeros((2, 0))  # u [m] and u̇ [m/s] of each mass when the motion begins; empty at rest
+    coupling: Array = np.zeros((0, 0))  # N/m, symmetric, between masses beside the storey springs; empty without
+
+    def stiffness(self) -> Array:
+        """K [N/m] of the chain while it is elastic."""
+        springs = stiffness_matrix(self.spring)
+        return springs + self.coupling if self.coupling.size else springs
+
+    def drift_limits(self) -> Array:
+        """Drift at which each storey yields [m]; infinite where it never does, and where no storey has a spring."""
+        return np.divide(self.strength, self.shear, out=np.full(self.mass.size, np.inf), where=self.shear > 0.0)
 
     def yielding(self, strengths: Sequence[float], hardening: float) -> Chain:
         """The chain whose storeys yield at these shears [N]."""
@@ -55,6 +67,7 @@ class Chain(NamedTuple):
         relative = np.hstack([np.full((self.mass.size, 1), -1.0), np.eye(self.mass.size)])
         damping = relative.T @ self.damping @ relative
         damping[0, 0] += dashpot
+        coupling = relative.T @ self.coupling @ relative if self.coupling.size else self.coupling
         return self._replace(
             mass=np.append(mass, self.mass),
             spring=np.append(spring, self.spring),
@@ -63,6 +76,7 @@ class Chain(NamedTuple):
             strength=np.append(np.inf, self.strength),
             foundations=1,
             initial=np.insert(self.initial, 0, 0.0, axis=1) if self.initial.size else self.initial,
+            coupling=0.5 * (coupling + coupling.T),
         )
 
 
@@ -96,7 +110,13 @@ def chain_of(building: Building | Storeys, effects: Iterable[tuple[str, Iterable
         chain = effect.built(chain, building)
     _check_elastic(chain, building.name)
     gone = np.flatnonzero(chain.spring <= 0.0)
-    if gone.size:
+    if chain.coupling.size:
+        if np.linalg.eigvalsh(chain.stiffness())[0] <= 0.0:
+            raise PoundingError(
+                f"p_delta: {building.name} has no stiffness left in one of its modes, its storeys less weight over "
+                "height; check masses, stiffness_matrix and heights, or remove p_delta"
+            )
+    elif gone.size:
         storey = int(gone[0])
         raise PoundingError(
             f"p_delta: storey {storey + 1 - chain.foundations} of {building.name} has no stiffness left: the weight "
@@ -111,7 +131,7 @@ def _check_elastic(chain: Chain, name: str) -> None:
     """Raises PoundingError where a storey would have yielded before the motion begins."""
     if not chain.initial.size:
         return
-    drift, limit = np.abs(np.diff(chain.initial[0], prepend=0.0)), chain.strength / chain.shear
+    drift, limit = np.abs(np.diff(chain.initial[0], prepend=0.0)), chain.drift_limits()
     past = np.flatnonzero(drift > limit)
     if past.size:
         storey = int(past[0])
@@ -125,9 +145,17 @@ def _check_elastic(chain: Chain, name: str) -> None:
 def _bare(building: Building | Storeys) -> Chain:
     """The chain of a building without any effect."""
     if isinstance(building, Storeys):
-        mass, damping, _ = building.matrices()
-        springs = np.array(building.stiffnesses)
-        bare = Chain(np.diag(mass).copy(), springs, springs, damping, np.full(springs.size, np.inf))
+        mass, damping, stiffness = building.matrices()
+        given = building.stiffness_matrix and len(mass) > 1  # one mass has one spring, as in any building
+        springs = np.zeros(len(mass)) if given else np.array(building.stiffnesses or stiffness[0])
+        bare = Chain(
+            np.diag(mass).copy(),
+            springs,
+            springs,
+            damping,
+            np.full(springs.size, np.inf),
+            coupling=stiffness if given else np.zeros((0, 0)),
+        )
         return _begun(bare, building.initial_displacement, building.initial_velocity)
     count = 0 if building.is_rigid else 1
     springs = np.full(count, building.stiffness)

@@ -6,6 +6,9 @@ The storey below floor i has the stiffness k_i and makes the shear V_i = k_i (u_
 
 With S = diag(sqrt k) D M^(−1/2), D the differences of neighbouring floors, K = M^(1/2) SᵀS M^(1/2): the singular values
 of S are the angular frequencies. They come out to rounding, the slowest too, however stiff the stiffest storey is.
+
+A building whose floors are joined in another way, such as a frame or a wall in bending, has its stiffness matrix K in
+place of storey springs.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.ground import SHARED, Support
+from pounding_risk.models.structures.matrices import check_stiff, symmetric
 from pounding_risk.models.structures.typologies import known_typology
 from pounding_risk.units import (
     DAMPING,
@@ -40,6 +44,7 @@ from pounding_risk.units import (
 Array = NDArray[np.float64]
 
 DAMPING_RULES = ("modal", "rayleigh", "stiffness")
+BY_MATRIX = "matrix"  # the rule of a building that has its own damping matrix
 MOST_STOREYS = 200  # of a building that a scene describes
 RAYLEIGH_SHARE = 0.95  # of the mass: Rayleigh's second mode is the one by which the modes carry so much of it
 
@@ -51,9 +56,16 @@ class Vibration(NamedTuple):
     shapes: Array  # kg^(−1/2), (floors, modes)
 
 
-def vibration(masses: Array, springs: Array) -> Vibration:
-    """The modes of masses [kg] on springs [N/m], each spring below its mass; all of them positive."""
+def vibration(masses: Array, springs: Array, stiffness: Array | None = None) -> Vibration:
+    """The modes of masses [kg] on springs [N/m], each spring below its mass; all of them positive.
+
+    Where a ``stiffness`` matrix [N/m] is given it stands in place of the springs.
+    """
     root = np.sqrt(masses)
+    if stiffness is not None:
+        squares, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
+        forms = vectors / root[:, None]
+        return Vibration(np.sqrt(squares), forms * np.where(forms[-1:] < 0.0, -1.0, 1.0))
     drifts = np.eye(root.size) - np.eye(root.size, k=-1)
     _, frequencies, rows = np.linalg.svd(np.sqrt(springs)[:, None] * drifts / root)
     shapes = rows[::-1].T / root[:, None]
@@ -72,9 +84,10 @@ class Storeys:
 
     ``damping_rule`` "modal": every mode has the ratio ζ, C = M Φ diag(2 ζ ω) Φᵀ M; "rayleigh": C = α M + β K with ζ in
     the first mode and in the one by which the modes carry 95 % of the mass, the second at least; "stiffness": C = β K
-    with ζ in the first mode. ``strengths`` are the storeys' yield shears for `inelastic_storeys`; without any the
-    building stays elastic. Without ``initial_displacement`` and ``initial_velocity`` it begins at rest. Raises
-    PoundingError for numbers that no building has.
+    with ζ in the first mode. A ``stiffness_matrix`` stands in place of ``stiffnesses``, and a ``damping_matrix`` is C
+    itself, of the rule "matrix"; ``damping`` is then the ratio of the first mode. ``strengths`` are the storeys' yield
+    shears for `inelastic_storeys`; without any the building stays elastic. Without ``initial_displacement`` and
+    ``initial_velocity`` it begins at rest. Raises PoundingError for numbers that no building has.
 
     >>> round(Storeys("A", (25e3,) * 3, (3.46e6,) * 3, (3.0,) * 3).period, 4)
     1.2001
@@ -90,6 +103,8 @@ class Storeys:
     initial_displacement: tuple[float, ...] = ()  # m, of each floor relative to the ground when the motion begins
     initial_velocity: tuple[float, ...] = ()  # m/s
     support: Support = SHARED  # what a_g is under it
+    stiffness_matrix: tuple[tuple[float, ...], ...] = ()  # N/m, of the floors; empty where storeys are springs
+    damping_matrix: tuple[tuple[float, ...], ...] = ()  # N s/m; empty where a rule makes it
 
     is_rigid = False
 
@@ -97,12 +112,14 @@ class Storeys:
         for field, key, quantity in _LISTS:
             object.__setattr__(self, field, tuple(map(float, getattr(self, field))))
             self._check(key, getattr(self, field), quantity)
+        if self.stiffness_matrix:
+            self._take_matrices()
         if not DAMPING.allows(self.damping):
             raise PoundingError(
                 f"{self.name}: a damping of {self.damping:g} is out of range; the ratio must be {bounds(DAMPING)}, "
                 "such as damping = 0.05"
             )
-        if self.damping_rule not in DAMPING_RULES:
+        if self.damping_rule not in ((BY_MATRIX,) if self.damping_matrix else DAMPING_RULES):
             raise PoundingError(
                 f"{self.name}: {shown(self.damping_rule)} is not a damping_rule; it may be {', '.join(DAMPING_RULES)}"
             )
@@ -112,7 +129,8 @@ class Storeys:
         floors = len(self.masses)
         if not floors:
             raise PoundingError(f'{self.name}: no floor; write floor_masses = ["44 t", "44 t"], from the ground up')
-        if len(values) != floors and (values or key in _NEEDED):
+        needed = key in _NEEDED and not (key == "storey_stiffnesses" and self.stiffness_matrix)
+        if len(values) != floors and (values or needed):
             raise PoundingError(
                 f"{self.name}: {len(values)} {key} for {floors} floor_masses; write one for each, from the ground up"
             )
@@ -122,6 +140,26 @@ class Storeys:
                     f"{self.name}: {value:g} {quantity.unit} is out of range for number {number} of {key}; "
                     f"a {quantity.words} must be {bounds(quantity)}"
                 )
+
+    def _take_matrices(self) -> None:
+        """Keep the matrices as tuples, symmetric; raises PoundingError where they hold no building of these floors."""
+        for field in ("stiffness_matrix", "damping_matrix"):
+            if not getattr(self, field):
+                continue
+            try:
+                matrix = symmetric(getattr(self, field), field)
+                if len(matrix) != len(self.masses):
+                    raise PoundingError(
+                        f"{field} has {len(matrix)} rows for {len(self.masses)} floor_masses; give a row for each "
+                        "floor, from the ground up, or name the rows of floors in floor_rows"
+                    )
+                if field == "stiffness_matrix":
+                    check_stiff(matrix, np.array(self.masses))
+                elif np.linalg.eigvalsh(matrix)[0] < -1e-9 * np.abs(matrix).max():
+                    raise PoundingError("damping_matrix adds energy to a motion; check its signs and its rows")
+            except PoundingError as error:
+                raise PoundingError(f"{self.name}: {error}") from None
+            object.__setattr__(self, field, tuple(map(tuple, matrix.tolist())))
 
     @property
     def levels(self) -> tuple[float, ...]:
@@ -145,15 +183,23 @@ class Storeys:
 
     def vibration(self) -> Vibration:
         """The modes, on rigid ground and without P-Δ."""
-        return vibration(np.array(self.masses), np.array(self.stiffnesses))
+        return vibration(np.array(self.masses), np.array(self.stiffnesses), self._matrix())
+
+    def _matrix(self) -> Array | None:
+        """The stiffness matrix that it is given by, if it is."""
+        return np.array(self.stiffness_matrix) if self.stiffness_matrix else None
 
     def matrices(self) -> tuple[Array, Array, Array]:
         """M [kg], C [N s/m] and K [N/m]."""
-        masses, springs = np.array(self.masses), np.array(self.stiffnesses)
-        return np.diag(masses), self._damping(masses, springs), stiffness_matrix(springs)
+        masses, stiffness = np.array(self.masses), self._matrix()
+        if stiffness is None:
+            stiffness = stiffness_matrix(np.array(self.stiffnesses))
+        return np.diag(masses), self._damping(masses, stiffness), stiffness
 
     def damped_modes(self) -> tuple[int, ...]:
         """The modes, counted from 1, in which the damping rule gives the ratio asked for."""
+        if self.damping_rule == BY_MATRIX:
+            return ()
         if self.damping_rule == "modal":
             return tuple(range(1, len(self.masses) + 1))
         return (1,) if self.damping_rule == "stiffness" else (1, self._second_mode())
@@ -164,8 +210,10 @@ class Storeys:
         carried = int(np.searchsorted(np.cumsum(shares), RAYLEIGH_SHARE)) + 1
         return min(max(carried, 2), len(self.masses))
 
-    def _damping(self, masses: Array, springs: Array) -> Array:
+    def _damping(self, masses: Array, stiffness: Array) -> Array:
         """C [N s/m] by the building's rule."""
+        if self.damping_matrix:
+            return np.array(self.damping_matrix)
         frequencies, shapes = self.vibration()
         if self.damping_rule == "modal":
             weighted = masses[:, None] * shapes
@@ -173,10 +221,10 @@ class Storeys:
             return 0.5 * (damping + damping.T)  # without the last bits by which the product is not symmetric
         first = frequencies[0]
         if self.damping_rule == "stiffness":
-            return 2.0 * self.damping / first * stiffness_matrix(springs)
+            return 2.0 * self.damping / first * stiffness
         second = frequencies[self._second_mode() - 1]
         scale = 2.0 * self.damping / (first + second)
-        return scale * first * second * np.diag(masses) + scale * stiffness_matrix(springs)
+        return scale * first * second * np.diag(masses) + scale * stiffness
 
 
 _LISTS = (

@@ -51,6 +51,10 @@ STEP = float(sys.argv[1]) if len(sys.argv) > 1 else {step!r}
 # Of each building, from the ground up: mass of a floor [kg], and stiffness of the storey below it [N/m].
 BUILDINGS = {buildings}
 
+# Springs between two floors of a building [N/m], beside its storeys, that make up its stiffness matrix; floor 0 is the
+# ground.
+SPRINGS = {springs}
+
 # Dashpots between two floors of a building [N s/m] that make up its damping matrix; floor 0 is the ground.
 DASHPOTS = {dashpots}
 
@@ -99,6 +103,8 @@ for building, storeys in BUILDINGS.items():
         ops.node(tag, 0.0)
         ops.mass(tag, mass)
         join(node_of[building, floor - 1], node_of[building, floor], stiffness, 0.0)
+    for (one, other), stiffness in SPRINGS[building].items():
+        join(node_of[building, one], node_of[building, other], stiffness, 0.0)
     for (one, other), dashpot in DASHPOTS[building].items():
         join(node_of[building, one], node_of[building, other], 0.0, dashpot)
 
@@ -286,16 +292,16 @@ def _parts(script: Script) -> dict[str, Any]:
         "buildings": {
             name: list(zip(chain.mass.tolist(), chain.spring.tolist(), strict=True)) for name, chain in moving.items()
         },
-        "dashpots": {name: _dashpots(chain) for name, chain in moving.items()},
+        "springs": {name: _joins(chain.coupling) for name, chain in moving.items()},
+        "dashpots": {name: _joins(chain.damping) for name, chain in moving.items()},
         "contacts": contacts,
         "computed": computed,
         "peaks": {name: (float(row[REACH]), float(row[FORCE])) for name, row in zip(interfaces, answers, strict=True)},
     }
 
 
-def _dashpots(chain: Any) -> dict[tuple[int, int], float]:
-    """Dashpots between two floors of a building, 0 the ground, that make up any symmetric damping matrix [N s/m]."""
-    matrix = chain.damping
+def _joins(matrix: Any) -> dict[tuple[int, int], float]:
+    """Springs or dashpots between two floors of a building, 0 the ground, that make up any symmetric matrix."""
     count, smallest = len(matrix), 1e-14 * np.abs(matrix).max(initial=0.0)
     between = {(i, j): -float(matrix[i - 1, j - 1]) for i in range(1, count + 1) for j in range(i + 1, count + 1)}
     to_ground = {(0, j): float(matrix[j - 1].sum()) for j in range(1, count + 1)}

@@ -234,6 +234,9 @@ def _results_of(layout: RowLayout, run: Run, states: np.ndarray) -> RowRun:
     # A storey that has never passed its limit has the shear of its drift: flights search for the drift's peak alone.
     elastic = floors[:, DRIFT - DISPLACEMENT] <= row.floors[LIMIT]
     floors[elastic, STOREY_FORCE - DISPLACEMENT] = row.floors[SHEAR, elastic] * floors[elastic, DRIFT - DISPLACEMENT]
+    floors[row.floors[SHEAR] == 0.0, STOREY_FORCE - DISPLACEMENT] = (
+        np.nan
+    )  # floors joined by a matrix: no storey spring
     at_end = run.dofs[AT_END]
     drift = at_end - np.where(row.floors[BOTTOM] > 0.0, 0.0, np.concatenate([[0.0], at_end[:-1]])[: at_end.size])
     # A storey that yields drags its elastic range along, which is written down when it turns.

@@ -1,18 +1,18 @@
 """One building of a row: a chain of masses on storeys, its accelerations, its energy and its Taylor series.
 
-    m ü_i = −(C u̇)_i − V_i + V_{i+1} − m a_g,   V_i = k_i (u_i − u_{i−1}) + c_i
+    m ü_i = −(C u̇)_i − (K u)_i − V_i + V_{i+1} − m a_g,   V_i = k_i (u_i − u_{i−1}) + c_i
 
-with the constants c_i of storeys that have yielded. While no storey changes its branch the motion under a linear a_g is
-its own Taylor series.
+with the constants c_i of storeys that have yielded, and K of a building that is given by its stiffness matrix. While no
+storey changes its branch the motion under a linear a_g is its own Taylor series.
 """
 
 from __future__ import annotations
 
-from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.ground_dof import top_of, write_ground_series
 from pounding_risk.solver.row.storey import storey_energy
-from pounding_risk.solver.row.workspace import BAND, CONSTANT, FIRST, INVERSE, MASS, TANGENT, VELOCITY
+from pounding_risk.solver.row.workspace import BAND, CONSTANT, COUPLED, FIRST, INVERSE, MASS, TANGENT, VELOCITY
 
 
 @kernel
@@ -34,6 +34,7 @@ def accelerate(row, b, state, pull, dofs, out):
         dofs[out, i] = -force
         if i > first:
             dofs[out, i - 1] += force
+    subtract_coupling(row, b, state, dofs, out)
     storey_power = 0.0
     for i in range(first, last):
         storey_power += dofs[out, i] * dofs[state + VELOCITY, i]
@@ -57,6 +58,33 @@ def subtract_damping(row, b, speed, dofs, out):
             dofs[out, i] -= row.damping[j, i - first] * rate
 
 
+@small
+def coupling_force(row, b, i, line, dofs):
+    """(K u)_i of a coupled building, u in row ``line`` of the dofs."""
+    first, force = row.frame[FIRST, b], 0.0
+    for j in range(first, top_of(row, b)):
+        force += row.coupling[i, j - first] * dofs[line, j]
+    return force
+
+
+@kernel
+def subtract_coupling(row, b, line, dofs, out):
+    """Take the forces K · row ``line`` from row ``out``, where the building has springs beside its storeys."""
+    if row.frame[COUPLED, b] > 0:
+        for i in range(row.frame[FIRST, b], top_of(row, b)):
+            dofs[out, i] -= coupling_force(row, b, i, line, dofs)
+
+
+@kernel
+def coupling_product(row, b, line, dofs):
+    """xᵀ K x of a building's springs beside its storeys, x in row ``line`` of the dofs."""
+    total = 0.0
+    if row.frame[COUPLED, b] > 0:
+        for i in range(row.frame[FIRST, b], top_of(row, b)):
+            total += dofs[line, i] * coupling_force(row, b, i, line, dofs)
+    return total
+
+
 @kernel
 def energy_of(row, b, state, dofs):
     """Kinetic energy and potential of the storeys' forces of one building [J]."""
@@ -65,6 +93,8 @@ def energy_of(row, b, state, dofs):
         drift = dofs[state, i] - below
         below = dofs[state, i]
         total += 0.5 * row.floors[MASS, i] * dofs[state + VELOCITY, i] ** 2 + storey_energy(row, dofs, i, drift)
+    if row.frame[COUPLED, b] > 0:
+        total += 0.5 * coupling_product(row, b, state, dofs)
     return total
 
 
@@ -94,7 +124,11 @@ def write_series(row, run, b, state, ground, terms):
             drag = 0.0
             for j in range(max(first, i - band), min(last, i + band + 1)):
                 drag += row.damping[i, j - first] * series[j, n + 1]
-            push = (series[i, n + 2] - (n + 1) * drag) * row.floors[INVERSE, i] - push_of_ground
+            force = series[i, n + 2]
+            if row.frame[COUPLED, b] > 0:
+                for j in range(first, last):
+                    force -= row.coupling[i, j - first] * series[j, n]
+            push = (force - (n + 1) * drag) * row.floors[INVERSE, i] - push_of_ground
             series[i, n + 2] = push * share
     write_ground_series(row, b, ground, series, terms)
 

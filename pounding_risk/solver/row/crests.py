@@ -17,6 +17,7 @@ from pounding_risk.solver.row.workspace import (
     BAND,
     BOTTOM,
     CONSTANT,
+    COUPLED,
     DISPLACEMENT,
     DRIFT,
     FIRST,
@@ -66,6 +67,9 @@ def acceleration_between(row, run, group, i, x):
     force = -(dofs[TANGENT, i] * drift + dofs[CONSTANT, i])
     if i + 1 < last:
         force += dofs[TANGENT, i + 1] * (between(run, 0, i + 1, x) - displacement) + dofs[CONSTANT, i + 1]
+    if row.frame[COUPLED, b] > 0:
+        for j in range(first, last):
+            force -= row.coupling[i, j - first] * between(run, 0, j, x)
     band = row.frame[BAND, b]
     for j in range(max(first, i - band), min(last, i + band + 1)):
         force -= row.damping[i, j - first] * between(run, 1, j, x)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.equations import SHARE, SLACK, YIELDING
-from pounding_risk.solver.row.building import energy_of
+from pounding_risk.solver.row.building import coupling_force, energy_of
 from pounding_risk.solver.row.contact_points import across_and_rate, power_through_ground, push_apart
 from pounding_risk.solver.row.ground import ArrivingRowInterval, UniformRowInterval
 from pounding_risk.solver.row.ground_dof import place_ground, push_ground, top_of
@@ -18,6 +18,7 @@ from pounding_risk.solver.row.laws import law_force, law_plateau
 from pounding_risk.solver.row.workspace import (
     BAND,
     CONSTANT,
+    COUPLED,
     END,
     FIRST,
     INVERSE,
@@ -125,6 +126,8 @@ def accelerate_building(row, b, state, pull, dofs, out):
             above = dofs[TANGENT, i + 1] * (dofs[state, i + 1] - dofs[state, i]) + dofs[CONSTANT, i + 1]
         push = dofs[out, i]
         power += push * dofs[state + VELOCITY, i]
+        if row.frame[COUPLED, b] > 0:
+            push -= coupling_force(row, b, i, state, dofs)
         dofs[out, i] = (push + (above - shear)) * row.floors[INVERSE, i]
     return power
 

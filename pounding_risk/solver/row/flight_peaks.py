@@ -4,7 +4,9 @@ While no storey changes its branch, y = u̇ + K⁻¹ M 1 · (slope of a_g) is a 
 its derivatives. The energy of a free vibration only falls, which bounds every derivative of the motion from what it is
 at the start:
 
-    |ü_i| ≤ sqrt(2 E / m_i),   2 E = Σ m ü² + Σ k (y_i − y_{i−1})².
+    |ü_i| ≤ sqrt(2 E / m_i),   2 E = Σ m ü² + Σ k (y_i − y_{i−1})² + yᵀ K y,
+
+K that of springs beside the storeys.
 """
 
 from __future__ import annotations
@@ -13,7 +15,12 @@ from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.taylor import crest_bound, highest
-from pounding_risk.solver.row.building import subtract_damping, write_series
+from pounding_risk.solver.row.building import (
+    coupling_product,
+    subtract_coupling,
+    subtract_damping,
+    write_series,
+)
 from pounding_risk.solver.row.ground_dof import top_of
 from pounding_risk.solver.row.storey import shear_stiffness
 from pounding_risk.solver.row.workspace import (
@@ -23,6 +30,7 @@ from pounding_risk.solver.row.workspace import (
     BOUNDS,
     CAN_YIELD,
     CONSTANT,
+    COUPLED,
     DISPLACEMENT,
     DRIFT,
     FIRST,
@@ -47,7 +55,21 @@ def motion_bound(row, b, rise, dofs, state, accelerations):
         y = dofs[state + VELOCITY, i] + row.floors[STATIC, i] * rise
         motion += row.floors[MASS, i] * dofs[accelerations, i] ** 2 + dofs[TANGENT, i] * (y - below) ** 2
         below = y
-    return motion
+    return motion + coupled_motion(row, b, rise, dofs, state)
+
+
+@kernel
+def coupled_motion(row, b, rise, dofs, state):
+    """yᵀ K y of `motion_bound`, of the springs beside the storeys."""
+    total, first, last = 0.0, row.frame[FIRST, b], top_of(row, b)
+    if row.frame[COUPLED, b] > 0:
+        for i in range(first, last):
+            force = 0.0
+            for j in range(first, last):
+                y = dofs[state + VELOCITY, j] + row.floors[STATIC, j] * rise
+                force += row.coupling[i, j - first] * y
+            total += (dofs[state + VELOCITY, i] + row.floors[STATIC, i] * rise) * force
+    return total
 
 
 @kernel
@@ -60,7 +82,7 @@ def shake_bound(row, b, rise, dofs, state, accelerations, spare):
     for i in range(row.frame[FIRST, b], top_of(row, b)):
         shake += row.floors[MASS, i] * dofs[spare + 1, i] ** 2 + dofs[TANGENT, i] * (dofs[spare, i] - below) ** 2
         below = dofs[spare, i]
-    return shake
+    return shake + coupling_product(row, b, spare, dofs)
 
 
 @kernel
@@ -74,6 +96,7 @@ def differentiate_motion(row, b, dofs, displacements, velocities, ground, out):
         dofs[out, i] = -force
         if i > first:
             dofs[out, i - 1] += force
+    subtract_coupling(row, b, displacements, dofs, out)
     subtract_damping(row, b, velocities, dofs, out)
     for i in range(first, last):
         dofs[out, i] = dofs[out, i] * row.floors[INVERSE, i] - ground

@@ -17,6 +17,7 @@ from pounding_risk.solver.row.workspace import (
     ACCELERATION,
     BAND,
     BOUNDS,
+    COUPLED,
     DISPLACEMENT,
     DRIFT,
     FIRST,
@@ -68,6 +69,11 @@ def accelerate_all(row, run, work, b, count):
             force = spring * (paths[0, i, n] - paths[0, i - 1, n])
             paths[PATH_ACCELERATION, i, n] = -force
             paths[PATH_ACCELERATION, i - 1, n] += force
+    for i in range(first, last if row.frame[COUPLED, b] > 0 else first):
+        for j in range(first, last):
+            spring = row.coupling[i, j - first]
+            for n in range(nodes):
+                paths[PATH_ACCELERATION, i, n] -= spring * paths[0, j, n]
     for i in range(first, last):
         mass, inverse = row.floors[MASS, i], row.floors[INVERSE, i]
         for n in range(nodes):
@@ -94,6 +100,13 @@ def bound_all(row, run, work, b, count):
         for n in range(count):
             rate = paths[VELOCITY, i, n] - paths[VELOCITY, i - 1, n] + static_drift * work.ground[RISE, n]
             swings[0, b, n] += mass * paths[PATH_ACCELERATION, i, n] ** 2 + spring * rate * rate
+    for i in range(first, last if row.frame[COUPLED, b] > 0 else first):
+        for j in range(first, last):
+            spring, one, other = row.coupling[i, j - first], row.floors[STATIC, i], row.floors[STATIC, j]
+            for n in range(count):
+                rise = work.ground[RISE, n]
+                rates = (paths[VELOCITY, i, n] + one * rise) * (paths[VELOCITY, j, n] + other * rise)
+                swings[0, b, n] += spring * rates
     for n in range(count):
         swings[1, b, n] = sqrt(swings[0, b, n])
 

@@ -18,6 +18,7 @@ from pounding_risk.solver.row.workspace import (
     BLOCK_MAP,
     BOTTOM,
     CAN_YIELD,
+    COUPLED,
     FIRST,
     GIVE,
     INVERSE,
@@ -107,10 +108,13 @@ def lay_out(
     floors = np.zeros((12, int(first[-1])))
     floors[LIMIT] = inf
     damping = np.zeros((int(first[-1]), max([1, *counts])))
+    coupling = np.zeros((int(first[-1]), max(chain.coupling.shape[1] for chain in chains)))
     for start, chain in zip(first, chains, strict=False):
         dofs = slice(int(start), int(start) + chain.mass.size)
         _lay_floors(floors[:, dofs], chain)
         damping[dofs, : chain.mass.size] = chain.damping
+        if chain.coupling.size:
+            coupling[dofs, : chain.mass.size] = chain.coupling
     # From each node to the next: building by building, and interval by interval where these differ.
     widths = [step] if arrived is None else np.diff(np.append(arrived.offsets, step)).tolist()
     maps = [_map(chain, width) for width in widths for chain in chains]
@@ -127,12 +131,13 @@ def lay_out(
                 ends[k, 2 * side + end] = -1 if dof < 0 else int(first[b]) + dof
                 shares[k, 2 * side + end] = 0.0 if dof < 0 else share * (1.0 - 2.0 * side)
         ends[k, 4:], shares[k, 4:] = first[int(point.interface) + 2] - 1, -1.0
-    frame = np.zeros((6, first.size), dtype=np.int64)
+    frame = np.zeros((7, first.size), dtype=np.int64)
     frame[FIRST] = first
     frame[START, :-1] = np.searchsorted(interfaces, np.arange(len(chains)))
     frame[MAP, 1:] = np.cumsum([one_map.size for one_map in maps[: len(counts)]])
     frame[CAN_YIELD, :-1] = [bool(np.isfinite(chain.strength).any()) for chain in chains]
     frame[BAND, :-1] = [_band(chain.damping) for chain in chains]
+    frame[COUPLED, :-1] = [chain.coupling.size > 0 for chain in chains]
     frame[BLOCK_MAP, 1:] = np.cumsum([one_map.size for one_map in block_maps])
     row = Row(
         frame,
@@ -140,6 +145,7 @@ def lay_out(
         shares,
         floors,
         damping,
+        coupling,
         np.concatenate([*maps, np.zeros(1)]),
         UniformRow() if arrived is None else ArrivingRow(),
     )
@@ -164,7 +170,7 @@ def cut_out(layout: RowLayout, first: int, last: int) -> RowLayout:
     frame[FIRST] -= dofs.start
     frame[MAP] -= maps.start
     frame[START] -= points.start
-    frame[[START, CAN_YIELD, BAND], -1] = 0
+    frame[[START, CAN_YIELD, BAND, COUPLED], -1] = 0
     ends, by_interval = row.ends[points], row.maps[:-1].reshape(layout.phases, -1)[:, maps]
     within = (dofs.start <= layout.masses) & (layout.masses < dofs.stop)
     return layout._replace(
@@ -174,6 +180,7 @@ def cut_out(layout: RowLayout, first: int, last: int) -> RowLayout:
             row.shares[points].copy(),
             row.floors[:, dofs].copy(),
             row.damping[dofs].copy(),
+            row.coupling[dofs].copy(),
             np.append(by_interval, 0.0),
             row.passage,
         ),
@@ -193,17 +200,12 @@ def _band(matrix: np.ndarray) -> int:
     return int(np.abs(rows - columns).max()) if rows.size else 0
 
 
-def _stiffness(spring: np.ndarray) -> np.ndarray:
-    above = np.append(spring[1:], 0.0)
-    return np.diag(spring + above) - np.diag(spring[1:], 1) - np.diag(spring[1:], -1)
-
-
 def _motion(chain: Chain) -> np.ndarray:
     """The matrix of d/dt (u, v, a_g, slope of a_g) of a building in free motion."""
     n = chain.mass.size
     a = np.zeros((2 * n + 2, 2 * n + 2))
     a[:n, n : 2 * n] = np.eye(n)
-    a[n : 2 * n, :n] = -_stiffness(chain.spring) / chain.mass[:, None]
+    a[n : 2 * n, :n] = -chain.stiffness() / chain.mass[:, None]
     a[n : 2 * n, n : 2 * n] = -chain.damping / chain.mass[:, None]
     a[n : 2 * n, 2 * n] = -1.0
     a[2 * n, 2 * n + 1] = 1.0
@@ -237,20 +239,28 @@ def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
         return
     floors[MASS], floors[INVERSE] = chain.mass, 1.0 / chain.mass
     floors[SPRING], floors[SHEAR] = chain.spring, chain.shear
-    floors[LIMIT] = chain.strength / chain.shear
+    floors[LIMIT] = chain.drift_limits()
     floors[SOFT] = np.where(np.isfinite(chain.strength), (1.0 - chain.hardening) * chain.shear, 0.0)
-    floors[STATIC] = np.linalg.solve(_stiffness(chain.spring), chain.mass)
+    floors[STATIC] = np.linalg.solve(chain.stiffness(), chain.mass)
     floors[BOTTOM, 0] = 1.0
     floors[ROOT] = np.sqrt(floors[INVERSE])
-    # Of a chain (K⁻¹)_ii is the sum of the flexibilities of the storeys below floor i.
-    floors[GIVE], floors[SWAY] = np.sqrt(1.0 / chain.spring), np.sqrt(np.cumsum(1.0 / chain.spring))
+    floors[GIVE], floors[SWAY] = _give_and_sway(chain)
     floors[QUICK] = _quickest(chain)
+
+
+def _give_and_sway(chain: Chain) -> tuple[np.ndarray, np.ndarray]:
+    """Roots of the flexibilities of each drift and of each floor [sqrt(m/N)]: with D the drifts, D K⁻¹ Dᵀ and K⁻¹."""
+    if chain.coupling.size:
+        drifts, flexibility = np.eye(chain.mass.size) - np.eye(chain.mass.size, k=-1), np.linalg.inv(chain.stiffness())
+        return np.sqrt(np.diag(drifts @ flexibility @ drifts.T)), np.sqrt(np.diag(flexibility))
+    # Of a chain (K⁻¹)_ii is the sum of the flexibilities of the storeys below floor i.
+    return np.sqrt(1.0 / chain.spring), np.sqrt(np.cumsum(1.0 / chain.spring))
 
 
 def _quickest(chain: Chain) -> float:
     """(ω + c)², ω the fastest mode and c the largest eigenvalue of M^(−1/2) C M^(−1/2) [1/s²]."""
     root = np.sqrt(chain.mass)
-    scaled = [matrix / root / root[:, None] for matrix in (_stiffness(chain.spring), chain.damping)]
+    scaled = [matrix / root / root[:, None] for matrix in (chain.stiffness(), chain.damping)]
     fastest, strongest = (float(np.linalg.eigvalsh(matrix)[-1]) for matrix in scaled)
     return (np.sqrt(fastest) + max(strongest, 0.0)) ** 2
 

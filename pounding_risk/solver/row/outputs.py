@@ -96,13 +96,15 @@ AT_STOREYS = ("building", "storey")
 OF_STOREYS = {  # in the order of the columns of `RowRun.floors`
     "storey_displacement": Variable("m", "largest displacement of the floor above relative to the ground", AT_STOREYS),
     "storey_drift": Variable("m", "largest drift of the storey", AT_STOREYS),
-    "storey_shear": Variable("N", f"{OF_SPRINGS} of the storey", AT_STOREYS),
+    "storey_shear": Variable("N", f"{OF_SPRINGS} of the storey; NaN without storey springs", AT_STOREYS),
     "storey_acceleration": Variable("m/s2", "largest absolute acceleration of the floor above", AT_STOREYS),
 }
 OF_BUILDINGS = {  # in the same order: the largest of the storeys
     "peak_displacement": Variable("m", "largest displacement of any floor relative to the ground", ("building",)),
     "peak_drift": Variable("m", "largest drift of any storey; NaN for a rigid building", ("building",)),
-    "peak_storey_shear": Variable("N", f"{OF_SPRINGS} of any storey; NaN for a rigid building", ("building",)),
+    "peak_storey_shear": Variable(
+        "N", f"{OF_SPRINGS} of any storey; NaN for a rigid building and without storey springs", ("building",)
+    ),
     "peak_floor_acceleration": Variable(
         "m/s2",
         "largest absolute acceleration of any floor, in contact too; of a rigid building, the ground's",
@@ -145,7 +147,7 @@ def frame_of(model: RowModel) -> Frame:
     storeys = np.full((len(counts), max(1, *counts)), -1)
     for building, (chain, count) in enumerate(zip(model.chains, counts, strict=True)):
         storeys[building, :count] = model.firsts[building] + chain.foundations + np.arange(count)
-    drifts = np.concatenate([chain.strength / chain.shear for chain in model.chains])
+    drifts = np.concatenate([chain.drift_limits() for chain in model.chains])
     return Frame(model, storeys, np.where(np.isfinite(drifts), drifts, np.nan))
 
 

@@ -1,0 +1,169 @@
+"""Stiffness and damping matrices of the floors of a building: checked, condensed to floors, or put together from modes.
+
+A mode φ_j with the angular frequency ω_j and the ratio ζ_j, the shapes M-orthonormal (ΦᵀMΦ = 1), is one column of
+
+    K = M Φ diag(ω²) Φᵀ M + ω_r² (M − M Φ Φᵀ M),     C = M Φ diag(2 ζ ω) Φᵀ M + 2 ζ_r ω_r (M − M Φ Φᵀ M)
+
+The second terms are the motion that the given modes leave out, all of it with one frequency ω_r (Chopra, Dynamics of
+Structures, section 12.12: static correction, where ω_r is well above those of the excitation).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pounding_risk.errors import PoundingError
+
+Array = NDArray[np.float64]
+
+ASYMMETRY = 1e-4  # of the largest number of a matrix: programs write some six digits
+LEAST_STIFF = 1e-12  # of the largest ω²: below it a mode has no stiffness that rounding leaves
+NOT_ORTHOGONAL = 0.02  # cosine between two shapes: more is no rounding of shapes of two digits
+RESIDUAL_SHARE = 1.0 / 3.0  # of the shortest given period, where no residual_period is given: see `assembled`
+MASS_SHARE = 0.05  # of the mass, by which an effective mass of a file may differ from that of its shape
+
+
+class ModeTable(NamedTuple):
+    """Modes as a program of structural analysis writes them; in SI."""
+
+    periods: tuple[float, ...]  # s
+    shapes: tuple[tuple[float, ...], ...]  # of each mode at the floors, from the ground up; of any size
+    dampings: tuple[float, ...] = ()  # ratios; empty where one holds for all
+    effective_masses: tuple[float, ...] = ()  # kg, to check the shapes by; empty where not known
+
+
+def symmetric(matrix: ArrayLike, name: str) -> Array:
+    """A square matrix without the differences that rounding leaves across its diagonal.
+
+    Raises
+    ------
+    PoundingError
+        Where it is not square, not finite, or not symmetric by more than 1e-4 of its largest number.
+    """
+    given = np.asarray(matrix, dtype=float)
+    if given.ndim != 2 or given.shape[0] != given.shape[1] or not given.size:
+        sizes = " by ".join(map(str, given.shape))
+        raise PoundingError(f"{name} has {sizes} numbers; a matrix has as many rows as columns")
+    if not np.isfinite(given).all():
+        row, column = np.argwhere(~np.isfinite(given))[0] + 1
+        raise PoundingError(f"{name}: row {row}, column {column} is no finite number")
+    off = np.abs(given - given.T)
+    if off.max() > ASYMMETRY * np.abs(given).max():
+        row, column = np.unravel_index(off.argmax(), off.shape)
+        raise PoundingError(
+            f"{name} is not symmetric: {given[row, column]:g} in row {row + 1}, column {column + 1}, and "
+            f"{given[column, row]:g} across the diagonal; give the whole matrix, not one half of it"
+        )
+    return np.asarray(0.5 * (given + given.T))
+
+
+def condensed(stiffness: Array, rows: Sequence[int]) -> Array:
+    """The stiffness of some rows, counted from 1, where no load acts on the others.
+
+    K_ff − K_fr K_rr⁻¹ K_rf (Guyan 1965): exact where the other rows have neither mass nor damping.
+    """
+    floors = np.array(rows) - 1
+    rest = np.setdiff1d(np.arange(len(stiffness)), floors)
+    kept = stiffness[np.ix_(floors, floors)]
+    if not rest.size:
+        return kept
+    across = stiffness[np.ix_(rest, floors)]
+    try:
+        free = np.linalg.solve(stiffness[np.ix_(rest, rest)], across)
+    except np.linalg.LinAlgError:
+        raise PoundingError(
+            "stiffness_matrix: a row that is no floor moves without any force when the floors are held; leave out "
+            "the rows of such a mechanism, or restrain it"
+        ) from None
+    result = kept - across.T @ free
+    return np.asarray(0.5 * (result + result.T))
+
+
+def check_stiff(stiffness: Array, masses: Array) -> None:
+    """Raises PoundingError for floors [N/m, kg] of which a mode has no stiffness."""
+    root = np.sqrt(masses)
+    squares = np.linalg.eigvalsh(stiffness / np.outer(root, root))
+    loose = int((squares <= LEAST_STIFF * squares[-1]).sum())
+    if loose:
+        raise PoundingError(
+            f"stiffness_matrix is not positive definite: {loose} of {len(squares)} modes "
+            f"{'has' if loose == 1 else 'have'} no stiffness (the smallest ω² is {squares[0]:.3g} 1/s²); check that "
+            "it holds the building on its ground, that its rows are in the order of the floors, and its unit"
+        )
+
+
+def assembled(
+    table: ModeTable, masses: Array, damping: float, residual_period: float = 0.0
+) -> tuple[Array, Array | None]:
+    """K [N/m] and C [N s/m] of floors that vibrate in given modes; C is None where one ratio holds for all.
+
+    Parameters
+    ----------
+    table : ModeTable
+        As many modes as floors at most.
+    masses : ndarray, shape (floors,)
+        Of the floors [kg]. The shapes are made orthogonal over them by the change that is smallest in their sum of
+        squares (Löwdin 1950), which removes what the rounding of a printed table has left.
+    damping : float
+        Ratio of modes where the table has none.
+    residual_period : float
+        Period of all motion that the modes leave out [s]; without it a third of the shortest period given. The next
+        mode of a uniform shear building of many storeys has 3/5 of its second mode's period and more of later ones:
+        a third is stiffer than what a building has there, and near static for the ground motion.
+
+    Raises
+    ------
+    PoundingError
+        For shapes that are not orthogonal over these masses, too many modes, and effective masses of others.
+    """
+    count, floors = len(table.periods), len(masses)
+    if count > floors:
+        raise PoundingError(f"modes has {count} modes of {floors} floors; give as many at most, the slowest first")
+    lengths = {len(shape) for shape in table.shapes} - {floors}
+    if lengths:
+        raise PoundingError(f"modes has shapes of {min(lengths)} floors, floor_masses {floors}; write one for each")
+    root = np.sqrt(masses)
+    scaled = np.array(table.shapes).T * root[:, None]
+    sizes = np.linalg.norm(scaled, axis=0)
+    if not (sizes > 0.0).all():
+        raise PoundingError(f"modes: mode {int(np.argmin(sizes)) + 1} moves no floor")
+    scaled /= sizes
+    _check_orthogonal(scaled)
+    _check_masses(table, scaled, root)
+    left, _, right = np.linalg.svd(scaled, full_matrices=False)
+    shapes = left @ right
+    rates = 2.0 * np.pi / np.array(table.periods)
+    residual = 2.0 * np.pi / (residual_period or RESIDUAL_SHARE * min(table.periods))
+    ratios = np.array(table.dampings or (damping,) * count)
+    rest = np.eye(floors) - shapes @ shapes.T if count < floors else np.zeros((floors, floors))
+    weights = np.outer(root, root)
+    stiffness = weights * ((shapes * rates**2) @ shapes.T + residual**2 * rest)
+    dashpots = weights * ((shapes * (2.0 * ratios * rates)) @ shapes.T + 2.0 * ratios[-1] * residual * rest)
+    return 0.5 * (stiffness + stiffness.T), (0.5 * (dashpots + dashpots.T) if table.dampings else None)
+
+
+def _check_orthogonal(scaled: Array) -> None:
+    cosines = np.abs(scaled.T @ scaled - np.eye(scaled.shape[1]))
+    if cosines.max(initial=0.0) > NOT_ORTHOGONAL:
+        one, other = sorted(np.unravel_index(cosines.argmax(), cosines.shape))
+        raise PoundingError(
+            f"modes: the shapes of modes {one + 1} and {other + 1} are not orthogonal over floor_masses (cosine "
+            f"{cosines.max():.2f}); give modes of motion along the row alone, at the floors in their order, and the "
+            "masses of the same model"
+        )
+
+
+def _check_masses(table: ModeTable, scaled: Array, root: Array) -> None:
+    total = float(root @ root)
+    for mode, (stated, shape) in enumerate(zip(table.effective_masses, scaled.T, strict=False), start=1):
+        computed = float((shape @ root) ** 2)
+        if abs(stated - computed) > MASS_SHARE * total:
+            raise PoundingError(
+                f"modes: mode {mode} has an effective mass of {stated / 1e3:.4g} t, and its shape with floor_masses "
+                f"{computed / 1e3:.4g} t, of {total / 1e3:.4g} t in all; check units, the order of the floors, and "
+                "that the masses are those of the same model"
+            )

@@ -1,0 +1,246 @@
+"""Keys of buildings that are given by matrices or modes: values written in a scene, or a file beside it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk._common.inputs import Unfit, text_of
+from pounding_risk._common.tables import Row, read_table, split_unit
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.structures.matrices import ModeTable
+from pounding_risk.models.structures.storeys import MOST_STOREYS
+from pounding_risk.scene.keys import Key, Number, Several, Unreadable, each, list_of, options
+from pounding_risk.units import DAMPING, FLOOR_MASS, PERIOD, Quantity, QuantityError, parse_cell, shown, si
+
+Matrix = tuple[tuple[float, ...], ...]
+MOST_ROWS = 5 * MOST_STOREYS
+MOST_BYTES = 50_000_000
+# A row of a matrix may have any sign; a diagonal is checked where the matrix is put together.
+OF_STIFFNESS = Quantity("N/m", -np.inf, np.inf, "stiffness", example="40 MN/m")
+OF_DASHPOTS = Quantity("N s/m", -np.inf, np.inf, "dashpot", example="200 kN s/m")
+FREQUENCY = Quantity("Hz", 0.0, np.inf, "frequency", open_low=True, open_high=True, example="1.5 Hz")
+ORDINATE = Quantity("1", -np.inf, np.inf, "mode shape", example="1.0")
+MODES_HEAD = "period [s],floor 1,floor 2,..."
+MODES_INLINE = '{period = ["0.60 s", "0.20 s"], shape = [[0.6, 1.0], [1.0, -0.6]]}'
+
+
+class MatrixFile(NamedTuple):
+    """A matrix in a file that has not been read yet."""
+
+    file: str
+    scale: float  # from the file's unit to SI
+
+    def read(self, folder: Path) -> Matrix:
+        """The matrix in SI; raises Several for a file that has none."""
+        path = folder / self.file
+        try:
+            numbers = _array_of(path) if path.suffix.lower() in (".npy", ".npz") else _numbers_of(path)
+        except (Unfit, PoundingError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            raise Several([((), f"{self.file}: {reason}")]) from None
+        return tuple(tuple(row) for row in (self.scale * numbers).tolist())
+
+
+class ModesFile(NamedTuple):
+    """A table of modes in a file that has not been read yet."""
+
+    file: str
+
+    def read(self, folder: Path) -> ModeTable:
+        """The modes; raises Several for a file that has none."""
+        try:
+            return _modes_of(folder / self.file)
+        except PoundingError as error:
+            raise Several([((), str(error))]) from None
+
+
+def _numbers_of(path: Path) -> NDArray[np.float64]:
+    """A matrix of text: a row a line, numbers between commas or blanks; lines that start with # are comments."""
+    rows: list[list[float]] = []
+    for number, line in enumerate(text_of(path, MOST_BYTES).splitlines(), start=1):
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        cells = [cell for cell in re.split(r"[,;\s]+", line.strip()) if cell]
+        try:
+            rows.append([float(cell) for cell in cells])
+        except ValueError:
+            raise PoundingError(
+                f"line {number}: is no row of numbers; write a row of the matrix a line, without a head"
+            ) from None
+        if len(rows[-1]) != len(rows[0]):
+            raise PoundingError(f"line {number}: has {len(rows[-1])} numbers, the first row has {len(rows[0])}")
+        if len(rows) > MOST_ROWS:
+            raise PoundingError(f"has more than {MOST_ROWS} rows; condense the model to its floors")
+    if not rows:
+        raise PoundingError("the file has no numbers; write a row of the matrix a line")
+    return np.array(rows)
+
+
+def _array_of(path: Path) -> NDArray[np.float64]:
+    """The array of a file of NumPy; of several the only one that is a matrix."""
+    try:
+        with path.open("rb") as file:
+            loaded = np.load(file, allow_pickle=False)
+            arrays = [loaded] if isinstance(loaded, np.ndarray) else [loaded[name] for name in loaded.files]
+    except FileNotFoundError:
+        raise PoundingError("no such file; files are relative to the scene file's folder") from None
+    except (OSError, ValueError, EOFError, KeyError) as error:
+        raise PoundingError(f"is no file of NumPy ({type(error).__name__}); save the matrix again") from None
+    arrays = [array for array in arrays if array.ndim == 2 and array.dtype.kind in "fiu"]
+    if len(arrays) != 1 or max(arrays[0].shape) > MOST_ROWS:
+        raise PoundingError(f"has {len(arrays)} matrices; save one, of {MOST_ROWS} rows at most")
+    return np.asarray(arrays[0], dtype=float)
+
+
+def _modes_of(path: Path) -> ModeTable:
+    """The modes of a CSV file: a row a mode, columns period or frequency, damping, effective mass, floor 1 to N."""
+    table = read_table(path, f"write a head such as '{MODES_HEAD}'", error=PoundingError, most=MOST_BYTES)
+    columns: dict[str, list[float]] = {}
+    for index, head in enumerate(table.head):
+        stated, unit = split_unit(head)
+        name = " ".join(stated.lower().replace("_", " ").split())
+        floor = re.fullmatch(r"floor ([0-9]{1,3})", name)
+        quantity = ORDINATE if floor else MODE_COLUMNS.get(name)
+        if quantity is None or name in columns:
+            words = "stands twice" if quantity else "is no column of modes"
+            raise table.head_row.fault(
+                f"{shown(head)} {words}; columns are period or frequency, damping, effective mass, floor 1, floor 2 "
+                "and so on"
+            )
+        columns[name] = [_cell(row, row.cells[index], unit, quantity, head) for row in table.rows]
+    periods = columns.get("period") or [1.0 / value for value in columns.get("frequency", ())]
+    floors = [f"floor {number}" for number in range(1, 1 + sum(name.startswith("floor ") for name in columns))]
+    if not periods or not floors or not set(floors) <= set(columns) or {"period", "frequency"} <= set(columns):
+        raise table.head_row.fault(f"needs one of period and frequency, and a column for each floor: '{MODES_HEAD}'")
+    return ModeTable(
+        tuple(periods),
+        tuple(zip(*(columns[name] for name in floors), strict=True)),
+        tuple(columns.get("damping", ())),
+        tuple(columns.get("effective mass", ())),
+    )
+
+
+def _cell(row: Row, cell: str, unit: str, quantity: Quantity, head: str) -> float:
+    try:
+        return parse_cell(cell, unit, quantity)
+    except QuantityError as error:
+        raise row.fault(f"{head}: {error}") from None
+
+
+MODE_COLUMNS: dict[str, Quantity] = {
+    "period": PERIOD,
+    "frequency": FREQUENCY,
+    "damping": DAMPING,
+    "effective mass": FLOOR_MASS,
+}
+
+
+def matrix_key(name: str, quantity: Quantity, words: str, unit: str, absent: str) -> Key:
+    """A symmetric matrix over the floors: rows with their unit, or a file with it."""
+    in_file = f'{{file = "{name[0].upper()}.csv", unit = "{unit}"}}'
+    inline = f'{{values = [[2, -1], [-1, 1]], unit = "{unit}"}}'
+
+    def read(value: Any, number: Number) -> Matrix | MatrixFile:
+        if isinstance(value, list) and number is si:
+            value = {"values": value, "unit": quantity.unit}
+        if not isinstance(value, Mapping):
+            raise Unreadable(f"{shown(value)} is no matrix with its unit; write {in_file}, or {inline}")
+        kinds = {"file": _text, "values": _rows, "unit": lambda item: _scale(item, quantity)}
+        first = "values" if "values" in value else "file"
+        given = options(
+            value, kinds, (first, "unit"), lambda key: f"missing; write {in_file}", "it takes file or values, and unit"
+        )
+        if "file" in given and "values" in given:
+            raise Unreadable("file and values are both given; remove one of the two")
+        if "file" in given:
+            return MatrixFile(given["file"], given["unit"])
+        return tuple(tuple(given["unit"] * item for item in row) for row in given["values"])
+
+    def write(value: Matrix | MatrixFile) -> Any:
+        if isinstance(value, MatrixFile):
+            return {"file": value.file, "unit": f"{value.scale!r} {quantity.unit}"}
+        return {"values": [list(row) for row in value], "unit": quantity.unit}
+
+    return Key(words, read, in_file, absent, write=write, schema={"type": "object"})
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str) or not value.strip():
+        raise Unreadable(f'{shown(value)} is not a file; write its name in quotes, such as "K.csv"')
+    return value
+
+
+def _scale(value: Any, quantity: Quantity) -> float:
+    """SI of one of a unit, such as 1000 for kN/m; a number may stand before the unit."""
+    if not isinstance(value, str):
+        raise Unreadable(f'{shown(value)} is no unit; write such as "kN/m"')
+    text = value if re.match(r"\s*[0-9.]", value) else f"1 {value}"
+    return si(text, quantity)
+
+
+def _rows(value: Any) -> list[tuple[float, ...]]:
+    rows = list_of(value, "rows such as [[2, -1], [-1, 1]]")
+    return each(rows, lambda row: tuple(each(list_of(row, "a row such as [2, -1]"), _number)))
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise Unreadable(f"{shown(value)} is not a number; the unit of all stands in unit")
+    return float(value)
+
+
+def _read_modes(value: Any, number: Number) -> ModeTable | ModesFile:
+    if isinstance(value, ModeTable | ModesFile):
+        return value
+    if isinstance(value, str) and value.strip():
+        return ModesFile(value)
+    if not isinstance(value, Mapping):
+        raise Unreadable(f'{shown(value)} has no modes; write a file, "modes.csv", or {MODES_INLINE}')
+
+    def several(quantity: Quantity) -> Any:
+        return lambda item: tuple(
+            each(list_of(item, f"a list such as [{shown(quantity.example)}]"), lambda one: number(one, quantity))
+        )
+
+    kinds = {
+        "period": several(PERIOD),
+        "shape": lambda item: tuple(_rows(item)),
+        "damping": several(DAMPING),
+        "effective_mass": several(FLOOR_MASS),
+    }
+    takes = "modes take period, shape, damping and effective_mass, each a list with one for each mode"
+    given = options(value, kinds, ("period", "shape"), lambda key: f"missing; write {MODES_INLINE}", takes)
+    table = ModeTable(given["period"], given["shape"], given.get("damping", ()), given.get("effective_mass", ()))
+    wrong = [key for key, values in given.items() if len(values) != len(table.periods)]
+    if wrong:
+        raise Unreadable(f"{len(given[wrong[0]])} of {wrong[0]} for {len(table.periods)} periods; {takes}")
+    return table
+
+
+def _write_modes(value: ModeTable | ModesFile) -> Any:
+    if isinstance(value, ModesFile):
+        return value.file
+    written: dict[str, Any] = {
+        "period": [f"{period!r} s" for period in value.periods],
+        "shape": [list(shape) for shape in value.shapes],
+        "damping": list(value.dampings),
+        "effective_mass": [f"{mass!r} kg" for mass in value.effective_masses],
+    }
+    return {key: values for key, values in written.items() if values}
+
+
+MODES = Key(
+    f"Its modes: a CSV file beside the scene with the head '{MODES_HEAD}', a row a mode, and, where they are known, "
+    f"the columns damping and effective mass [t]; or {MODES_INLINE}.",
+    _read_modes,
+    '"modes.csv"',
+    "a single mass",
+    write=_write_modes,
+    schema={"type": ["string", "object"]},
+)
