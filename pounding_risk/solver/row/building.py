@@ -11,8 +11,8 @@ from __future__ import annotations
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.ground_dof import top_of, write_ground_series
-from pounding_risk.solver.row.storey import storey_energy
-from pounding_risk.solver.row.workspace import BAND, CONSTANT, COUPLED, FIRST, INVERSE, MASS, TANGENT, VELOCITY
+from pounding_risk.solver.row.storey import drift_in, storey_energy
+from pounding_risk.solver.row.workspace import BAND, BOTTOM, CONSTANT, COUPLED, FIRST, INVERSE, MASS, TANGENT, VELOCITY
 
 
 @kernel
@@ -27,12 +27,10 @@ def accelerate(row, b, state, pull, dofs, out):
         push = (storey - row.floors[MASS, first] * pull) - row.damping[first, 0] * v
         dofs[out, first] = push * row.floors[INVERSE, first]
         return push * v - storey * v
-    below = 0.0
     for i in range(first, last):
-        force = dofs[TANGENT, i] * (dofs[state, i] - below) + dofs[CONSTANT, i]
-        below = dofs[state, i]
+        force = dofs[TANGENT, i] * drift_in(row, dofs, state, i) + dofs[CONSTANT, i]
         dofs[out, i] = -force
-        if i > first:
+        if row.floors[BOTTOM, i] == 0.0:
             dofs[out, i - 1] += force
     subtract_coupling(row, b, state, dofs, out)
     storey_power = 0.0
@@ -88,10 +86,9 @@ def coupling_product(row, b, line, dofs):
 @kernel
 def energy_of(row, b, state, dofs):
     """Kinetic energy and potential of the storeys' forces of one building [J]."""
-    total, below = 0.0, 0.0
+    total = 0.0
     for i in range(row.frame[FIRST, b], top_of(row, b)):
-        drift = dofs[state, i] - below
-        below = dofs[state, i]
+        drift = drift_in(row, dofs, state, i)
         total += 0.5 * row.floors[MASS, i] * dofs[state + VELOCITY, i] ** 2 + storey_energy(row, dofs, i, drift)
     if row.frame[COUPLED, b] > 0:
         total += 0.5 * coupling_product(row, b, state, dofs)
@@ -112,12 +109,13 @@ def write_series(row, run, b, state, ground, terms):
         share = 1.0 / ((n + 1) * (n + 2))
         below = 0.0
         for i in range(first, last):
-            force = dofs[TANGENT, i] * (series[i, n] - below)
+            is_bottom = row.floors[BOTTOM, i] > 0.0
+            force = dofs[TANGENT, i] * (series[i, n] - (0.0 if is_bottom else below))
             if n == 0:
                 force += dofs[CONSTANT, i]
             below = series[i, n]
             series[i, n + 2] = -force
-            if i > first:
+            if not is_bottom:
                 series[i - 1, n + 2] += force
         push_of_ground = pull if n == 0 else (rise if n == 1 else 0.0)
         for i in range(first, last):

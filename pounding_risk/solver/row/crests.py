@@ -63,9 +63,9 @@ def acceleration_between(row, run, group, i, x):
     b = building_of(row, group, i)
     first, last = row.frame[FIRST, b], top_of(row, b)
     displacement = between(run, 0, i, x)
-    drift = displacement - (between(run, 0, i - 1, x) if i > first else 0.0)
+    drift = displacement - (between(run, 0, i - 1, x) if row.floors[BOTTOM, i] == 0.0 else 0.0)
     force = -(dofs[TANGENT, i] * drift + dofs[CONSTANT, i])
-    if i + 1 < last:
+    if i + 1 < last and row.floors[BOTTOM, i + 1] == 0.0:
         force += dofs[TANGENT, i + 1] * (between(run, 0, i + 1, x) - displacement) + dofs[CONSTANT, i + 1]
     if row.frame[COUPLED, b] > 0:
         for j in range(first, last):

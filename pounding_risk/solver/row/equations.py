@@ -15,8 +15,10 @@ from pounding_risk.solver.row.contact_points import across_and_rate, power_throu
 from pounding_risk.solver.row.ground import ArrivingRowInterval, UniformRowInterval
 from pounding_risk.solver.row.ground_dof import place_ground, push_ground, top_of
 from pounding_risk.solver.row.laws import law_force, law_plateau
+from pounding_risk.solver.row.storey import drift_in
 from pounding_risk.solver.row.workspace import (
     BAND,
+    BOTTOM,
     CONSTANT,
     COUPLED,
     END,
@@ -119,11 +121,12 @@ def accelerate_building(row, b, state, pull, dofs, out):
         dofs[out, i] = -row.floors[MASS, i] * pull
     subtract_damping(row, b, state + VELOCITY, dofs, out)
     power = 0.0
-    above = dofs[TANGENT, first] * dofs[state, first] + dofs[CONSTANT, first] if last > first else 0.0
+    next_shear = dofs[TANGENT, first] * dofs[state, first] + dofs[CONSTANT, first] if last > first else 0.0
     for i in range(first, last):
-        shear, above = above, 0.0
+        shear, above = next_shear, 0.0
         if i + 1 < last:
-            above = dofs[TANGENT, i + 1] * (dofs[state, i + 1] - dofs[state, i]) + dofs[CONSTANT, i + 1]
+            next_shear = dofs[TANGENT, i + 1] * drift_in(row, dofs, state, i + 1) + dofs[CONSTANT, i + 1]
+            above = next_shear if row.floors[BOTTOM, i + 1] == 0.0 else 0.0
         push = dofs[out, i]
         power += push * dofs[state + VELOCITY, i]
         if row.frame[COUPLED, b] > 0:

@@ -21,8 +21,10 @@ from pounding_risk.solver.row.node_map import map_motion
 from pounding_risk.solver.row.workspace import (
     ACCEL_END,
     ACCEL_START,
+    BOTTOM,
     BRANCH,
     CAN_YIELD,
+    COUPLED,
     FIRST,
     LIMIT,
     MOTION_BOUND,
@@ -36,8 +38,10 @@ from pounding_risk.solver.row.workspace import (
 
 @kernel
 def is_elastic(row, run, b):
-    """True where every storey of building ``b`` is on its elastic branch."""
+    """True where every storey of building ``b`` is on its elastic branch, and the map about its rest holds."""
     if row.frame[CAN_YIELD, b]:
+        if row.frame[COUPLED, b] > 0:
+            return False  # where it rests with its plastic drifts is not known storey by storey
         for i in range(row.frame[FIRST, b], top_of(row, b)):
             if run.dofs[BRANCH, i] != 0.0:
                 return False
@@ -49,6 +53,8 @@ def may_yield(row, run, b, swing, step):
     """True where a storey's drift may pass its limit within the node interval, by `flight_peaks.motion_bound`."""
     below = below_end = below_bend = 0.0
     for i in range(row.frame[FIRST, b], top_of(row, b)):
+        if row.floors[BOTTOM, i] > 0.0:
+            below = below_end = below_bend = 0.0
         bend = sqrt(swing) * row.floors[ROOT, i]
         start, end, plastic = run.dofs[NODE, i], run.dofs[NEXT, i], run.dofs[PLASTIC, i]
         top = max(abs(start - below - plastic), abs(end - below_end - plastic)) + 0.125 * step * step * (

@@ -16,6 +16,7 @@ from pounding_risk.solver.row.workspace import (
     ACCEL_START,
     ACCELERATION,
     BAND,
+    BOTTOM,
     BOUNDS,
     COUPLED,
     DISPLACEMENT,
@@ -65,6 +66,10 @@ def accelerate_all(row, run, work, b, count):
         paths[PATH_ACCELERATION, first, n] = -(spring * paths[0, first, n])
     for i in range(first + 1, last):
         spring = run.dofs[TANGENT, i]
+        if row.floors[BOTTOM, i] > 0.0:
+            for n in range(nodes):
+                paths[PATH_ACCELERATION, i, n] = -(spring * paths[0, i, n])
+            continue
         for n in range(nodes):
             force = spring * (paths[0, i, n] - paths[0, i - 1, n])
             paths[PATH_ACCELERATION, i, n] = -force
@@ -96,6 +101,11 @@ def bound_all(row, run, work, b, count):
         swings[0, b, n] = mass * paths[PATH_ACCELERATION, first, n] ** 2 + spring * speed * speed
     for i in range(first + 1, last):
         mass, spring = row.floors[MASS, i], run.dofs[TANGENT, i]
+        if row.floors[BOTTOM, i] > 0.0:
+            for n in range(count):
+                rate = paths[VELOCITY, i, n] + row.floors[STATIC, i] * work.ground[RISE, n]
+                swings[0, b, n] += mass * paths[PATH_ACCELERATION, i, n] ** 2 + spring * rate * rate
+            continue
         static_drift = row.floors[STATIC, i] - row.floors[STATIC, i - 1]
         for n in range(count):
             rate = paths[VELOCITY, i, n] - paths[VELOCITY, i - 1, n] + static_drift * work.ground[RISE, n]
@@ -118,20 +128,21 @@ def raise_floor(row, run, work, b, i, count):
     Rows BOUNDS become upper bounds in the block.
     """
     first, paths, dofs = row.frame[FIRST, b], work.paths, run.dofs
+    has_below = row.floors[BOTTOM, i] == 0.0
     peak, peak_drift, peak_felt = dofs[DISPLACEMENT, i], dofs[DRIFT, i], dofs[ACCELERATION, i]
     root, quick = row.floors[ROOT, i], row.floors[QUICK, first]
-    root_below = row.floors[ROOT, i - 1] if i > first else 0.0
+    root_below = row.floors[ROOT, i - 1] if has_below else 0.0
     top = top_drift = top_felt = turn_below = turn_below_end = 0.0
     start, turn, felt_start = (
         abs(paths[0, i, 0]),
         abs(paths[PATH_ACCELERATION, i, 0]),
         abs(paths[PATH_ACCELERATION, i, 0] + work.ground[PULL, 0]),
     )
-    drift = abs(paths[0, i, 0] - paths[0, i - 1, 0]) if i > first else start
+    drift = abs(paths[0, i, 0] - paths[0, i - 1, 0]) if has_below else start
     for n in range(count):
         end, turn_end = abs(paths[0, i, n + 1]), abs(paths[PATH_ACCELERATION, i, n + 1])
         drift_end = end
-        if i > first:
+        if has_below:
             drift_end = abs(paths[0, i, n + 1] - paths[0, i - 1, n + 1])
             turn_below, turn_below_end = (
                 abs(paths[PATH_ACCELERATION, i - 1, n]),
@@ -163,6 +174,8 @@ def may_crest(row, run, work, b, n):
     stir = eighth * row.floors[QUICK, first] * swing
     start_below = end_below = bend_below = 0.0
     for i in range(first, last):
+        if row.floors[BOTTOM, i] > 0.0:
+            start_below = end_below = bend_below = 0.0
         start, end, root = paths[0, i, n], paths[0, i, n + 1], row.floors[ROOT, i]
         turn, turn_end = paths[PATH_ACCELERATION, i, n], paths[PATH_ACCELERATION, i, n + 1]
         felt_start, felt_end = turn + work.ground[PULL, n], turn_end + work.ground[PULL, n + 1]

@@ -9,7 +9,7 @@ from pounding_risk.solver.counters import FIRST_TOUCH, FIRST_YIELD
 from pounding_risk.solver.row.building import accelerate
 from pounding_risk.solver.row.contact_points import across
 from pounding_risk.solver.row.ground_dof import top_of
-from pounding_risk.solver.row.storey import set_branch
+from pounding_risk.solver.row.storey import drift_in, set_branch
 from pounding_risk.solver.row.workspace import ACCEL_START, ACCELERATION, DISPLACEMENT, DRIFT, FIRST, MARKS, NODE
 
 
@@ -47,10 +47,9 @@ def begin_motion(row, run, free):
         pull, _ = free.ground.from_node(free.step, 0).under(b)
         if row.frame[FIRST, b] < top_of(row, b):
             accelerate(row, b, NODE, pull, dofs, ACCEL_START)
-        below = 0.0
         for i in range(row.frame[FIRST, b], top_of(row, b)):
-            dofs[DISPLACEMENT, i], dofs[DRIFT, i] = abs(dofs[NODE, i]), abs(dofs[NODE, i] - below)
-            dofs[ACCELERATION, i], below = abs(dofs[ACCEL_START, i] + pull), dofs[NODE, i]
+            dofs[DISPLACEMENT, i], dofs[DRIFT, i] = abs(dofs[NODE, i]), abs(drift_in(row, dofs, NODE, i))
+            dofs[ACCELERATION, i] = abs(dofs[ACCEL_START, i] + pull)
     for k in range(run.laws.shape[0]):
         contact = run.contacts[k]
         contact.highest, contact.lowest = max(across(row, k, dofs, NODE), 0.0), min(across(row, k, dofs, NODE), 0.0)
