@@ -24,7 +24,7 @@ def row_grid(study: Scene) -> RowGrid:
     gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
     # With one yield force in the grid, every interface has its own.
     levels = study.grid.yield_forces if len(study.grid.yield_forces) > 1 else (None,)
-    forces = np.array([study.point_yield_forces(level) for level in levels])
+    forces = model.at_points(np.array([study.point_yield_forces(level) for level in levels]))
     finite = np.unique(forces[np.isfinite(forces)])
     mechanics = tuple(mechanics_of(study, model, name, finite) for name in study.grid.contact_models)
     return RowGrid(frame_of(model), mechanics, gaps, forces, study.rtol)
@@ -33,7 +33,7 @@ def row_grid(study: Scene) -> RowGrid:
 def model_of(study: Scene) -> RowModel:
     """The buildings of a scene, their contact points and what they stand on; raises as `chain_of`."""
     chains = [chain_of(building, study.effects) for building in study.buildings]
-    return RowModel(chains, study.points, study.supports)
+    return RowModel(chains, study.points, study.supports, study.links)
 
 
 def mechanics_of(study: Scene, model: RowModel, name: str, levels: Array) -> Mechanics:

@@ -69,7 +69,7 @@ class RowJob(GridJob):
         self.grid = row_grid(scan_input.study)
         firsts = self.grid.model.bounds[:-1]  # contact points of the interfaces
         laws = tuple(tuple(mechanics.laws[first] for first in firsts) for mechanics in self.grid.mechanics)
-        super().__init__(scan_input, laws, (self.grid.gaps, self.grid.yield_forces))
+        super().__init__(scan_input, laws, (self.grid.gaps, self.grid.yield_forces[:, self.grid.frame.contacts]))
         longest = max(scan_input.motions, key=lambda motion: motion.acceleration.size)
         responses = responses_held(response_bytes(self.study, longest))
         self.held = {"driven": Shared(MOTIONS), "responses": Shared(responses), "cases": Shared(CASES)}
@@ -81,7 +81,8 @@ class RowJob(GridJob):
     @classmethod
     def alone_key(cls, study: Scene) -> Hashable:
         # As text, in which an unknown level is equal to another; it has every digit.
-        return repr((study.buildings, [one for one in study.effects if not acts_on_law(one.name)], study.points))
+        alone = [one for one in study.effects if not acts_on_law(one.name)]
+        return repr((study.buildings, alone, study.points, study.links))
 
     @classmethod
     def outputs(cls, study: Scene) -> dict[str, Variable]:
@@ -100,7 +101,7 @@ class RowJob(GridJob):
     @classmethod
     def closing(cls, study: Scene) -> Callable[[Motion], tuple[Array, Any]]:
         model = model_of(study)
-        gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])[:, model.interfaces]
+        gaps = model.gaps(np.array([study.interface_gaps(gap) for gap in study.grid.gaps]))
 
         def respond(motion: Motion) -> tuple[Array, Any]:
             own = motion.own_grounds
@@ -219,7 +220,7 @@ class RowJob(GridJob):
         """Outputs of a motion without contact."""
         if (self.free_key, motion) not in self.peaks:
             driven, frame = self.free(motion), self.grid.frame
-            closings = dict(zip(CLOSINGS, closing(driven.free, frame.model), strict=True))
+            closings = dict(zip(CLOSINGS, closing(driven.free, frame), strict=True))
             self.peaks[self.free_key, motion] = moving_outputs(driven.free, driven.pga, frame) | closings
         return self.peaks[self.free_key, motion]
 

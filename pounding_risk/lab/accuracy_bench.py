@@ -28,6 +28,7 @@ from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.effects import acts_on_buildings
 from pounding_risk.models.ground import SHARED
 from pounding_risk.models.structures.contact_points import FLOOR, Point
+from pounding_risk.models.structures.links import LINK
 from pounding_risk.models.structures.mdof import Chain, chain_of
 from pounding_risk.motions.levels import PEAK, driven
 from pounding_risk.motions.motion import Motion
@@ -167,6 +168,11 @@ class Bench:
             yield PointCase(motion, *self.models(law), limits.gaps, limits.yield_forces)
 
     @property
+    def contact_points(self) -> dict[int, Point]:
+        """The points at which buildings touch, by number; of a row with links there are others."""
+        return {place: point for place, point in enumerate(self.points) if point.kind != LINK}
+
+    @property
     def closed_at_rest(self) -> NDArray[np.bool_]:
         """True where the gap is closed at rest, (cases, interfaces)."""
         closed = [self.of_interfaces(np.minimum, limits.gaps) == 0.0 for limits in self.limits]
@@ -174,13 +180,14 @@ class Bench:
 
     def of_interfaces(self, gather: Any, values: Any) -> Array:
         """Values of the interfaces from those of their contact points, along the last axis."""
-        starts = np.flatnonzero(np.diff([point.interface for point in self.points], prepend=-1))
-        return np.asarray(gather.reduceat(values, starts, axis=-1))
+        contacts = list(self.contact_points)
+        starts = np.flatnonzero(np.diff([point.interface for point in self.contact_points.values()], prepend=-1))
+        return np.asarray(gather.reduceat(np.asarray(values)[..., contacts], starts, axis=-1))
 
     @cached_property
     def matrices(self) -> RowMatrices:
         """The buildings as SciPy's methods take them."""
-        return row_matrices(self.chains, self.points)
+        return row_matrices(self.chains, self.points, self.study.links)
 
     def warm_up(self) -> None:
         """Compile every kernel that is needed."""
@@ -344,7 +351,8 @@ class RowBench(Bench):
         super().__init__(study, cases)
 
     def limits_at(self, gap: int, force: int) -> Limits:
-        return self.job.grid.limits(gap, force)
+        limits = self.job.grid.limits(gap, force)
+        return limits._replace(gaps=np.minimum(limits.gaps, OPEN))  # at links, which no method takes to be infinite
 
     def models(self, law: int) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
         mechanics = self.job.grid.mechanics[law]
@@ -355,7 +363,7 @@ class RowBench(Bench):
         under = self.model.under(motion.acceleration, motion.own_grounds)
         free = rows.free_row(self.model.row(motion.dt, self.model.has_many(motion.own_grounds)), under)
         seconds = process_time() - begun
-        return np.maximum(closing(free, self.model)[1], 0.0), seconds
+        return np.maximum(closing(free, self.job.grid.frame)[1], 0.0), seconds
 
     def run_event(self, driven: Driven, law: int, limits: Sequence[Limits], rtol: float) -> Runs:
         cases, peaks = self.job.cases(driven.place, law, rtol), peaks_under(self.study, driven.motion)

@@ -31,6 +31,7 @@ from pounding_risk.models.contact.laws import HertzDamp, Jankowski, KelvinVoigt
 from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import Point
+from pounding_risk.models.structures.links import LINK
 from pounding_risk.models.structures.mdof import Chain
 
 NEAREST = 1e-12  # m: the impact materials refuse a gap of zero
@@ -39,6 +40,7 @@ GROUND = 1  # node; mass i is node i + 2
 MATERIALS = tuple(law.__name__ for law in (Jankowski, HertzDamp, KelvinVoigt))  # laws that OpenSees has
 FALLS = "it takes one e for every impact of a contact, not one that falls with the speed"
 ON_SPRINGS = "a building on a foundation that rotates or slides is not built here"
+LINKED = "links between buildings are not built here"
 BY_MATRIX = "floors that are joined by a stiffness matrix are not built here; `export --to opensees` writes them"
 
 
@@ -76,6 +78,8 @@ def unsaid(chains: Sequence[Chain], points: Sequence[Point], case: PointCase) ->
         return ON_SPRINGS
     if any(chain.coupling.size for chain in chains):
         return BY_MATRIX
+    if any(point.kind == LINK for point in points):
+        return LINKED
     try:
         for chain in chains:
             dashpots(chain)

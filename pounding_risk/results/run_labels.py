@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 TIME = ("time",)
 FLOORS = ("time", "building", "storey")
 POINTS = ("time", "contact_point")
+LINKS = ("time", "link")
 GROUND = "ground acceleration; on unlike grounds that under the first building"
 MOVED = (
     "displacement of the ground under the building since 0 s: the double integral of the ground acceleration, from the "
@@ -45,6 +46,8 @@ HISTORIES = {
     "relative_displacement": (POINTS, "m", "what closes the gap: u_left - u_right, and what the ground adds"),
     "contact_force": (POINTS, "N", "contact force, compression positive"),
     "contact_impulse_so_far": (POINTS, "N s", "impulse of the contact force up to this instant"),
+    "link_stretch": (LINKS, "m", "what stretches the link: u_right - u_left; below zero what shortens it"),
+    "link_force": (LINKS, "N", "force of the link, k stretch + c rate; positive where it pulls the buildings together"),
     "ground_acceleration": (TIME, "m/s2", GROUND),
     "building_ground_acceleration": (("time", "building"), "m/s2", "ground acceleration under the building"),
     "ground_displacement": (("time", "building"), "m", MOVED),
@@ -146,9 +149,15 @@ def run_variables(trace: Trace, point_names: Sequence[str]) -> dict[str, Any]:
 def run_coordinates(study: Scene, case: Case, time: Array) -> dict[str, Any]:
     """Time, interfaces, contact points, buildings and storeys of one run."""
     buildings, forces = study.buildings, np.array([case.yield_forces])
+    names = [
+        f"{buildings[link.interface].name} {link.left_floor:.3g} | {buildings[link.interface + 1].name} "
+        f"{link.right_floor:.3g}"
+        for link in sorted(study.links)
+    ]
     return {
         **building_coordinates(buildings),
         **place_coordinates(buildings, study.points, forces),
+        **({"link": ("link", names, {"long_name": "link, by the floors at its ends"})} if names else {}),
         "contact_point_yield_force": ("contact_point", forces[0], described(*FORCE_OF_RUN)),
         "interface_gap": ("interface", list(case.gaps), described(*GAP_OF_RUN)),
         "building": ("building", [building.name for building in buildings], dict(BUILDING)),

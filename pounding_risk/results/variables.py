@@ -49,6 +49,7 @@ OF_STOREYS = {
     "m/s2": "storey_acceleration",
     "1": "storey_ductility",
 }
+OF_LINKS = {"m": "peak_link_stretch peak_link_shortening"}
 CHANGES = tuple(f"change_{name}" for name in (*RELATIVE, *COUNTED))
 
 VARIABLES: dict[str, Declared] = {
@@ -60,6 +61,8 @@ VARIABLES: dict[str, Declared] = {
     **_declared((*MOTION, *STOREYS), OF_STOREYS, wrap="{}_free"),
     **_declared(AXES, {"N s": "row_impulse", "J": "row_energy_lost", "1": " ".join(CHANGES)}),
     **_declared((*MOTION, "interface"), {"m": "peak_closing_free"}),
+    **_declared((*AXES, "interface"), OF_LINKS),
+    **_declared((*MOTION, "interface"), OF_LINKS, wrap="{}_free"),
     **_declared((*MOTION, "contact_point"), {"m": "contact_point_peak_closing_free"}),
     **_declared(("record", "period"), {"m/s2": "record_spectral_acceleration"}),
     **_declared(AXES, {"": "status simulated sensitive"}, WHOLE),

@@ -38,7 +38,14 @@ from pounding_risk.scene.keys import Draft, Section
 from pounding_risk.scene.toml import Fault, KeyPath, as_list
 from pounding_risk.units import QuantityError, parse, shown
 
-OF_POINTS = ("contact", "tolerance", "column_yield_force")  # keys that a pair of masses has no use for
+# Keys that make a row of a pair of masses.
+OF_POINTS = ("contact", "tolerance", "column_yield_force", "link_stiffness", "link_damping", "link_at")
+
+
+def varied(draft: Draft) -> set[Any]:
+    """Keys of interfaces that are axes of the grid, or uncertain."""
+    placed = (*draft.axes, *draft.uncertain)
+    return {target[-1] for one in placed for target in one.targets if target[0] == "interface"}
 
 
 def _has_storeys(keys: Section) -> bool:
@@ -52,6 +59,7 @@ def is_row(draft: Draft) -> bool:
         len(buildings) > 2
         or any(_has_storeys(keys) or "floor_depth" in keys for keys in buildings)
         or any(key in keys for keys in draft.tables("interface") for key in OF_POINTS)
+        or any(key in varied(draft) for key in OF_POINTS)
         or any(name in EFFECTS and acts_on_buildings(name) for name in draft.table("effects").raw)
         or (len(buildings) == 2 and _heights_differ(buildings))
     )
@@ -98,6 +106,8 @@ def interface_checks(draft: Draft) -> Iterator[Fault]:
             sentence = f'missing; write contact_model = "jankowski", or another of {", ".join(CONTACT_MODELS)}'
             yield keys.fault("contact_model", sentence, absent=True)
         own = keys.raw.get("contact_model", first)
+        if "link_at" in keys and not {"link_stiffness", "link_damping"} & {*keys.raw, *varied(draft)}:
+            yield keys.fault("link_at", 'joins nothing; write link_stiffness = "20 MN/m" or link_damping = "2 MN s/m"')
         refused = is_row(draft) and _not_in_row(draft, own)  # which says what to choose instead
         yield from _laws(keys, grid, None if refused else own)
 
@@ -183,6 +193,8 @@ def _more_than_masses(draft: Draft) -> str:
     if "soil_flexibility" in draft.table("effects").raw:
         return "soil_flexibility gives each a foundation of its own mass"
     for keys in draft.tables("interface"):
+        if keys.get("link_stiffness") or keys.get("link_damping"):
+            return "links join neighbours"
         if any(floor != 1.0 for floors in keys.get("contact", None) or () for floor in floors):
             return "contact gives places that are no floor of a mass"
     for pair in pairwise(buildings):

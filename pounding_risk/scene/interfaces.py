@@ -31,7 +31,7 @@ from pounding_risk.scene.keys import (
     several,
 )
 from pounding_risk.scene.toml import KeyPath
-from pounding_risk.units import GAP, LEVELS, RESTITUTION, SPEED, YIELD_FORCE, exact, shown
+from pounding_risk.units import GAP, LEVELS, RESTITUTION, SPEED, YIELD_FORCE, Quantity, exact, shown
 
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
 NO_RESTITUTION = "not given"
@@ -39,6 +39,9 @@ LATER_RESTITUTION = ("steel",)
 OF_ONE_LAW = {"plastic_exponent": "van_mier", "design_penetration": "bilinear"}  # keys that one contact model reads
 PARAMETERS = (*OF_ONE_LAW, "table")  # of single laws, beside their stiffness
 MEETING = '{left = "storey 2", right = "column 3 at 0.5"}'
+# Stiffer than any steel between two floors, at 1e15 N/m a run would follow vibrations of it alone.
+LINK_STIFFNESS = Quantity("N/m", 0.0, 1e13, "stiffness of a link", example="20 MN/m")
+LINK_DAMPING = Quantity("N s/m", 0.0, 1e12, "coefficient of a damper", example="2 MN s/m")
 MISSING_RESTITUTION = 'write restitution = 0.65, or restitution = "concrete"'
 
 
@@ -279,6 +282,35 @@ class Interface(Table):
             _contact_points,
             '[{left = "storey 2", right = "storey 2"}, {left = "storey 3", right = "column 3 at 0.5"}]',
             "every floor below the lower roof meets the other's floor at its level, or its column",
+            write=lambda points: [{"left": floor_words(one), "right": floor_words(other)} for one, other in points],
+            schema={"type": "array", "items": {"type": "object", "required": ["left", "right"]}},
+        ),
+    ] = ()
+    link_stiffness: Annotated[
+        float,
+        measured(
+            LINK_STIFFNESS,
+            "Stiffness of a linear link between the two, which pulls and pushes; at each place of link_at.",
+            '"20 MN/m"',
+            "no spring joins them",
+        ),
+    ] = 0.0
+    link_damping: Annotated[
+        float,
+        measured(
+            LINK_DAMPING,
+            "Coefficient of a linear viscous damper between the two, beside the spring of the link.",
+            '"2 MN s/m"',
+            "no damper joins them",
+        ),
+    ] = 0.0
+    link_at: Annotated[
+        tuple[tuple[float, float], ...],
+        Key(
+            "Where links join the two, in the words of contact.",
+            _contact_points,
+            '[{left = "storey 3", right = "storey 3"}]',
+            "their highest contact point",
             write=lambda points: [{"left": floor_words(one), "right": floor_words(other)} for one, other in points],
             schema={"type": "array", "items": {"type": "object", "required": ["left", "right"]}},
         ),

@@ -16,8 +16,11 @@ ISOLATION = (
     "isolators are a soft first storey: write their stiffness first in storey_stiffnesses, the slab on them first in "
     "floor_masses, and the force at which they yield first in storey_strengths"
 )
-LINKS = "nothing joins buildings but contact, which only pushes; leave the link out"
-DAMPERS = "there are no dampers; write what they add to the first mode into damping"
+LINKS = "links between neighbours are link_stiffness, link_damping and link_at of their [[interface]]"
+DAMPERS = (
+    "a damper between neighbours is link_damping of their [[interface]]; for one within a building write what it adds "
+    "to the first mode into damping"
+)
 TORSION = "buildings move along the row and do not rotate; take the gap between their edges from a model of your own"
 HISTORIES = (
     "histories are results and no input; for a model of your own the gap that it needs is the largest of u_left − "
@@ -37,8 +40,8 @@ SENTENCES: dict[tuple[str, ...], str] = {
     ("period_1", "periods", "t1", "fundamental_period", "mode_shapes", "frequency", "frequencies"): MODES,
     ("mass_matrix", "matrix", "matrices"): MATRICES,
     ("isolation", "isolators", "isolator", "base_isolation", "isolation_period", "isolation_stiffness"): ISOLATION,
-    ("link", "links", "link_stiffness", "link_force", "coupling", "coupling_stiffness"): LINKS,
-    ("damper", "dampers", "link_damping", "damper_coefficient", "damping_coefficient", "viscous_damper"): DAMPERS,
+    ("link", "links", "link_force", "coupling", "coupling_stiffness"): LINKS,
+    ("damper", "dampers", "damper_coefficient", "damping_coefficient", "viscous_damper"): DAMPERS,
     ("torsion", "eccentricity", "rotation", "torsional_stiffness", "torsional_period"): TORSION,
     ("displacement_history", "displacement_histories", "history", "histories", "time_history"): HISTORIES,
     ("degradation", "degrading", "pinching", "hysteresis", "backbone", "stiffness_degradation"): DEGRADING,

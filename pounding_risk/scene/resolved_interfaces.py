@@ -17,14 +17,17 @@ from pounding_risk.models.structures.contact_points import (
     level_gap,
     usual_depth,
 )
+from pounding_risk.models.structures.links import Link
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.scene.interface_checks import varied
 from pounding_risk.scene.interfaces import NO_RESTITUTION, OF_ONE_LAW, PARAMETERS, Interface
 from pounding_risk.scene.keys import Draft
 from pounding_risk.scene.tables import Grid
 from pounding_risk.scene.toml import Fault, KeyPath
 from pounding_risk.units import STOREY_HEIGHT, exact, parse, say
 
+OF_LINKS = {"link_stiffness", "link_damping"}  # keys by which an interface has links, whatever the values
 ALWAYS_WRITTEN = {"gap", "contact_model", "yield_force", *OF_ONE_LAW}  # whatever the value, of a law that is run
 
 
@@ -36,6 +39,7 @@ class ResolvedInterface(Interface):
 
     points: tuple[Point, ...] = ()  # from the ground up
     levels: LevelRule = LevelRule()  # when two floors are one contact point
+    links: tuple[Link, ...] = ()
 
     def as_written(self, gridded: Sequence[str]) -> dict[str, Any]:
         """The [[interface]] table, every value stated; ``gridded`` are the contact models of the grid."""
@@ -46,7 +50,9 @@ class ResolvedInterface(Interface):
         values: dict[str, Any] = {
             key: value
             for key in self.keys().keys() - left_out
-            if (value := getattr(self, key)) != type(self).model_fields[key].default or key in ALWAYS_WRITTEN
+            if (value := getattr(self, key)) != type(self).model_fields[key].default
+            or key in ALWAYS_WRITTEN
+            or (key in OF_LINKS and self.links)
         }
         owner = stiff_model(str(self.contact_model), gridded)
         # A stiffness that is its table's own would stay when another table is given, were it written down.
@@ -87,12 +93,14 @@ def resolved_interfaces(
             stiffness = parse(table.stiffness, stiffness_quantity(CONTACT_MODELS[owner]))
         here = Beside(place, sides, (depths[place], depths[place + 1]), table, keys.path)
         points, wrong = _contact_points(here)
+        wrong += _misplaced_links(here, stands_apart=len({repr(side.support) for side in buildings}) > 1)
         faults += wrong
         values = {key: getattr(table, key) for key in Interface.key_names()} | {
             "gap": grid.gap[0] if table.gap is None else table.gap,
             "contact_model": contact_model,
             "stiffness": stiffness,
             "points": points,
+            "links": _links(here, points) if not wrong and OF_LINKS & {*keys.raw, *varied(draft)} else (),
             "levels": here.rule,
         }
         interfaces.append(ResolvedInterface.from_values(values))
@@ -133,6 +141,39 @@ def _contact_points(here: Beside) -> tuple[tuple[Point, ...], list[Fault]]:
     return tuple(Point(here.place, *meeting) for meeting in meetings), wrong
 
 
+def _links(here: Beside, points: Sequence[Point]) -> tuple[Link, ...]:
+    """The links of two neighbours: where their table says, or at their highest contact point."""
+    table = here.table
+    places = table.link_at or ((points[-1].left_floor, points[-1].right_floor),)
+    return tuple(Link(here.place, *floors, table.link_stiffness, table.link_damping) for floors in places)
+
+
+def _misplaced_links(here: Beside, *, stands_apart: bool) -> list[Fault]:
+    """Links at places that are none, and between buildings of a row whose grounds differ."""
+    table = here.table
+    key = "link_stiffness" if table.link_stiffness else "link_damping"
+    if stands_apart and (table.link_stiffness or table.link_damping):
+        words = "links are computed where all buildings stand on one ground motion; remove it, or the ground_ keys"
+        return [Fault((*here.base, key), words)]
+    return [
+        Fault((*here.base, "link_at"), sentence)
+        for floors in table.link_at
+        if (sentence := _no_such_floor(here.sides, floors))
+    ]
+
+
+def _no_such_floor(sides: tuple[Any, Any], floors: tuple[float, float]) -> str:
+    """Words on a place above a building's roof; "" where there is none."""
+    for side, floor in zip(sides, floors, strict=True):
+        count = len(side.masses) if isinstance(side, Storeys) else 1
+        if floor > count:
+            return (
+                f"{floor_words(floor)} of {side.name}: {side.name} has {count} storey{'s' * (count != 1)}; write one "
+                "of these"
+            )
+    return ""
+
+
 def _too_deep(here: Beside) -> list[Fault]:
     """A tolerance, or depths of floors, by which a floor could meet two floors of the other building."""
     lowest = min((height for side in here.sides if isinstance(side, Storeys) for height in side.heights), default=inf)
@@ -158,10 +199,8 @@ def _too_deep(here: Beside) -> list[Fault]:
 def _misplaced(sides: tuple[Any, Any], floors: tuple[float, float], rule: LevelRule) -> str:
     """What is wrong with a contact point that the scene gives; "" where nothing is."""
     words = [f"{floor_words(floor)} of {side.name}" for side, floor in zip(sides, floors, strict=True)]
-    for side, floor, where in zip(sides, floors, words, strict=True):
-        count = len(side.masses) if isinstance(side, Storeys) else 1
-        if floor > count:
-            return f"{where}: {side.name} has {count} storey{'s' * (count != 1)}; write one of these"
+    if absent := _no_such_floor(sides, floors):
+        return absent
     if not any(floor == int(floor) or side.is_rigid for side, floor in zip(sides, floors, strict=True)):
         return f"{words[0]} against {words[1]}: a column meets a floor; write storey in place of one of them"
     difference, limit = level_gap(*sides, *floors), rule.largest

@@ -28,6 +28,7 @@ from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.effects import EFFECTS, supports_of
 from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR_DEPTH, Point
+from pounding_risk.models.structures.links import Link
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
@@ -265,6 +266,11 @@ class Scene(ShortRepr):
         return tuple(point for interface in self.interfaces for point in interface.points)
 
     @property
+    def links(self) -> tuple[Link, ...]:
+        """The springs and dashpots between neighbours."""
+        return tuple(link for interface in self.interfaces for link in interface.links)
+
+    @property
     def supports(self) -> tuple[Support, ...]:
         """What a_g is under each building, a passing wave counted; none where all stand on the records as they are."""
         return supports_of(self.buildings, self.effects)
@@ -309,7 +315,12 @@ class Scene(ShortRepr):
         return self.updated(
             buildings=self.buildings[place : place + 2],
             grid=grid._replace(gaps=gaps, yield_forces=forces, contact_models=models),
-            interfaces=(here.updated(points=tuple(point._replace(interface=0) for point in here.points)),),
+            interfaces=(
+                here.updated(
+                    points=tuple(point._replace(interface=0) for point in here.points),
+                    links=tuple(link._replace(interface=0) for link in here.links),
+                ),
+            ),
             gridded_interface=None,
             damage=(),
         )

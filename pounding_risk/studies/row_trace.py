@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pounding_risk.ensemble.grid_job import peaks_under
 from pounding_risk.ensemble.row_grid import mechanics_of, model_of
 from pounding_risk.models.ground import arriving
+from pounding_risk.models.structures.links import stretch
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.run_labels import Case, Trace
 from pounding_risk.scene.ground_motion import in_space
@@ -19,6 +20,7 @@ from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.cases import Cases, Driven, Limits
 from pounding_risk.solver.row.layout import RowLayout, nodes_of
+from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import Frame, frame_of, outputs, variables
 from pounding_risk.solver.row.trace_reader import FACTS, contacts_of, forces_at, impulses_at, instants_of, motion_at
 from pounding_risk.solver.row.workspace import FIRST
@@ -32,11 +34,12 @@ def row_trace(study: Scene, case: Case) -> Trace:
     own = case.motion.own_grounds
     under = model.under(case.motion.acceleration, own)
     frame, row = frame_of(model), model.row(case.motion.dt, model.has_many(own))
-    forces, peaks = np.array(case.yield_forces), peaks_under(study, case.motion)
+    contacts = frame.contacts
+    forces, peaks = model.at_points(np.array(case.yield_forces)), peaks_under(study, case.motion)
     mechanics = mechanics_of(study, model, case.contact_model, np.unique(forces[np.isfinite(forces)]))
     free = rows.free_response(row, under)
     cases = Cases(model, mechanics, Driven(under, case.motion.dt, peaks, free.run), study.rtol, lambda: free.motion)
-    run = cases.in_full(Limits(np.array(case.gaps)[model.interfaces], forces, forces))
+    run = cases.in_full(Limits(model.gaps(np.array(case.gaps)), forces, forces))
     instants = instants_of(run.log, len(run.states), row.step)
     grounds = grounds_at(row, under, instants.every)
     touches = contacts_of(run.log, len(model.points), instants)
@@ -52,13 +55,14 @@ def row_trace(study: Scene, case: Case) -> Trace:
             "displacement": displacement,
             **in_space(study, case.motion, instants.every, displacement),
             "velocity": _by_storey(frame, states[:, 1]),
-            "relative_displacement": closing_at(row, states[:, 0], grounds),
-            "contact_force": forces_at(touches, len(model.points), instants.every),
-            "contact_impulse_so_far": impulses_at(run.log, len(model.points), instants),
+            "relative_displacement": closing_at(row, states[:, 0], grounds)[:, contacts],
+            "contact_force": forces_at(touches, len(model.points), instants.every)[:, contacts],
+            "contact_impulse_so_far": impulses_at(run.log, len(model.points), instants)[:, contacts],
+            **link_histories(model, states),
             **grounds,
         },
         {name: np.array([touch.facts[column] for touch in touches]) for column, name in enumerate(FACTS)},
-        [touch.point for touch in touches],
+        [int(np.searchsorted(contacts, touch.point)) for touch in touches],
         {name: (output, values[name]) for name, output in variables(frame).items()},
         run.status,
         mechanics.laws[0],
@@ -70,6 +74,17 @@ def _by_storey(frame: Frame, values: Array) -> Array:
     """Values of the masses (instants, masses) as (instants, buildings, storeys); NaN where there is none."""
     # Of no storey is mass −1; a row of rigid buildings has no mass at all.
     return np.where(frame.storeys >= 0, np.column_stack([values, np.zeros(len(values))])[:, frame.storeys], np.nan)
+
+
+def link_histories(model: RowModel, states: Array) -> dict[str, Array]:
+    """What links are stretched by, and their forces (instants, links); nothing of a row without links."""
+    if not model.links:
+        return {}
+    shares = np.array([stretch(link, model.chains) for link in model.links]).T
+    springs = np.array([link.stiffness for link in model.links])
+    dashpots = np.array([link.damping for link in model.links])
+    stretched, rate = states[:, 0] @ shares, states[:, 1] @ shares
+    return {"link_stretch": stretched, "link_force": springs * stretched + dashpots * rate}
 
 
 def grounds_at(row: RowLayout, under: Samples, time: Array) -> dict[str, Array]:

@@ -80,6 +80,7 @@ BESIDE: dict[str, dict[str, Any]] = {
     "building.stiffness": {"period": None},
     "building.wave_speed": {"floor_length": "20 m"},
     "interface.table": {"contact_model": "tabulated", "stiffness": None},
+    "interface.link_at": {"link_stiffness": "20 MN/m"},
     "interface.design_penetration": {"contact_model": "bilinear", "restitution": 0.65},
     "effects.unloading_stiffness": {"permanent_set": {}},
     "records.place": {"names": None, "sites": "EventGrid.csv"},
@@ -102,6 +103,7 @@ VALUES: dict[str, Any] = {
     "building.floor_rows": [1, 2, 3],
     "building.initial_displacement": "10 mm",
     "interface.contact": [{"left": "storey 1", "right": "storey 1"}],
+    "interface.link_at": [{"left": "storey 1", "right": "storey 1"}],
     "grid.zip": [["building.frame.mass", "building.frame.period"]],
     "solver.rtol": 1e-7,
 }

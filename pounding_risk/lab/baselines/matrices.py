@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.models.structures.links import Link, stretch
+
 if TYPE_CHECKING:
     from pounding_risk.models.structures.mdof import Chain
 
@@ -33,8 +35,8 @@ class RowMatrices(NamedTuple):
         return np.asarray(1.0 / (self.shares**2 @ (1.0 / self.mass)))
 
 
-def row_matrices(chains: Sequence[Chain], points: Sequence[Any]) -> RowMatrices:
-    """The matrices of buildings, left to right; raises ValueError for storeys that yield.
+def row_matrices(chains: Sequence[Chain], points: Sequence[Any], links: Sequence[Link] = ()) -> RowMatrices:
+    """The matrices of buildings, left to right, and of links between them; raises ValueError for storeys that yield.
 
     A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey.
     """
@@ -46,6 +48,10 @@ def row_matrices(chains: Sequence[Chain], points: Sequence[Any]) -> RowMatrices:
     for start, stop, chain in zip(first, first[1:], chains, strict=False):
         stiffness[start:stop, start:stop] = chain.stiffness()
         damping[start:stop, start:stop] = chain.damping
+    for link in links:
+        ends = stretch(link, chains)
+        stiffness += link.stiffness * np.outer(ends, ends)
+        damping += link.damping * np.outer(ends, ends)
     for share, point in zip(shares, points, strict=True):
         for sign, building, floor in (
             (1.0, point.interface, point.left_floor),

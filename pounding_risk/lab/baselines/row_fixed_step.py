@@ -43,7 +43,7 @@ ROWS = SPARE + 8
 class Stepping(NamedTuple):
     """Arrays of a row for one method and step; the inverse is Newmark's or central differences'."""
 
-    first: np.ndarray  # of each building's masses, and D
+    first: np.ndarray  # of the masses of each building, or of several that links join, and D
     inverse_mass: np.ndarray  # (D,) 1/kg
     stiffness: np.ndarray  # (D, D)
     damping: np.ndarray  # (D, D)
@@ -69,8 +69,10 @@ def stepping(row: RowMatrices, method: str, h: float) -> Stepping:
     for k in range(points):
         joined = np.flatnonzero(row.shares[k])
         ends[k, : joined.size], shares[k, : joined.size] = joined, row.shares[k, joined]
+    # Bounds of blocks across which the matrices have nothing.
+    cuts = [at for at in row.first if not row.stiffness[:at, at:].any() and not row.damping[:at, at:].any()]
     return Stepping(
-        row.first,
+        np.array(cuts, dtype=np.int64),
         1.0 / row.mass,
         row.stiffness,
         row.damping,

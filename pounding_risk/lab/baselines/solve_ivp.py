@@ -22,6 +22,7 @@ ABSOLUTE = 1e-14, 1e-13  # of displacements [m] and velocities [m/s]
 SOLVERS = ("DOP853", "Radau")
 SLACK, ELASTIC, YIELDING = -1, 0, 1  # force cut at zero, uncapped, on the plateau
 CLOSING, TURN, YIELD, TENSION, MAXIMUM = range(5)  # kinds of event; the last one ends no piece
+MOST_PIECES = 1000  # of one sample: a loose tolerance may find one event over and over
 NUDGE = 1e-4  # of a contact's age: half the span of the difference that stands for dF/dt
 
 
@@ -234,8 +235,11 @@ def solve_general(solver: str, row: RowMatrices, contacts: Contacts, motion: tup
     y = np.zeros(2 * row.mass.size)
     for sample in range(len(ground) - 1):
         model.ramp = (float(ground[sample]), float(ground[sample + 1] - ground[sample]) / dt)
-        time, at_end = 0.0, False
+        time, at_end, pieces = 0.0, False, 0
         while not at_end and time < dt * (1.0 - 1e-12):
+            pieces += 1
+            if pieces > MOST_PIECES:
+                raise GaveUp(f"{solver} at rtol {rtol:g}, sample {sample}: finds the same event again at {time:g} s")
             open_ones = [each for each in model.contacts if not each.touching]
             try:
                 y, time, at_end = model.piece((time, dt), y, options)

@@ -37,15 +37,24 @@ class Chain(NamedTuple):
     shear: Array  # N/m
     damping: Array  # N s/m, symmetric, positive semidefinite
     strength: Array  # N; infinite where a storey stays elastic
-    hardening: float = 1.0  # stiffness past yield over that before
+    hardening: Array | float = 1.0  # stiffness past yield over that before, of all storeys or of each
     foundations: int = 0  # 1 where the first mass is the foundation on its soil
     initial: Array = np.zeros((2, 0))  # u [m] and u̇ [m/s] of each mass when the motion begins; empty at rest
     coupling: Array = np.zeros((0, 0))  # N/m, symmetric, between masses beside the storey springs; empty without
+    bottoms: tuple[int, ...] = (0,)  # masses whose storey stands on the ground: several of linked buildings
 
     def stiffness(self) -> Array:
         """K [N/m] of the chain while it is elastic."""
-        springs = stiffness_matrix(self.spring)
+        drifts, springs = self.drifts(), stiffness_matrix(self.spring)
+        if len(self.bottoms) > 1:
+            springs = drifts.T @ np.diag(self.spring) @ drifts
         return springs + self.coupling if self.coupling.size else springs
+
+    def drifts(self) -> Array:
+        """The drift of each storey from the displacements of the masses."""
+        below = np.eye(self.mass.size, k=-1)
+        below[[bottom for bottom in self.bottoms if bottom < self.mass.size]] = 0.0
+        return np.eye(self.mass.size) - below
 
     def drift_limits(self) -> Array:
         """Drift at which each storey yields [m]; infinite where it never does, and where no storey has a spring."""

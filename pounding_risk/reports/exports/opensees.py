@@ -58,6 +58,9 @@ SPRINGS = {springs}
 # Dashpots between two floors of a building [N s/m] that make up its damping matrix; floor 0 is the ground.
 DASHPOTS = {dashpots}
 
+# Links between neighbours: (building, floor) at both ends, stiffness [N/m] and damping coefficient [N s/m].
+LINKS = {links}
+
 # Of each contact: (building, floor) on its left and right, and the impact material with its numbers; OpenSees measures
 # lengths in contact as negative. A gap of zero is 1e-12 m, since the materials refuse it. None is the ground: a rigid
 # building moves with it.
@@ -107,6 +110,9 @@ for building, storeys in BUILDINGS.items():
         join(node_of[building, one], node_of[building, other], stiffness, 0.0)
     for (one, other), dashpot in DASHPOTS[building].items():
         join(node_of[building, one], node_of[building, other], 0.0, dashpot)
+
+for left, right, stiffness, dashpot in LINKS:
+    join(node_of[left], node_of[right], stiffness, dashpot)
 
 elements = {{}}
 for name, (left, right, (material, *numbers)) in CONTACTS.items():
@@ -249,7 +255,9 @@ def _script(study: Scene, bench: Bench) -> Script:
     why = why or (opensees.ON_SPRINGS if any(chain.foundations for chain in bench.chains) else "")
     why = why or ("" if opensees.has_constant_restitution(case.rules) else opensees.FALLS)
     computed: dict[int, PowerLaw] = {}
-    for k, point in enumerate(bench.points if not why else ()):
+    loose = [link for link in study.links if link.left_floor % 1.0 or link.right_floor % 1.0]
+    why = why or ("a link part-way up a column has no node to join" if loose else "")
+    for k, point in bench.contact_points.items() if not why else ():
         law, is_at_floors = case.laws[k], all(f == int(f) for _, f in opensees.sides_of(bench.chains, point))
         if is_at_floors and type(law).__name__ in opensees.MATERIALS:
             continue
@@ -276,14 +284,17 @@ def _parts(script: Script) -> dict[str, Any]:
     moving = {name: chain for name, chain in zip(names, bench.chains, strict=True) if chain.mass.size}
     contacts: dict[str, tuple[Any, ...]] = {}
     computed: dict[str, dict[str, Any]] = {}
-    for k, point in enumerate(bench.points):
+
+    def end(building: int, floor: float) -> tuple[str, int] | None:
+        return (names[building], int(floor)) if names[building] in moving else None
+
+    for k, point in bench.contact_points.items():
         between = " | ".join(names[point.interface : point.interface + 2])
         label = f"{between}, floors {point.left_floor:g} and {point.right_floor:g}"
         if k in script.computed:
             computed[label] = {"ends": script.ends(k), "gap": _plain(case.gaps[k])} | script.computed[k]._asdict()
             continue
-        sides = ((point.interface, point.left_floor), (point.interface + 1, point.right_floor))
-        left, right = ((names[at], int(floor)) if names[at] in moving else None for at, floor in sides)
+        left, right = end(point.interface, point.left_floor), end(point.interface + 1, point.right_floor)
         contact = case.gaps[k], case.laws[k], case.rules[k]
         contacts[label] = (left, right, tuple(_plain(part) for part in impact_material(bench.chains, point, contact)))
     answers = bench.event(RTOL).values[0]
@@ -294,6 +305,15 @@ def _parts(script: Script) -> dict[str, Any]:
         },
         "springs": {name: _joins(chain.coupling) for name, chain in moving.items()},
         "dashpots": {name: _joins(chain.damping) for name, chain in moving.items()},
+        "links": [
+            (
+                end(link.interface, link.left_floor),
+                end(link.interface + 1, link.right_floor),
+                link.stiffness,
+                link.damping,
+            )
+            for link in bench.study.links
+        ],
         "contacts": contacts,
         "computed": computed,
         "peaks": {name: (float(row[REACH]), float(row[FORCE])) for name, row in zip(interfaces, answers, strict=True)},

@@ -117,7 +117,7 @@ class Cases:
             answers.append(answered)
             return run, self._part(span).side(run.grew) if run.status == GREW_STATUS else HELD
 
-        free, bounds = self.driven.free, self.model.bounds
+        free, bounds = self.driven.free, self.model.body_bounds
         shut = free.points[:, HIGHEST] > limits.gaps
         closed = [bool(shut[start:stop].any()) for start, stop in pairwise(bounds)]
         runs = settled(tied(closed), solve) if free.status == COMPLETE else {}

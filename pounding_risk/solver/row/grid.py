@@ -20,7 +20,7 @@ class RowGrid(NamedTuple):
     frame: Frame
     mechanics: tuple[Mechanics, ...]  # by contact model
     gaps: Array  # (gaps, interfaces) [m]
-    yield_forces: Array  # (yield forces, contact points) [N]
+    yield_forces: Array  # (yield forces, points of the model) [N]
     rtol: float
 
     @property
@@ -34,5 +34,5 @@ class RowGrid(NamedTuple):
         return len(self.mechanics), len(self.gaps), len(self.yield_forces)
 
     def limits(self, gap: int, strength: int) -> Limits:
-        """Gaps and yield forces of one case, by contact point."""
-        return Limits(self.gaps[gap][self.model.interfaces], self.yield_forces[strength], self.yield_forces[-1])
+        """Gaps and yield forces of one case, by point of the model."""
+        return Limits(self.model.gaps(self.gaps[gap]), self.yield_forces[strength], self.yield_forces[-1])

@@ -6,12 +6,13 @@ The buildings are chains of masses (`mdof.Chain`), the contact points places on 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, floor, inf
+from math import ceil, inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pounding_risk.models.ground import Arrivals, arrivals_of, divided
+from pounding_risk.models.structures.links import Body, bodies_of, floor_shares
 from pounding_risk.solver.row.ground import ArrivingRow, UniformRow
 from pounding_risk.solver.row.workspace import (
     BAND,
@@ -41,6 +42,11 @@ if TYPE_CHECKING:
     from pounding_risk.models.structures.mdof import Chain
 
 BLOCK = 16  # nodes passed over at a time, or as many more as make whole steps
+
+
+def body_numbers(bodies: Sequence[Body]) -> list[int]:
+    """The body of each building."""
+    return [place for place, body in enumerate(bodies) for _ in range(body.first, body.last + 1)]
 
 
 class RowLayout(NamedTuple):
@@ -84,6 +90,7 @@ def lay_out(
     velocities: np.ndarray | None = None,
     *,
     many: bool = False,
+    bodies: Sequence[Body] = (),
 ) -> RowLayout:
     """The row of these buildings, left to right, for a motion sampled every ``dt`` [s].
 
@@ -91,8 +98,11 @@ def lay_out(
     Points are in the order of their interfaces. Samples are divided where the stiffest building would pass more than
     2.5 rad between them, so that a Taylor series sums to rounding over every interval. ``arrivals`` [s], none below
     zero, are those of the motion at each building, ``velocities`` [m/s] those of the ground at t = 0. Where all are
-    equal, as without them, all stand on one ground, unless there are ``many`` motions, one of each building.
+    equal, as without them, all stand on one ground, unless there are ``many`` motions, one of each building. Linked
+    buildings, which all stand on one ground, are given by the ``bodies`` that they make (`links.bodies_of`).
     """
+    buildings, bodies = chains, bodies or bodies_of(chains)
+    chains, of_body = [body.chain for body in bodies], body_numbers(bodies)
     rate = max((_rate(chain) for chain in chains), default=0.0)
     parts = max(1, ceil(rate * dt / 2.5))
     step, terms, size = dt / parts, 4, 1.0
@@ -105,6 +115,7 @@ def lay_out(
     ground_dofs = 0 if arrived is None else 1  # dofs of each building's ground
     counts = [chain.mass.size for chain in chains]
     first = np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64) + ground_dofs)]).astype(np.int64)
+    firsts = np.concatenate([[0], np.cumsum([chain.mass.size + ground_dofs for chain in buildings])]).astype(np.int64)
     floors = np.zeros((12, int(first[-1])))
     floors[LIMIT] = inf
     damping = np.zeros((int(first[-1]), max([1, *counts])))
@@ -119,7 +130,7 @@ def lay_out(
     widths = [step] if arrived is None else np.diff(np.append(arrived.offsets, step)).tolist()
     maps = [_map(chain, width) for width in widths for chain in chains]
     block_maps = [_block_map(maps[b :: len(chains)], count) for b, count in enumerate(counts)]
-    interfaces = [int(point.interface) for point in points]
+    interfaces = [of_body[int(point.interface)] for point in points]
     if interfaces != sorted(interfaces):
         raise ValueError("contact points are not in the order of their interfaces")
     ends = np.full((len(points), 4 + ground_dofs), -1, dtype=np.int64)
@@ -127,10 +138,10 @@ def lay_out(
     for k, point in enumerate(points):
         for side, level in enumerate((point.left_floor, point.right_floor)):
             b = int(point.interface) + side
-            for end, (dof, share) in enumerate(_dofs(chains[b], float(level))):
-                ends[k, 2 * side + end] = -1 if dof < 0 else int(first[b]) + dof
-                shares[k, 2 * side + end] = 0.0 if dof < 0 else share * (1.0 - 2.0 * side)
-        ends[k, 4:], shares[k, 4:] = first[int(point.interface) + 2] - 1, -1.0
+            for end, (mass, share) in enumerate(floor_shares(buildings[b], float(level))):
+                ends[k, 2 * side + end] = firsts[b] + mass
+                shares[k, 2 * side + end] = share * (1.0 - 2.0 * side)
+        ends[k, 4:], shares[k, 4:] = firsts[int(point.interface) + 2] - 1, -1.0
     frame = np.zeros((7, first.size), dtype=np.int64)
     frame[FIRST] = first
     frame[START, :-1] = np.searchsorted(interfaces, np.arange(len(chains)))
@@ -242,7 +253,7 @@ def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
     floors[LIMIT] = chain.drift_limits()
     floors[SOFT] = np.where(np.isfinite(chain.strength), (1.0 - chain.hardening) * chain.shear, 0.0)
     floors[STATIC] = np.linalg.solve(chain.stiffness(), chain.mass)
-    floors[BOTTOM, 0] = 1.0
+    floors[BOTTOM, list(chain.bottoms)] = 1.0
     floors[ROOT] = np.sqrt(floors[INVERSE])
     floors[GIVE], floors[SWAY] = _give_and_sway(chain)
     floors[QUICK] = _quickest(chain)
@@ -251,7 +262,7 @@ def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
 def _give_and_sway(chain: Chain) -> tuple[np.ndarray, np.ndarray]:
     """Roots of the flexibilities of each drift and of each floor [sqrt(m/N)]: with D the drifts, D K⁻¹ Dᵀ and K⁻¹."""
     if chain.coupling.size:
-        drifts, flexibility = np.eye(chain.mass.size) - np.eye(chain.mass.size, k=-1), np.linalg.inv(chain.stiffness())
+        drifts, flexibility = chain.drifts(), np.linalg.inv(chain.stiffness())
         return np.sqrt(np.diag(drifts @ flexibility @ drifts.T)), np.sqrt(np.diag(flexibility))
     # Of a chain (K⁻¹)_ii is the sum of the flexibilities of the storeys below floor i.
     return np.sqrt(1.0 / chain.spring), np.sqrt(np.cumsum(1.0 / chain.spring))
@@ -263,18 +274,6 @@ def _quickest(chain: Chain) -> float:
     scaled = [matrix / root / root[:, None] for matrix in (chain.stiffness(), chain.damping)]
     fastest, strongest = (float(np.linalg.eigvalsh(matrix)[-1]) for matrix in scaled)
     return (np.sqrt(fastest) + max(strongest, 0.0)) ** 2
-
-
-def _dofs(chain: Chain, level: float) -> list[tuple[int, float]]:
-    """Dofs and their shares of the place at a floor number; dof −1 is the ground."""
-    if chain.mass.size == 0:
-        return [(-1, 0.0), (-1, 0.0)]
-    above = ceil(level)
-    share = 1.0 if above == floor(level) else level - floor(level)
-    if not 0 <= above <= chain.mass.size - chain.foundations:
-        raise ValueError(f"floor {level:g} is not one of a building of {chain.mass.size - chain.foundations} floors")
-    upper = above - 1 + chain.foundations
-    return [(upper, share), (upper - 1, 1.0 - share)] if share < 1.0 else [(upper, 1.0), (-1, 0.0)]
 
 
 def nodes_of(layout: RowLayout, acceleration: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import accumulate
+from math import inf, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -11,15 +12,16 @@ from numpy.typing import NDArray
 
 from pounding_risk.models.ground import SHARED, Support, accelerations, has_many
 from pounding_risk.models.structures.contact_points import Point
+from pounding_risk.models.structures.links import LINK, Link, bodies_of
 from pounding_risk.models.structures.mdof import Chain
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.solver.row.layout import RowLayout, cut_out, lay_out
+from pounding_risk.solver.row.layout import RowLayout, body_numbers, cut_out, lay_out
 from pounding_risk.solver.row.partition import LEFTWARDS, RIGHTWARDS, Span
 from pounding_risk.solver.row.workspace import FIRST
 
 
 class Part(NamedTuple):
-    """Some buildings of a row with the neighbours beside them, as one row of its own."""
+    """Some bodies of a row with the neighbours beside them, as one row of its own."""
 
     row: RowLayout
     points: slice  # of the whole row's contact points; those to the neighbours too
@@ -43,11 +45,23 @@ class Part(NamedTuple):
 class RowModel:
     """Buildings left to right with the contact points between them, ordered by interface.
 
-    ``supports`` say what a_g is under each of them, where they do not all stand on the same motion.
+    ``supports`` say what a_g is under each of them, where they do not all stand on the same motion, and where ``links``
+    join none. At each link stands a point that never touches, behind the contact points of its interface: its distance
+    is what the link is stretched by.
     """
 
-    def __init__(self, chains: Sequence[Chain], points: Sequence[Point], supports: Sequence[Support] = ()):
-        self.chains, self.points = tuple(chains), tuple(points)
+    def __init__(
+        self,
+        chains: Sequence[Chain],
+        points: Sequence[Point],
+        supports: Sequence[Support] = (),
+        links: Sequence[Link] = (),
+    ):
+        self.chains, self.links = tuple(chains), tuple(sorted(links))
+        watched = [Point(link.interface, link.left_floor, link.right_floor, LINK, nan) for link in self.links]
+        self.points = tuple(sorted([*points, *watched], key=lambda point: point.interface))
+        self.is_link = np.array([point.kind == LINK for point in self.points], dtype=bool)
+        self.bodies = bodies_of(self.chains, self.links)
         self.supports = tuple(supports)
         grounds = self.supports or (SHARED,) * len(self.chains)
         self.arrivals = np.array([support.delay for support in grounds])  # s
@@ -57,14 +71,28 @@ class RowModel:
         self.firsts = (0, *accumulate(chain.mass.size for chain in self.chains))  # of each building's masses
         self.bounds = np.searchsorted(self.interfaces, np.arange(len(self.chains)))  # of each interface's points
         kinds: dict[bytes, int] = {}
-        self._kinds = [kinds.setdefault(_content(chain), len(kinds)) for chain in self.chains]
+        self._kinds = [kinds.setdefault(_content(body.chain), len(kinds)) for body in self.bodies]
+        of_body = np.array(body_numbers(self.bodies), dtype=np.int64)
+        self._body_interfaces = of_body[self.interfaces]
+        # Of each interface between two bodies, that of linked buildings with the points between these.
+        self.body_bounds = np.searchsorted(self._body_interfaces, np.arange(len(self.bodies)))
         self._rows: dict[tuple[float, bool], RowLayout] = {}
         self._parts: dict[tuple[Span, float, bool], Part] = {}
 
     @property
     def everything(self) -> Span:
-        """Range of all buildings of the row."""
-        return Span(0, len(self.chains) - 1)
+        """Range of all bodies of the row."""
+        return Span(0, len(self.bodies) - 1)
+
+    def at_points(self, of_contacts: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Forces of the contact points (..., contacts) at all points, with inf at the links."""
+        values = np.full((*of_contacts.shape[:-1], len(self.points)), inf)
+        values[..., ~self.is_link] = of_contacts
+        return values
+
+    def gaps(self, of_interfaces: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Gaps of the interfaces [m] (..., interfaces) at all points, with inf at the links."""
+        return np.where(self.is_link, inf, of_interfaces[..., self.interfaces])
 
     def under(self, shared: Samples, own: Sequence[Samples | None] = ()) -> Samples:
         """a_g under its buildings, (n,) or (buildings, n), as `accelerations` gives it."""
@@ -77,24 +105,28 @@ class RowModel:
     def row(self, dt: float, many: bool = False) -> RowLayout:
         """The whole row for motions sampled every ``dt`` [s], one of each building where ``many``; kept."""
         if (dt, many) not in self._rows:
-            layout = lay_out(self.chains, self.points, dt, self.arrivals, self.velocities, many=many)
+            grounds = self.arrivals, self.velocities
+            layout = lay_out(self.chains, self.points, dt, *grounds, many=many, bodies=self.bodies)
             self._rows[dt, many] = layout
         return self._rows[dt, many]
 
     def part(self, span: Span, dt: float, many: bool = False) -> Part:
-        """These buildings and, on each side, the neighbour beside them; kept for the next time."""
+        """These bodies and, on each side, the neighbour beside them; kept for the next time."""
         key = span, dt, many
         if key not in self._parts:
             self._parts[key] = self._made(span, self.row(dt, many))
         return self._parts[key]
 
     def _made(self, span: Span, layout: RowLayout) -> Part:
-        first, last = max(span.first - 1, 0), min(span.last + 1, len(self.chains) - 1)
-        points = slice(int(self.bounds[first]), int(self.bounds[last]))
-        interfaces = self.interfaces[points]
-        masses = slice(self.firsts[span.first], self.firsts[span.last + 1])
-        mass_before = self.firsts[first]
-        meetings = [(point.interface - first, point.left_floor, point.right_floor) for point in self.points[points]]
+        first, last = max(span.first - 1, 0), min(span.last + 1, len(self.bodies) - 1)
+        points = slice(int(self.body_bounds[first]), int(self.body_bounds[last]))
+        interfaces = self._body_interfaces[points]
+        buildings = slice(self.bodies[first].first, self.bodies[last].last + 1)
+        masses = slice(self.firsts[self.bodies[span.first].first], self.firsts[self.bodies[span.last].last + 1])
+        mass_before = self.firsts[buildings.start]
+        meetings = [
+            (point.interface - buildings.start, point.left_floor, point.right_floor) for point in self.points[points]
+        ]
         return Part(
             cut_out(layout, first, last),
             points,
@@ -109,12 +141,12 @@ class RowModel:
                     meetings,
                     span.first - first,
                     span.last - first,
-                    self._grounds[first : last + 1],
+                    self._grounds[buildings],
                 )
             ).encode()
-            + self.arrivals[first : last + 1].tobytes()
-            + self.velocities[first : last + 1].tobytes(),
-            slice(first, last + 1),
+            + self.arrivals[buildings].tobytes()
+            + self.velocities[buildings].tobytes(),
+            buildings,
         )
 
 

@@ -111,6 +111,10 @@ OF_BUILDINGS = {  # in the same order: the largest of the storeys
         ("building",),
     ),
 }
+OF_LINKS = {
+    "peak_link_stretch": Variable("m", "largest stretch of any link, u_right - u_left; NaN without", ("interface",)),
+    "peak_link_shortening": Variable("m", "largest shortening of any link; NaN without", ("interface",)),
+}
 OF_YIELDING = {
     "storey_ductility": Variable("1", "largest drift of the storey over the drift at yield", AT_STOREYS),
     "storey_residual_drift": Variable("m", "size of the plastic drift of the storey at the end", AT_STOREYS),
@@ -127,12 +131,14 @@ class Frame(NamedTuple):
     model: RowModel
     storeys: NDArray[np.int64]  # (buildings, most storeys): the mass above each, −1 where there is none
     yield_drifts: Array  # m, by mass; NaN where a storey stays elastic
+    contacts: NDArray[np.int64]  # the points of the model that are contact points
+    starts: NDArray[np.int64]  # of these, the first of each interface
 
     @property
     def sizes(self) -> dict[str, int]:
         """Lengths of the dimensions of the variables."""
         buildings, storeys = self.storeys.shape
-        points = len(self.model.points)
+        points = len(self.contacts)
         return {"building": buildings, "storey": storeys, "interface": buildings - 1, "contact_point": points}
 
     @property
@@ -148,7 +154,9 @@ def frame_of(model: RowModel) -> Frame:
     for building, (chain, count) in enumerate(zip(model.chains, counts, strict=True)):
         storeys[building, :count] = model.firsts[building] + chain.foundations + np.arange(count)
     drifts = np.concatenate([chain.drift_limits() for chain in model.chains])
-    return Frame(model, storeys, np.where(np.isfinite(drifts), drifts, np.nan))
+    contacts = np.flatnonzero(~model.is_link)
+    starts = np.searchsorted(model.interfaces[contacts], np.arange(len(model.chains) - 1))
+    return Frame(model, storeys, np.where(np.isfinite(drifts), drifts, np.nan), contacts, starts)
 
 
 def variables(frame: Frame) -> dict[str, Variable]:
@@ -170,7 +178,8 @@ def _gathered_words(name: str) -> str:
 
 def moving_variables(frame: Frame) -> dict[str, Variable]:
     """Those that a row has without contact too."""
-    return OF_BUILDINGS | OF_STOREYS | (OF_YIELDING if frame.yields else {})
+    of_links = OF_LINKS if frame.model.links else {}
+    return OF_BUILDINGS | OF_STOREYS | (OF_YIELDING if frame.yields else {}) | of_links
 
 
 def outputs(run: RowRun, yield_forces: Array, pga: Any, frame: Frame) -> Outputs:
@@ -178,10 +187,11 @@ def outputs(run: RowRun, yield_forces: Array, pga: Any, frame: Frame) -> Outputs
 
     ``yield_forces`` [N] is by contact point, ``pga`` [m/s²] what a rigid building feels, of all buildings or of each.
     """
-    points = run_outputs(_columns(run), yield_forces)
+    contact_forces = np.asarray(yield_forces)[..., frame.contacts]
+    points = run_outputs(_columns(run, frame), contact_forces)
     lost = points["energy_viscous"] + points["energy_plastic"]
     return {
-        **_of_interfaces(run, yield_forces, frame.model),
+        **_of_interfaces(run, contact_forces, frame),
         **{f"{POINT}{name}": points[name] for name in OF_POINTS},
         "row_impulse": points["impulse"].sum(axis=-1),
         "row_energy_lost": lost.sum(axis=-1),
@@ -203,20 +213,31 @@ def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
     if frame.yields:
         outputs_of_run["storey_ductility"] = _at_storeys(run.floors[..., DRIFT] / frame.yield_drifts, frame, run)
         outputs_of_run["storey_residual_drift"] = _at_storeys(np.abs(run.rest[..., PLASTIC]), frame, run)
-    return outputs_of_run
+    return outputs_of_run | (_of_links(run, frame) if frame.model.links else {})
 
 
-def closing(run: RowRun, model: RowModel) -> tuple[Array, Array]:
+def _of_links(run: RowRun, frame: Frame) -> Outputs:
+    """Values of `OF_LINKS`, (..., interfaces)."""
+    model, points = frame.model, np.asarray(run.points)
+    values = np.full((2, *points.shape[:-2], len(model.chains) - 1), np.nan)
+    for point in np.flatnonzero(model.is_link):
+        for side, stretched in enumerate((-points[..., point, LOWEST], points[..., point, HIGHEST])):
+            interface = values[side, ..., model.interfaces[point]]
+            values[side, ..., model.interfaces[point]] = np.fmax(interface, stretched)
+    values[:, np.asarray(run.status) != counters.COMPLETE] = np.nan
+    return dict(zip(OF_LINKS, values, strict=True))
+
+
+def closing(run: RowRun, frame: Frame) -> tuple[Array, Array]:
     """Largest u_left − u_right by contact point and by interface [m]; the gap that the motion needs."""
-    points = run.points[..., HIGHEST]
-    return points, np.maximum.reduceat(points, model.bounds[:-1], axis=-1)
+    points = run.points[..., frame.contacts, HIGHEST]
+    return points, np.maximum.reduceat(points, frame.starts, axis=-1)
 
 
-def _of_interfaces(run: RowRun, yield_forces: Array, model: RowModel) -> Outputs:
-    """Every output of `RUN` at every interface."""
-    columns = _columns(run)
+def _of_interfaces(run: RowRun, yield_forces: Array, frame: Frame) -> Outputs:
+    """Every output of `RUN` at every interface; ``yield_forces`` [N] of the contact points."""
+    columns, starts = _columns(run, frame), frame.starts
     columns[..., counters.DEMAND] /= yield_forces
-    starts = model.bounds[:-1]
     gathered = np.zeros((*columns.shape[:-2], starts.size, COLUMNS))
     for counter_group, gather in GATHERED:
         for counter in counter_group:
@@ -225,9 +246,9 @@ def _of_interfaces(run: RowRun, yield_forces: Array, model: RowModel) -> Outputs
     return run_outputs(gathered, np.ones(starts.size))
 
 
-def _columns(run: RowRun) -> Array:
-    """The points' columns as a pair's run has them: the counters, then the extremes of the first of its signals."""
-    points = np.asarray(run.points)
+def _columns(run: RowRun, frame: Frame) -> Array:
+    """The contact points' columns as a pair's run has them: counters, then the extremes of the first of its signals."""
+    points = np.asarray(run.points)[..., frame.contacts, :]
     columns = np.zeros((*points.shape[:-1], COLUMNS))
     columns[..., : counters.TALLIED] = points[..., : counters.TALLIED]
     columns[..., HIGH], columns[..., LOW] = points[..., HIGHEST], points[..., LOWEST]

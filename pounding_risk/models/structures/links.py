@@ -1,0 +1,129 @@
+"""Springs and dashpots between two neighbours of a row, and the bodies that linked buildings are.
+
+A link pulls and pushes with the stretch of the straight line between its ends, e = u_right − u_left:
+
+    F = k e + c ė, positive where it pulls the buildings together.
+
+It is linear, so that the buildings it joins are one linear body: matrices of both with the link's, whose motion without
+contact is known in closed form as that of a building is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, floor
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pounding_risk.models.structures.mdof import Chain
+
+Array = NDArray[np.float64]
+LINK = "link"  # the kind of a point of a row that is the place of a link
+
+
+class Link(NamedTuple):
+    """A spring and a dashpot side by side, between two neighbours; floor 2.4 is 0.4 of the way up the third storey."""
+
+    interface: int  # between building `interface` and the next one, from 0
+    left_floor: float
+    right_floor: float
+    stiffness: float  # k [N/m]
+    damping: float  # c [N s/m]
+
+
+class Body(NamedTuple):
+    """Buildings of a row that move as one linear system, left to right."""
+
+    chain: Chain
+    first: int  # building
+    last: int  # building; below ``first`` for the rigid body that ends a row of linked buildings
+
+
+def floor_shares(chain: Chain, level: float) -> list[tuple[int, float]]:
+    """Masses of a building and their shares in the displacement at a floor number; none at the ground.
+
+    Raises ValueError for a floor that the building has not.
+    """
+    floors = chain.mass.size - chain.foundations
+    above = ceil(level)
+    if chain.mass.size == 0:
+        return []
+    if not 0 <= above <= floors:
+        raise ValueError(f"floor {level:g} is not one of a building of {floors} floors")
+    part = 1.0 if above == floor(level) else level - floor(level)
+    places = [(above - 1 + chain.foundations, part), (above - 2 + chain.foundations, 1.0 - part)]
+    return [(mass, share) for mass, share in places if mass >= 0 and share > 0.0]
+
+
+def bodies_of(chains: Sequence[Chain], links: Sequence[Link] = ()) -> tuple[Body, ...]:
+    """The bodies of a row: its buildings, those that links join as one.
+
+    Contact points between the buildings of one body stand in the interface on its right, so that a row whose last body
+    holds several ends with a rigid body of no mass.
+    """
+    if not links:
+        return tuple(Body(chain, place, place) for place, chain in enumerate(chains))
+    linked = {link.interface for link in links if _moves(chains, link.interface) and _moves(chains, link.interface + 1)}
+    bodies, first = [], 0
+    for last in range(len(chains)):
+        if last not in linked:
+            bodies.append(Body(_joined(chains[first : last + 1], links, first), first, last))
+            first = last + 1
+    if bodies[-1].first < bodies[-1].last:
+        nothing = np.zeros(0)
+        bodies.append(Body(Chain(nothing, nothing, nothing, np.zeros((0, 0)), nothing), len(chains), len(chains) - 1))
+    return tuple(bodies)
+
+
+def _moves(chains: Sequence[Chain], building: int) -> bool:
+    return chains[building].mass.size > 0
+
+
+def stretch(link: Link, chains: Sequence[Chain]) -> Array:
+    """Shares of every mass of the row in the stretch of a link, u_right − u_left."""
+    firsts = np.concatenate([[0], np.cumsum([chain.mass.size for chain in chains])]).astype(int)
+    shares = np.zeros(firsts[-1])
+    for sign, building, level in ((-1.0, link.interface, link.left_floor), (1.0, link.interface + 1, link.right_floor)):
+        for mass, share in floor_shares(chains[building], level):
+            shares[firsts[building] + mass] += sign * share
+    return shares
+
+
+def _joined(chains: Sequence[Chain], links: Sequence[Link], first: int) -> Chain:
+    """The chain of buildings side by side with the links at any of them; the first is number ``first`` of the row."""
+    here = [link._replace(interface=link.interface - first) for link in links]
+    at_ends = [link for link in here if -1 <= link.interface < len(chains)]
+    if not at_ends:
+        return chains[0]
+    # A link to a rigid neighbour is one to the ground: that neighbour, of no mass, stands beside.
+    rigid = chains[0]._replace(mass=np.zeros(0), foundations=0)
+    row = [rigid, *chains, rigid]
+    sizes = [chain.mass.size for chain in chains]
+    damping, coupling = np.zeros((sum(sizes), sum(sizes))), np.zeros((sum(sizes), sum(sizes)))
+    starts = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
+    for chain, start in zip(chains, starts, strict=False):
+        dofs = slice(start, start + chain.mass.size)
+        damping[dofs, dofs] = chain.damping
+        coupling[dofs, dofs] = chain.coupling if chain.coupling.size else 0.0
+    for link in at_ends:
+        shares = stretch(link._replace(interface=link.interface + 1), row)
+        damping += link.damping * np.outer(shares, shares)
+        coupling += link.stiffness * np.outer(shares, shares)
+    hardening = [np.broadcast_to(chain.hardening, chain.mass.size) for chain in chains]
+    rests = [chain.initial if chain.initial.size else np.zeros((2, chain.mass.size)) for chain in chains]
+    mass, spring, shear, strength = (
+        np.concatenate([getattr(chain, field) for chain in chains]) for field in ("mass", "spring", "shear", "strength")
+    )
+    return Chain(
+        mass,
+        spring,
+        shear,
+        damping,
+        strength,
+        np.concatenate(hardening),
+        initial=np.hstack(rests),
+        coupling=coupling,
+        bottoms=tuple(int(start) for start, size in zip(starts, sizes, strict=False) if size),
+    )

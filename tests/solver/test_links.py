@@ -1,0 +1,234 @@
+"""Links between neighbours against SciPy in physical coordinates, closed forms, and rows that are the same without.
+
+Oracle: matrices that are put together here, with DOP853; the motion without contact of linked buildings is that of one
+linear system.
+"""
+
+from __future__ import annotations
+
+from math import inf, pi, sqrt
+
+import numpy as np
+import pytest
+from row_cases import EL_CENTRO, single, storeys
+from scenes import scene_text
+from scenes import single as mass
+from scipy.integrate import solve_ivp
+from sentences import refusal
+
+import pounding_risk as pr
+from pounding_risk.models.contact.laws import LAWS
+from pounding_risk.models.restitution import constant
+from pounding_risk.models.structures.contact_points import FLOOR, Point
+from pounding_risk.models.structures.links import Link, bodies_of
+from pounding_risk.models.structures.mdof import Chain
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.solver import counters
+from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.api import HIGHEST, LOWEST, Contacts
+from pounding_risk.solver.row.model import RowModel
+
+LINEAR = LAWS["linear"](4e8)
+
+
+def model(chains: tuple[Chain, ...], places: list[tuple[int, float, float]], links: list[Link]) -> RowModel:
+    return RowModel(chains, [Point(*place, FLOOR, 0.0) for place in places], links=links)
+
+
+def run(row: RowModel, gap: float, acceleration: np.ndarray, dt: float, rtol: float = 1e-10):
+    count = len(row.points)
+    gaps = row.gaps(np.full(len(row.chains) - 1, gap))
+    contacts = Contacts(gaps, np.full(count, inf), [LINEAR] * count, [constant(1.0)] * count)
+    return rows.run_row(row.row(dt), contacts, acceleration, rtol=rtol)
+
+
+def by_scipy(chains, touching, links, gap, ground, dt, places=200):
+    """Peaks |u| by mass, extremes of closings and of the links' stretches, and the peak force; contacts are springs."""
+    firsts = np.concatenate([[0], np.cumsum([chain.mass.size for chain in chains])])
+    size = firsts[-1]
+    stiffness, damping = np.zeros((size, size)), np.zeros((size, size))
+    masses = np.concatenate([chain.mass for chain in chains])
+    for chain, first in zip(chains, firsts, strict=False):
+        for i, spring in enumerate(chain.spring):
+            ends = np.zeros(size)
+            ends[first + i] = 1.0
+            if i:
+                ends[first + i - 1] = -1.0
+            stiffness += spring * np.outer(ends, ends)
+        dofs = slice(first, first + chain.mass.size)
+        damping[dofs, dofs] += chain.damping
+
+    def across(interface, left, right):
+        ends = np.zeros(size)
+        if chains[interface].mass.size:
+            ends[firsts[interface] + int(left) - 1] += 1.0
+        if chains[interface + 1].mass.size:
+            ends[firsts[interface + 1] + int(right) - 1] -= 1.0
+        return ends
+
+    for link in links:
+        ends = across(*link[:3])
+        stiffness += link.stiffness * np.outer(ends, ends)
+        damping += link.damping * np.outer(ends, ends)
+    shares = np.array([across(*place) for place in touching])
+    stretches = -np.array([across(*link[:3]) for link in links])
+
+    def motion(t, y, k, closed):
+        pull = ground[k] + (ground[k + 1] - ground[k]) * (t / dt - k)
+        u, v = y[:size], y[size:]
+        force = np.where(closed, 4e8 * (shares @ u - gap), 0.0)
+        return np.concatenate([v, -(damping @ v + stiffness @ u + shares.T @ force) / masses - pull])
+
+    events = []
+    for place in range(len(touching)):
+
+        def touch(t, y, k, closed, place=place):
+            return shares[place] @ y[:size] - gap
+
+        touch.terminal = True
+        events.append(touch)
+    state, closed = np.zeros(2 * size), np.zeros(len(touching), dtype=bool)
+    peak, high, low, force = np.zeros(size), np.zeros(len(touching)), np.zeros((2, len(links))), 0.0
+    for k in range(ground.size - 1):
+        t = k * dt
+        while t < (k + 1) * dt:
+            for touch, shut in zip(events, closed, strict=True):
+                touch.direction = -1.0 if shut else 1.0
+            found = solve_ivp(motion, (t, (k + 1) * dt), state, "DOP853", args=(k, closed), events=events, rtol=1e-11,
+                              atol=1e-14, dense_output=True)  # fmt: skip
+            path = found.sol(np.linspace(t, found.t[-1], places))[:size]
+            peak = np.maximum(peak, np.abs(path).max(axis=1))
+            closing, stretch = shares @ path, stretches @ path
+            high = np.maximum(high, closing.max(axis=1))
+            low = np.maximum(low, [stretch.max(axis=1), -stretch.min(axis=1)])
+            force = max(force, float((4e8 * (closing - gap)[closed]).max(initial=0.0)))
+            t, state = found.t[-1], found.y[:, -1]
+            if found.status == 1:
+                place = int(np.argmax([times.size > 0 for times in found.t_events]))
+                closed[place] = not closed[place]
+    return peak, high, low, force
+
+
+HALL, TOWER, SHED = storeys(3, 60e3, 9e7), storeys(2, 90e3, 8e7), single(120e3, 0.25)
+ROWS = {
+    "two buildings": ((HALL, TOWER), [(0, 2.0, 2.0)], [Link(0, 2.0, 2.0, 2e7, 4e5)]),
+    "a damper alone": ((HALL, TOWER), [(0, 2.0, 2.0)], [Link(0, 2.0, 2.0, 0.0, 8e5)]),
+    "two links": ((HALL, TOWER), [(0, 2.0, 2.0)], [Link(0, 1.0, 1.0, 5e6, 0.0), Link(0, 2.0, 1.0, 0.0, 3e5)]),
+    "the first two of three": ((HALL, TOWER, SHED), [(0, 2.0, 2.0), (1, 1.0, 1.0)], [Link(0, 1.0, 1.0, 3e7, 1e5)]),
+    "the last two of three": ((SHED, HALL, TOWER), [(0, 1.0, 1.0), (1, 2.0, 2.0)], [Link(1, 2.0, 2.0, 3e7, 1e5)]),
+    "all three": (
+        (HALL, SHED, TOWER), [(0, 1.0, 1.0), (1, 1.0, 1.0)], [Link(0, 1.0, 1.0, 8e6, 3e5), Link(1, 1.0, 2.0, 8e6, 0.0)]
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("gap", [inf, 0.004])
+@pytest.mark.parametrize("name", ROWS)
+def test_linked_rows_are_those_of_scipy(name: str, gap: float):
+    """SciPy's peaks are the largest of 200 places an interval of 0.4 rad at most: 0.5 (0.4 / 398)² = 5e-7 too low.
+
+    A penetration is a tenth of the closing here, and its relative error ten times that.
+    """
+    chains, touching, links = ROWS[name]
+    ground, dt = EL_CENTRO._replace(start=1.5, stop=3.5, pga=0.5).samples()
+    peak, high, low, force = by_scipy(chains, touching, links, gap, ground, dt)
+    row = model(chains, touching, links)
+    found = run(row, gap, ground, dt)
+    assert found.status == counters.COMPLETE
+    np.testing.assert_allclose(found.floors[:, 0], peak, rtol=2e-6)
+    contacts, watched = found.points[~row.is_link], found.points[row.is_link]
+    np.testing.assert_allclose(contacts[:, HIGHEST], high, rtol=2e-6)
+    np.testing.assert_allclose([-watched[:, LOWEST], watched[:, HIGHEST]], low, rtol=2e-6)
+    assert contacts[:, counters.PEAK_FORCE].max() == pytest.approx(force, rel=1e-5)
+    assert (force > 0.0) == (gap < inf)
+    free = rows.free_row(row.row(dt), ground)
+    if gap == inf:
+        np.testing.assert_allclose(found.floors[:, [0, 1, 3]], free.floors[:, [0, 1, 3]], rtol=1e-12)
+
+
+def test_a_link_without_stiffness_and_damping_is_none():
+    """One linear system of both gives the motion of each alone, but for rounding, which contacts let grow."""
+    chains, touching, _ = ROWS["two buildings"]
+    ground, dt = EL_CENTRO._replace(pga=0.5).samples()
+    linked = run(model(chains, touching, [Link(0, 2.0, 2.0, 0.0, 0.0)]), 0.004, ground, dt)
+    plain = run(model(chains, touching, []), 0.004, ground, dt)
+    np.testing.assert_allclose(linked.floors, plain.floors, rtol=1e-9)
+    np.testing.assert_allclose(linked.points[:1], plain.points, rtol=1e-8, atol=1e-9)
+
+
+def test_two_equal_masses_on_a_damper_decay_as_their_closed_form():
+    """Antisymmetric mode of two masses m on k with c between them: ω² = k / m, and ζ larger by 2 c / (2 m ω)."""
+    omega, own, c, m = 2.0 * pi / 0.5, 0.02, 2e4, 50e3
+    chains = tuple(
+        single(m, 0.5)._replace(damping=np.array([[2.0 * own * omega * m]]), initial=np.array([[start], [0.0]]))
+        for start in (0.01, -0.01)
+    )
+    ratio = own + 2.0 * c / (2.0 * m * omega)
+    damped = omega * sqrt(1.0 - ratio**2)
+    dt, steps = 0.01, 100
+    free = rows.free_row(
+        model(chains, [(0, 1.0, 1.0)], [Link(0, 1.0, 1.0, 0.0, c)]).row(dt), np.zeros(steps + 1), states=True
+    )
+    t = dt * np.arange(steps + 1)
+    known = 0.01 * np.exp(-ratio * omega * t) * (np.cos(damped * t) + ratio * omega / damped * np.sin(damped * t))
+    np.testing.assert_allclose(free.states[:, 0, 0], known, atol=1e-14)
+    np.testing.assert_allclose(free.states[:, 0, 1], -known, atol=1e-14)
+
+
+def test_a_very_stiff_link_makes_one_mass_of_two():
+    """1e5 times as stiff as the buildings: stretched by 1e-5 of the motion, that of both masses on both springs."""
+    one, other = single(80e3, 0.4), single(120e3, 0.6)
+    springs = one.spring[0] + other.spring[0]
+    both = single(200e3, 2.0 * pi * sqrt(200e3 / springs))._replace(damping=one.damping + other.damping)
+    ground, dt = EL_CENTRO.samples()
+    tied = rows.free_row(model((one, other), [(0, 1.0, 1.0)], [Link(0, 1.0, 1.0, 1e5 * springs, 0.0)]).row(dt), ground)
+    known = rows.free_row(model((both, both), [(0, 1.0, 1.0)], []).row(dt), ground)
+    np.testing.assert_allclose(tied.floors[:, 0], known.floors[0, 0], rtol=1e-4)
+
+
+def test_buildings_that_links_join_are_bodies():
+    chains = (HALL, TOWER, SHED, HALL)
+    assert [(body.first, body.last) for body in bodies_of(chains, [Link(1, 1.0, 1.0, 1e6, 0.0)])] == [
+        (0, 0), (1, 2), (3, 3)
+    ]  # fmt: skip
+    assert [(body.first, body.last) for body in bodies_of(chains, [Link(2, 1.0, 1.0, 1e6, 0.0)])][-1] == (4, 3)
+
+
+SCENE = scene_text(
+    mass("A", "100 t", "0.5 s", height="9 m"), mass("B", "120 t", "0.3 s", height="9 m"), gap="15 mm",
+    records={"names": ["RSN6-180"], "window": ["0 s", "8 s"], "pga": "0.4 g"},
+)  # fmt: skip
+
+
+def test_a_damper_as_an_axis_lowers_the_required_gap():
+    axis = '[grid]\n"interface.link_damping" = ["0 N s/m", "0.2 MN s/m", "1 MN s/m"]\n'
+    study = parse_scene(SCENE + axis)
+    results = pr.scan(study)
+    gaps = results["peak_closing_free"].squeeze().values
+    assert gaps[0] > gaps[1] > gaps[2] > 0.0
+    assert gaps[0] == pytest.approx(pr.scan(parse_scene(SCENE))["peak_closing_free"].item(), rel=1e-12)
+    stretch = results["peak_link_stretch"].squeeze().values
+    assert stretch[0] > stretch[1] > stretch[2]
+
+
+def test_histories_of_a_link_are_its_force_and_agree_with_the_scan():
+    study = parse_scene(SCENE, overrides=['interface.link_stiffness="4 MN/m"', 'interface.link_damping="0.2 MN s/m"'])
+    history, results = pr.simulate(study), pr.scan(study)
+    stretch = history["link_stretch"].values[:, 0]
+    assert history["peak_link_stretch"].item() == results["peak_link_stretch"].item()  # one and the same run
+    assert stretch.max() == pytest.approx(history["peak_link_stretch"].item(), rel=1e-3)  # of instants 5 ms apart
+    velocity = history["velocity"].values[:, :, 0]
+    known = 4e6 * stretch + 2e5 * (velocity[:, 1] - velocity[:, 0])
+    np.testing.assert_allclose(history["link_force"].values[:, 0], known, rtol=1e-9, atol=1e-3)
+    assert parse_scene(study.to_toml()) == study
+
+
+def test_links_that_cannot_be_are_refused(says):
+    def told(*overrides: str) -> str:
+        return refusal(parse_scene, SCENE, overrides=overrides)
+
+    says(told('interface.link_at=[{left="storey 1",right="storey 1"}]'))
+    says(told('interface.link_damping="-1 kN s/m"', 'interface.link_stiffness="3 kN"'))
+    says(told('interface.link_damping="1 kN s/m"', 'interface.link_at=[{left="storey 2",right="storey 1"}]'))
+    says(told('interface.link_damping="1 kN s/m"', "building.B.ground_factor=-1.0"))
+    says(told('interface.link_damping="1 kN s/m"', 'interface.contact_model="rigid"', "effects.p_delta={}"))
