@@ -98,6 +98,8 @@ COORDINATES |= {
 }
 
 
+# Status of a case that is not run as a building whose motion is known would have to be pushed; the solvers have others.
+UNPUSHED, UNPUSHED_SENTENCE = 8, "not run: contact with a known motion, which cannot be pushed"
 PLACES = ("interface", "contact_point", "building", "storey")  # where a variable may live, beside the cases
 
 

@@ -39,6 +39,7 @@ from pounding_risk.scene.toml import Fault, KeyPath, as_list
 from pounding_risk.units import QuantityError, parse, shown
 
 OF_POINTS = ("contact", "tolerance", "column_yield_force")  # keys that a pair of masses has no use for
+ROW_KEYS = {"floor_depth", "displacement_history"}  # of buildings, likewise
 
 
 def is_row(draft: Draft) -> bool:
@@ -46,7 +47,7 @@ def is_row(draft: Draft) -> bool:
     buildings = draft.tables("building")
     return (
         len(buildings) > 2
-        or any(keys.kind in (ShearBuilding, TypologyBuilding) or "floor_depth" in keys for keys in buildings)
+        or any(keys.kind in (ShearBuilding, TypologyBuilding) or ROW_KEYS & set(keys.raw) for keys in buildings)
         or any(key in keys for keys in draft.tables("interface") for key in OF_POINTS)
         or any(name in EFFECTS and acts_on_buildings(name) for name in draft.table("effects").raw)
         or (len(buildings) == 2 and _heights_differ(buildings))

@@ -23,8 +23,8 @@ LINKS = "nothing joins buildings but contact, which only pushes; leave the link 
 DAMPERS = "there are no dampers; write what they add to the first mode into damping"
 TORSION = "buildings move along the row and do not rotate; take the gap between their edges from a model of your own"
 HISTORIES = (
-    "histories are results and no input; for a model of your own the gap that it needs is the largest of u_left − "
-    "u_right"
+    "the motion of a model of your own is displacement_history of its [[building]]: CSV files with the columns time "
+    "[s], floor 1 [mm] and so on, one for each record; velocities and accelerations are no input"
 )
 DEGRADING = (
     "storeys keep stiffness and strength, bilinear by storey_strengths and [effects] inelastic_storeys; run the scene "
@@ -43,7 +43,7 @@ SENTENCES: dict[tuple[str, ...], str] = {
     ("link", "links", "link_stiffness", "link_force", "coupling", "coupling_stiffness"): LINKS,
     ("damper", "dampers", "link_damping", "damper_coefficient", "damping_coefficient", "viscous_damper"): DAMPERS,
     ("torsion", "eccentricity", "rotation", "torsional_stiffness", "torsional_period"): TORSION,
-    ("displacement_history", "displacement_histories", "history", "histories", "time_history"): HISTORIES,
+    ("displacement_histories", "floor_histories", "history", "histories", "time_history"): HISTORIES,
     ("degradation", "degrading", "pinching", "hysteresis", "backbone", "stiffness_degradation"): DEGRADING,
     ("column_strength", "column_strengths", "column_shear_strength", "column_capacity"): COLUMNS,
 }

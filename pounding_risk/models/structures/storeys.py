@@ -73,8 +73,9 @@ class Storeys:
     ``damping_rule`` "modal": every mode has the ratio ζ, C = M Φ diag(2 ζ ω) Φᵀ M; "rayleigh": C = α M + β K with ζ in
     the first mode and in the one by which the modes carry 95 % of the mass, the second at least; "stiffness": C = β K
     with ζ in the first mode. ``strengths`` are the storeys' yield shears for `inelastic_storeys`; without any the
-    building stays elastic. Without ``initial_displacement`` and ``initial_velocity`` it begins at rest. Raises
-    PoundingError for numbers that no building has.
+    building stays elastic. Without ``initial_displacement`` and ``initial_velocity`` it begins at rest. Files of
+    ``displacement_history`` give u without contact in place of the equation. Raises PoundingError for numbers that no
+    building has.
 
     >>> round(Storeys("A", (25e3,) * 3, (3.46e6,) * 3, (3.0,) * 3).period, 4)
     1.2001
@@ -90,6 +91,7 @@ class Storeys:
     initial_displacement: tuple[float, ...] = ()  # m, of each floor relative to the ground when the motion begins
     initial_velocity: tuple[float, ...] = ()  # m/s
     support: Support = SHARED  # what a_g is under it
+    displacement_history: tuple[str, ...] = ()
 
     is_rigid = False
 
