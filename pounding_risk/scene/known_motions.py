@@ -9,6 +9,7 @@ the floors are at rest. A history is that of one record at one amplitude, so tha
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from hashlib import sha256
@@ -105,6 +106,11 @@ def read_history(path: Path, floors: int) -> History:
 def _samples(rows: Sequence[tuple[int, list[str]]], units: Sequence[str], faults: list[str]) -> NDArray[np.float64]:
     """The numbers of the rows [SI], (rows, columns); faults for those that have none."""
     quantities = (TIME, *(DISPLACEMENT,) * (len(units) - 1))
+    with suppress(ValueError):  # a faulty file is read once more, cell by cell
+        factors = [parse_cell("1", unit, quantity) for unit, quantity in zip(units, quantities, strict=True)]
+        plain = np.array([cells for _, cells in rows], dtype=np.float64).reshape(len(rows), len(units)) * factors
+        if np.isfinite(plain).all() and (plain[:, 0] >= 0.0).all():
+            return plain
     values = np.zeros((len(rows), len(units)))
     for number, (line, cells) in enumerate(rows):
         if words := uneven(cells, units):

@@ -21,7 +21,10 @@ ISOLATION = (
 )
 LINKS = "nothing joins buildings but contact, which only pushes; leave the link out"
 DAMPERS = "there are no dampers; write what they add to the first mode into damping"
-TORSION = "buildings move along the row and do not rotate; take the gap between their edges from a model of your own"
+TORSION = (
+    "buildings move along the row and do not rotate; write the motion of the edge that faces the neighbour, from a "
+    "model of your own, as displacement_history"
+)
 HISTORIES = (
     "the motion of a model of your own is displacement_history of its [[building]]: CSV files with the columns time "
     "[s], floor 1 [mm] and so on, one for each record; velocities and accelerations are no input"

@@ -110,21 +110,24 @@ def test_both_known_are_the_reference_at_its_samples(reference):
     assert not effects or float(computed["storey_ductility_free"].max()) > 1.5
 
 
-def test_one_known_beside_one_computed(reference):
-    """A linear frame that is known, beside the hall that is computed: at samples of both the closing of the reference.
+@pytest.mark.parametrize("which", ["frame", "hall"])
+def test_one_known_beside_one_computed(reference, which):
+    """At samples of both the closing of the reference, or what the computed one does between them.
 
-    The hall between samples is a cubic by displacement and velocity: with h = 5 and 10 ms and T = 0.3 s its error of
-    h⁴/384 ω⁴ u is below 1e-5 of u. The frame is straight there, so that the peak is the reference's within h² |ü| / 8.
+    That is a cubic by displacement and velocity: with h = 5 and 10 ms and T = 0.3 s its error of h⁴/384 ω⁴ u is below
+    1e-5 of u. The known one is straight there, so that the peak is the reference's within h² |ü| / 8.
     """
     folder, computed, times, moved, (frame, effects) = reference
-    known = scanned(folder, with_files(frame, moved["frame"], times, folder), HALL, effects=effects)
+    sides = [one if one["name"] != which else with_files(one, moved[which], times, folder) for one in (frame, HALL)]
+    known = scanned(folder, *sides, effects=effects)
     for record in RECORDS:
         apart = at_level(moved["frame"][record]) - moved["hall"][record][:, 0]
         found = known[POINT].sel(record=record).item()
         assert found >= apart.max() * (1.0 - 1e-9)
         missed = computed[POINT].sel(record=record).item() - found
         assert -1e-5 * apart.max() < missed <= 1.25 * np.abs(np.diff(apart, 2)).max() / 8.0
-    theirs, ours = (one["peak_displacement_free"].sel(building="hall").values for one in (computed, known))
+    other = "hall" if which == "frame" else "frame"
+    theirs, ours = (one["storey_displacement_free"].sel(building=other).values for one in (computed, known))
     np.testing.assert_array_equal(ours, theirs)  # what is computed has the same bits
 
 
@@ -166,6 +169,16 @@ def test_histories_of_unlike_time_steps_are_straight_between_their_samples(sines
     run = known.isel(gap=-1)
     assert run["peak_opening"].values.ravel() == pytest.approx([-apart.min()] * 2, rel=1e-9)
     assert (run["status"] == 0).all() and (run["impact_count"] == 0).all()
+
+
+def test_no_amplitude_scales_a_history(sines):
+    """One amplitude is that of the records that the model was run with; a computed neighbour feels it."""
+    folder, frame, hall, _ = sines
+    plain, strong = (scanned(folder, frame, hall, **more) for more in ({}, {"pga": "0.9 g"}))
+    np.testing.assert_array_equal(strong[POINT].values, plain[POINT].values)
+    beside = scanned(folder, frame, HALL, pga="0.9 g"), scanned(folder, frame, HALL)
+    peaks = [one["peak_displacement_free"].sel(building="hall").values for one in beside]
+    np.testing.assert_allclose(peaks[0] / peaks[1], 0.9 * 9.80665 / beside[1]["record_pga"].values[:, None], rtol=1e-9)
 
 
 def test_a_case_that_closes_the_gap_is_not_run_and_says_so(sines, tmp_path):
@@ -273,7 +286,8 @@ FAULTY = {
 def test_what_a_history_does_not_go_with(sines, case, says):
     folder, frame, hall, _ = sines
     left, right, records, effects = FAULTY[case]
-    says(refusal(scanned, folder, frame | left, hall | right, effects=effects, **records).replace(str(folder), "FOLDER"))
+    told = refusal(scanned, folder, frame | left, hall | right, effects=effects, **records)
+    says(told.replace(str(folder), "FOLDER"))
 
 
 @pytest.mark.parametrize(
