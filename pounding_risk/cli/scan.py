@@ -131,8 +131,9 @@ def print_scan(dataset: Any, seconds: float, target: Path, n_earlier: int = 0) -
     """
     from pounding_risk.results.contact_notes import of_results
     from pounding_risk.results.opened import Results
-    from pounding_risk.results.summary import NOT_RUN, counted, failures
+    from pounding_risk.results.summary import counted, failures
     from pounding_risk.results.tolerance_check import findings
+    from pounding_risk.results.variables import NOT_RUN
 
     counts = counted(dataset)
     pairs = [(name, str(counts[name])) for name in (*COUNTS, NOT_RUN) if name in counts]

@@ -24,13 +24,12 @@ from pounding_risk.results.layout import Template, blocks, streamed, template_of
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import open_axes, with_axes, without_effect, words_of_values
 from pounding_risk.results.tolerance_check import findings
-from pounding_risk.results.variables import UNPUSHED
+from pounding_risk.results.variables import NOT_RUN, UNPUSHED
 
 if TYPE_CHECKING:
     import xarray as xr
 
 COMPLETE = 0  # of the variable ``status``
-NOT_RUN = "not run, as a known motion would have to be pushed"
 IN_RECHECKS = ("recomputed", "of these sensitive")  # counts that the sentences on rechecks contain
 SHOWN = 3  # outputs that a short display names
 OUTCOMES = ("status", "simulated", "sensitive")  # counted, not averaged

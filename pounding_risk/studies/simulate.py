@@ -130,7 +130,11 @@ def simulate(
 
 
 def run_of(study: Scene, case: Case) -> xr.Dataset:
-    """The run of a case with its histories; to the bit the one that a scan makes of it."""
+    """The run of a case with its histories; to the bit the one that a scan makes of it.
+
+    Raises SceneError for a scene with a known motion.
+    """
+    check_computed(study, "a run")
     return run_dataset(study, case, TRACES[job_kind(study).solver](study, case))
 
 

@@ -200,6 +200,11 @@ def test_a_case_that_closes_the_gap_is_not_run_and_says_so(sines, tmp_path):
     known.to_netcdf(tmp_path / "r.nc")
     answer = CliRunner().invoke(cli.app, ["report", str(tmp_path / "r.nc"), "-o", str(page)])
     assert answer.exit_code == 0 and "no contact is run" in page.read_text("utf-8")
+    answer = CliRunner().invoke(cli.app, ["view", str(tmp_path / "r.nc"), "-o", str(page)])
+    assert answer.exit_code == 0 and "2 not run, as a known motion would have to be pushed" in page.read_text("utf-8")
+    assert "needs a building that can be pushed" in refusal(
+        pr.histories, tmp_path / "r.nc", tmp_path / "h.nc", folder=folder
+    )
 
 
 def test_a_row_with_one_known_building_computes_the_others(sines):
