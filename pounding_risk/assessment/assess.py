@@ -326,7 +326,8 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     )
     rates, gaps_for_rates, by_rate = _by_rate(motions, fragility, contact, options)
     levels = options.shaking.events(results)
-    verdict = judge(contact, criterion, sensitivity[0], results.run_counts, doubts)
+    counts = results.run_counts | {"unpushed": results.unpushed}
+    verdict = judge(contact, criterion, sensitivity[0], counts, doubts)
     notes = [
         _amplitude_note(results) if options.level is None else "",
         str(results.level_notes.get(name, "")),

@@ -263,6 +263,8 @@ def column_sentences(results: Results, level: int, gap: float) -> tuple[str, ...
     here = say(float(gaps[_nearest(gaps, gap)]), GAP, 3)
     high = f", {say(worst.level, units.STOREY_HEIGHT, 3)} above the ground," if isfinite(worst.level) else ""
     pair = f"the columns of {worst.column}{high}"
+    if not worst.runs:
+        return (f"{worst.floor} faces {pair} and no motion is run at {here}: how often it strikes them is not known.",)
     if not worst.touched:
         return (f"{worst.floor} faces {pair} and strikes them in none of {counted(worst.runs, 'motion')} at {here}.",)
     count = sum(one.touched > 0 for one in struck)

@@ -204,7 +204,11 @@ def _evidence(
     checked = (
         f"{counts['sensitive']} sensitive of {counts['checked']} recomputed" if counts["checked"] else "none checked"
     )
-    yield f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked}."
+    if unpushed := counts.get("unpushed", 0):
+        cases = f"{unpushed} of {counts['cases']} cases are not run, in which a known motion would have to be pushed"
+        yield f"Behind it: the motions without contact; {cases}; {counts['failed'] or 'none'} failed."
+    else:
+        yield f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked}."
     yield _contact_elsewhere(contact)
     if basis.lost:
         yield f"Without a finite response, and counted against the verdict: {counted(basis.lost, 'motion')}."

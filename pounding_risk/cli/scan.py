@@ -133,9 +133,10 @@ def print_scan(dataset: Any, seconds: float, target: Path, n_earlier: int = 0) -
     from pounding_risk.results.opened import Results
     from pounding_risk.results.summary import counted, failures
     from pounding_risk.results.tolerance_check import findings
+    from pounding_risk.results.variables import NOT_RUN
 
     counts = counted(dataset)
-    pairs = [(name, str(counts[name])) for name in COUNTS]
+    pairs = [(name, str(counts[name])) for name in (*COUNTS, NOT_RUN) if name in counts]
     pairs += [*findings(dataset), *(("failed", f"{count}: {name}") for name, count in failures(dataset).items())]
     rate = (counts["cases"] - n_earlier) / seconds
     speed = f"{rate:.0f}" if rate >= 100.0 else f"{rate:.3g}"

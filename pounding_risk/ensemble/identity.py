@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba")  # those that numbers go through
 SHOWN = 6  # values of a list that a sentence still names one by one
+HISTORY = "displacement_history"  # of what stands beside a record
 ABSENT = object()
 # The source that numbers of a dataset depend on: not commands, figures, reports and assessments.
 SOURCES = ("_jit", "models", "motions", "scene", "solver", "ensemble", "results", "units.py")
@@ -91,6 +92,7 @@ def _record(motion: Motion) -> dict[str, Any]:
         "sha256": str(motion.record.get("sha256", "")),
         "samples": motion.digest,
         "processing": list(motion.processing),
+        **{key: motion.record[key] for key in (HISTORY,) if key in motion.record},
     }
 
 
@@ -173,6 +175,8 @@ def _by_name(records: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any
 def _changed_record(was: Mapping[str, Any], now: Mapping[str, Any]) -> str:
     if was["sha256"] != now["sha256"]:
         return "its file holds other bytes than before"
+    if was.get(HISTORY) != now.get(HISTORY):
+        return "the displacement_history of a building under it is another file, or holds other bytes than before"
     steps = "; ".join(_unlike(was["processing"], now["processing"]))
     return f"the same file is processed or scaled otherwise{f': {steps}' if steps else ''}"
 

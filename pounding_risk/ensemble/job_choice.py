@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from pounding_risk.ensemble.grid_job import GridJob
 from pounding_risk.ensemble.job import Job, ScanInput
+from pounding_risk.scene.known_motions import has_known_motion
 from pounding_risk.scene.scene import Scene
 
 
 def job_kind(study: Scene) -> type[GridJob]:
     """The kind of job that runs a scene."""
+    if has_known_motion(study):
+        from pounding_risk.ensemble.known_job import KnownJob
+
+        return KnownJob
     if study.is_row:
         from pounding_risk.ensemble.row_job import RowJob  # a pair needs none of it
 

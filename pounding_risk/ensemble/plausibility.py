@@ -22,6 +22,7 @@ from pounding_risk.motions.request import AS_RECORDED
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
 from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import known_law
+from pounding_risk.scene.known_motions import has_known_motion, known_motion_notes
 from pounding_risk.scene.scene import Axes, Scene
 from pounding_risk.scene.variants import Variants
 from pounding_risk.units import (
@@ -106,8 +107,10 @@ def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
         The site and its distance; the number, the usual range with its source, and the likely mistake.
     """
     read = tuple(motions)
-    of_scene = *_of_buildings(study), *_of_gaps(study), *_of_stiffnesses(study)
-    return (*_of_sites(read), *of_scene, *_of_motions(study, read), *_of_grounds(study, read))
+    stiffnesses = () if has_known_motion(study) else _of_stiffnesses(study)  # no contact is run
+    of_scene = *_of_buildings(study), *_of_gaps(study), *stiffnesses
+    of_motions = *_of_motions(study, read), *_of_grounds(study, read), *known_motion_notes(study, read)
+    return (*_of_sites(read), *of_scene, *of_motions)
 
 
 def notes_along(study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pounding_risk.ensemble.identity import difference
+from pounding_risk.ensemble.identity import HISTORY, difference
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import head_of
 from pounding_risk.scene.overrides import WITHOUT_RUNS
@@ -141,6 +141,7 @@ def _records(attrs: Mapping[str, Any]) -> list[dict[str, Any]] | None:
             "sha256": str(record.get("sha256", "")),
             "samples": digests.get(record["name"], ""),
             "processing": steps.get(record["name"], []),
+            **{key: record[key] for key in (HISTORY,) if key in record},
         }
         for record in records
         if isinstance(record, dict) and "name" in record

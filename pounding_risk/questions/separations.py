@@ -34,7 +34,8 @@ from pounding_risk.render.sheet import (
     paragraph,
     table,
 )
-from pounding_risk.units import PGA, Quantity, parse, si
+from pounding_risk.statistics.separations import white_noise_correlation
+from pounding_risk.units import DAMPING, PERIOD, PGA, Quantity, parse, si
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.separations.table import CodeTable, SeparationRow
@@ -44,11 +45,22 @@ FIGURES = {"": "separations.separations_figure"}
 OPTIONS = {
     "displacement": Option(metavar="SIDE=LENGTH"),
     "behaviour_factor": Option(metavar="[SIDE=]NUMBER"),
+    "period": Option(metavar="SIDE=TIME"),
+    "damping": Option(metavar="[SIDE=]NUMBER"),
     "factor": Option(kind=list[float]),
 }
 HEIGHT = Quantity("m", 0.0, inf, "height of a building", open_low=True, open_high=True, example="12 m")
 FACTOR = Quantity("1", 0.0, inf, "behaviour factor", open_low=True, open_high=True, example="3")
 BOTH_DISPLACEMENTS = "--displacement left=45mm --displacement right=30mm"
+BOTH_PERIODS = "--period left=0.4s --period right=0.7s"
+USUAL_DAMPING = 0.05
+# Options that say something of given displacements, and where a dataset has the same.
+OF_GIVEN = {
+    "displacement": "scale its own with --factor",
+    "behaviour_factor": "scale its own with --factor",
+    "period": "keep the periods and damping ratios that it has",
+    "damping": "keep the periods and damping ratios that it has",
+}
 
 
 class Given(NamedTuple):
@@ -57,6 +69,8 @@ class Given(NamedTuple):
     rows: tuple[SeparationRow, ...]
     displacements: tuple[float, float]  # m, elastic
     site: Site
+    periods: tuple[float, float] | None = None  # s
+    dampings: tuple[float, float] | None = None  # with the periods
 
 
 class Beside(NamedTuple):
@@ -70,6 +84,8 @@ def separations(
     *,
     displacement: Sequence[str] = (),
     behaviour_factor: Sequence[str] = (),
+    period: Sequence[str] = (),
+    damping: Sequence[str] = (),
     percentile: float | str = 84.0,
     height: Sequence[float | str] = (),
     factor: Sequence[float] = (),
@@ -91,6 +107,10 @@ def separations(
         Elastic design displacement, left=45mm; twice, in place of a dataset.
     behaviour_factor : sequence of str
         Of these displacements: q, Cd / Ie, μ, 3 or left=3; once or twice. 1 by default.
+    period : sequence of str
+        Period of each building, left=0.4s; twice, for the double difference of given displacements.
+    damping : sequence of str
+        Damping ratio beside the periods, 0.05 or left=0.05; once or twice. 0.05 by default.
     percentile : float or str
         Percentile of the gap needed, "84 %".
     height : sequence of float or str
@@ -130,13 +150,13 @@ def separations(
     from pounding_risk.results.opened import Results
     from pounding_risk.results.scene_axes import with_axes
 
-    if results is None and not (displacement or behaviour_factor):
+    if results is None and not (displacement or behaviour_factor or period or damping):
         return None
     site = _site(height, behaviour_factor, factor, ground)
     site = site._replace(aligned=aligned, alike=alike, zone=zone, intensity=intensity, structure=structure)
     if results is None:
-        given = _displacements(displacement)
-        return Given(code.separations(("left", "right"), given, site=site), given, site)
+        given, moving = _displacements(displacement), _moving(period, damping)
+        return Given(code.separations(("left", "right"), given, *moving, site=site), given, site, *moving)
     share = percentile_of(percentile)
     dataset = with_axes(open_results(results) if isinstance(results, str | Path) else results, str(results))
     check_scan(dataset, name_of(dataset), names=("building", "building_period", "building_damping"))
@@ -159,14 +179,13 @@ def check(given: Mapping[str, Any]) -> None:
     if given.get("results") is None:
         if "figure" in given:
             raise PoundingError("figure: needs a dataset to draw; name one, such as results.nc")
-        if "factor" in given and ("displacement" in given or "behaviour_factor" in given):
+        if "factor" in given and any(name in given for name in OF_GIVEN):
             raise PoundingError("factor: is of a dataset's displacements; of given ones write --behaviour-factor 3")
         return
-    for name in ("displacement", "behaviour_factor"):
+    for name, instead in OF_GIVEN.items():
         if name in given:
             raise PoundingError(
-                f"{name}: is for given displacements, without a dataset; leave the dataset out, or scale its own with "
-                "--factor"
+                f"{name}: is for given displacements, without a dataset; leave the dataset out, or {instead}"
             )
 
 
@@ -223,14 +242,31 @@ def _displacements(texts: Sequence[str]) -> tuple[float, float]:
 
 
 def _behaviour(texts: Sequence[str]) -> tuple[float, float]:
-    """The factors of the two displacements; 1 where none is given, and one number for both."""
-    if not texts:
-        return 1.0, 1.0
+    """The factors of the two displacements; 1 where none is given."""
+    return _by_side_or_both("behaviour_factor", texts, FACTOR, (3, 2)) if texts else (1.0, 1.0)
+
+
+def _moving(periods: Sequence[str], dampings: Sequence[str]) -> tuple[Any, Any]:
+    """Periods and damping ratios of the two buildings; None, twice, where no period is given."""
+    usual = (USUAL_DAMPING, USUAL_DAMPING)
+    ratios = _by_side_or_both("damping", dampings, DAMPING, (0.05, 0.02)) if dampings else usual
+    if periods:
+        return _by_side("period", periods, PERIOD, BOTH_PERIODS), ratios
+    if dampings:
+        raise PoundingError(f"damping: enters together with the periods alone; write {BOTH_PERIODS} too")
+    return None, None
+
+
+def _by_side_or_both(
+    name: str, texts: Sequence[str], quantity: Quantity, example: tuple[float, float]
+) -> tuple[float, float]:
+    """As `_by_side`, or one number for both."""
     if len(texts) == 1 and "=" not in texts[0]:
-        both = si(texts[0], FACTOR, "behaviour_factor")
+        both = si(texts[0], quantity, name)
         return both, both
-    example = "--behaviour-factor 3, or --behaviour-factor left=3 --behaviour-factor right=2"
-    return _by_side("behaviour_factor", texts, FACTOR, example)
+    option = f"--{name.replace('_', '-')}"
+    left, right = example
+    return _by_side(name, texts, quantity, f"{option} {left}, or {option} left={left} {option} right={right}")
 
 
 # ------------------------------------------------------------------------------------------------------- sheets
@@ -319,6 +355,7 @@ def _of_given(given: Given) -> list[Block]:
     explained = [
         f"Of elastic design displacements of {left} mm and {right} mm, times {factors[0]:g} and {factors[1]:g}.",
         of_factors,
+        *_of_periods(given),
         "Displacements belong to the ground motion of the clause, and to the height at which the two can touch.",
         *_footnotes(plain),
         "Factors and ground motions are from memory.",
@@ -327,6 +364,19 @@ def _of_given(given: Given) -> list[Block]:
         table("Separations of given displacements.", heads, rows, keep=range(len(rows))),
         paragraph("\n".join(explained)),
         facts(f"{SUPERSEDED}.", _in_force()),
+    ]
+
+
+def _of_periods(given: Given) -> list[str]:
+    """What the double difference was found from."""
+    if given.periods is None or given.dampings is None:
+        return []
+    correlation = white_noise_correlation(given.periods, given.dampings)
+    periods, ratios = (" and ".join(f"{each:g}" for each in pair) for pair in (given.periods, given.dampings))
+    taken = "" if given.dampings != (USUAL_DAMPING, USUAL_DAMPING) else f" {USUAL_DAMPING} is taken without --damping."
+    return [
+        f"The double difference (cqc) is of periods of {periods} s and damping ratios of {ratios}: a correlation of "
+        f"{correlation:.3f} under white noise.{taken}"
     ]
 
 

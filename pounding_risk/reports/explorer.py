@@ -33,6 +33,7 @@ from pounding_risk.results.scene_axes import (
     with_axes,
     written_values,
 )
+from pounding_risk.results.variables import NOT_RUN, UNPUSHED
 from pounding_risk.units import SHOWN, STANDARD_GRAVITY, si
 
 if TYPE_CHECKING:
@@ -329,9 +330,12 @@ def _facts(dataset: xr.Dataset) -> list[str]:
         again, moved = int((dataset["sensitive"] >= 0).sum()), int((dataset["sensitive"] == 1).sum())
         facts.append(f"{again:,} recomputed at a tighter tolerance, {moved:,} of them sensitive to it.")
     facts += _facts_of_places(dataset)
-    failed = int((status != 0).sum())
+    unpushed = int((status == UNPUSHED).sum())
+    failed = int((status != 0).sum()) - unpushed
     if failed:
         facts.append(f"{failed:,} failed: marked × and counted in no number.")
+    if unpushed:
+        facts.append(f"{unpushed:,} {NOT_RUN}: marked × and counted in no number.")
     return facts
 
 

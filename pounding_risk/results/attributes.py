@@ -82,6 +82,11 @@ def has_own_grounds(scene: Mapping[str, Any]) -> bool:
     return "wave_passage" in scene.get("effects", {}) or any(ground != grounds[0] for ground in grounds)
 
 
+def has_histories(scene: Mapping[str, Any]) -> bool:
+    """True where a building of the tables of a scene moves as files say."""
+    return any("displacement_history" in building for building in scene.get("building", []))
+
+
 def as_text(value: Any) -> str:
     """A value as JSON, for an attribute: netCDF attributes hold no tables."""
     return json.dumps(value, ensure_ascii=False, sort_keys=True, default=str)

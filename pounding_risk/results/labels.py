@@ -196,18 +196,20 @@ def _slug(sentence: str) -> str:
     return "_".join("".join(letter if letter.isalnum() else " " for letter in sentence).split())
 
 
+def status_variable(sentences: Mapping[int, str]) -> CaseVariable:
+    """How the run of each case ended, by the codes of these sentences."""
+    about = {
+        "long_name": "how the run ended",
+        "flag_values": np.array(list(sentences), dtype=np.int8),
+        "flag_meanings": " ".join(map(_slug, sentences.values())),
+        "sentences": as_text({str(code): sentence for code, sentence in sentences.items()}),
+    }
+    return CaseVariable((), np.dtype(np.int8), about)
+
+
 # How the run of each case ended, and whether the case was simulated.
 OUTCOME = {
-    "status": CaseVariable(
-        (),
-        np.dtype(np.int8),
-        {
-            "long_name": "how the run ended",
-            "flag_values": np.array(list(STATUS_SENTENCES), dtype=np.int8),
-            "flag_meanings": " ".join(map(_slug, STATUS_SENTENCES.values())),
-            "sentences": as_text({str(code): sentence for code, sentence in STATUS_SENTENCES.items()}),
-        },
-    ),
+    "status": status_variable(STATUS_SENTENCES),
     "simulated": CaseVariable(
         (),
         np.dtype(np.int8),

@@ -24,6 +24,7 @@ from pounding_risk.results.check import check_scene, kind_of
 from pounding_risk.results.grid_values import axis_words, listed_values, place_of, quantity_of
 from pounding_risk.results.layout import amplitude_axis, axes_of_cases
 from pounding_risk.results.scene_axes import settled
+from pounding_risk.results.variables import UNPUSHED
 from pounding_risk.statistics.proportions import labels
 from pounding_risk.units import DAMPING, GAP, PERIOD, PGA, SCALE, YIELD_FORCE, parse
 
@@ -104,10 +105,15 @@ class Results:
         return {
             "cases": int(status.size),
             "simulated": int((dataset["simulated"].values == 1).sum()) if "simulated" in dataset else int(status.size),
-            "failed": int((status.values != complete).sum()),
+            "failed": int((status.values != complete).sum()) - self.unpushed,
             "checked": int((flags >= 0).sum()),
             "sensitive": int((flags == 1).sum()),
         }
+
+    @property
+    def unpushed(self) -> int:
+        """Number of cases that were not run, as a building whose motion is known would have to be pushed."""
+        return int((self.dataset["status"].values == UNPUSHED).sum())
 
     @property
     def is_shaking(self) -> NDArray[np.bool_]:

@@ -150,7 +150,7 @@ def check_records(results: xr.Dataset, motions: Sequence[Motion]) -> list[str]:
     Raises PoundingError, with a sentence for fault, where records are not those that the results name.
     """
     before = _checksums(results)
-    after = {motion.name: str(motion.record.get("sha256", "")) for motion in motions}
+    after = dict(one for motion in motions for one in _files_of({"sha256": "", **motion.record, "name": motion.name}))
     faults = list(_changes(before, after))
     if faults:
         raise PoundingError(
@@ -166,14 +166,21 @@ def check_records(results: xr.Dataset, motions: Sequence[Motion]) -> list[str]:
 
 
 def _checksums(results: xr.Dataset) -> dict[str, str]:
-    """SHA-256 of the file of each record, by the name of the record."""
+    """SHA-256 of the file of each record, by the name of the record, and of the histories under it."""
     try:
-        return {str(record["name"]): str(record["sha256"]) for record in read_attribute(results, "records", [])}
-    except (TypeError, KeyError):
+        return dict(one for record in read_attribute(results, "records", []) for one in _files_of(record))
+    except (TypeError, KeyError, AttributeError):
         raise PoundingError(
             "the attribute records of the results holds no names and checksums: the file was changed since; run its "
             "scene with scan"
         ) from None
+
+
+def _files_of(record: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """What is said of a record's file, and of each displacement_history under it, and the SHA-256."""
+    yield str(record["name"]), str(record["sha256"])
+    for building, history in record.get("displacement_history", {}).items():
+        yield f"the displacement_history of {building} under {record['name']}", str(history["sha256"])
 
 
 def _changes(before: Mapping[str, str], after: Mapping[str, str]) -> Iterator[str]:

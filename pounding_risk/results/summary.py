@@ -24,6 +24,7 @@ from pounding_risk.results.layout import Template, blocks, streamed, template_of
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import open_axes, with_axes, without_effect, words_of_values
 from pounding_risk.results.tolerance_check import findings
+from pounding_risk.results.variables import NOT_RUN, UNPUSHED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -131,20 +132,31 @@ def counted(dataset: xr.Dataset) -> dict[str, int]:
         if "sensitive" in piece:
             again += int((piece["sensitive"] >= 0).sum())
             sensitive += int((piece["sensitive"] == 1).sum())
-    counts = {"cases": cases, "simulated": simulated, "known without a run of their own": cases - simulated}
+    statuses = _statuses(dataset)
+    unpushed = statuses[UNPUSHED]
+    counts = {"cases": cases, "simulated": simulated, "known without a run of their own": cases - simulated - unpushed}
+    if unpushed:
+        counts[NOT_RUN] = unpushed
     if "sensitive" in names:
         counts |= {"recomputed": again, "of these sensitive": sensitive}
-    return counts | failures(dataset)
+    return counts | failures(dataset, statuses)
 
 
-def failures(dataset: xr.Dataset) -> dict[str, int]:
-    """Number of failed cases by the sentence that says why."""
+def failures(dataset: xr.Dataset, statuses: Mapping[int, int] | None = None) -> dict[str, int]:
+    """Number of failed cases by the sentence that says why; ``statuses`` are those of `_statuses`, if known."""
+    number = _statuses(dataset) if statuses is None else statuses
+    sentences = _sentences(dataset["status"].attrs)
+    failed = [code for code in sorted(number) if code not in (COMPLETE, UNPUSHED)]
+    return {sentences.get(code, f"status {code}"): number[code] for code in failed}
+
+
+def _statuses(dataset: xr.Dataset) -> Counter[int]:
+    """Number of cases by status."""
     number: Counter[int] = Counter()
     for piece in streamed(dataset, ("status",)):
         codes, counts = np.unique(piece["status"], return_counts=True)
         number.update(dict(zip(map(int, codes), map(int, counts), strict=True)))
-    sentences = _sentences(dataset["status"].attrs)
-    return {sentences.get(code, f"status {code}"): number[code] for code in sorted(number) if code != COMPLETE}
+    return number
 
 
 def _sentences(attrs: Mapping[str, Any]) -> dict[int, str]:

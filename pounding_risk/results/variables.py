@@ -101,6 +101,9 @@ COORDINATES |= {
 }
 
 
+# Status of a case that is not run as a building whose motion is known would have to be pushed; the solvers have others.
+UNPUSHED, UNPUSHED_SENTENCE = 8, "not run: contact with a known motion, which cannot be pushed"
+NOT_RUN = "not run, as a known motion would have to be pushed"  # of such cases, where they are counted
 PLACES = ("interface", "contact_point", "building", "storey")  # where a variable may live, beside the cases
 
 

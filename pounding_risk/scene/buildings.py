@@ -61,6 +61,7 @@ from pounding_risk.units import (
 LEAST_PERIOD = 1e-4  # s
 BUILDING_PERIOD = PERIOD._replace(low=LEAST_PERIOD, open_low=False)
 BUILDING_MASS = MASS._replace(low=1.0, open_low=False)
+HISTORY_EXAMPLE = '["my/frame_RSN6.csv", "my/frame_RSN753.csv"]'
 LEAST_FLOOR_MASS = FLOOR_MASS._replace(low=1.0, open_low=False)
 
 
@@ -100,14 +101,28 @@ def _row_numbers(value: Any, number: Number) -> tuple[int, ...]:
     return rows
 
 
-def _records_of_ground(value: Any, number: Number) -> tuple[str, ...]:
+def _names(value: Any, sentence: str) -> tuple[str, ...]:
+    """One name, or a list of them; Unreadable with the rest of the sentence for anything else."""
     names = value if isinstance(value, list) else [value]
     if not names or not all(isinstance(name, str) and name.strip() for name in names):
-        raise Unreadable(
-            f'{shown(value)} names no record; write a file, such as "my/record.AT2", an id of the catalogue, a '
-            "generated motion, or a list with one of these for each record of the scene"
-        )
+        raise Unreadable(f"{shown(value)} {sentence}")
     return tuple(names)
+
+
+def _records_of_ground(value: Any, number: Number) -> tuple[str, ...]:
+    return _names(
+        value,
+        'names no record; write a file, such as "my/record.AT2", an id of the catalogue, a generated motion, or a '
+        "list with one of these for each record of the scene",
+    )
+
+
+def _history_files(value: Any, number: Number) -> tuple[str, ...]:
+    return _names(
+        value,
+        f"names no file; write a list with one for each record of the scene, such as {HISTORY_EXAMPLE}, each with the "
+        "columns time [s], floor 1 [mm], floor 2 [mm] and so on",
+    )
 
 
 # Keys of some kinds of building; those of all stand in `AnyBuilding`, those of one in its class.
@@ -314,6 +329,19 @@ class MovingBuilding(AnyBuilding):
             "at rest",
         ),
     ] = ()
+    displacement_history: Annotated[
+        tuple[str, ...],
+        Key(
+            "Displacement of each floor relative to the ground without contact, from a model of your own, in place of "
+            "the motion that is computed: a CSV file with the columns time [s], floor 1 [mm], floor 2 [mm] and so on "
+            "for each record of the scene, in their order. No contact is run then.",
+            _history_files,
+            HISTORY_EXAMPLE,
+            "the motion is computed",
+            write=lambda names: names[0] if len(names) == 1 else list(names),
+            schema={"type": ["string", "array"]},
+        ),
+    ] = ()
 
 
 class SingleMass(MovingBuilding):
@@ -449,7 +477,8 @@ class FlooredBuilding(MovingBuilding):
         keys = ("floor_masses", "storey_heights", *INITIAL)
         lists = {IN_STRUCTURES.get(key, key): self.by_floor(key, count) for key in keys}
         fields = self.fields()
-        return {"name": self.name, "support": fields["support"], "stiffnesses": (), "damping": self.damping, **lists}
+        given = {key: fields[key] for key in ("name", "support", "displacement_history", "damping")}
+        return {"stiffnesses": (), **given, **lists}
 
     def at_period(self, building: Storeys) -> Storeys:
         """The building, stiffer or softer as a whole, so that its first mode has the period of the table."""
@@ -620,10 +649,10 @@ class TypologyBuilding(MovingBuilding):
     def structure(self) -> Storeys:
         """The shear building that is generated."""
         values = self.fields() | {"period": self.period or None}
-        support = values.pop("support")
+        given = {key: values.pop(key) for key in ("support", "displacement_history")}
         bare = generated(**{field: value for field, value in values.items() if field not in INITIAL})
         initial: dict[str, Any] = {key: self.by_floor(key, self.storeys) for key in INITIAL}
-        return replace(bare, **initial, support=support)
+        return replace(bare, **initial, **given)
 
 
 KINDS: tuple[type[AnyBuilding], ...] = (

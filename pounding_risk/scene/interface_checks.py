@@ -38,6 +38,7 @@ from pounding_risk.scene.keys import Draft, Section
 from pounding_risk.scene.toml import Fault, KeyPath, as_list
 from pounding_risk.units import QuantityError, parse, shown
 
+ROW_KEYS = {"floor_depth", "displacement_history"}  # of buildings, likewise
 # Keys that make a row of a pair of masses.
 OF_POINTS = ("contact", "tolerance", "column_yield_force", "link_stiffness", "link_damping", "link_at")
 
@@ -57,7 +58,7 @@ def is_row(draft: Draft) -> bool:
     buildings = draft.tables("building")
     return (
         len(buildings) > 2
-        or any(_has_storeys(keys) or "floor_depth" in keys for keys in buildings)
+        or any(_has_storeys(keys) or ROW_KEYS & set(keys.raw) for keys in buildings)
         or any(key in keys for keys in draft.tables("interface") for key in OF_POINTS)
         or any(key in varied(draft) for key in OF_POINTS)
         or any(name in EFFECTS and acts_on_buildings(name) for name in draft.table("effects").raw)

@@ -13,6 +13,7 @@ from pounding_risk.motions.own_grounds import read_own, set_beside
 from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.motions.record import STILL, lowest_usable
 from pounding_risk.motions.request import INTENSITY, conflicts
+from pounding_risk.scene.known_motions import with_histories
 from pounding_risk.scene.scene import Scene
 from pounding_risk.units import shown
 
@@ -39,7 +40,7 @@ def gathered(study: Scene) -> MotionEnsemble:
     if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
         raise SceneError(study.source, sentences)
     ensemble = read_ensemble(study.records, study.folder, scaled=grid.amplitudes == (None,) or is_factor)
-    motions = for_buildings(_with_own(study, ensemble.motions), study)
+    motions = with_histories(study, for_buildings(_with_own(study, ensemble.motions), study))
     ensemble = ensemble._replace(motions=motions)
     if not ensemble.motions:
         files = ", ".join(study.records.files)

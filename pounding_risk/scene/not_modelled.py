@@ -21,10 +21,13 @@ DAMPERS = (
     "a damper between neighbours is link_damping of their [[interface]]; for one within a building write what it adds "
     "to the first mode into damping"
 )
-TORSION = "buildings move along the row and do not rotate; take the gap between their edges from a model of your own"
+TORSION = (
+    "buildings move along the row and do not rotate; write the motion of the edge that faces the neighbour, from a "
+    "model of your own, as displacement_history"
+)
 HISTORIES = (
-    "histories are results and no input; for a model of your own the gap that it needs is the largest of u_left − "
-    "u_right"
+    "the motion of a model of your own is displacement_history of its [[building]]: CSV files with the columns time "
+    "[s], floor 1 [mm] and so on, one for each record; velocities and accelerations are no input"
 )
 DEGRADING = (
     "storeys keep stiffness and strength, bilinear by storey_strengths and [effects] inelastic_storeys; run the scene "
@@ -43,7 +46,7 @@ SENTENCES: dict[tuple[str, ...], str] = {
     ("link", "links", "link_force", "coupling", "coupling_stiffness"): LINKS,
     ("damper", "dampers", "damper_coefficient", "damping_coefficient", "viscous_damper"): DAMPERS,
     ("torsion", "eccentricity", "rotation", "torsional_stiffness", "torsional_period"): TORSION,
-    ("displacement_history", "displacement_histories", "history", "histories", "time_history"): HISTORIES,
+    ("displacement_histories", "floor_histories", "history", "histories", "time_history"): HISTORIES,
     ("degradation", "degrading", "pinching", "hysteresis", "backbone", "stiffness_degradation"): DEGRADING,
     ("column_strength", "column_strengths", "column_shear_strength", "column_capacity"): COLUMNS,
 }

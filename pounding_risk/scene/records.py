@@ -484,9 +484,10 @@ def named_files(raw: Mapping[str, Any]) -> Iterator[tuple[KeyPath, str]]:
     """Every name or pattern of files in a scene's tables, with its path."""
     given: list[tuple[KeyPath, list[Any]]] = [(("records", "files"), as_list(table(raw, "records").get("files")))]
     for index, building in tables(raw, "building"):
-        own = building.get("ground_record")
-        given.append((("building", index, "ground_record"), own if isinstance(own, list) else [own]))
+        for key in ("ground_record", "displacement_history"):
+            own = building.get(key)
+            given.append((("building", index, key), own if isinstance(own, list) else [own]))
     for path, patterns in given:
         for place, pattern in enumerate(patterns):
-            if isinstance(pattern, str) and pattern.strip() and (path[0] == "records" or is_file(pattern)):
+            if isinstance(pattern, str) and pattern.strip() and (path[-1] != "ground_record" or is_file(pattern)):
                 yield (*path, place) if len(patterns) > 1 or path[0] == "records" else path, pattern

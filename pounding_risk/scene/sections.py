@@ -20,6 +20,7 @@ from pounding_risk.scene.damage import DamageState, damage_checks
 from pounding_risk.scene.interface_checks import interface_checks
 from pounding_risk.scene.interfaces import EqualTerms, Interface
 from pounding_risk.scene.keys import Draft, Key, Section, Several, Table, read_section
+from pounding_risk.scene.known_motion_checks import known_motion_checks
 from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.overrides import ARRAYS, override
 from pounding_risk.scene.records import Records, missing_files, record_checks
@@ -177,6 +178,7 @@ def untouched(draft: Draft, overrides: Iterable[str]) -> Same:
 def every_fault(draft: Draft, folder: Path, same: Same = MappingProxyType({})) -> list[Fault]:
     """What more than one key takes part in; ``folder`` is that of the scene file, ``same`` as in `read_tables`."""
     return [
+        *known_motion_checks(draft),
         *building_checks(draft.tables("building"), draft.count("building", 2)),
         *interface_checks(draft),
         *effect_checks(draft),

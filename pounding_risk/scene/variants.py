@@ -8,6 +8,7 @@ import numpy as np
 
 from pounding_risk.errors import SceneError
 from pounding_risk.scene.axes import unlike
+from pounding_risk.scene.known_motions import check_computed
 from pounding_risk.scene.scene import Scene, Scenes
 from pounding_risk.scene.scene_axis import SceneAxis, alone, count_of, overrides_at
 from pounding_risk.scene.toml import parse_toml
@@ -73,7 +74,11 @@ def where_words(overrides: Sequence[str]) -> str:
 
 
 def check_one_scene(study: Scene, command: str) -> None:
-    """Raise SceneError for a scene with axes in a command that runs one scene, with how to choose one."""
+    """Raise SceneError for a scene with axes in a command that runs one scene, with how to choose one.
+
+    Likewise for a building whose motion is known, in a command that runs contact, as all of these do.
+    """
+    check_computed(study, command)
     if not study.axes:
         return
     has = "; ".join(

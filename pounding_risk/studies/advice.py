@@ -31,6 +31,7 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.ensemble import MotionEnsemble
 from pounding_risk.results.summary import COMPLETE
 from pounding_risk.scene.interfaces import NO_RESTITUTION, known_law
+from pounding_risk.scene.known_motions import check_computed
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene, own_amplitude
@@ -220,6 +221,7 @@ def advise(
     """
     length = si(floor_length, FLOOR_LENGTH, "advise: floor_length")
     study = _one_case(as_scene(study).updated(axes=()), gap)
+    check_computed(study, "advise")
     ensemble = gathered(study)
     # At most `MOST_MOTIONS`, evenly spaced.
     places = np.linspace(0, len(ensemble.motions) - 1, min(len(ensemble.motions), MOST_MOTIONS))

@@ -18,6 +18,7 @@ from pounding_risk.results.attributes import as_text
 from pounding_risk.results.contact_notes import of_run
 from pounding_risk.results.labels import CONVENTIONS
 from pounding_risk.results.run_labels import Case, run_dataset
+from pounding_risk.scene.known_motions import check_computed
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import as_scene
@@ -78,6 +79,7 @@ def simulate(
         As `scan`; and if the scene does not have the record or polarity, or a number is out of its range.
     """
     study = as_scene(study)
+    check_computed(study, "simulate")
     gap, yield_force, pga = (
         None if value is None else si(value, quantity, f"simulate: {name}")
         for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA))
@@ -128,7 +130,11 @@ def simulate(
 
 
 def run_of(study: Scene, case: Case) -> xr.Dataset:
-    """The run of a case with its histories; to the bit the one that a scan makes of it."""
+    """The run of a case with its histories; to the bit the one that a scan makes of it.
+
+    Raises SceneError for a scene with a known motion.
+    """
+    check_computed(study, "a run")
     return run_dataset(study, case, TRACES[job_kind(study).solver](study, case))
 
 

@@ -142,6 +142,8 @@ def stated_damping(source: Any) -> tuple[float, float] | None:
             )
         elif not isinstance(building, Building):
             faults.append(f"{where}: has storeys, and a spectrum is of single masses; {instead}")
+        elif building.displacement_history:
+            faults.append(f"{where}: moves as files say, and not with the periods of a spectrum; {instead}")
         elif building.initial_displacement or building.initial_velocity:
             faults.append(f"{where}: does not start from rest, and no amplitude scales that; remove its initial state")
     for effect in source.effects:

@@ -273,6 +273,7 @@ def test_level_factor_and_what_is_in_force_stand_with_each_rule():
 
 
 GIVEN = ("--displacement", "left=45mm", "--displacement", "right=30mm")
+BOTH_PERIODS = ("--period", "left=0.4s", "--period", "right=700 ms")
 
 
 @pytest.mark.parametrize(
@@ -313,6 +314,27 @@ def test_given_design_displacements_need_no_dataset(factors, expected):
     )
 
 
+@pytest.mark.parametrize(
+    ("words", "dampings", "taken"),
+    [
+        ((), (0.05, 0.05), True),
+        (("--damping", "2 %"), (0.02, 0.02), False),
+        (("--damping", "left=0.02", "--damping", "right=0.1"), (0.02, 0.1), False),
+    ],
+)
+def test_given_periods_give_the_double_difference(words, dampings, taken, tmp_path):
+    """From the stationary covariance of Lyapunov's equation, to rounding of its solution."""
+    told = run(*GIVEN, *BOTH_PERIODS, *words, "-o", str(tmp_path / "rules.csv"))
+    assert told.exit_code == 0, told.output
+    (line,) = [line for line in (tmp_path / "rules.csv").read_text().splitlines() if line.startswith("cqc,")]
+    noise = covariance((0.4, 0.7), dampings)
+    correlation = noise[0, 1] / np.sqrt(noise[0, 0] * noise[1, 1])
+    expected = np.sqrt(45.0**2 + 30.0**2 - 2.0 * correlation * 45.0 * 30.0)
+    assert float(line.split(",")[1]) == pytest.approx(expected, rel=1e-9)
+    assert "periods of 0.4 and 0.7 s" in told.output and f"a correlation of {correlation:.3f}" in told.output
+    assert ("0.05 is taken without --damping" in told.output) is taken
+
+
 def test_given_design_displacements_in_python():
     import pounding_risk as pr
 
@@ -335,6 +357,14 @@ def test_given_design_displacements_in_python():
         ((*GIVEN, "--factor", "3", "--factor", "3"), "of given ones write --behaviour-factor 3"),
         (("results.nc", *GIVEN), "--displacement: is for given displacements, without a dataset"),
         (("results.nc", "--behaviour-factor", "3"), "or scale its own with --factor"),
+        (("results.nc", *BOTH_PERIODS), "--period: is for given displacements, without a dataset"),
+        (BOTH_PERIODS, "--displacement: has none for left and right; write --displacement left=45mm"),
+        ((*GIVEN, *BOTH_PERIODS[:2]), "--period: has none for right; write --period left=0.4s"),
+        ((*GIVEN, "--period", "left=0.4", *BOTH_PERIODS[2:]), '--period: left: "0.4" has no unit'),
+        ((*GIVEN, "--period", "left=0s", *BOTH_PERIODS[2:]), '--period: left: "0s" is out of range'),
+        ((*GIVEN, "--damping", "0.05"), "--damping: enters together with the periods alone; write --period left=0.4s"),
+        ((*GIVEN, *BOTH_PERIODS, "--damping", "5"), '--damping: "5" is out of range'),
+        ((*GIVEN, *BOTH_PERIODS, "--damping", "left=0.02"), "--damping: has none for right; write --damping 0.05"),
     ],
 )
 def test_faulty_given_displacements_are_refused(words, told):

@@ -135,7 +135,8 @@ def declared() -> list[Any]:
 @pytest.fixture
 def folder(tmp_path) -> Path:
     """With the files that examples name."""
-    for file in ("my/a.AT2", "my/other_station.AT2", "selected.csv", "EventGrid.csv"):
+    histories = ("my/frame_RSN6.csv", "my/frame_RSN753.csv")
+    for file in ("my/a.AT2", "my/other_station.AT2", "selected.csv", "EventGrid.csv", *histories):
         (tmp_path / file).parent.mkdir(exist_ok=True)
         (tmp_path / file).touch()
     (tmp_path / "K.csv").write_text("300,-150,0\n-150,240,-90\n0,-90,90\n")

@@ -174,6 +174,7 @@ ALWAYS = {  # keys that act in every scene that may have them, with what would s
     "say what a building is": (
         *("building.stiffness", "building.rigid", "building.storeys", "building.typology", "building.floor_mass"),
     ),
+    "is the motion itself (test_known_motions)": ("building.displacement_history",),
     "say where floors meet (test_scene_row, test_contact_points)": (
         *("interface.contact", "interface.tolerance", "building.floor_depth"),
     ),

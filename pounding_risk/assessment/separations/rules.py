@@ -381,10 +381,12 @@ RATIONAL = (
 # Notes that many rows share, and the sentence that says the same once below a table.
 FROM_MEMORY, QUOTED_ONLY = "clause from memory, not read", "clause quoted by others, not read"
 NOT_REDUCED = TAKEN["factors"]
+OF_HISTORIES = "d is the peak of a displacement_history, where a building has one, not reduced (factors 1)"
 ONE_GROUND = "the ground under both is taken to move alike"
 SHARED = {
     FROM_MEMORY: "Rules from memory were not read anywhere: read the clause before relying on one",
     QUOTED_ONLY: "Quoted rules were read in texts that quote the clause or take it over, not in the code itself",
     NOT_REDUCED: "Displacements are those of the linear model: a code's C_d / R, q_d / q and the like are taken as 1",
+    OF_HISTORIES: "Displacements are the peaks of a displacement_history, or of a linear model; factors are taken as 1",
     ONE_GROUND: "The ground under both is taken to move alike: that it does not is in the gap needed, and in no rule",
 }

@@ -31,7 +31,8 @@ class Building(NamedTuple):
     ``period`` 0 means rigid: the building moves with the ground and cannot be pushed. ``floor_length`` is that of the
     floor in the direction of the row, 0 where it is not known; only contact models that collide floors use it, and
     with it ``wave_speed``. ``initial_displacement`` and ``initial_velocity`` are u and u̇ when the motion begins.
-    ``support`` says what a_g is under it.
+    ``support`` says what a_g is under it. Files of ``displacement_history`` give u without contact in place of the
+    equation.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Building(NamedTuple):
     initial_displacement: Annotated[float, INITIAL_DISPLACEMENT] = 0.0
     initial_velocity: Annotated[float, INITIAL_VELOCITY] = 0.0
     support: Support = SHARED
+    displacement_history: tuple[str, ...] = ()
 
     @classmethod
     def rigid(cls, name: str, mass: float = inf) -> Building:

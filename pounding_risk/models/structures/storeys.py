@@ -87,7 +87,8 @@ class Storeys:
     with ζ in the first mode. A ``stiffness_matrix`` stands in place of ``stiffnesses``, and a ``damping_matrix`` is C
     itself, of the rule "matrix"; ``damping`` is then the ratio of the first mode. ``strengths`` are the storeys' yield
     shears for `inelastic_storeys`; without any the building stays elastic. Without ``initial_displacement`` and
-    ``initial_velocity`` it begins at rest. Raises PoundingError for numbers that no building has.
+    ``initial_velocity`` it begins at rest. Files of ``displacement_history`` give u without contact in place of the
+    equation. Raises PoundingError for numbers that no building has.
 
     >>> round(Storeys("A", (25e3,) * 3, (3.46e6,) * 3, (3.0,) * 3).period, 4)
     1.2001
@@ -105,6 +106,7 @@ class Storeys:
     support: Support = SHARED  # what a_g is under it
     stiffness_matrix: tuple[tuple[float, ...], ...] = ()  # N/m, of the floors; empty where storeys are springs
     damping_matrix: tuple[tuple[float, ...], ...] = ()  # N s/m; empty where a rule makes it
+    displacement_history: tuple[str, ...] = ()
 
     is_rigid = False
 

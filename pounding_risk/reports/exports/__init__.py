@@ -20,6 +20,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._written import Options, Written, write_file
 from pounding_risk.results.check import check_dataset, kind_of
 from pounding_risk.results.files import RESULTS, open_with_axes
+from pounding_risk.scene.known_motions import check_computed
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.units import GAP, PGA, shown, si
 
@@ -152,7 +153,9 @@ def _opened(source: Any, to: str, module: Any) -> Any:
         if (isinstance(source, str | Path) and Path(source).suffix in RESULTS) or hasattr(source, "data_vars"):
             named = str(source) if isinstance(source, str | Path) else "the dataset"
             raise PoundingError(f"{to} is written from a scene, and {named} holds results; name the TOML file")
-        return as_scene(source)
+        study = as_scene(source)
+        check_computed(study, to)
+        return study
     is_scene = (isinstance(source, str | Path) and Path(source).suffix not in RESULTS) or hasattr(source, "interfaces")
     if is_scene:
         scene = source if isinstance(source, str | Path) else getattr(source, "source", "scene.toml")

@@ -21,6 +21,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._outlines import Places, nominal_places, street_places
 from pounding_risk.reports.exports._written import Options
 from pounding_risk.results.opened import Results
+from pounding_risk.results.variables import NOT_RUN
 from pounding_risk.statistics.proportions import exact_bounds
 from pounding_risk.units import GAP, say
 
@@ -243,7 +244,8 @@ def _notes(row: Row) -> list[str]:
     ]
     failed = row.case.motions - min(touch.runs for touch in row.case.touches)
     if failed:
-        notes.append(f"{row.title}: {counted(failed, 'run')} failed, and count in no share that only runs can tell")
+        why = NOT_RUN if Results(row.case.results).unpushed else "failed"
+        notes.append(f"{row.title}: {counted(failed, 'run')} {why}, and count in no share that only runs can tell")
     notes += [
         f"{interface.name}: no run is at {say(interface.gap, GAP)}, the nearest are at {say(row.case.gaps[at], GAP)}: "
         "yielding, impacts, forces and amplifications are left empty"

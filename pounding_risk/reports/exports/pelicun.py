@@ -29,6 +29,7 @@ from pounding_risk.reports.exports._written import Options, Written, write_folde
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results, one_case
+from pounding_risk.results.variables import NOT_RUN, UNPUSHED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -115,7 +116,11 @@ def _demand_tables(
     flag = str(status.attrs["flag_meanings"]).split().index("complete")
     complete = _by_motion(status) == np.atleast_1d(status.attrs["flag_values"])[flag]
     if not complete.all():
-        yield f"{counted(int((~complete).sum()), 'run')} failed; their motions are in no file"
+        unpushed = int((status == UNPUSHED).sum())
+        if failed := int((~complete).sum()) - unpushed:
+            yield f"{counted(failed, 'run')} failed; their motions are in no file"
+        if unpushed:
+            yield f"{counted(unpushed, 'case')} {NOT_RUN}; their motions are in no file"
     intensity = []
     if measure is not None:
         axis = amplitude_axis(results)
