@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from inspect import get_annotations
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from math import inf, pi, sqrt
 from typing import Annotated, Any, ClassVar
 
@@ -12,7 +12,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
-from pounding_risk.models.structures.storeys import DAMPING_RULES, MOST_STOREYS, Storeys, generated
+from pounding_risk.models.structures.storeys import DAMPING_RULES, MOST_STOREYS, Storeys, generated, stiffnesses_for
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.scene.keys import (
     REQUIRED,
@@ -29,7 +29,6 @@ from pounding_risk.scene.keys import (
     one_of,
     text,
 )
-from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import (
     DAMPING,
@@ -58,6 +57,11 @@ LEAST_PERIOD = 1e-4  # s
 BUILDING_PERIOD = PERIOD._replace(low=LEAST_PERIOD, open_low=False)
 BUILDING_MASS = MASS._replace(low=1.0, open_low=False)
 LEAST_FLOOR_MASS = FLOOR_MASS._replace(low=1.0, open_low=False)
+
+MISSING_STIFFNESSES = (
+    'missing; write storey_stiffnesses = "40 MN/m" for all storeys, a list with one for each, or period = "0.8 s" in '
+    "their place"
+)
 
 
 def _storeyed(quantity: Quantity, words: str, example: str, absent: str, missing: str = "") -> Key:
@@ -114,7 +118,7 @@ Period = Annotated[
     float,
     measured(
         BUILDING_PERIOD,
-        "Its natural period; or write stiffness.",
+        "Its natural period, on rigid ground and without P-Δ; or write stiffness. Storeys are scaled to it.",
         '"0.208 s"',
         "required, unless stiffness, storeys or rigid",
     ),
@@ -356,7 +360,7 @@ class ShearBuilding(MovingBuilding):
     repair = (
         "a building with floor_masses, storey_stiffnesses and storey_heights takes no {key}; remove {key}, or these"
     )
-    implied = AnyBuilding.implied | {"storeys"}
+    implied = AnyBuilding.implied | {"storeys", "period"}  # as given, its stiffnesses are those of the period
 
     floor_masses: Annotated[
         tuple[float, ...] | float,
@@ -372,12 +376,12 @@ class ShearBuilding(MovingBuilding):
         tuple[float, ...] | float,
         _storeyed(
             STIFFNESS,
-            "Lateral stiffness of each storey",
+            "Lateral stiffness of each storey; beside period their ratios count alone",
             '"350 MN/m"',
-            "a single mass",
-            'missing; write storey_stiffnesses = "40 MN/m" for all storeys, or a list with one for each',
+            "a single mass; beside period those by which the first mode grows in proportion to height",
+            MISSING_STIFFNESSES,
         ),
-    ]
+    ] = ()
     storey_heights: Annotated[
         tuple[float, ...] | float,
         _storeyed(
@@ -397,17 +401,23 @@ class ShearBuilding(MovingBuilding):
         ),
     ] = ()
     storeys: StoreyCount = 0
+    period: Period = 0.0
 
     def structure(self) -> Storeys:
         """The shear building, with one value for each storey."""
         lists = [values for key in OF_STOREYS if isinstance(values := getattr(self, key), tuple) and values]
         count = self.storeys or len(lists[0])
-        by_storey = {IN_STRUCTURES.get(key, key): self.by_floor(key, count) for key in OF_STOREYS}
-        return Storeys(**self.fields() | by_storey)
+        values = self.fields() | {IN_STRUCTURES.get(key, key): self.by_floor(key, count) for key in OF_STOREYS}
+        if not values["stiffnesses"]:
+            values["stiffnesses"] = stiffnesses_for(values["masses"], list(accumulate(values["heights"])), self.period)
+        building = Storeys(**values)
+        return building.with_period(self.period) if self.period and self.storey_stiffnesses else building
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
-        """Lists that have not one value for each storey."""
+        """Lists that have not one value for each storey, and neither stiffnesses nor a period."""
+        if "storey_stiffnesses" not in keys and "period" not in keys:
+            yield keys.fault("storey_stiffnesses", MISSING_STIFFNESSES, absent=True)
         lengths = {key: len(keys.raw[key]) for key in OF_STOREYS if isinstance(keys.raw.get(key), list)}
         count = keys.raw.get("storeys", next(iter(lengths.values()), None))
         if count is None:
@@ -505,8 +515,7 @@ def building_checks(buildings: Sequence[Section], count: int) -> Iterator[Fault]
             )
         for key in KEYS:
             if key in keys and key not in kind.model_fields:
-                answer = f"; {instead_of('t1')}" if (kind, key) == (ShearBuilding, "period") else ""
-                yield keys.fault(key, f"{kind.repair.format(key=key)}{answer}")
+                yield keys.fault(key, kind.repair.format(key=key))
         yield from kind.checks(keys)
     if count < 2:
         yield Fault(

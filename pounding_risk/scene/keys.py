@@ -149,9 +149,13 @@ class Table(BaseModel):
     def __pydantic_init_subclass__(cls, **settings: Any) -> None:
         """Give the class a signature and the parameters of its docstring, from the declarations of its keys."""
         by_name, alone = Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY
+        names, required = cls.key_names(), cls.required()
+        # By position, what stands before a required key is given too.
+        late = names[max((names.index(name) for name in required), default=-1) + 1 :]
+        defaults = {name: _default(cls.model_fields[name]) for name in late}
         cls.__signature__ = Signature(
             [
-                *(Parameter(name, by_name, default=_default(cls.model_fields[name])) for name in cls.key_names()),
+                *(Parameter(name, by_name, default=defaults.get(name, Parameter.empty)) for name in names),
                 *(Parameter(name, alone, default=None) for name in cls.beside),
             ]
         )

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 PAGE = "docs/limits.md"
 MODES = (
-    "periods and modes follow from masses and stiffnesses: write floor_masses, storey_stiffnesses and storey_heights, "
-    "and multiply all storey_stiffnesses by (T1 of `pounding-risk modes` / T1 wanted)²; or write typology with period"
+    "modes follow from masses and stiffnesses: write the first period beside floor_masses and storey_heights, and "
+    "storey_stiffnesses too where their ratios are known"
 )
 MATRICES = (
     "a building is a chain of floors on storey springs and has no matrices; write floor_masses and storey_stiffnesses, "

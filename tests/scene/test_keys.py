@@ -90,11 +90,11 @@ VALUES: dict[str, Any] = {
     "grid.zip": [["building.frame.mass", "building.frame.period"]],
     "solver.rtol": 1e-7,
 }
-# Keys that a scene writes in other words: k follows from mass and period, storeys stand in their lists, and numbers of
-# [grid] and [uncertain] under their addresses.
+# Keys that a scene writes in other words: k follows from mass and period, storeys stand in their lists, scaled to their
+# period, and numbers of [grid] and [uncertain] under their addresses.
 OTHERWISE: dict[Any, set[str]] = {
     SingleMass: {"stiffness"},
-    ShearBuilding: {"storeys"},
+    ShearBuilding: {"storeys", "period"},
     TypologyBuilding: {"typology", "floor_mass", "height", "period", "storeys"},
     "grid": {"axes"},
     "uncertain": {"numbers"},

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import scene_text, single, storeyed
+from scenes import scene_text, single
 from sentences import refusal
 
 import pounding_risk as pr
@@ -39,12 +39,9 @@ def test_a_key_outside_the_model_gets_its_substitute_and_no_false_friend(where, 
     assert "did you mean" not in told
 
 
-def test_sections_words_of_python_and_a_period_of_storeys_get_it_too(says):
+def test_sections_and_words_of_python_get_it_too(says):
     says(refusal(parse_scene, f"{PAIR}\n[dampers]\ncount = 2\n"))
     says(refusal(pr.SingleMass, "A", "44 t", "0.2 s", link_stiffness=1.0))
-    storeys = storeyed("A", ["40 t", "40 t"], "60 MN/m", ["3 m", "3 m"])
-    text = scene_text(storeys, single("B", "80 t", "0.1 s"), gap="2 mm")
-    says(refusal(parse_scene, text, overrides=['building.A.period="1 s"']))
 
 
 def test_the_isolated_building_runs_yields_and_strikes_the_wall_with_its_slab_alone():

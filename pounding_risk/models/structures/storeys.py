@@ -11,7 +11,7 @@ of S are the angular frequencies. They come out to rounding, the slowest too, ho
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate
 from math import pi
 from typing import NamedTuple
@@ -142,6 +142,11 @@ class Storeys:
     def period(self) -> float:
         """Period of the first mode [s], on rigid ground and without P-Δ."""
         return float(2.0 * pi / self.vibration().frequencies[0])
+
+    def with_period(self, period: float) -> Storeys:
+        """The building whose stiffnesses have the same ratios and whose first mode has this period [s]."""
+        scale = (self.period / period) ** 2
+        return replace(self, stiffnesses=tuple(scale * stiffness for stiffness in self.stiffnesses))
 
     def vibration(self) -> Vibration:
         """The modes, on rigid ground and without P-Δ."""
