@@ -31,6 +31,7 @@ from pounding_risk.scene.keys import (
 )
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import (
+    COLUMN_STRENGTH,
     DAMPING,
     FLOOR_LENGTH,
     FLOOR_MASS,
@@ -152,6 +153,16 @@ DampingRule = Annotated[
         "How storeys are damped: the same ratio in every mode, by mass and stiffness, or by stiffness alone.",
         '"rayleigh"',
         f'"{DAMPING_RULES[0]}"',
+    ),
+]
+ColumnStrength = Annotated[
+    float,
+    measured(
+        COLUMN_STRENGTH,
+        "Force at which its columns yield where a neighbour's floor strikes them, in place of column_yield_force of "
+        "the interface.",
+        '"300 kN"',
+        "column_yield_force of the interface",
     ),
 ]
 Rigid = Annotated[bool, flag("rigid", "true for a wall that moves with the ground.")]
@@ -402,6 +413,7 @@ class ShearBuilding(MovingBuilding):
     ] = ()
     storeys: StoreyCount = 0
     period: Period = 0.0
+    column_strength: ColumnStrength = inf
 
     def structure(self) -> Storeys:
         """The shear building, with one value for each storey."""
@@ -464,6 +476,7 @@ class TypologyBuilding(MovingBuilding):
     period: Period = 0.0
     damping: Damping = 0.05
     damping_rule: DampingRule = DAMPING_RULES[0]
+    column_strength: ColumnStrength = inf
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -475,10 +488,10 @@ class TypologyBuilding(MovingBuilding):
     def structure(self) -> Storeys:
         """The shear building that is generated."""
         values = self.fields() | {"period": self.period or None}
-        support = values.pop("support")
+        others = {field: values.pop(field) for field in ("support", "column_strength")}
         bare = generated(**{field: value for field, value in values.items() if field not in INITIAL})
         initial: dict[str, Any] = {key: self.by_floor(key, self.storeys) for key in INITIAL}
-        return replace(bare, **initial, support=support)
+        return replace(bare, **initial, **others)
 
 
 KINDS: tuple[type[AnyBuilding], ...] = (SingleMass, RigidWall, ShearBuilding, TypologyBuilding)

@@ -30,10 +30,6 @@ DEGRADING = (
     "storeys keep stiffness and strength, bilinear by storey_strengths and [effects] inelastic_storeys; run the scene "
     "once more with the stiffness that is left"
 )
-COLUMNS = (
-    "the strength of struck columns is column_yield_force of their [[interface]]; where it differs between the two "
-    "buildings, scan once with each"
-)
 
 # By what people write for each subject; none of it is a key of a scene.
 SENTENCES: dict[tuple[str, ...], str] = {
@@ -45,7 +41,6 @@ SENTENCES: dict[tuple[str, ...], str] = {
     ("torsion", "eccentricity", "rotation", "torsional_stiffness", "torsional_period"): TORSION,
     ("displacement_history", "displacement_histories", "history", "histories", "time_history"): HISTORIES,
     ("degradation", "degrading", "pinching", "hysteresis", "backbone", "stiffness_degradation"): DEGRADING,
-    ("column_strength", "column_strengths", "column_shear_strength", "column_capacity"): COLUMNS,
 }
 BY_WORD = {word: sentence for words, sentence in SENTENCES.items() for word in words}
 

@@ -77,6 +77,7 @@ LAWS = 'grid.contact_model=["viscous_elastoplastic", "linear"]'
 FORCES = ['grid.yield_force=["50 kN", "inf"]', 'grid.yield_force=["90 kN", "inf"]']
 FORCE = values("interface.yield_force", '"50 kN"', '"90 kN"')
 COLUMN = values("interface.column_yield_force", '"50 kN"', '"90 kN"')
+STRENGTH = values("building.A.column_strength", '"50 kN"', '"90 kN"')
 TABLES = values(
     "interface.table",
     '{penetration=["0 mm", "9 mm"], force=["0 kN", "900 kN"]}',
@@ -105,6 +106,9 @@ IDLE = [
     Case("interface.yield_force", LEVEL, *FORCE, ['grid.yield_force=["70 kN"]']),
     Case("interface.column_yield_force", LEVEL, *COLUMN),
     Case("interface.column_yield_force", COLUMNS, *COLUMN, [HERTZ], on="on any force"),
+    Case("building.A.column_strength", LEVEL, *STRENGTH),
+    Case("building.A.column_strength", COLUMNS, *STRENGTH, [HERTZ], on="on any force"),
+    Case("interface.column_yield_force", COLUMNS, *COLUMN, [f'building.{one}.column_strength="70 kN"' for one in "AB"]),
     varied("interface.tolerance", PAIR, '"60 mm"', '"90 mm"'),
     varied("building.A.floor_depth", PAIR, '"0.2 m"', '"0.3 m"'),
     varied("building.A.floor_depth", LEVEL, '"0.2 m"', '"0.3 m"', ['interface.tolerance="50 mm"']),
@@ -150,6 +154,8 @@ ACTING = [
     Case("interface.yield_force", PAIR, *FORCE),
     Case("interface.yield_force", LEVEL, *FORCE),
     Case("interface.column_yield_force", COLUMNS, *COLUMN),
+    Case("interface.column_yield_force", COLUMNS, *COLUMN, ['building.B.column_strength="70 kN"']),
+    Case("building.A.column_strength", COLUMNS, *STRENGTH),
     varied("interface.plastic_exponent", PAIR, "0.3", "0.6",
            ['interface.contact_model="van_mier"', 'interface.yield_force="50 kN"']),
     varied("interface.design_penetration", PAIR, '"5 mm"', '"9 mm"', ['interface.contact_model="bilinear"']),
@@ -253,8 +259,8 @@ def test_an_axis_that_does_not_reach_columns_says_so():
     study = parse_scene(COLUMNS, "scene.toml", ['grid.yield_force=["200 kN", "700 kN", "inf"]'])
     (sentence,) = unused_keys(study)
     assert sentence == (
-        "grid.yield_force: no effect: floors meet columns only in this row, and these yield at column_yield_force of "
-        "their interface: the 3 cases of each gap are identical"
+        "grid.yield_force: no effect: floors meet columns only in this row, and these yield at their own "
+        "strength: the 3 cases of each gap are identical"
     )
     dataset = scan(study, check_fraction=0.0)
     forces = dataset["peak_contact_force"].values

@@ -11,7 +11,7 @@ from pounding_risk.models.contact.relation import AS_PUBLISHED
 from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.effects import EFFECTS, option_words
 from pounding_risk.models.ground import Support
-from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, LevelRule
+from pounding_risk.models.structures.contact_points import COLUMN, LevelRule
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import FACTOR, PEAK, say_level
@@ -108,12 +108,13 @@ def _points(here: Scene) -> list[tuple[str, str]]:
         return []
     (interface,), (left, right) = here.interfaces, here.buildings
     rows = [] if interface.contact else [("levels", _levels(interface.levels))]
-    for kind, force in ((FLOOR, interface.yield_force), (COLUMN, interface.column_yield_force)):
+    meetings = [(point.kind, force) for point, force in zip(interface.points, here.point_yield_forces(), strict=True)]
+    for kind, force in sorted(dict.fromkeys(meetings), key=lambda one: one[0] == COLUMN):
         places = [
             f"{_place(point.left_floor)} of {left.name}, {_place(point.right_floor)} of {right.name}"
             + ("" if isnan(point.level) else f" at {say(point.level, STOREY_HEIGHT)}")
-            for point in interface.points
-            if point.kind == kind
+            for point, meeting in zip(interface.points, meetings, strict=True)
+            if meeting == (kind, force)
         ]
         rows += [("contact points", f"floor to {kind}, {_strength(force)}: {'; '.join(places)}")] if places else []
     return rows

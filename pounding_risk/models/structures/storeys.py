@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
-from math import pi
+from math import inf, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -90,6 +90,7 @@ class Storeys:
     initial_displacement: tuple[float, ...] = ()  # m, of each floor relative to the ground when the motion begins
     initial_velocity: tuple[float, ...] = ()  # m/s
     support: Support = SHARED  # what a_g is under it
+    column_strength: float = inf  # N, at which its columns yield where a floor strikes them; infinite if not given
 
     is_rigid = False
 
