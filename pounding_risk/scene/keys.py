@@ -496,6 +496,19 @@ def each(values: list[Any], read: Callable[[Any], Any], distinct: bool = False) 
     return elements
 
 
+def inline(kind: type[Table], name: str, value: Any, number: Number, example: str) -> Any:
+    """The inline table of the key ``name`` as an object of its class; all faults at once."""
+    if isinstance(value, kind):
+        return value
+    if not isinstance(value, dict):
+        raise Unreadable(f"{shown(value)} is not a table; write {example}")
+    keys = kind.keys()
+    kinds = {key: lambda item, one=one: one.read(item, number) for key, one in keys.items()}
+    return kind.from_values(
+        options(value, kinds, kind.required(), lambda key: keys[key].lacks(key), f"{name} takes {', '.join(kinds)}")
+    )
+
+
 def options(
     value: Mapping[str, Any],
     kinds: Mapping[str, Callable[[Any], Any]],
