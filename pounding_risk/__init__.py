@@ -39,6 +39,7 @@ _HOMES = {
     "ShearBuilding": "scene.buildings",
     "TypologyBuilding": "scene.buildings",
     "RigidWall": "scene.buildings",
+    "Isolation": "scene.isolation",
     "Interface": "scene.interfaces",
     "EqualTerms": "scene.interfaces",
     "Records": "scene.records",

@@ -14,6 +14,7 @@ from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
 from pounding_risk.models.structures.storeys import DAMPING_RULES, MOST_STOREYS, Storeys, generated, stiffnesses_for
 from pounding_risk.models.structures.typologies import TYPOLOGIES
+from pounding_risk.scene.isolation import ISOLATION, Isolation
 from pounding_risk.scene.keys import (
     REQUIRED,
     Key,
@@ -155,16 +156,6 @@ DampingRule = Annotated[
         f'"{DAMPING_RULES[0]}"',
     ),
 ]
-ColumnStrength = Annotated[
-    float,
-    measured(
-        COLUMN_STRENGTH,
-        "Force at which its columns yield where a neighbour's floor strikes them, in place of column_yield_force of "
-        "the interface.",
-        '"300 kN"',
-        "column_yield_force of the interface",
-    ),
-]
 Rigid = Annotated[bool, flag("rigid", "true for a wall that moves with the ground.")]
 
 
@@ -178,6 +169,12 @@ def wrong_lengths(keys: Section, names: Iterable[str], count: int, stated: str) 
                 f"{length} value{'s' * (length != 1)} for {stated}; write one for each storey, from the ground up, "
                 "or one value for all",
             )
+
+
+def wrong_initial(keys: Section, count: int, stated: str) -> Iterator[Fault]:
+    """Faults for initial states of storeys that have not one value for each floor; a slab on isolators is one more."""
+    words = f"{stated} and the slab on the isolators" if "isolation" in keys else stated
+    return wrong_lengths(keys, INITIAL, count + ("isolation" in keys), words)
 
 
 class AnyBuilding(Table):
@@ -365,13 +362,37 @@ class RigidWall(AnyBuilding):
         return super().written() | {"rigid": True}
 
 
-class ShearBuilding(MovingBuilding):
+class OfStoreys(MovingBuilding):
+    """A building of storeys, on the ground or on isolators."""
+
+    implied = MovingBuilding.implied | {"isolation"}
+
+    column_strength: Annotated[
+        float,
+        measured(
+            COLUMN_STRENGTH,
+            "Force at which its columns yield where a neighbour's floor strikes them, in place of column_yield_force "
+            "of the interface.",
+            '"300 kN"',
+            "column_yield_force of the interface",
+        ),
+    ] = inf
+    isolation: Annotated[Isolation | None, ISOLATION] = None
+
+    def completed(self, bare: Storeys) -> Storeys:
+        """The building on its isolators, with its initial state."""
+        building = bare if self.isolation is None else bare.isolated(self.isolation.isolators())
+        initial: dict[str, Any] = {key: self.by_floor(key, len(building.masses)) for key in INITIAL}
+        return replace(building, **initial)
+
+
+class ShearBuilding(OfStoreys):
     """A building of storeys: floor masses on storey springs, from the ground up."""
 
     repair = (
         "a building with floor_masses, storey_stiffnesses and storey_heights takes no {key}; remove {key}, or these"
     )
-    implied = AnyBuilding.implied | {"storeys", "period"}  # as given, its stiffnesses are those of the period
+    implied = OfStoreys.implied | {"storeys", "period"}  # as given, its stiffnesses are those of the period
 
     floor_masses: Annotated[
         tuple[float, ...] | float,
@@ -413,24 +434,27 @@ class ShearBuilding(MovingBuilding):
     ] = ()
     storeys: StoreyCount = 0
     period: Period = 0.0
-    column_strength: ColumnStrength = inf
 
     def structure(self) -> Storeys:
         """The shear building, with one value for each storey."""
-        lists = [values for key in OF_STOREYS if isinstance(values := getattr(self, key), tuple) and values]
+        counted = LISTS if self.isolation else OF_STOREYS  # of initial states the slab is one more
+        lists = [values for key in counted if isinstance(values := getattr(self, key), tuple) and values]
         count = self.storeys or len(lists[0])
-        values = self.fields() | {IN_STRUCTURES.get(key, key): self.by_floor(key, count) for key in OF_STOREYS}
+        values = self.fields() | {IN_STRUCTURES[key]: self.by_floor(key, count) for key in LISTS}
+        values = {key: value for key, value in values.items() if key not in INITIAL}
         if not values["stiffnesses"]:
             values["stiffnesses"] = stiffnesses_for(values["masses"], list(accumulate(values["heights"])), self.period)
         building = Storeys(**values)
-        return building.with_period(self.period) if self.period and self.storey_stiffnesses else building
+        scaled = building.with_period(self.period) if self.period and self.storey_stiffnesses else building
+        return self.completed(scaled)
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """Lists that have not one value for each storey, and neither stiffnesses nor a period."""
         if "storey_stiffnesses" not in keys and "period" not in keys:
             yield keys.fault("storey_stiffnesses", MISSING_STIFFNESSES, absent=True)
-        lengths = {key: len(keys.raw[key]) for key in OF_STOREYS if isinstance(keys.raw.get(key), list)}
+        counted = LISTS if "isolation" in keys else OF_STOREYS
+        lengths = {key: len(keys.raw[key]) for key in counted if isinstance(keys.raw.get(key), list)}
         count = keys.raw.get("storeys", next(iter(lengths.values()), None))
         if count is None:
             sentence = "missing; write storeys = 4, or a list with one value for each storey"
@@ -438,10 +462,11 @@ class ShearBuilding(MovingBuilding):
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             return
         stated = f"storeys = {count}" if "storeys" in keys else f"{count} {next(iter(lengths), 'storeys')}"
-        yield from wrong_lengths(keys, lengths, count, stated)
+        yield from wrong_lengths(keys, LISTS, count, stated)
+        yield from wrong_initial(keys, count, stated)
 
 
-class TypologyBuilding(MovingBuilding):
+class TypologyBuilding(OfStoreys):
     """A building of which no more is known than its height, storeys, kind and mass of a floor."""
 
     repair = (
@@ -476,22 +501,20 @@ class TypologyBuilding(MovingBuilding):
     period: Period = 0.0
     damping: Damping = 0.05
     damping_rule: DampingRule = DAMPING_RULES[0]
-    column_strength: ColumnStrength = inf
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """Lists that have not one value for each storey."""
         count = keys.raw.get("storeys")
         if isinstance(count, int) and not isinstance(count, bool):
-            yield from wrong_lengths(keys, INITIAL, count, f"storeys = {count}")
+            yield from wrong_initial(keys, count, f"storeys = {count}")
 
     def structure(self) -> Storeys:
         """The shear building that is generated."""
         values = self.fields() | {"period": self.period or None}
         others = {field: values.pop(field) for field in ("support", "column_strength")}
         bare = generated(**{field: value for field, value in values.items() if field not in INITIAL})
-        initial: dict[str, Any] = {key: self.by_floor(key, self.storeys) for key in INITIAL}
-        return replace(bare, **initial, **others)
+        return self.completed(replace(bare, **others))
 
 
 KINDS: tuple[type[AnyBuilding], ...] = (SingleMass, RigidWall, ShearBuilding, TypologyBuilding)
@@ -585,7 +608,9 @@ def structure_of(keys: Section) -> Building | Storeys:
 def table_of(building: Building | Storeys) -> AnyBuilding:
     """The table of a building, every value stated that it has."""
     kind = ShearBuilding if isinstance(building, Storeys) else RigidWall if building.is_rigid else SingleMass
-    stated = {}
+    stated = {key: getattr(building, key) for key in INITIAL if getattr(building, key)} if kind is ShearBuilding else {}
+    if isinstance(building, Storeys) and building.isolators is not None:
+        stated["isolation"], building = Isolation.of(building.isolators), building.superstructure()
     for key in set(kind.key_names()) - kind.implied:
         if key in OF_GROUND:
             value = getattr(building.support, OF_GROUND[key])

@@ -14,12 +14,12 @@ from pounding_risk._common.letters import refused_below
 from pounding_risk._common.words import nearest
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene import buildings
-from pounding_risk.scene.axes import ADDRESS, taken_axes
+from pounding_risk.scene.axes import ADDRESS, INLINE, taken_axes
 from pounding_risk.scene.buildings import building_checks
 from pounding_risk.scene.damage import DamageState, damage_checks
 from pounding_risk.scene.force_tables import TableFile
 from pounding_risk.scene.interface_checks import interface_checks
-from pounding_risk.scene.interfaces import EqualTerms, Interface
+from pounding_risk.scene.interfaces import Interface
 from pounding_risk.scene.keys import Draft, Key, Section, Several, Table, read_section
 from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.overrides import ARRAYS, override
@@ -243,8 +243,8 @@ def schema() -> dict[str, Any]:
     dict
         The schema, as `json.dumps` takes it.
     """
-    declared = {**KEYS, "equal_terms": EqualTerms.keys()}
-    required = {"building": ["name"], "damage": ["name"], "equal_terms": EqualTerms.required()}
+    declared = {**KEYS, **{name: kind.keys() for name, kind in INLINE.items()}}
+    required = {"building": ["name"], "damage": ["name"], **{name: kind.required() for name, kind in INLINE.items()}}
     tables = {
         _table_name(section): {
             "type": "object",

@@ -17,6 +17,7 @@ from pounding_risk.results.variables import VARIABLES
 from pounding_risk.scene.buildings import KINDS as BUILDING_KINDS
 from pounding_risk.scene.buildings import RigidWall, ShearBuilding, SingleMass, TypologyBuilding
 from pounding_risk.scene.interfaces import EqualTerms
+from pounding_risk.scene.isolation import Isolation
 from pounding_risk.scene.keys import measured
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of
@@ -27,7 +28,7 @@ from pounding_risk.solver.pair.outputs import BUILDING, RUN
 from pounding_risk.units import MASS, parse
 
 ONCE = [table for section, table in KINDS.items() if section not in ("building", "effects")]
-TABLES = [*ONCE, *BUILDING_KINDS, EqualTerms]
+TABLES = [*ONCE, *BUILDING_KINDS, EqualTerms, Isolation]
 ALL = [(table, key) for table in TABLES for key in table.model_fields]
 
 

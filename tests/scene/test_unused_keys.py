@@ -78,6 +78,7 @@ FORCES = ['grid.yield_force=["50 kN", "inf"]', 'grid.yield_force=["90 kN", "inf"
 FORCE = values("interface.yield_force", '"50 kN"', '"90 kN"')
 COLUMN = values("interface.column_yield_force", '"50 kN"', '"90 kN"')
 STRENGTH = values("building.A.column_strength", '"50 kN"', '"90 kN"')
+ISOLATION = '{slab_mass = "50 t", height = "1 m", strength = "%s", stiffness = "1 MN/m"}'
 TABLES = values(
     "interface.table",
     '{penetration=["0 mm", "9 mm"], force=["0 kN", "900 kN"]}',
@@ -144,6 +145,7 @@ ACTING = [
     varied("building.A.height", PAIR, '"3 m"', '"2 m"', ["effects.p_delta={}", 'building.B.height="3 m"']),
     varied("building.A.floor_masses", ROW, '"40 t"', '"50 t"'),
     varied("building.A.storey_stiffnesses", ROW, '"60 MN/m"', '"70 MN/m"'),
+    varied("building.A.isolation", ROW, ISOLATION % "90 kN", ISOLATION % "60 kN"),
     varied("building.A.storey_heights", ROW, '["4 m", "2 m"]', '["3 m", "3 m"]'),
     varied("building.A.storey_strengths", ROW, '"50 kN"', '"90 kN"', ["effects.inelastic_storeys={}"]),
     varied("building.A.damping_rule", ROW, '"rayleigh"', '"stiffness"'),

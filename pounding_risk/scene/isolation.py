@@ -1,0 +1,115 @@
+"""The key `isolation` of a building: an inline table with the isolators under its slab."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Annotated, Any
+
+from pounding_risk.models.structures.isolation import YIELD_DISPLACEMENT, Isolators
+from pounding_risk.scene.keys import REQUIRED, Key, Number, Several, Table, inline, measured
+from pounding_risk.units import FLOOR_MASS, STIFFNESS, STOREY_HEIGHT, Quantity
+
+
+def _positive(unit: str, words: str, example: str, high: float = inf) -> Quantity:
+    return Quantity(unit, 0.0, high, words, open_low=True, open_high=high == inf, example=example)
+
+
+STRENGTH = Quantity("N", 0.0, inf, "characteristic strength", open_high=True, example="900 kN")
+FRICTION = Quantity("1", 0.0, 1.0, "coefficient of friction", example="0.05")
+DASHPOT = Quantity("N*s/m", 0.0, inf, "dashpot", open_high=True, example="200 kN s/m")
+BEARINGS, SLIDERS = ("strength", "stiffness"), ("friction", "radius")
+EXAMPLE = (
+    '{slab_mass = "600 t", height = "1.5 m", strength = "900 kN", stiffness = "5 MN/m", yield_displacement = "10 mm"}'
+)
+
+
+class Isolation(Table):
+    """Isolators under a building, all of them together, and the slab on them.
+
+    Bilinear with kinematic hardening: by ``strength`` and ``stiffness``, as lead-rubber bearings have them, or by
+    ``friction`` and ``radius`` of friction pendulums and the weight of the slab and all floors.
+    """
+
+    slab_mass: Annotated[
+        float,
+        measured(
+            FLOOR_MASS._replace(low=1.0, open_low=False), "Mass of the slab on the isolators.", '"600 t"', REQUIRED
+        ),
+    ]
+    height: Annotated[
+        float,
+        measured(
+            STOREY_HEIGHT, "Height of the slab above the ground, as of a moat wall around it.", '"1.5 m"', REQUIRED
+        ),
+    ]
+    strength: Annotated[
+        float | None,
+        measured(
+            STRENGTH,
+            "Characteristic strength: force at zero displacement on the branch that yields; 0 for linear isolators.",
+            '"900 kN"',
+            "friction times the weight",
+        ),
+    ] = None
+    stiffness: Annotated[
+        float | None, measured(STIFFNESS, "Stiffness past yield.", '"5 MN/m"', "the weight over radius")
+    ] = None
+    friction: Annotated[
+        float | None,
+        measured(
+            FRICTION, "Coefficient of friction of pendulums, the same at every speed.", "0.05", "that of strength"
+        ),
+    ] = None
+    radius: Annotated[
+        float | None,
+        measured(
+            _positive("m", "radius of a pendulum", "2.2 m"), "Radius of the sliding surface.", '"2.2 m"', "of stiffness"
+        ),
+    ] = None
+    yield_displacement: Annotated[
+        float,
+        measured(
+            _positive("m", "yield displacement of isolators", "10 mm"),
+            "Displacement at yield: before it the stiffness is that past yield plus strength over this.",
+            '"10 mm"',
+            '"1 mm"',
+        ),
+    ] = YIELD_DISPLACEMENT
+    damping: Annotated[float, measured(DASHPOT, "Dashpot between slab and ground.", '"200 kN s/m"', "none")] = 0.0
+
+    @classmethod
+    def of(cls, isolators: Isolators) -> Any:
+        """The table of isolators, every value stated that they have."""
+        return cls.from_values({key: value for key, value in vars(isolators).items() if value is not None})
+
+    def isolators(self) -> Isolators:
+        """As structures have them."""
+        return Isolators(**{key: getattr(self, key) for key in self.key_names()})
+
+
+def _isolation(value: Any, number: Number) -> Isolation:
+    """A table that says strength and stiffness, or friction and radius."""
+    table: Isolation = inline(Isolation, "isolation", value, number, EXAMPLE)
+    has = [key for key in (*BEARINGS, *SLIDERS) if getattr(table, key) is not None]
+    if has in (list(BEARINGS), list(SLIDERS)):
+        return table
+    own = SLIDERS if set(has) <= set(SLIDERS) and has else BEARINGS
+    excess = [key for key in has if key not in own]
+    if set(own) <= set(has):
+        raise Several(
+            [((key,), f"{' and '.join(own)} are given, and say it; remove one or the other") for key in excess]
+        )
+    missing = next(key for key in own if key not in has)
+    lacks = Isolation.keys()[missing].lacks(missing)
+    others = "friction and radius, of pendulums" if own == BEARINGS else "strength and stiffness, of bearings"
+    raise Several([((missing,), f"{lacks}; isolators have {' and '.join(own)}, or {others}")])
+
+
+ISOLATION = Key(
+    "Isolators under the building, with a slab on them: its storey 1 and floor 1.",
+    _isolation,
+    EXAMPLE,
+    "the building stands on the ground",
+    write=lambda table: table.written(),
+    schema={"$ref": "#/$defs/IsolationTable"},
+)
