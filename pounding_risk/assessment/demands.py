@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
+from pounding_risk.results.attributes import isolated_buildings
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.proportions import Share, independent_motions, labels, logs_of, shares
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
@@ -44,8 +45,8 @@ class Motions(NamedTuple):
 
 
 def is_linear(results: Results) -> bool:
-    """True where the closing without contact is proportional to the motion, as no effect is nonlinear."""
-    return set(results.scene.get("effects", {})) <= LINEAR
+    """True where the closing without contact is proportional to the motion, as no effect and no building yields."""
+    return set(results.scene.get("effects", {})) <= LINEAR and not isolated_buildings(results.scene)
 
 
 def motions_of(results: Results) -> Motions:

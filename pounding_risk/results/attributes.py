@@ -82,6 +82,11 @@ def has_own_grounds(scene: Mapping[str, Any]) -> bool:
     return "wave_passage" in scene.get("effects", {}) or any(ground != grounds[0] for ground in grounds)
 
 
+def isolated_buildings(scene: Mapping[str, Any]) -> list[str]:
+    """The buildings on isolators, by the tables of a scene; isolators are storey 1."""
+    return [str(building["name"]) for building in scene.get("building", []) if "isolation" in building]
+
+
 def as_text(value: Any) -> str:
     """A value as JSON, for an attribute: netCDF attributes hold no tables."""
     return json.dumps(value, ensure_ascii=False, sort_keys=True, default=str)

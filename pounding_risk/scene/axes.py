@@ -17,7 +17,7 @@ from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import EFFECTS, read_option, written_option
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.isolation import Isolation
-from pounding_risk.scene.keys import Key, Number, Unreadable, list_of, located, spaced
+from pounding_risk.scene.keys import Key, Number, Table, Unreadable, list_of, located, spaced
 from pounding_risk.scene.overrides import address_of, override, parts_of
 from pounding_risk.scene.scene_axis import NO_UNIT, UNCERTAIN, SceneAxis, alone, has_gap, labels_of
 from pounding_risk.scene.tables import Grid
@@ -35,7 +35,8 @@ ELSEWHERE = {
 AXES, ZIP = "axes", "zip"  # the keys of `Grid` that are written in words of their own
 RANGE = {"start", "stop", "num"}
 ADDRESS = rf"^({'|'.join(VARIED)})\."  # of a key of [grid] that is an axis
-INLINE = {"equal_terms": EqualTerms, "isolation": Isolation}  # keys that are tables, whose numbers may be axes
+# Keys that are tables, whose numbers may be axes.
+INLINE: Mapping[str, type[Table]] = {"equal_terms": EqualTerms, "isolation": Isolation}
 _EXAMPLE = '"building.frame.period" = ["0.2 s", "0.4 s"]'
 Known = Mapping[str, Mapping[str, Key]]  # the keys of each section
 Written = tuple[KeyPath, str, Any]  # where a number stands in the file, its address and what is written for it

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from pounding_risk.models.structures.isolation import YIELD_DISPLACEMENT, Isolators
 from pounding_risk.scene.keys import REQUIRED, Key, Number, Several, Table, inline, measured
+from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import FLOOR_MASS, STIFFNESS, STOREY_HEIGHT, Quantity
 
 
@@ -91,17 +92,17 @@ def _isolation(value: Any, number: Number) -> Isolation:
     """A table that says strength and stiffness, or friction and radius."""
     table: Isolation = inline(Isolation, "isolation", value, number, EXAMPLE)
     has = [key for key in (*BEARINGS, *SLIDERS) if getattr(table, key) is not None]
-    if has in (list(BEARINGS), list(SLIDERS)):
+    whole = next((pair for pair in (BEARINGS, SLIDERS) if set(pair) <= set(has)), ())
+    if whole:
+        words = f"{' and '.join(whole)} are given, and say it already; remove one or the other"
+        excess: list[tuple[KeyPath, str]] = [((key,), words) for key in has if key not in whole]
+        if excess:
+            raise Several(excess)
         return table
-    own = SLIDERS if set(has) <= set(SLIDERS) and has else BEARINGS
-    excess = [key for key in has if key not in own]
-    if set(own) <= set(has):
-        raise Several(
-            [((key,), f"{' and '.join(own)} are given, and say it; remove one or the other") for key in excess]
-        )
+    own = SLIDERS if has and set(has) <= set(SLIDERS) else BEARINGS
     missing = next(key for key in own if key not in has)
-    lacks = Isolation.keys()[missing].lacks(missing)
     others = "friction and radius, of pendulums" if own == BEARINGS else "strength and stiffness, of bearings"
+    lacks = Isolation.keys()[missing].lacks(missing)
     raise Several([((missing,), f"{lacks}; isolators have {' and '.join(own)}, or {others}")])
 
 

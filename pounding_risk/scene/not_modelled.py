@@ -16,8 +16,8 @@ MATRICES = (
     "each the shear of a storey over its drift in the first mode"
 )
 ISOLATION = (
-    "isolators are a soft first storey: write their stiffness first in storey_stiffnesses, the slab on them first in "
-    "floor_masses, and the force at which they yield first in storey_strengths"
+    "isolators are the key isolation of a building with storeys: "
+    'isolation = {slab_mass = "600 t", height = "1.5 m", strength = "900 kN", stiffness = "5 MN/m"}'
 )
 LINKS = "nothing joins buildings but contact, which only pushes; leave the link out"
 DAMPERS = "there are no dampers; write what they add to the first mode into damping"
@@ -35,7 +35,7 @@ DEGRADING = (
 SENTENCES: dict[tuple[str, ...], str] = {
     ("period_1", "periods", "t1", "fundamental_period", "modes", "mode_shapes", "frequency", "frequencies"): MODES,
     ("mass_matrix", "stiffness_matrix", "damping_matrix", "matrix", "matrices"): MATRICES,
-    ("isolation", "isolators", "isolator", "base_isolation", "isolation_period", "isolation_stiffness"): ISOLATION,
+    ("isolators", "isolator", "base_isolation", "isolation_period", "isolation_stiffness"): ISOLATION,
     ("link", "links", "link_stiffness", "link_force", "coupling", "coupling_stiffness"): LINKS,
     ("damper", "dampers", "link_damping", "damper_coefficient", "damping_coefficient", "viscous_damper"): DAMPERS,
     ("torsion", "eccentricity", "rotation", "torsional_stiffness", "torsional_period"): TORSION,

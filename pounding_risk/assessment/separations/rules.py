@@ -382,6 +382,7 @@ RATIONAL = (
 FROM_MEMORY, QUOTED_ONLY = "clause from memory, not read", "clause quoted by others, not read"
 NOT_REDUCED = TAKEN["factors"]
 ONE_GROUND = "the ground under both is taken to move alike"
+ISOLATED = "the period of an isolated building is that before its isolators yield"
 SHARED = {
     FROM_MEMORY: "Rules from memory were not read anywhere: read the clause before relying on one",
     QUOTED_ONLY: "Quoted rules were read in texts that quote the clause or take it over, not in the code itself",

@@ -34,6 +34,7 @@ from pounding_risk.units import (
     PERIOD,
     PGA,
     RTOL,
+    STIFFNESS,
     STOREY_HEIGHT,
     TAIL,
     WAVE_SPEED,
@@ -148,7 +149,7 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
         return (
             f"{building.name}: {count} storey{'s' * (count != 1)}, {say(building.height, STOREY_HEIGHT)}, "
             f"{say(building.mass, MASS)}, period {say(building.period, PERIOD)}, damping ratio "
-            f"{say(building.damping, DAMPING)} ({building.damping_rule}){yields}"
+            f"{say(building.damping, DAMPING)} ({building.damping_rule}){yields}{_isolators(building)}"
             + _beginning(building.initial_displacement, building.initial_velocity)
         )
     height = f", height {say(building.height, HEIGHT)}" if building.height else ""
@@ -164,6 +165,17 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
         f"{building.name}: {mass}, period {say(building.period, PERIOD)}, "
         f"damping ratio {say(building.damping, DAMPING)}{floor}{height}"
         + _beginning((building.initial_displacement,), (building.initial_velocity,))
+    )
+
+
+def _isolators(building: Storeys) -> str:
+    """The isolators under a building, with the period while they yield; nothing of one on the ground."""
+    law = building.isolator_law
+    if law is None:
+        return ""
+    return (
+        f" above the slab, on isolators (storey 1) of {say(law.strength, YIELD_FORCE)} and "
+        f"{say(law.soft, STIFFNESS)} past yield, period {say(building.isolated_period, PERIOD)} while they yield"
     )
 
 
