@@ -539,13 +539,14 @@ def test_figures_show_every_value_and_say_what_they_find(outcome):
     drawn = [axis for axis in points.axes if axis.get_visible()]
     assert [axis.get_ylabel() for axis in drawn] == [
         *2 * ["force [kN]"],
+        "displacement [mm]",
         "absolute displacement [mm]",
         *2 * ["displacement [mm]"],
     ]
-    assert [axis.get_xlabel() for axis in drawn] == 2 * ["penetration [mm]"] + 3 * ["time [s]"]
-    assert drawn[4].get_title() == "code_aster SDND108 B"
+    assert [axis.get_xlabel() for axis in drawn] == 2 * ["penetration [mm]"] + 4 * ["time [s]"]
+    assert drawn[5].get_title() == "code_aster SDND108 B"
     several = [curve for curve in outcome.curves if len(curve.points) > 1]
-    assert len(drawn) == len(several) == 5
+    assert len(drawn) == len(several) == 6
     for axis, curve in zip(drawn, several, strict=True):
         line = axis.get_lines()[0]
         assert np.array_equal(line.get_xdata(), curve.x * (1e3 if curve.units[0] == "m" else 1.0))
