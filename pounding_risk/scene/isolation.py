@@ -11,10 +11,8 @@ from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import FLOOR_MASS, STIFFNESS, STOREY_HEIGHT, Quantity
 
 
-def _positive(unit: str, words: str, example: str, high: float = inf) -> Quantity:
-    return Quantity(unit, 0.0, high, words, open_low=True, open_high=high == inf, example=example)
-
-
+LENGTH = Quantity("m", 0.0, inf, "radius of a pendulum", open_low=True, open_high=True, example="2.2 m")
+YIELDING = LENGTH._replace(words="yield displacement of isolators", example="10 mm")
 STRENGTH = Quantity("N", 0.0, inf, "characteristic strength", open_high=True, example="900 kN")
 FRICTION = Quantity("1", 0.0, 1.0, "coefficient of friction", example="0.05")
 DASHPOT = Quantity("N*s/m", 0.0, inf, "dashpot", open_high=True, example="200 kN s/m")
@@ -58,19 +56,17 @@ class Isolation(Table):
     friction: Annotated[
         float | None,
         measured(
-            FRICTION, "Coefficient of friction of pendulums, the same at every speed.", "0.05", "that of strength"
+            FRICTION, "Coefficient of friction of pendulums, the same at every speed.", "0.05", "strength is given"
         ),
     ] = None
     radius: Annotated[
         float | None,
-        measured(
-            _positive("m", "radius of a pendulum", "2.2 m"), "Radius of the sliding surface.", '"2.2 m"', "of stiffness"
-        ),
+        measured(LENGTH, "Radius of the sliding surface.", '"2.2 m"', "stiffness is given"),
     ] = None
     yield_displacement: Annotated[
         float,
         measured(
-            _positive("m", "yield displacement of isolators", "10 mm"),
+            YIELDING,
             "Displacement at yield: before it the stiffness is that past yield plus strength over this.",
             '"10 mm"',
             '"1 mm"',

@@ -171,11 +171,12 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
 def _isolators(building: Storeys) -> str:
     """The isolators under a building, with the period while they yield; nothing of one on the ground."""
     law = building.isolator_law
-    if law is None:
+    if law is None or building.isolators is None:
         return ""
     return (
-        f" above the slab, on isolators (storey 1) of {say(law.strength, YIELD_FORCE)} and "
-        f"{say(law.soft, STIFFNESS)} past yield, period {say(building.isolated_period, PERIOD)} while they yield"
+        f" above the slab, on isolators (storey 1) of {say(law.strength, YIELD_FORCE)} and {say(law.soft, STIFFNESS)} past "
+        f"yield at {say(building.isolators.yield_displacement, GAP)}, period {say(building.isolated_period, PERIOD)} while "
+        "they yield"
     )
 
 
