@@ -10,7 +10,6 @@ from pounding_risk.scene.keys import REQUIRED, Key, Number, Several, Table, inli
 from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import FLOOR_MASS, STIFFNESS, STOREY_HEIGHT, Quantity
 
-
 LENGTH = Quantity("m", 0.0, inf, "radius of a pendulum", open_low=True, open_high=True, example="2.2 m")
 YIELDING = LENGTH._replace(words="yield displacement of isolators", example="10 mm")
 STRENGTH = Quantity("N", 0.0, inf, "characteristic strength", open_high=True, example="900 kN")

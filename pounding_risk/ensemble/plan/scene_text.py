@@ -174,9 +174,9 @@ def _isolators(building: Storeys) -> str:
     if law is None or building.isolators is None:
         return ""
     return (
-        f" above the slab, on isolators (storey 1) of {say(law.strength, YIELD_FORCE)} and {say(law.soft, STIFFNESS)} past "
-        f"yield at {say(building.isolators.yield_displacement, GAP)}, period {say(building.isolated_period, PERIOD)} while "
-        "they yield"
+        f" above the slab, on isolators (storey 1) of {say(law.strength, YIELD_FORCE)} and "
+        f"{say(law.soft, STIFFNESS)} past yield at {say(building.isolators.yield_displacement, GAP)}, period "
+        f"{say(building.isolated_period, PERIOD)} while they yield"
     )
 
 
