@@ -272,9 +272,26 @@ def level_notes(study: Scene) -> dict[str, str]:
     for place, interface in enumerate(study.interfaces):
         sides = study.buildings[place], study.buildings[place + 1]
         calls = [] if interface.contact else close_calls(*sides, interface.levels)
-        if calls:
-            notes[study.interface_names[place]] = _sentence(sides, interface.levels, calls)
+        sentences = [_sentence(sides, interface.levels, calls)] if calls else []
+        sentences += [_BEARINGS.format(study.buildings[at].name) for at in _struck_at_bearings(study, interface)]
+        if sentences:
+            notes[study.interface_names[place]] = " ".join(sentences)
     return notes
+
+
+_BEARINGS = (
+    "A floor strikes {} below its slab, where it has isolators and no columns: the slab takes its share of the "
+    "force all the same; give the points that meet in contact."
+)
+
+
+def _struck_at_bearings(study: Scene, interface: ResolvedInterface) -> Iterator[int]:
+    """The isolated buildings that a floor strikes below their slab, by their places in the row."""
+    for point in interface.points:
+        struck = study.struck_building(point)
+        floors = {point.interface: point.left_floor, point.interface + 1: point.right_floor}
+        if struck is not None and floors[struck] < 1.0 and getattr(study.buildings[struck], "isolators", None):
+            yield struck
 
 
 def close_calls(left: Any, right: Any, rule: LevelRule) -> list[CloseCall]:

@@ -21,6 +21,7 @@ from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.questions.modes import answer, sheet
 from pounding_risk.results.opened import Results
+from pounding_risk.scene.notes import level_notes
 from pounding_risk.scene.reader import parse_scene
 
 G = 9.80665  # m/s²
@@ -157,6 +158,13 @@ def test_what_is_said_of_it(says):
     says("\n".join(line for line in str(validate(study)).splitlines() if "isolators" in line))
     says(answer(study).notes)
     assert sheet(answer(study))
+
+
+def test_a_floor_below_the_slab_strikes_no_column(says):
+    low = {"name": "B", "floor_masses": ["90 t"], "storey_stiffnesses": "90 MN/m", "storey_heights": "1 m"}
+    study = parse_scene(scene_text(low, overridden(isolation=LEAD), gap="40 mm"))
+    says(*level_notes(study).values())
+    assert not level_notes(parse_scene(text(LEAD)))
 
 
 def test_other_questions_take_it_as_what_yields(says, tmp_path):
