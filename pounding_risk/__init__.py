@@ -41,6 +41,7 @@ _HOMES = {
     "MatrixBuilding": "scene.buildings",
     "ModalBuilding": "scene.buildings",
     "RigidWall": "scene.buildings",
+    "Isolation": "scene.isolation",
     "Interface": "scene.interfaces",
     "EqualTerms": "scene.interfaces",
     "Records": "scene.records",

@@ -58,6 +58,7 @@ GROUND_FACTOR = Quantity("1", -inf, inf, "factor on the ground motion", open_low
 GROUND_DELAY = Quantity("s", 0.0, inf, "delay of the ground motion", open_high=True, example="0.1 s")
 GROUND_VELOCITY = Quantity("m/s", -inf, inf, "ground velocity", open_low=True, open_high=True, example="0.1 m/s")
 STOREY_STRENGTH = Quantity("N", 0.0, inf, "yield shear of a storey", open_low=True, example="1400 kN")
+COLUMN_STRENGTH = Quantity("N", 0.0, inf, "strength of struck columns", open_low=True, open_high=True, example="300 kN")
 LEVELS = Quantity("m", 1e-3, inf, "tolerance of levels", open_high=True, example="0.1 m")
 GAP = Quantity("m", 0.0, inf, "clear distance at rest")
 YIELD_FORCE = Quantity("N", 0.0, inf, "yield force F_E", open_low=True)

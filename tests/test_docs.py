@@ -34,7 +34,7 @@ from pounding_risk.motions import quality
 from pounding_risk.motions.formats import formats
 from pounding_risk.motions.generated import motion_kinds
 from pounding_risk.motions.processing import known_steps
-from pounding_risk.scene.interfaces import EqualTerms
+from pounding_risk.scene.axes import INLINE
 from pounding_risk.scene.sections import KEYS
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
 
@@ -71,7 +71,7 @@ def headings_of(page: str) -> set[str]:
 def test_every_scene_key_is_on_its_page(pages):
     words = words_of(pages["scene.md"])
     assert {key for section, keys in KEYS.items() if section != "effects" for key in keys} <= words
-    assert set(EqualTerms.model_fields) <= words
+    assert {key for kind in INLINE.values() for key in kind.key_names()} <= words
     assert set(EFFECTS) <= headings_of(pages["scene.md"])
     assert {option for kind in EFFECTS.values() for option in kind.options} <= words
     assert "greater than 0 kg and finite" in pages["scene.md"]

@@ -40,9 +40,8 @@ def scene_page() -> str:
         keys = _table_of(schema, declared)
         text += f"## {plain(declared['title'])}\n\n"
         text += _effects(keys) if section == "effects" else table(HEADS, _rows(keys)) + "\n"
-        if section == "interface":
-            inner = schema["$defs"]["EqualTermsTable"]["properties"]
-            text += f"### equal\\_terms\n\n{table(HEADS, _rows(inner))}\n"
+        for name in sections.INLINE.keys() & keys.keys():
+            text += f"### {plain(name)}\n\n{table(HEADS, _rows(_table_of(schema, keys[name])))}\n"
         if section == "uncertain":
             text += f"{DISTRIBUTIONS}{table(('distribution', 'meaning', 'keys', 'example'), _distributions())}\n"
     return text

@@ -19,6 +19,8 @@ from pounding_risk.assessment.demands import by_amplitude
 from pounding_risk.assessment.fragility import shown_as
 from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError
+from pounding_risk.results.attributes import isolated_buildings
+from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import METHODS, Capacities, Observed, capacities, expanded_tail
 from pounding_risk.statistics.fragility import Fit, fragility_curve, of_one_intensity
 from pounding_risk.units import shown as shown_text
@@ -179,6 +181,10 @@ def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
             if np.isnan(row[0]):
                 raise _lacking(state, f"of {names[place]} {demand.absent}")
         demands = demands / heights[:, kept]
+    if demand.of_structure and not state.storey:  # isolators are made to move
+        isolated = isolated_buildings(Results(case).scene)
+        demands = demands.copy()
+        demands[..., [names[place] in isolated for place in chosen], 0] = np.nan
     largest = np.fmax.reduce(demands, axis=(-2, -1))
     if not np.isfinite(largest).any() and without:
         repair = f"it has no storey {state.storey}" if state.storey else demand.absent or "every run failed"

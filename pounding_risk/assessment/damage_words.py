@@ -12,6 +12,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.damage_curves import DRAWS, LOST, NO_CONTACT, POUNDING, SEED, Curves, Motions, Options
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import intensity_words
+from pounding_risk.results.attributes import isolated_buildings
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import BETWEEN, METHODS, NONE
@@ -104,6 +105,10 @@ def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, resul
         yield f"{counted(count, 'recording')} are few: the bounds may be too narrow all the same."
     if "inelastic_storeys" not in results.scene.get("effects", {}):
         yield "No storey yields in the runs: demands beyond yield are those of elastic buildings."
+    isolated = isolated_buildings(results.scene)
+    if isolated and any(one.state.demand.of_structure and not one.state.storey for one in curves):
+        names = " and ".join(isolated)
+        yield f"Drifts and ductility of {names} are those above the isolators, which are storey 1: name it to count it."
     for one in curves:
         yield from _of_state(one, motions, options)
 

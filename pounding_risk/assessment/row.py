@@ -272,9 +272,7 @@ def column_sentences(results: Results, level: int, gap: float) -> tuple[str, ...
     hits = f"{worst.floor} strikes {pair} in {worst.touched} of {counted(worst.runs, 'motion')} at a gap of {here}"
     force, strength = say(worst.force, YIELD_FORCE, 3), say(worst.strength, YIELD_FORCE, 3)
     if not isfinite(worst.strength):
-        unknown = (
-            f"No strength of these columns is given (column_yield_force): forces up to {force} are taken as borne."
-        )
+        unknown = f"No strength of these columns is given (column_strength): forces up to {force} are taken as borne."
         return f"{hits}{several}.", unknown
     if not worst.reached:
         return (f"{hits}{several}; the largest force, {force}, stays below their strength of {strength}.",)

@@ -149,7 +149,9 @@ class Bench:
         """
         study = self.study
         only = [effect.name for effect in study.effects if not acts_on_buildings(effect.name)]
-        only += ["inelastic_storeys"] if any(np.isfinite(chain.strength).any() for chain in self.chains) else []
+        if any(np.isfinite(chain.strength).any() for chain in self.chains):
+            inelastic = ["inelastic_storeys"] if "inelastic_storeys" in dict(study.effects) else []
+            only += inelastic + ["isolation"] * any(getattr(one, "isolators", None) for one in study.buildings)
         laws = {name: known_law(name) for name in study.model_names}
         only += [name for name, law in laws.items() if is_path_dependent(law) or is_instant(law)]
         only += [INITIAL_STATES] if any(np.any(chain.initial) for chain in self.chains) else []

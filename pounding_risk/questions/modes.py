@@ -29,7 +29,11 @@ def answer(scene: Any) -> ModesOfScene:
     from pounding_risk.scene.uncertain import stated
     from pounding_risk.studies.modes import modes
 
-    return ModesOfScene(modes(scene), tuple(stated(scene.uncertain)))
+    isolated = [building for building in scene.buildings if getattr(building, "isolators", None)]
+    notes = [
+        f"{one.name}: while its isolators yield the first period is {one.isolated_period:.4g} s" for one in isolated
+    ]
+    return ModesOfScene(modes(scene), (*notes, *stated(scene.uncertain)))
 
 
 def drawn(answered: ModesOfScene) -> tuple[Modes, ...]:

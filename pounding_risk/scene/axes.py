@@ -16,7 +16,8 @@ from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import EFFECTS, read_option, written_option
 from pounding_risk.scene.interfaces import EqualTerms
-from pounding_risk.scene.keys import Key, Number, Unreadable, list_of, located, spaced
+from pounding_risk.scene.isolation import Isolation
+from pounding_risk.scene.keys import Key, Number, Table, Unreadable, list_of, located, spaced
 from pounding_risk.scene.overrides import address_of, override, parts_of
 from pounding_risk.scene.scene_axis import NO_UNIT, UNCERTAIN, SceneAxis, alone, has_gap, labels_of
 from pounding_risk.scene.tables import Grid
@@ -34,6 +35,8 @@ ELSEWHERE = {
 AXES, ZIP = "axes", "zip"  # the keys of `Grid` that are written in words of their own
 RANGE = {"start", "stop", "num"}
 ADDRESS = rf"^({'|'.join(VARIED)})\."  # of a key of [grid] that is an axis
+# Keys that are tables, whose numbers may be axes.
+INLINE: Mapping[str, type[Table]] = {"equal_terms": EqualTerms, "isolation": Isolation}
 _EXAMPLE = '"building.frame.period" = ["0.2 s", "0.4 s"]'
 Known = Mapping[str, Mapping[str, Key]]  # the keys of each section
 Written = tuple[KeyPath, str, Any]  # where a number stands in the file, its address and what is written for it
@@ -145,9 +148,9 @@ def reader_of(target: KeyPath, known: Known) -> Callable[[Any, Number], Any]:
         return lambda value, number: key.write(key.read(value, number))
     if key is not None and isinstance(below[0], int):
         return lambda value, number: key.write(key.read([value], number))[0]
-    of_terms = EqualTerms.keys().get(str(below[0])) if name == "equal_terms" else None
-    if of_terms is not None:
-        return lambda value, number: of_terms.write(of_terms.read(value, number))
+    inner = INLINE[name].keys().get(str(below[0])) if name in INLINE else None
+    if inner is not None:
+        return lambda value, number: inner.write(inner.read(value, number))
     return lambda value, number: value
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from inspect import get_annotations
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from math import inf, pi, sqrt
 from typing import Annotated, Any, ClassVar
 
@@ -15,8 +15,16 @@ from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
 from pounding_risk.models.structures.matrices import assembled, condensed, symmetric
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
-from pounding_risk.models.structures.storeys import BY_MATRIX, DAMPING_RULES, MOST_STOREYS, Storeys, generated
+from pounding_risk.models.structures.storeys import (
+    BY_MATRIX,
+    DAMPING_RULES,
+    MOST_STOREYS,
+    Storeys,
+    generated,
+    stiffnesses_for,
+)
 from pounding_risk.models.structures.typologies import TYPOLOGIES
+from pounding_risk.scene.isolation import ISOLATION, Isolation
 from pounding_risk.scene.keys import (
     REQUIRED,
     Key,
@@ -33,9 +41,9 @@ from pounding_risk.scene.keys import (
     text,
 )
 from pounding_risk.scene.matrices import MODES, OF_DASHPOTS, OF_STIFFNESS, matrix_key
-from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import (
+    COLUMN_STRENGTH,
     DAMPING,
     FLOOR_LENGTH,
     FLOOR_MASS,
@@ -63,6 +71,11 @@ BUILDING_PERIOD = PERIOD._replace(low=LEAST_PERIOD, open_low=False)
 BUILDING_MASS = MASS._replace(low=1.0, open_low=False)
 HISTORY_EXAMPLE = '["my/frame_RSN6.csv", "my/frame_RSN753.csv"]'
 LEAST_FLOOR_MASS = FLOOR_MASS._replace(low=1.0, open_low=False)
+
+MISSING_STIFFNESSES = (
+    'missing; write storey_stiffnesses = "40 MN/m" for all storeys, a list with one for each, or period = "0.8 s" in '
+    "their place"
+)
 
 
 def _storeyed(quantity: Quantity, words: str, example: str, absent: str, missing: str = "") -> Key:
@@ -140,7 +153,7 @@ Period = Annotated[
     float,
     measured(
         BUILDING_PERIOD,
-        "Its natural period; or write stiffness.",
+        "Its natural period, on rigid ground and without P-Δ; or write stiffness. Storeys are scaled to it.",
         '"0.208 s"',
         "required, unless stiffness, storeys or rigid",
     ),
@@ -209,6 +222,12 @@ def wrong_lengths(keys: Section, names: Iterable[str], count: int, stated: str) 
                 f"{length} value{'s' * (length != 1)} for {stated}; write one for each storey, from the ground up, "
                 "or one value for all",
             )
+
+
+def wrong_initial(keys: Section, count: int, stated: str) -> Iterator[Fault]:
+    """Faults for initial states of storeys that have not one value for each floor; a slab on isolators is one more."""
+    words = f"{stated} and the slab on the isolators" if "isolation" in keys else stated
+    return wrong_lengths(keys, INITIAL, count + ("isolation" in keys), words)
 
 
 class AnyBuilding(Table):
@@ -281,11 +300,10 @@ class AnyBuilding(Table):
     @classmethod
     @cache
     def keys(cls) -> dict[str, Key]:
-        """The declarations of its keys by name: required ones first; the name, its own, then those of more kinds."""
+        """The declarations of its keys by name: the name, the kind's own keys, then those of more kinds."""
         keys = super().keys()
-        order = [key for kind in cls.__mro__ for key in get_annotations(kind) if key in keys]
-        order = list(dict.fromkeys(("name", *order)))
-        return {key: keys[key] for key in sorted(order, key=lambda key: not cls.model_fields[key].is_required())}
+        order = (key for kind in cls.__mro__ for key in get_annotations(kind))
+        return {key: keys[key] for key in dict.fromkeys(("name", *order)) if key in keys}
 
     def by_floor(self, key: str, count: int) -> tuple[float, ...]:
         """The values of a key that has one for each of ``count`` storeys, or one for all."""
@@ -411,26 +429,50 @@ class RigidWall(AnyBuilding):
         return super().written() | {"rigid": True}
 
 
-class ShearBuilding(MovingBuilding):
+class OfStoreys(MovingBuilding):
+    """A building of storeys, on the ground or on isolators."""
+
+    implied = MovingBuilding.implied | {"isolation"}
+
+    column_strength: Annotated[
+        float,
+        measured(
+            COLUMN_STRENGTH,
+            "Force at which its columns yield where a neighbour's floor strikes them, in place of column_yield_force "
+            "of the interface.",
+            '"300 kN"',
+            "column_yield_force of the interface",
+        ),
+    ] = inf
+    isolation: Annotated[Isolation | None, ISOLATION] = None
+
+    def completed(self, bare: Storeys) -> Storeys:
+        """The building on its isolators, with its initial state."""
+        building = bare if self.isolation is None else bare.isolated(self.isolation.isolators())
+        initial: dict[str, Any] = {key: self.by_floor(key, len(building.masses)) for key in INITIAL}
+        return replace(building, **initial)
+
+
+class ShearBuilding(OfStoreys):
     """A building of storeys: floor masses on storey springs, from the ground up."""
 
     has_storeys = True
     repair = (
         "a building with floor_masses, storey_stiffnesses and storey_heights takes no {key}; remove {key}, or these"
     )
-    implied = AnyBuilding.implied | {"storeys"}
+    implied = OfStoreys.implied | {"storeys", "period"}  # as given, its stiffnesses are those of the period
 
     floor_masses: FloorMasses
     storey_stiffnesses: Annotated[
         tuple[float, ...] | float,
         _storeyed(
             STIFFNESS,
-            "Lateral stiffness of each storey",
+            "Lateral stiffness of each storey; beside period their ratios count alone",
             '"350 MN/m"',
-            "a single mass",
-            'missing; write storey_stiffnesses = "40 MN/m" for all storeys, or a list with one for each',
+            "a single mass; beside period those by which the first mode grows in proportion to height",
+            MISSING_STIFFNESSES,
         ),
-    ]
+    ] = ()
     storey_heights: StoreyHeights
     damping: Damping = 0.05
     damping_rule: DampingRule = DAMPING_RULES[0]
@@ -441,18 +483,28 @@ class ShearBuilding(MovingBuilding):
         ),
     ] = ()
     storeys: StoreyCount = 0
+    period: Period = 0.0
 
     def structure(self) -> Storeys:
         """The shear building, with one value for each storey."""
-        lists = [values for key in OF_STOREYS if isinstance(values := getattr(self, key), tuple) and values]
+        counted = LISTS if self.isolation else OF_STOREYS  # of initial states the slab is one more
+        lists = [values for key in counted if isinstance(values := getattr(self, key), tuple) and values]
         count = self.storeys or len(lists[0])
-        by_storey = {IN_STRUCTURES.get(key, key): self.by_floor(key, count) for key in OF_STOREYS}
-        return Storeys(**self.fields() | by_storey)
+        values = self.fields() | {IN_STRUCTURES[key]: self.by_floor(key, count) for key in LISTS}
+        values = {key: value for key, value in values.items() if key not in INITIAL}
+        if not values["stiffnesses"]:
+            values["stiffnesses"] = stiffnesses_for(values["masses"], list(accumulate(values["heights"])), self.period)
+        building = Storeys(**values)
+        scaled = building.with_period(self.period) if self.period and self.storey_stiffnesses else building
+        return self.completed(scaled)
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
-        """Lists that have not one value for each storey."""
-        lengths = {key: len(keys.raw[key]) for key in OF_STOREYS if isinstance(keys.raw.get(key), list)}
+        """Lists that have not one value for each storey, and neither stiffnesses nor a period."""
+        if "storey_stiffnesses" not in keys and "period" not in keys:
+            yield keys.fault("storey_stiffnesses", MISSING_STIFFNESSES, absent=True)
+        counted = LISTS if "isolation" in keys else OF_STOREYS
+        lengths = {key: len(keys.raw[key]) for key in counted if isinstance(keys.raw.get(key), list)}
         count = keys.raw.get("storeys", next(iter(lengths.values()), None))
         if count is None:
             sentence = "missing; write storeys = 4, or a list with one value for each storey"
@@ -460,7 +512,8 @@ class ShearBuilding(MovingBuilding):
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             return
         stated = f"storeys = {count}" if "storeys" in keys else f"{count} {next(iter(lengths), 'storeys')}"
-        yield from wrong_lengths(keys, lengths, count, stated)
+        yield from wrong_lengths(keys, LISTS, count, stated)
+        yield from wrong_initial(keys, count, stated)
 
 
 class FlooredBuilding(MovingBuilding):
@@ -471,6 +524,13 @@ class FlooredBuilding(MovingBuilding):
     storey_heights: StoreyHeights
     period: Period = 0.0
     damping: Damping = 0.05
+
+    @classmethod
+    @cache
+    def keys(cls) -> dict[str, Key]:
+        """The declarations of its keys by name, those that it must have first."""
+        keys = super().keys()
+        return {key: keys[key] for key in sorted(keys, key=lambda key: not cls.model_fields[key].is_required())}
 
     def floors(self, count: int) -> dict[str, Any]:
         """The fields of a structure that have one value for each of ``count`` floors, its name and its support."""
@@ -602,7 +662,7 @@ class ModalBuilding(FlooredBuilding):
         return self.at_period(Storeys(**values, stiffness_matrix=tuple(map(tuple, stiffness.tolist()))))
 
 
-class TypologyBuilding(MovingBuilding):
+class TypologyBuilding(OfStoreys):
     """A building of which no more is known than its height, storeys, kind and mass of a floor."""
 
     has_storeys = True
@@ -644,15 +704,14 @@ class TypologyBuilding(MovingBuilding):
         """Lists that have not one value for each storey."""
         count = keys.raw.get("storeys")
         if isinstance(count, int) and not isinstance(count, bool):
-            yield from wrong_lengths(keys, INITIAL, count, f"storeys = {count}")
+            yield from wrong_initial(keys, count, f"storeys = {count}")
 
     def structure(self) -> Storeys:
         """The shear building that is generated."""
         values = self.fields() | {"period": self.period or None}
-        given = {key: values.pop(key) for key in ("support", "displacement_history")}
+        others = {field: values.pop(field) for field in ("support", "displacement_history", "column_strength")}
         bare = generated(**{field: value for field, value in values.items() if field not in INITIAL})
-        initial: dict[str, Any] = {key: self.by_floor(key, self.storeys) for key in INITIAL}
-        return replace(bare, **initial, **given)
+        return self.completed(replace(bare, **others))
 
 
 KINDS: tuple[type[AnyBuilding], ...] = (
@@ -698,8 +757,7 @@ def building_checks(buildings: Sequence[Section], count: int) -> Iterator[Fault]
             )
         for key in KEYS:
             if key in keys and key not in kind.model_fields:
-                answer = f"; {instead_of('t1')}" if (kind, key) == (ShearBuilding, "period") else ""
-                yield keys.fault(key, f"{kind.repair.format(key=key)}{answer}")
+                yield keys.fault(key, kind.repair.format(key=key))
         yield from kind.checks(keys)
     if count < 2:
         yield Fault(
@@ -764,7 +822,10 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
         kind = MatrixBuilding
         implied = kind.implied | {"floor_rows", "period"}
         implied |= {"damping", "damping_rule"} if building.damping_matrix else set()
-    stated = {}
+    is_shear = kind is ShearBuilding
+    stated = {key: getattr(building, key) for key in INITIAL if getattr(building, key)} if is_shear else {}
+    if isinstance(building, Storeys) and building.isolators is not None:
+        stated["isolation"], building = Isolation.of(building.isolators), building.superstructure()
     for key in set(kind.key_names()) - implied:
         if key in OF_GROUND:
             value = getattr(building.support, OF_GROUND[key])

@@ -62,6 +62,11 @@ class Demand(NamedTuple):
         return OF_INTERFACES if self.interfaces else OF_BUILDINGS
 
     @property
+    def of_structure(self) -> bool:
+        """Whether it says how far storeys deform, which isolators are made to do."""
+        return self.per_height or self.key == "ductility"
+
+    @property
     def unit(self) -> str:
         """Its unit as `units.SHOWN` has it: a share of a height is shown in per cent, its numbers are fractions."""
         return "%" if self.per_height else self.quantity.unit.replace("m/s^2", "m/s2")
@@ -175,7 +180,7 @@ class State(Table):
             "The only storey that counts, from 1 at the ground.",
             _storey,
             "1",
-            "any storey",
+            "any storey; of drifts and ductility those above isolators",
             schema={"type": "integer"},
         ),
     ] = 0

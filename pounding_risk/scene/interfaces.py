@@ -24,6 +24,7 @@ from pounding_risk.scene.keys import (
     Unreadable,
     each,
     flag,
+    inline,
     list_of,
     measured,
     one_of,
@@ -210,14 +211,7 @@ class EqualTerms(Table):
 
 
 def _equal_terms(value: Any, number: Number) -> EqualTerms:
-    if isinstance(value, EqualTerms):
-        return value
-    if not isinstance(value, dict):
-        raise Unreadable(f'{shown(value)} is not a table; write {{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}}')
-    keys = EqualTerms.keys()
-    kinds = {name: lambda item, key=key: key.read(item, number) for name, key in keys.items()}
-    needed, takes = EqualTerms.required(), f"equal_terms takes {', '.join(kinds)}"
-    return EqualTerms.from_values(options(value, kinds, needed, lambda name: keys[name].lacks(name), takes))
+    return inline(EqualTerms, "equal_terms", value, number, f'{{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}}')
 
 
 class Interface(Table):

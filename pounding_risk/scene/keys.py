@@ -149,9 +149,13 @@ class Table(BaseModel):
     def __pydantic_init_subclass__(cls, **settings: Any) -> None:
         """Give the class a signature and the parameters of its docstring, from the declarations of its keys."""
         by_name, alone = Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY
+        names, required = cls.key_names(), cls.required()
+        # By position, what stands before a required key is given too.
+        late = names[max((names.index(name) for name in required), default=-1) + 1 :]
+        defaults = {name: _default(cls.model_fields[name]) for name in late}
         cls.__signature__ = Signature(
             [
-                *(Parameter(name, by_name, default=_default(cls.model_fields[name])) for name in cls.key_names()),
+                *(Parameter(name, by_name, default=defaults.get(name, Parameter.empty)) for name in names),
                 *(Parameter(name, alone, default=None) for name in cls.beside),
             ]
         )
@@ -490,6 +494,19 @@ def each(values: list[Any], read: Callable[[Any], Any], distinct: bool = False) 
     if faults:
         raise Several(faults)
     return elements
+
+
+def inline(kind: type[Table], name: str, value: Any, number: Number, example: str) -> Any:
+    """The inline table of the key ``name`` as an object of its class; all faults at once."""
+    if isinstance(value, kind):
+        return value
+    if not isinstance(value, dict):
+        raise Unreadable(f"{shown(value)} is not a table; write {example}")
+    keys = kind.keys()
+    kinds = {key: lambda item, one=one: one.read(item, number) for key, one in keys.items()}
+    return kind.from_values(
+        options(value, kinds, kind.required(), lambda key: keys[key].lacks(key), f"{name} takes {', '.join(kinds)}")
+    )
 
 
 def options(

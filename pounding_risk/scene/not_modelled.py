@@ -8,13 +8,13 @@ from __future__ import annotations
 
 PAGE = "docs/limits.md"
 MODES = (
-    "T1 is period; with storeys multiply all storey_stiffnesses by (T1 of `pounding-risk modes` / T1 wanted)²; several "
-    "modes are a table, modes, with period or frequency and the shape of each"
+    "T1 is period, beside floor_masses and storey_heights, and storey_stiffnesses too where their ratios are known; "
+    "several modes are a table, modes, with period or frequency and the shape of each"
 )
 MATRICES = "write stiffness_matrix, and the masses of the floors, lumped there, in floor_masses"
 ISOLATION = (
-    "isolators are a soft first storey: write their stiffness first in storey_stiffnesses, the slab on them first in "
-    "floor_masses, and the force at which they yield first in storey_strengths"
+    "isolators are the key isolation of a building with storeys: "
+    'isolation = {slab_mass = "600 t", height = "1.5 m", strength = "900 kN", stiffness = "5 MN/m"}'
 )
 LINKS = "links between neighbours are link_stiffness, link_damping and link_at of their [[interface]]"
 DAMPERS = (
@@ -33,22 +33,17 @@ DEGRADING = (
     "storeys keep stiffness and strength, bilinear by storey_strengths and [effects] inelastic_storeys; run the scene "
     "once more with the stiffness that is left"
 )
-COLUMNS = (
-    "the strength of struck columns is column_yield_force of their [[interface]]; where it differs between the two "
-    "buildings, scan once with each"
-)
 
 # By what people write for each subject; none of it is a key of a scene.
 SENTENCES: dict[tuple[str, ...], str] = {
     ("period_1", "periods", "t1", "fundamental_period", "mode_shapes", "frequency", "frequencies"): MODES,
     ("mass_matrix", "matrix", "matrices"): MATRICES,
-    ("isolation", "isolators", "isolator", "base_isolation", "isolation_period", "isolation_stiffness"): ISOLATION,
+    ("isolators", "isolator", "base_isolation", "isolation_period", "isolation_stiffness"): ISOLATION,
     ("link", "links", "link_force", "coupling", "coupling_stiffness"): LINKS,
     ("damper", "dampers", "damper_coefficient", "damping_coefficient", "viscous_damper"): DAMPERS,
     ("torsion", "eccentricity", "rotation", "torsional_stiffness", "torsional_period"): TORSION,
     ("displacement_histories", "floor_histories", "history", "histories", "time_history"): HISTORIES,
     ("degradation", "degrading", "pinching", "hysteresis", "backbone", "stiffness_degradation"): DEGRADING,
-    ("column_strength", "column_strengths", "column_shear_strength", "column_capacity"): COLUMNS,
 }
 BY_WORD = {word: sentence for words, sentence in SENTENCES.items() for word in words}
 

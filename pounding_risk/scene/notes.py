@@ -117,6 +117,12 @@ def _of_buildings(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
                 elif len(building.masses) == 1:
                     reason = "a building of one storey has one mode, damped alike by every rule"
                     yield Unused((*base, "damping_rule"), reason)
+            if building.column_strength < inf:
+                path = (*base, "column_strength")
+                if not any(study.struck_building(point) == index for point in study.points):
+                    yield Unused(path, "no floor meets a column of it")
+                elif not any(law.capped for law in laws.values()):
+                    yield _uncapped(path, laws)
         beside = study.interfaces[max(index - 1, 0) : index + 1]
         if not _has_levels(beside):
             yield Unused((*base, "floor_depth"), no_levels)
@@ -141,7 +147,7 @@ def _of_interfaces(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
                     common = say(gridded[0], YIELD_FORCE)
                     yield Unused(path, f"grid.yield_force has the one value {common}, which holds at every interface")
             elif not _has_points(here, FLOOR):
-                yield Unused(path, "floors meet columns only here, and these yield at column_yield_force")
+                yield Unused(path, "floors meet columns only here, and these yield at their own strength")
             elif not capped:
                 yield _uncapped(path, laws)
         if all(force == inf for force in forces) and any(interface.plastic_exponent > 0.0 for interface in here):
@@ -151,6 +157,9 @@ def _of_interfaces(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
         if any(interface.column_yield_force < inf for interface in here):
             if not _has_points(here, COLUMN):
                 yield Unused((*base, "column_yield_force"), "no floor meets a column here")
+            elif all(study.own_column_force(at) < inf for one in here for at in one.points if at.kind == COLUMN):
+                reason = "column_strength of the building that is struck stands in its place"
+                yield Unused((*base, "column_yield_force"), reason)
             elif not capped:
                 yield _uncapped((*base, "column_yield_force"), laws)
         if not _has_levels(here) and any(interface.tolerance is not None for interface in here):
@@ -170,7 +179,7 @@ def _of_grid(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
     if all(map(is_instant, laws.values())):
         yield Unused(path, f"velocities jump under {', '.join(laws)}, and no force acts{alike}")
     elif columns and len(columns) == len(study.points):
-        reason = "floors meet columns only in this row, and these yield at column_yield_force of their interface"
+        reason = "floors meet columns only in this row, and these yield at their own strength"
         yield Unused(path, f"{reason}{alike}")
     else:
         if not any(law.capped for law in laws.values()):
@@ -178,7 +187,7 @@ def _of_grid(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
         if columns:
             places = list(dict.fromkeys(study.interface_names[point.interface] for point in columns))
             where = f" on the {len(columns)} of {len(study.points)} contact points where a floor meets a column"
-            yield Unused(path, f"these yield at column_yield_force of their interface, {', '.join(places)}", where)
+            yield Unused(path, f"these yield at their own strength, {', '.join(places)}", where)
 
 
 def _of_effects(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
@@ -263,9 +272,26 @@ def level_notes(study: Scene) -> dict[str, str]:
     for place, interface in enumerate(study.interfaces):
         sides = study.buildings[place], study.buildings[place + 1]
         calls = [] if interface.contact else close_calls(*sides, interface.levels)
-        if calls:
-            notes[study.interface_names[place]] = _sentence(sides, interface.levels, calls)
+        sentences = [_sentence(sides, interface.levels, calls)] if calls else []
+        sentences += [_BEARINGS.format(study.buildings[at].name) for at in _struck_at_bearings(study, interface)]
+        if sentences:
+            notes[study.interface_names[place]] = " ".join(sentences)
     return notes
+
+
+_BEARINGS = (
+    "A floor strikes {} below its slab, where it has isolators and no columns: the slab takes its share of the "
+    "force all the same; give the points that meet in contact."
+)
+
+
+def _struck_at_bearings(study: Scene, interface: ResolvedInterface) -> Iterator[int]:
+    """The isolated buildings that a floor strikes below their slab, by their places in the row."""
+    for point in interface.points:
+        struck = study.struck_building(point)
+        floors = {point.interface: point.left_floor, point.interface + 1: point.right_floor}
+        if struck is not None and floors[struck] < 1.0 and getattr(study.buildings[struck], "isolators", None):
+            yield struck
 
 
 def close_calls(left: Any, right: Any, rule: LevelRule) -> list[CloseCall]:
@@ -308,7 +334,7 @@ def _sentence(sides: tuple[Any, Any], rule: LevelRule, calls: list[CloseCall]) -
     words = "; ".join(pairs)
     sentences = [f"{words[0].upper()}{words[1:]}{more}."]
     if any(call.is_one for call in calls):
-        sentences.append("Slightly farther apart, floors strike columns, and the contact yields at column_yield_force.")
+        sentences.append("Slightly farther apart, floors strike columns, and the contact yields at their strength.")
     if any(not call.is_one for call in calls):
         sentences.append("Slightly nearer, or deeper, floors meet floors, and the contact yields at yield_force.")
     if rule.tolerance is None:

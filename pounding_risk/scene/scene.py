@@ -337,12 +337,26 @@ class Scene(ShortRepr):
         A grid of one yield force leaves every interface its own. Columns keep theirs.
         """
         return tuple(
-            interface.column_yield_force
-            if point.kind == COLUMN
-            else (interface.yield_force if force is None else force)
+            self.column_force(point) if point.kind == COLUMN else (interface.yield_force if force is None else force)
             for interface in self.interfaces
             for point in interface.points
         )
+
+    def column_force(self, point: Point) -> float:
+        """The force at which the struck column of a contact point yields [N]: its building's, or the interface's."""
+        own = self.own_column_force(point)
+        return self.interfaces[point.interface].column_yield_force if own == inf else own
+
+    def own_column_force(self, point: Point) -> float:
+        """The column strength of the building that is struck at a contact point [N]; infinite where it has none."""
+        struck = self.struck_building(point)
+        return inf if struck is None else self.buildings[struck].column_strength
+
+    def struck_building(self, point: Point) -> int | None:
+        """Whose column a floor strikes at a contact point, by its place in the row; None where floors meet."""
+        floors = enumerate((point.left_floor, point.right_floor), point.interface)
+        struck = (place for place, floor in floors if floor != int(floor) and not self.buildings[place].is_rigid)
+        return next(struck, None)
 
     @property
     def striking_mass(self) -> float:

@@ -14,11 +14,11 @@ from pounding_risk._common.letters import refused_below
 from pounding_risk._common.words import nearest
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene import buildings
-from pounding_risk.scene.axes import ADDRESS, taken_axes
+from pounding_risk.scene.axes import ADDRESS, INLINE, taken_axes
 from pounding_risk.scene.buildings import building_checks
 from pounding_risk.scene.damage import DamageState, damage_checks
 from pounding_risk.scene.interface_checks import interface_checks
-from pounding_risk.scene.interfaces import EqualTerms, Interface
+from pounding_risk.scene.interfaces import Interface
 from pounding_risk.scene.keys import Draft, Key, Section, Several, Table, read_section
 from pounding_risk.scene.known_motion_checks import known_motion_checks
 from pounding_risk.scene.not_modelled import instead_of
@@ -208,7 +208,7 @@ def _unknown(table: KeyPath, key: str) -> str:
         return f"unknown key; {answer}"
     section = str(table[0])
     homes = [_header(other) for other, keys in KEYS.items() if key in keys]
-    if homes and not nearest(key, KNOWN[section], 0.75):
+    if homes:
         return f"unknown key; it belongs in {' or '.join(homes)}"
     taken = ", ".join(KEYS[section]) or "no keys in this version"
     return f"unknown key{nearest(key, KNOWN[section])}; {_header(section)} takes {taken}"
@@ -246,8 +246,8 @@ def schema() -> dict[str, Any]:
     dict
         The schema, as `json.dumps` takes it.
     """
-    declared = {**KEYS, "equal_terms": EqualTerms.keys()}
-    required = {"building": ["name"], "damage": ["name"], "equal_terms": EqualTerms.required()}
+    declared = {**KEYS, **{name: kind.keys() for name, kind in INLINE.items()}}
+    required = {"building": ["name"], "damage": ["name"], **{name: kind.required() for name, kind in INLINE.items()}}
     tables = {
         _table_name(section): {
             "type": "object",

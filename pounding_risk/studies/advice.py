@@ -7,7 +7,7 @@ not, not to assess it. `advice_stiffness` has the range of stiffness and the pub
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite, isnan
 from os import cpu_count
 from pathlib import Path
@@ -26,7 +26,7 @@ from pounding_risk.models.contact.impulsive import is_instant, needs_floors
 from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.relation import AS_PUBLISHED
 from pounding_risk.models.restitution import constant
-from pounding_risk.models.structures.contact_points import FLOOR
+from pounding_risk.models.structures.contact_points import COLUMN, FLOOR
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.ensemble import MotionEnsemble
 from pounding_risk.results.summary import COMPLETE
@@ -336,9 +336,10 @@ def _trials(study: Scene, base: xr.Dataset, ranges: Sequence[StiffnessRange], fa
 
     # Multiples of the scene's yield forces; where it has none, shares of the median peak force of each interface.
     floors, columns = ([getattr(one, key) for one in study.interfaces] for key in ("yield_force", "column_yield_force"))
+    strengths = [building.column_strength for building in study.buildings]
     multiples: tuple[float, ...] = FORCE_MULTIPLES
     tried = ["none" if one == inf else f"× {one:g}" for one in FORCE_MULTIPLES]
-    if min(*floors, *columns) == inf:
+    if min(*floors, *columns, *strengths) == inf:
         multiples, tried = FORCE_SHARES, [f"{one:g} of the peak" for one in FORCE_SHARES]
         peaks, touched = _cases(base, "peak_contact_force"), _cases(base, "impact_count") > 0.0
         floors = columns = [
@@ -347,7 +348,7 @@ def _trials(study: Scene, base: xr.Dataset, ranges: Sequence[StiffnessRange], fa
     scenes = []
     for multiple in multiples:
         scene = _with_interfaces(
-            study,
+            _with_columns(study, multiple),
             yield_force=[multiple * force for force in floors],
             column_yield_force=[multiple * force for force in columns],
         )
@@ -356,7 +357,7 @@ def _trials(study: Scene, base: xr.Dataset, ranges: Sequence[StiffnessRange], fa
 
     if fastest is not None:
         grid = study.grid._replace(yield_forces=(inf,))
-        elastic = study.updated(yield_force=inf, column_yield_force=inf, grid=grid)
+        elastic = _with_columns(study, inf).updated(yield_force=inf, column_yield_force=inf, grid=grid)
         terms = None, None if study.equal_terms else fastest
         alike, _ = with_relation(on_equal_terms(elastic, _other_laws(elastic), None, terms), None)
         names = tuple(name for name in alike.grid.contact_models if name != study.contact_model)
@@ -367,6 +368,17 @@ def _trials(study: Scene, base: xr.Dataset, ranges: Sequence[StiffnessRange], fa
         names_and_own = zip(study.interface_names, study.interfaces, strict=True)
         scene = _with_interfaces(study, stiffness=[proposed.get(name, own.stiffness) for name, own in names_and_own])
         yield Trial(PROPOSED, ("as proposed",), (scene,), (True,))
+
+
+def _with_columns(study: Scene, multiple: float) -> Scene:
+    """The scene with a multiple of the column strengths of its buildings; infinite for none."""
+    buildings = [
+        replace(building, column_strength=multiple * building.column_strength)
+        if isinstance(building, Storeys)
+        else building
+        for building in study.buildings
+    ]
+    return study.updated(buildings=tuple(buildings))
 
 
 def _with_interfaces(study: Scene, **values: Sequence[Any]) -> Scene:
@@ -543,7 +555,8 @@ def _yielding_duration(study: Scene, stiffness_range: StiffnessRange) -> float:
     """Duration of the isolated impact under the scene's own law, where it yields in it [s]; else 0."""
     here = study.at(study.interface_names.index(stiffness_range.interface))
     interface = here.interfaces[0]
-    force = interface.column_yield_force if stiffness_range.is_column else interface.yield_force
+    columns = [here.column_force(point) for point in interface.points if point.kind == COLUMN]
+    force = min(columns) if stiffness_range.is_column else interface.yield_force
     if not known_law(interface.contact_model).capped or force == inf:
         return 0.0
     blow = impact(

@@ -98,7 +98,8 @@ def simulate(
     if yield_force is not None and all(point.kind == COLUMN for point in study.points):
         raise PoundingError(
             "simulate: yield_force is that of floors, and in this row floors meet columns only; these yield at "
-            "column_yield_force of their interface: change it in the scene (--set on the command line)"
+            "column_strength of their building, or column_yield_force of their interface: change it in the scene "
+            "(--set on the command line)"
         )
     # A gap is that of all interfaces, but of the only one that the grid varies where it names one.
     varied = study.gridded_interface if len(grid.gaps) > 1 else None

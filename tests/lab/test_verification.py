@@ -166,6 +166,7 @@ DEPTH = (5.0 * 570.0 * 0.25 / (4.0 * 2e9)) ** 0.4
 CLOSED_FORMS = {
     "anagnostopoulos_1988": (pi / (sqrt(9.35e7 / 570.0) * sqrt(1.0 - kelvin_voigt_ratio(0.65) ** 2)),),
     "chopra_10_4": (sqrt(0.5), sqrt(2.0)),
+    "friction_pendulum": tuple((sqrt(0.01 + 4.5 / 9.80665) - 0.1 - 0.2 * n) * (-1) ** n for n in range(3)),
     "herrmann_1981": cradle(),
     "huygens_1703": (1.0 / 3.0, 4.0 / 9.0, 16.0 / 9.0),
     "patricio_2004": (2.0, 2.0 * 3.0, 2.0 * 3.0 / 4.0 * 2.0),
@@ -538,13 +539,14 @@ def test_figures_show_every_value_and_say_what_they_find(outcome):
     drawn = [axis for axis in points.axes if axis.get_visible()]
     assert [axis.get_ylabel() for axis in drawn] == [
         *2 * ["force [kN]"],
+        "displacement [mm]",
         "absolute displacement [mm]",
         *2 * ["displacement [mm]"],
     ]
-    assert [axis.get_xlabel() for axis in drawn] == 2 * ["penetration [mm]"] + 3 * ["time [s]"]
-    assert drawn[4].get_title() == "code_aster SDND108 B"
+    assert [axis.get_xlabel() for axis in drawn] == 2 * ["penetration [mm]"] + 4 * ["time [s]"]
+    assert drawn[5].get_title() == "code_aster SDND108 B"
     several = [curve for curve in outcome.curves if len(curve.points) > 1]
-    assert len(drawn) == len(several) == 5
+    assert len(drawn) == len(several) == 6
     for axis, curve in zip(drawn, several, strict=True):
         line = axis.get_lines()[0]
         assert np.array_equal(line.get_xdata(), curve.x * (1e3 if curve.units[0] == "m" else 1.0))

@@ -24,6 +24,7 @@ from pounding_risk.scene.buildings import (
     TypologyBuilding,
 )
 from pounding_risk.scene.interfaces import EqualTerms
+from pounding_risk.scene.isolation import Isolation
 from pounding_risk.scene.keys import measured
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of
@@ -34,7 +35,7 @@ from pounding_risk.solver.pair.outputs import BUILDING, RUN
 from pounding_risk.units import MASS, parse
 
 ONCE = [table for section, table in KINDS.items() if section not in ("building", "effects")]
-TABLES = [*ONCE, *BUILDING_KINDS, EqualTerms]
+TABLES = [*ONCE, *BUILDING_KINDS, EqualTerms, Isolation]
 ALL = [(table, key) for table in TABLES for key in table.model_fields]
 
 
@@ -107,11 +108,11 @@ VALUES: dict[str, Any] = {
     "grid.zip": [["building.frame.mass", "building.frame.period"]],
     "solver.rtol": 1e-7,
 }
-# Keys that a scene writes in other words: k follows from mass and period, storeys stand in their lists, what a file has
-# in place of the file, and numbers of [grid] and [uncertain] under their addresses.
+# Keys that a scene writes in other words: k follows from mass and period, storeys stand in their lists, scaled to their
+# period, what a file has in place of the file, and numbers of [grid] and [uncertain] under their addresses.
 OTHERWISE: dict[Any, set[str]] = {
     SingleMass: {"stiffness"},
-    ShearBuilding: {"storeys"},
+    ShearBuilding: {"storeys", "period"},
     TypologyBuilding: {"typology", "floor_mass", "height", "period", "storeys"},
     MatrixBuilding: {"floor_rows", "period", "stiffness_matrix", "damping_matrix"},
     ModalBuilding: {"modes", "residual_period", "period", "damping"},

@@ -77,6 +77,8 @@ LAWS = 'grid.contact_model=["viscous_elastoplastic", "linear"]'
 FORCES = ['grid.yield_force=["50 kN", "inf"]', 'grid.yield_force=["90 kN", "inf"]']
 FORCE = values("interface.yield_force", '"50 kN"', '"90 kN"')
 COLUMN = values("interface.column_yield_force", '"50 kN"', '"90 kN"')
+STRENGTH = values("building.A.column_strength", '"50 kN"', '"90 kN"')
+ISOLATION = '{slab_mass = "50 t", height = "1 m", strength = "%s", stiffness = "1 MN/m"}'
 TABLES = values(
     "interface.table",
     '{penetration=["0 mm", "9 mm"], force=["0 kN", "900 kN"]}',
@@ -105,6 +107,9 @@ IDLE = [
     Case("interface.yield_force", LEVEL, *FORCE, ['grid.yield_force=["70 kN"]']),
     Case("interface.column_yield_force", LEVEL, *COLUMN),
     Case("interface.column_yield_force", COLUMNS, *COLUMN, [HERTZ], on="on any force"),
+    Case("building.A.column_strength", LEVEL, *STRENGTH),
+    Case("building.A.column_strength", COLUMNS, *STRENGTH, [HERTZ], on="on any force"),
+    Case("interface.column_yield_force", COLUMNS, *COLUMN, [f'building.{one}.column_strength="70 kN"' for one in "AB"]),
     varied("interface.tolerance", PAIR, '"60 mm"', '"90 mm"'),
     varied("building.A.floor_depth", PAIR, '"0.2 m"', '"0.3 m"'),
     varied("building.A.floor_depth", LEVEL, '"0.2 m"', '"0.3 m"', ['interface.tolerance="50 mm"']),
@@ -140,6 +145,7 @@ ACTING = [
     varied("building.A.height", PAIR, '"3 m"', '"2 m"', ["effects.p_delta={}", 'building.B.height="3 m"']),
     varied("building.A.floor_masses", ROW, '"40 t"', '"50 t"'),
     varied("building.A.storey_stiffnesses", ROW, '"60 MN/m"', '"70 MN/m"'),
+    varied("building.A.isolation", ROW, ISOLATION % "90 kN", ISOLATION % "60 kN"),
     varied("building.A.storey_heights", ROW, '["4 m", "2 m"]', '["3 m", "3 m"]'),
     varied("building.A.storey_strengths", ROW, '"50 kN"', '"90 kN"', ["effects.inelastic_storeys={}"]),
     varied("building.A.damping_rule", ROW, '"rayleigh"', '"stiffness"'),
@@ -150,6 +156,8 @@ ACTING = [
     Case("interface.yield_force", PAIR, *FORCE),
     Case("interface.yield_force", LEVEL, *FORCE),
     Case("interface.column_yield_force", COLUMNS, *COLUMN),
+    Case("interface.column_yield_force", COLUMNS, *COLUMN, ['building.B.column_strength="70 kN"']),
+    Case("building.A.column_strength", COLUMNS, *STRENGTH),
     varied("interface.plastic_exponent", PAIR, "0.3", "0.6",
            ['interface.contact_model="van_mier"', 'interface.yield_force="50 kN"']),
     varied("interface.design_penetration", PAIR, '"5 mm"', '"9 mm"', ['interface.contact_model="bilinear"']),
@@ -175,6 +183,11 @@ ALWAYS = {  # keys that act in every scene that may have them, with what would s
         *("building.stiffness", "building.rigid", "building.storeys", "building.typology", "building.floor_mass"),
     ),
     "is the motion itself (test_known_motions)": ("building.displacement_history",),
+    "are the building itself, or the link (test_matrix_files, test_matrices, test_links)": (
+        *("building.stiffness_matrix", "building.floor_rows", "building.damping_matrix"),
+        *("building.modes", "building.residual_period"),
+        *("interface.link_stiffness", "interface.link_damping", "interface.link_at"),
+    ),
     "say where floors meet (test_scene_row, test_contact_points)": (
         *("interface.contact", "interface.tolerance", "building.floor_depth"),
     ),
@@ -254,8 +267,8 @@ def test_an_axis_that_does_not_reach_columns_says_so():
     study = parse_scene(COLUMNS, "scene.toml", ['grid.yield_force=["200 kN", "700 kN", "inf"]'])
     (sentence,) = unused_keys(study)
     assert sentence == (
-        "grid.yield_force: no effect: floors meet columns only in this row, and these yield at column_yield_force of "
-        "their interface: the 3 cases of each gap are identical"
+        "grid.yield_force: no effect: floors meet columns only in this row, and these yield at their own "
+        "strength: the 3 cases of each gap are identical"
     )
     dataset = scan(study, check_fraction=0.0)
     forces = dataset["peak_contact_force"].values

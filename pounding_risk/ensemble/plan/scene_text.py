@@ -11,7 +11,7 @@ from pounding_risk.models.contact.relation import AS_PUBLISHED
 from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.effects import EFFECTS, option_words
 from pounding_risk.models.ground import Support
-from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, LevelRule
+from pounding_risk.models.structures.contact_points import COLUMN, LevelRule
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import FACTOR, PEAK, say_level
@@ -34,6 +34,7 @@ from pounding_risk.units import (
     PERIOD,
     PGA,
     RTOL,
+    STIFFNESS,
     STOREY_HEIGHT,
     TAIL,
     WAVE_SPEED,
@@ -108,12 +109,13 @@ def _points(here: Scene) -> list[tuple[str, str]]:
         return []
     (interface,), (left, right) = here.interfaces, here.buildings
     rows = [] if interface.contact else [("levels", _levels(interface.levels))]
-    for kind, force in ((FLOOR, interface.yield_force), (COLUMN, interface.column_yield_force)):
+    meetings = [(point.kind, force) for point, force in zip(interface.points, here.point_yield_forces(), strict=True)]
+    for kind, force in sorted(dict.fromkeys(meetings), key=lambda one: one[0] == COLUMN):
         places = [
             f"{_place(point.left_floor)} of {left.name}, {_place(point.right_floor)} of {right.name}"
             + ("" if isnan(point.level) else f" at {say(point.level, STOREY_HEIGHT)}")
-            for point in interface.points
-            if point.kind == kind
+            for point, meeting in zip(interface.points, meetings, strict=True)
+            if meeting == (kind, force)
         ]
         rows += [("contact points", f"floor to {kind}, {_strength(force)}: {'; '.join(places)}")] if places else []
     return rows
@@ -147,7 +149,7 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
         return (
             f"{building.name}: {count} storey{'s' * (count != 1)}, {say(building.height, STOREY_HEIGHT)}, "
             f"{say(building.mass, MASS)}, period {say(building.period, PERIOD)}, damping ratio "
-            f"{say(building.damping, DAMPING)} ({building.damping_rule}){yields}"
+            f"{say(building.damping, DAMPING)} ({building.damping_rule}){yields}{_isolators(building)}"
             + _beginning(building.initial_displacement, building.initial_velocity)
         )
     height = f", height {say(building.height, HEIGHT)}" if building.height else ""
@@ -163,6 +165,18 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
         f"{building.name}: {mass}, period {say(building.period, PERIOD)}, "
         f"damping ratio {say(building.damping, DAMPING)}{floor}{height}"
         + _beginning((building.initial_displacement,), (building.initial_velocity,))
+    )
+
+
+def _isolators(building: Storeys) -> str:
+    """The isolators under a building, with the period while they yield; nothing of one on the ground."""
+    law = building.isolator_law
+    if law is None or building.isolators is None:
+        return ""
+    return (
+        f" above the slab, on isolators (storey 1) of {say(law.strength, YIELD_FORCE)} and "
+        f"{say(law.soft, STIFFNESS)} past yield at {say(building.isolators.yield_displacement, GAP)}, period "
+        f"{say(building.isolated_period, PERIOD)} while they yield"
     )
 
 

@@ -18,8 +18,9 @@ class InelasticStoreys:
     """Storeys yield: bilinear hysteresis between drift and storey shear, with kinematic hardening.
 
     V = k d up to the storey's yield shear V_y, past it with the slope ``hardening`` × k (0.03 if not given); after a
-    turn the storey is elastic over 2 V_y. A storey without a yield shear stays elastic, as a single mass does. What P-Δ
-    takes off the stiffness acts beside the hysteresis, so that a yielding storey may have less than none left.
+    turn the storey is elastic over 2 V_y. A storey without a yield shear stays elastic, as a single mass does.
+    What P-Δ takes off the stiffness acts beside the hysteresis, so that a yielding storey may have less than none left.
+    Isolators yield by their own numbers, with this effect and without.
     """
 
     hardening: float = 0.03

@@ -19,7 +19,8 @@ class PDelta:
     """Weight pushes a leaning storey further: the storey's stiffness is less by P / h.
 
     P is the weight of all floors above the storey, h its height. The damping stays that of the building without it. A
-    building whose storey has no stiffness left would fall over, and is refused.
+    building whose storey has no stiffness left would fall over, and is refused. Isolators are given with the weight on
+    them: their stiffness stays.
     """
 
     def built(self, chain: Any, building: Any) -> Any:
@@ -31,4 +32,5 @@ class PDelta:
             )
         above = reversed(list(accumulate(reversed(chain.mass.tolist()))))
         weights = [STANDARD_GRAVITY * mass for mass in above]
-        return chain.softened([weight / height for weight, height in zip(weights, building.heights, strict=True)])
+        geometric = [weight / height for weight, height in zip(weights, building.heights, strict=True)]
+        return chain.softened([0.0, *geometric[1:]] if getattr(building, "isolators", None) else geometric)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects import building_effects
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.models.structures.storeys import Storeys, stiffness_matrix
+from pounding_risk.models.structures.storeys import Storeys, on_base, stiffness_matrix
 from pounding_risk.units import INITIAL_DISPLACEMENT, STIFFNESS, say
 
 Array = NDArray[np.float64]
@@ -61,8 +61,12 @@ class Chain(NamedTuple):
         return np.divide(self.strength, self.shear, out=np.full(self.mass.size, np.inf), where=self.shear > 0.0)
 
     def yielding(self, strengths: Sequence[float], hardening: float) -> Chain:
-        """The chain whose storeys yield at these shears [N]."""
-        return self._replace(strength=np.array(strengths, float), hardening=hardening)
+        """The chain whose storeys yield at these shears [N]; those that yield already stay as they are."""
+        own = np.isfinite(self.strength)
+        return self._replace(
+            strength=np.where(own, self.strength, strengths),
+            hardening=np.where(own, self.hardening, hardening) if own.any() else hardening,
+        )
 
     def softened(self, geometric: Sequence[float]) -> Chain:
         """The chain less these geometric stiffnesses [N/m], one a storey."""
@@ -73,19 +77,16 @@ class Chain(NamedTuple):
 
         The building's own damping acts between its floors and the foundation, not between its floors and the ground.
         """
-        relative = np.hstack([np.full((self.mass.size, 1), -1.0), np.eye(self.mass.size)])
-        damping = relative.T @ self.damping @ relative
-        damping[0, 0] += dashpot
-        coupling = relative.T @ self.coupling @ relative if self.coupling.size else self.coupling
         return self._replace(
             mass=np.append(mass, self.mass),
             spring=np.append(spring, self.spring),
             shear=np.append(spring, self.shear),
-            damping=0.5 * (damping + damping.T),
+            damping=on_base(self.damping, dashpot),
             strength=np.append(np.inf, self.strength),
+            hardening=self.hardening if isinstance(self.hardening, float) else np.append(1.0, self.hardening),
             foundations=1,
             initial=np.insert(self.initial, 0, 0.0, axis=1) if self.initial.size else self.initial,
-            coupling=0.5 * (coupling + coupling.T),
+            coupling=on_base(self.coupling, 0.0) if self.coupling.size else self.coupling,
         )
 
 
@@ -147,7 +148,7 @@ def _check_elastic(chain: Chain, name: str) -> None:
         raise PoundingError(
             f"initial_displacement: storey {storey + 1 - chain.foundations} of {name} has a drift of "
             f"{say(drift[storey], INITIAL_DISPLACEMENT)} and yields at {say(limit[storey], INITIAL_DISPLACEMENT)}, "
-            "and a run begins with storeys that have not yielded; lower it, or remove inelastic_storeys"
+            "and a run begins with storeys that have not yielded; lower it, or write initial_velocity in its place"
         )
 
 
@@ -165,6 +166,12 @@ def _bare(building: Building | Storeys) -> Chain:
             np.full(springs.size, np.inf),
             coupling=stiffness if given else np.zeros((0, 0)),
         )
+        law = building.isolator_law
+        if law is not None:
+            elastic = np.ones(springs.size - 1)
+            bare = bare._replace(
+                strength=np.append(law.limit, np.inf * elastic), hardening=np.append(law.hardening, elastic)
+            )
         return _begun(bare, building.initial_displacement, building.initial_velocity)
     count = 0 if building.is_rigid else 1
     springs = np.full(count, building.stiffness)

@@ -68,6 +68,11 @@ class Building(NamedTuple):
         return ()
 
     @property
+    def column_strength(self) -> float:
+        """Force at which its column yields where a floor strikes it [N]: none of its own."""
+        return inf
+
+    @property
     def stiffness(self) -> float:
         """k = m (2π/T)² [N/m]; infinite for a rigid building."""
         return inf if self.is_rigid else self.mass * (2.0 * pi / self.period) ** 2

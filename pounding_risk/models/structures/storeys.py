@@ -14,9 +14,9 @@ place of storey springs.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate
-from math import pi
+from math import inf, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.ground import SHARED, Support
+from pounding_risk.models.structures.isolation import IsolatorLaw, Isolators
 from pounding_risk.models.structures.matrices import check_stiff, symmetric
 from pounding_risk.models.structures.typologies import known_typology
 from pounding_risk.units import (
@@ -107,6 +108,8 @@ class Storeys:
     stiffness_matrix: tuple[tuple[float, ...], ...] = ()  # N/m, of the floors; empty where storeys are springs
     damping_matrix: tuple[tuple[float, ...], ...] = ()  # N s/m; empty where a rule makes it
     displacement_history: tuple[str, ...] = ()
+    isolators: Isolators | None = None  # of its lowest storey, whose floor is their slab
+    column_strength: float = inf  # N, at which its columns yield where a floor strikes them; infinite if not given
 
     is_rigid = False
 
@@ -183,6 +186,46 @@ class Storeys:
         """Period of the first mode [s], on rigid ground and without P-Δ."""
         return float(2.0 * pi / self.vibration().frequencies[0])
 
+    @property
+    def isolator_law(self) -> IsolatorLaw | None:
+        """The force of its isolators; None without any."""
+        return None if self.isolators is None else self.isolators.law(self.mass)
+
+    @property
+    def isolated_period(self) -> float:
+        """Period of the first mode while the isolators yield [s], that of their k_2; `period` without isolators."""
+        law = self.isolator_law
+        if law is None:
+            return self.period
+        springs = (law.soft, *self.stiffnesses[1:])
+        return float(2.0 * pi / vibration(np.array(self.masses), np.array(springs)).frequencies[0])
+
+    def isolated(self, isolators: Isolators) -> Storeys:
+        """The building on isolators, which are its storey 1, with their slab as floor 1; it begins at rest."""
+        law = isolators.law(self.mass + isolators.slab_mass)
+        return replace(
+            self,
+            masses=(isolators.slab_mass, *self.masses),
+            stiffnesses=(law.stiff, *self.stiffnesses),
+            heights=(isolators.height, *self.heights),
+            strengths=(inf, *self.strengths) if self.strengths else (),
+            initial_displacement=(),
+            initial_velocity=(),
+            isolators=isolators,
+        )
+
+    def superstructure(self) -> Storeys:
+        """The building above its slab, on the ground and at rest; the building itself without isolators."""
+        if self.isolators is None:
+            return self
+        above = {field: getattr(self, field)[1:] for field in ("masses", "stiffnesses", "heights", "strengths")}
+        return replace(self, **above, initial_displacement=(), initial_velocity=(), isolators=None)
+
+    def with_period(self, period: float) -> Storeys:
+        """The building whose stiffnesses have the same ratios and whose first mode has this period [s]."""
+        scale = (self.period / period) ** 2
+        return replace(self, stiffnesses=tuple(scale * stiffness for stiffness in self.stiffnesses))
+
     def vibration(self) -> Vibration:
         """The modes, on rigid ground and without P-Δ."""
         return vibration(np.array(self.masses), np.array(self.stiffnesses), self._matrix())
@@ -213,9 +256,11 @@ class Storeys:
         return min(max(carried, 2), len(self.masses))
 
     def _damping(self, masses: Array, stiffness: Array) -> Array:
-        """C [N s/m] by the building's rule."""
+        """C [N s/m] by the building's rule; of an isolated one by that of what stands on the slab, and the dashpot."""
         if self.damping_matrix:
             return np.array(self.damping_matrix)
+        if self.isolators is not None:
+            return on_base(self.superstructure().matrices()[1], self.isolators.damping)
         frequencies, shapes = self.vibration()
         if self.damping_rule == "modal":
             weighted = masses[:, None] * shapes
@@ -238,6 +283,17 @@ _LISTS = (
     ("initial_velocity", "initial_velocity", INITIAL_VELOCITY),
 )
 _NEEDED = ("floor_masses", "storey_stiffnesses", "storey_heights")
+
+
+def on_base(damping: Array, dashpot: float) -> Array:
+    """C of a building on one more mass below it, which a dashpot [N s/m] joins to the ground.
+
+    The building's own damping then acts between its floors and that mass.
+    """
+    relative = np.hstack([np.full((len(damping), 1), -1.0), np.eye(len(damping))])
+    whole = relative.T @ damping @ relative
+    whole[0, 0] += dashpot
+    return np.asarray(0.5 * (whole + whole.T))
 
 
 def effective_shares(masses: Array, shapes: Array) -> Array:
