@@ -31,7 +31,7 @@ from pounding_risk.models.contact.laws import HertzDamp, Jankowski, KelvinVoigt
 from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import Point
-from pounding_risk.models.structures.links import LINK
+from pounding_risk.models.structures.links import LINK, Link
 from pounding_risk.models.structures.mdof import Chain
 
 NEAREST = 1e-12  # m: the impact materials refuse a gap of zero
@@ -40,8 +40,6 @@ GROUND = 1  # node; mass i is node i + 2
 MATERIALS = tuple(law.__name__ for law in (Jankowski, HertzDamp, KelvinVoigt))  # laws that OpenSees has
 FALLS = "it takes one e for every impact of a contact, not one that falls with the speed"
 ON_SPRINGS = "a building on a foundation that rotates or slides is not built here"
-LINKED = "links between buildings are not built here"
-BY_MATRIX = "floors that are joined by a stiffness matrix are not built here; `export --to opensees` writes them"
 
 
 class Peaks(NamedTuple):
@@ -76,15 +74,6 @@ def unsaid(chains: Sequence[Chain], points: Sequence[Point], case: PointCase) ->
         return "in one dimension it has no contact part-way up a column"
     if any(chain.foundations for chain in chains):
         return ON_SPRINGS
-    if any(chain.coupling.size for chain in chains):
-        return BY_MATRIX
-    if any(point.kind == LINK for point in points):
-        return LINKED
-    try:
-        for chain in chains:
-            dashpots(chain)
-    except PoundingError as error:
-        return str(error)
     return ""
 
 
@@ -153,20 +142,12 @@ def sides_of(chains: Sequence[Chain], point: Point) -> list[tuple[int, float]]:
     return [(building, floor) for building, floor in sides if chains[building].mass.size]
 
 
-def dashpots(chain: Chain) -> tuple[Array, Array]:
-    """Dashpots along the storeys and from every floor to the ground [N s/m] that make up the damping matrix.
-
-    Raises PoundingError where it is not tridiagonal, as modal damping is not.
-    """
-    matrix, beside = chain.damping, np.diag(chain.damping, -1)
-    storeys = np.append(0.0, -beside)[: chain.mass.size]  # the lowest is one to the ground
-    to_ground = np.diag(matrix) - storeys - np.append(storeys[1:], 0.0)[: chain.mass.size]
-    assembled = np.diag(np.diag(matrix)) + np.diag(beside, 1) + np.diag(beside, -1)
-    if not np.allclose(assembled, matrix, rtol=1e-12, atol=1e-12 * np.abs(matrix).max(initial=0.0)):
-        raise PoundingError(
-            'it has dashpots between neighbouring floors only (damping_rule = "rayleigh" or "stiffness")'
-        )
-    return storeys, to_ground
+def joins(matrix: Array) -> dict[tuple[int, int], float]:
+    """Springs or dashpots between two floors of a building, 0 the ground, that make up any symmetric matrix."""
+    count, smallest = len(matrix), 1e-14 * np.abs(matrix).max(initial=0.0)
+    to_ground = {(0, j): float(matrix[j - 1].sum()) for j in range(1, count + 1)}
+    between = {(i, j): -float(matrix[i - 1, j - 1]) for i in range(1, count + 1) for j in range(i + 1, count + 1)}
+    return {pair: value for pair, value in (to_ground | between).items() if abs(value) > smallest}
 
 
 def impact_material(chains: Sequence[Chain], point: Point, contact: tuple[float, Any, Any]) -> tuple[Any, ...]:
@@ -186,30 +167,47 @@ def impact_material(chains: Sequence[Chain], point: Point, contact: tuple[float,
 
 
 def build(
-    ops: Any, chains: Sequence[Chain], points: Sequence[Point], case: PointCase, acceleration: NDArray[Any], dt: float
+    ops: Any,
+    chains: Sequence[Chain],
+    points: Sequence[Point],
+    case: PointCase,
+    acceleration: NDArray[Any],
+    dt: float,
+    links: Sequence[Link] = (),
 ) -> list[int]:
-    """Nodes, storeys, contacts, the ground motion and the method; returns the contacts' elements."""
+    """Nodes, springs, dashpots, links, contacts, the ground motion and the method; returns the contacts' elements."""
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)
     ops.node(GROUND, 0.0)
     ops.fix(GROUND, 1)
     tag, masses, nodes = GROUND, 0, {}
+
+    def join(one: int, other: int, spring: float, dashpot: float) -> None:
+        nonlocal tag
+        tag += 1
+        ops.uniaxialMaterial("Elastic", tag, spring, dashpot)
+        ops.element("zeroLength", tag, one, other, "-mat", tag, "-dir", 1, "-doRayleigh", 0)
+
     for building, chain in enumerate(chains):
-        storeys, to_ground = dashpots(chain)
-        for floor, mass in enumerate(chain.mass.tolist()):
-            node = masses + 2
-            nodes[building, floor + 1], masses = node, masses + 1
-            ops.node(node, 0.0)
-            ops.mass(node, mass)
-            for spring, dashpot, other in (
-                (float(chain.spring[floor]), float(storeys[floor]), node - 1 if floor else GROUND),
-                (0.0, float(to_ground[floor]), GROUND),
-            ):
-                tag += 1
-                ops.uniaxialMaterial("Elastic", tag, spring, dashpot)
-                ops.element("zeroLength", tag, other, node, "-mat", tag, "-dir", 1, "-doRayleigh", 0)
+        nodes[building, 0] = GROUND
+        for floor, mass in enumerate(chain.mass.tolist(), start=1):
+            masses += 1
+            nodes[building, floor] = masses + 1
+            ops.node(masses + 1, 0.0)
+            ops.mass(masses + 1, mass)
+        springs = {(floor, floor + 1): spring for floor, spring in enumerate(chain.spring.tolist())}
+        dashpots, others = joins(chain.damping), joins(chain.coupling)
+        for pair in {**springs, **others, **dashpots}:
+            one, other = (nodes[building, floor] for floor in pair)
+            join(one, other, springs.get(pair, 0.0) + others.get(pair, 0.0), dashpots.get(pair, 0.0))
+    for link in links:
+        left = nodes.get((link.interface, int(link.left_floor)), GROUND)
+        right = nodes.get((link.interface + 1, int(link.right_floor)), GROUND)
+        join(left, right, link.stiffness, link.damping)
     elements = []
     for k, point in enumerate(points):
+        if point.kind == LINK:
+            continue
         tag += 1
         material, *numbers = impact_material(chains, point, (case.gaps[k], case.laws[k], case.rules[k]))
         ops.uniaxialMaterial(material, tag, *numbers)
@@ -248,7 +246,8 @@ def solve(bench: Bench, case: PointCase, h: float) -> Peaks:
     ops, motion = load(), bench.motions[case.motion]
     duration = (len(motion.acceleration) - 1) * motion.dt
     with TemporaryDirectory() as folder, silenced():
-        elements = build(ops, bench.chains, bench.points, case, motion.acceleration, motion.dt)
+        numbers = case, motion.acceleration, motion.dt
+        elements = build(ops, bench.chains, bench.points, *numbers, bench.study.links)
         files = [os.path.join(folder, name) for name in ("reach", "force")]
         for file, response in zip(files, (("deformation",), ("material", 1, "stress")), strict=True):
             ops.recorder("EnvelopeElement", "-file", file, "-precision", 17, "-ele", *elements, *response)
@@ -262,7 +261,9 @@ def solve(bench: Bench, case: PointCase, h: float) -> Peaks:
     if failed:
         raise PoundingError(f"no convergence in {ITERATIONS} iterations at {reached:.4g} s of {duration:g} s")
     # The deformation is that of the right node beyond the left one.
-    return Peaks(np.abs(reach).max(axis=0), np.maximum(-reach[0], 0.0), -force[0], seconds)
+    found = np.zeros((3, len(bench.points)))
+    found[:, list(bench.contact_points)] = np.abs(reach).max(axis=0), np.maximum(-reach[0], 0.0), -force[0]
+    return Peaks(found[0], found[1], found[2], seconds)
 
 
 def hindrance(bench: Bench) -> str:

@@ -278,7 +278,7 @@ def _script(study: Scene, bench: Bench) -> Script:
 def _parts(script: Script) -> dict[str, Any]:
     """The numbers of the script, by their place in the template."""
     from pounding_risk.lab.accuracy_findings import FORCE, REACH
-    from pounding_risk.lab.accuracy_opensees import impact_material
+    from pounding_risk.lab.accuracy_opensees import impact_material, joins
 
     bench, case, names = script.bench, script.case, script.names
     moving = {name: chain for name, chain in zip(names, bench.chains, strict=True) if chain.mass.size}
@@ -303,8 +303,8 @@ def _parts(script: Script) -> dict[str, Any]:
         "buildings": {
             name: list(zip(chain.mass.tolist(), chain.spring.tolist(), strict=True)) for name, chain in moving.items()
         },
-        "springs": {name: _joins(chain.coupling) for name, chain in moving.items()},
-        "dashpots": {name: _joins(chain.damping) for name, chain in moving.items()},
+        "springs": {name: joins(chain.coupling) for name, chain in moving.items()},
+        "dashpots": {name: joins(chain.damping) for name, chain in moving.items()},
         "links": [
             (
                 end(link.interface, link.left_floor),
@@ -318,14 +318,6 @@ def _parts(script: Script) -> dict[str, Any]:
         "computed": computed,
         "peaks": {name: (float(row[REACH]), float(row[FORCE])) for name, row in zip(interfaces, answers, strict=True)},
     }
-
-
-def _joins(matrix: Any) -> dict[tuple[int, int], float]:
-    """Springs or dashpots between two floors of a building, 0 the ground, that make up any symmetric matrix."""
-    count, smallest = len(matrix), 1e-14 * np.abs(matrix).max(initial=0.0)
-    between = {(i, j): -float(matrix[i - 1, j - 1]) for i in range(1, count + 1) for j in range(i + 1, count + 1)}
-    to_ground = {(0, j): float(matrix[j - 1].sum()) for j in range(1, count + 1)}
-    return {pair: value for pair, value in (to_ground | between).items() if abs(value) > smallest}
 
 
 def _plain(part: Any) -> Any:
