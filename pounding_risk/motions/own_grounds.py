@@ -1,9 +1,10 @@
-"""Records of single buildings, set beside the motion that the other buildings of a scene stand on."""
+"""Records beside and behind a motion: those of single buildings, and aftershocks."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import ceil
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ WHOLE = 1e-9  # of a ratio of two time steps: so close to a whole number is one
 
 
 def read_own(name: str, request: RecordRequest, folder: Path) -> Motion:
-    """The record of one building, processed, turned and cut as ``request`` has it for all others, and not scaled.
+    """A record by its name, processed, turned and cut as ``request`` has it for all others, and not scaled.
 
     Parameters
     ----------
@@ -38,11 +39,11 @@ def read_own(name: str, request: RecordRequest, folder: Path) -> Motion:
     """
     names, files = ((), (name,)) if is_file(name) else ((name,), ())
     unscaled = request._replace(pga=None, scale=None, sa=None, to_median=None)
-    alone = unscaled._replace(names=names, files=files, set="", manifest="", generated=())
+    alone = unscaled._replace(names=names, files=files, set="", manifest="", generated=(), sites="", place=None)
     motions = read_ensemble(alone, folder).motions
     if len(motions) != 1:
         listed = f"it is {', '.join(motion.name for motion in motions)}" if motions else "nothing answers to it"
-        raise RecordError(f"{name}: a building stands on one record, and {listed}; name one file or component")
+        raise RecordError(f"{name}: one record is needed here, and {listed}; name one file or component")
     return motions[0]
 
 
@@ -99,6 +100,50 @@ def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
     ).doubted(flags)
 
 
+def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float | None, tail: float) -> Motion:
+    """The motion, still ground, and an aftershock, as one motion; time steps as in `set_beside`.
+
+    Parameters
+    ----------
+    motion : Motion
+        As it is scaled by the scene; zeros after it count as part of the pause.
+    aftershock : Motion
+        Processed, and not scaled.
+    pause : float
+        Time from the last sample of the motion to the first of the aftershock [s], rounded up to whole time steps.
+    ratio : float or None
+        PGA of the aftershock over that of the motion; None gives it the factor of the motion.
+    tail : float
+        Zeros after the aftershock [s].
+
+    Raises
+    ------
+    RecordError
+        For time steps of which none is a whole multiple of the other.
+    """
+    motion = motion.first(motion.acceleration.size - motion.tail) if motion.tail else motion
+    dt = min(motion.dt, aftershock.dt)
+    parts = {id(record): _parts(record, dt, [motion, aftershock]) for record in (motion, aftershock)}
+    before, after = (divided(record.acceleration, parts[id(record)]) for record in (motion, aftershock))
+    factor = motion.record.get("factor", 1.0) if ratio is None else ratio * motion.pga / aftershock.pga
+    still = np.zeros(max(ceil(pause / dt - WHOLE) - 1, 1))
+    begins = (before.size + still.size) * dt
+    keys = ("source", "sha256")
+    facts = {"name": aftershock.name, **{key: str(aftershock.record.get(key, "")) for key in keys}}
+    joined = replace(
+        motion,
+        acceleration=np.concatenate([before, still, factor * after]),
+        dt=dt,
+        record={**motion.record, "beside": [*motion.record.get("beside", []), facts]},
+        processing=(*motion.processing, f"followed from {begins:g} s on by {aftershock.name}, times {factor:.6g}"),
+        tail=0,
+        late=0,
+    ).doubted([f"{aftershock.name}, after it: {flag}" for flag in aftershock.flags])
+    if factor * aftershock.pga > (1.0 + WHOLE) * motion.pga:
+        joined = joined.doubted([f"its aftershock is stronger: PGA and spectra are those of {aftershock.name}"])
+    return joined.with_tail(tail) if tail else joined
+
+
 def _parts(record: Motion, dt: float, motions: Sequence[Motion]) -> int:
     """How many steps ``dt`` [s] a time step of the record is; raises RecordError where these are no whole number."""
     ratio = record.dt / dt
@@ -106,7 +151,7 @@ def _parts(record: Motion, dt: float, motions: Sequence[Motion]) -> int:
         finest = next(motion for motion in motions if motion.dt == dt)
         raise RecordError(
             f"{record.name}: its time step of {record.dt:g} s is no whole multiple of the {dt:g} s of {finest.name}, "
-            "under another building; resample one of them, such as with "
+            "in the same run; resample one of them, such as with "
             f'processing = [{{step = "resample", dt = "{dt:g} s"}}]'
         )
     return round(ratio)

@@ -89,6 +89,9 @@ class RecordRequest(NamedTuple):
     generated: tuple[Recipe, ...] = ()  # motions that are no records
     sites: str = ""  # a grid of sites with their motions (`sites.event_grid`), relative to the scene file's folder
     place: Place | None = None  # where the row stands; the motions are those of the nearest site
+    aftershock: tuple[str, ...] = ()  # a record that follows each motion: one for all, or one for each
+    pause: float = 60.0  # s of still ground between the two
+    aftershock_ratio: float | None = None  # of its PGA to that of the motion before; None keeps both as recorded
 
     def given(self) -> tuple[str, ...]:
         """The keys of source, direction and amplitude that are given."""

@@ -9,7 +9,7 @@ from pounding_risk.errors import SceneError
 from pounding_risk.motions.ensemble import MotionEnsemble, read_ensemble
 from pounding_risk.motions.levels import FACTOR, PEAK
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.own_grounds import read_own, set_beside
+from pounding_risk.motions.own_grounds import followed_by, read_own, set_beside
 from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.motions.record import STILL, lowest_usable
 from pounding_risk.motions.request import INTENSITY, conflicts
@@ -40,7 +40,8 @@ def gathered(study: Scene) -> MotionEnsemble:
     if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
         raise SceneError(study.source, sentences)
     ensemble = read_ensemble(study.records, study.folder, scaled=grid.amplitudes == (None,) or is_factor)
-    motions = with_histories(study, for_buildings(_with_own(study, ensemble.motions), study))
+    motions = _followed(study, _with_own(study, ensemble.motions))
+    motions = with_histories(study, for_buildings(motions, study))
     ensemble = ensemble._replace(motions=motions)
     if not ensemble.motions:
         files = ", ".join(study.records.files)
@@ -82,6 +83,25 @@ def _with_own(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
     if not any(building.support.records for building in study.buildings):
         return motions
     return tuple(set_beside(motion, beside) for motion, beside in zip(motions, zip(*own, strict=True), strict=True))
+
+
+def _followed(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
+    """The motions, each with the aftershock of the scene's records behind it."""
+    request, names = study.records, study.records.aftershock
+    if not names:
+        return motions
+    if any(building.support.records for building in study.buildings):
+        words = "records.aftershock: buildings with a ground_record have none; remove one of the two keys"
+        raise SceneError(study.source, [words])
+    if len(names) not in (1, len(motions)):
+        listed = ", ".join(motion.name for motion in motions)
+        words = f"records.aftershock: {len(names)} names for {len(motions)} records; write one for all, or one for each"
+        raise SceneError(study.source, [f"{words} of {shown(listed)}, in this order"])
+    alone = request._replace(window=None, tail=0.0)
+    after = {name: read_own(name, alone, study.folder) for name in dict.fromkeys(names)}
+    pairs = zip(motions, names if len(names) == len(motions) else names * len(motions), strict=True)
+    numbers = request.pause, request.aftershock_ratio, request.tail
+    return tuple(followed_by(motion, after[name], *numbers) for motion, name in pairs)
 
 
 def for_buildings(motions: Iterable[Motion], study: Scene) -> tuple[Motion, ...]:

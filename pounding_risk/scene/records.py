@@ -220,6 +220,16 @@ def _generated(value: Any, number: Number) -> tuple[Recipe, ...]:
     return tuple(each(tables, lambda table: _recipe(table, number), distinct=True))
 
 
+def _following(value: Any, number: Number) -> tuple[str, ...]:
+    names = value if isinstance(value, list | tuple) else [value]
+    if not names or not all(isinstance(name, str) and name.strip() for name in names):
+        raise Unreadable(
+            f'{shown(value)} names no record; write a file, an id of the catalogue such as "RSN753-000", or a list '
+            "with one for each record of the scene"
+        )
+    return tuple(names)
+
+
 def _recipe(table: Any, number: Number) -> Recipe:
     """One generated motion; all faults of its table at once, each with its key."""
     if isinstance(table, Recipe):
@@ -268,6 +278,10 @@ def _generated_schema() -> dict[str, Any]:
         for name, kind in motion_kinds().items()
     ]
     return {"oneOf": tables}
+
+
+PAUSE = TIME._replace(words="pause", high=3600.0, example="30 s")
+AFTERSHOCK_RATIO = Quantity("1", 0.0, 10.0, "ratio of two PGAs", open_low=True, example="0.8")
 
 
 class Records(Table):
@@ -414,6 +428,32 @@ class Records(Table):
         float,
         measured(TAIL, "Free vibration after each record, at least; rounded up to whole time steps.", '"5 s"', '"0 s"'),
     ] = 0.0
+    aftershock: Annotated[
+        tuple[str, ...],
+        Key(
+            "A record that follows each motion, in one run with it: a file, an id of the catalogue or a generated "
+            "motion as text, for all records of the scene, or a list with one for each. What has yielded, and dents, "
+            "stay. It is processed as they are, without their window.",
+            _following,
+            '"RSN753-000"',
+            "nothing follows",
+            write=lambda names: names[0] if len(names) == 1 else list(names),
+            schema={"type": ["string", "array"]},
+        ),
+    ] = ()
+    pause: Annotated[
+        float,
+        measured(PAUSE, "Still ground between a motion and its aftershock.", '"30 s"', '"60 s"'),
+    ] = 60.0
+    aftershock_ratio: Annotated[
+        float | None,
+        measured(
+            AFTERSHOCK_RATIO,
+            "PGA of the aftershock over that of the motion before it.",
+            "0.8",
+            "both as recorded, times the factor of the motion before",
+        ),
+    ] = None
     generated: Annotated[
         tuple[Recipe, ...],
         Key(
@@ -436,6 +476,7 @@ def records_of(request: RecordRequest, amplitudes: tuple[Level | None, ...] = ()
     """The table of a request, every value stated that is not absent; ``amplitudes`` are those of the grid."""
     own = [key for key in Records.key_names() if key != INTENSITY]  # whose levels are the grid's
     values = {key: getattr(request, RENAMED.get(key, key)) for key in own}
+    values["pause"] = values["pause"] if request.aftershock else None
     values[INTENSITY] = tuple(level for level in amplitudes if level is not None and level.measure.axis == LEVEL_AXIS)
     return Records.from_values({key: value for key, value in values.items() if value not in (None, "", ())})
 
@@ -450,6 +491,9 @@ def record_checks(draft: Draft) -> Iterator[Fault]:
             yield keys.fault(
                 "place", 'there are no sites to choose from; write sites = "EventGrid.csv", or remove place'
             )
+        for key in ("pause", "aftershock_ratio"):
+            if key in keys and "aftershock" not in keys:
+                yield keys.fault(key, 'no motion follows another; write aftershock = "RSN753-000", or remove it')
         given = keys.get(INTENSITY) or ()
         is_factor = any(level.measure.name == FACTOR for level in given)
         for key, sentence in conflicts(keys.raw, grid_pga="pga" in draft.table("grid"), is_factor=is_factor):
@@ -483,11 +527,17 @@ def missing_files(raw: Mapping[str, Any], folder: Path) -> Iterator[Fault]:
 def named_files(raw: Mapping[str, Any]) -> Iterator[tuple[KeyPath, str]]:
     """Every name or pattern of files in a scene's tables, with its path."""
     given: list[tuple[KeyPath, list[Any]]] = [(("records", "files"), as_list(table(raw, "records").get("files")))]
+    following = table(raw, "records").get("aftershock")
+    given.append((("records", "aftershock"), following if isinstance(following, list) else [following]))
     for index, building in tables(raw, "building"):
         for key in ("ground_record", "displacement_history"):
             own = building.get(key)
             given.append((("building", index, key), own if isinstance(own, list) else [own]))
     for path, patterns in given:
         for place, pattern in enumerate(patterns):
-            if isinstance(pattern, str) and pattern.strip() and (path[-1] != "ground_record" or is_file(pattern)):
+            if (
+                isinstance(pattern, str)
+                and pattern.strip()
+                and (path[-1] not in ("ground_record", "aftershock") or is_file(pattern))
+            ):
                 yield (*path, place) if len(patterns) > 1 or path[0] == "records" else path, pattern

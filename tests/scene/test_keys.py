@@ -81,6 +81,8 @@ BESIDE: dict[str, dict[str, Any]] = {
     "building.stiffness": {"period": None},
     "building.wave_speed": {"floor_length": "20 m"},
     "interface.table": {"contact_model": "tabulated", "stiffness": None},
+    "records.pause": {"aftershock": "RSN753-000"},
+    "records.aftershock_ratio": {"aftershock": "RSN753-000"},
     "interface.link_at": {"link_stiffness": "20 MN/m"},
     "interface.design_penetration": {"contact_model": "bilinear", "restitution": 0.65},
     "effects.unloading_stiffness": {"permanent_set": {}},

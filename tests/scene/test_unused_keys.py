@@ -197,6 +197,7 @@ ALWAYS = {  # keys that act in every scene that may have them, with what would s
         *("records.unit", "records.dt", "records.sites", "records.place"),
         *("records.direction", "records.sa", "records.to_median", "records.intensity"),
         *("records.polarity", "records.processing"),
+        *("records.aftershock", "records.pause", "records.aftershock_ratio"),
     ),
     "are axes of the dataset (test_sweep, test_row_scan)": (
         *("grid.gap", "grid.interface", "grid.contact_model", "grid.pga", "grid.axes", "grid.zip"),

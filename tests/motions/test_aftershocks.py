@@ -1,0 +1,75 @@
+"""Sequences of shocks: a record behind another, in one run, with what has yielded carried over."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scenes import scene_text, storeyed
+from sentences import refusal
+
+import pounding_risk as pr
+from pounding_risk.scene.motions import motions_of
+from pounding_risk.scene.reader import parse_scene
+
+RECORDS = {"names": ["RSN6-180"], "window": ["0 s", "8 s"], "pga": "0.4 g"}
+
+
+def text_of(**records) -> str:
+    """Two yielding buildings side by side."""
+    sides = [storeyed(name, ["100 t"] * 2, stiffness, ["3 m"] * 2, storey_strengths="300 kN")
+             for name, stiffness in (("A", "60 MN/m"), ("B", "90 MN/m"))]  # fmt: skip
+    return scene_text(*sides, gap="8 mm", effects={"inelastic_storeys": {}}, records=RECORDS | records)
+
+
+def test_the_sequence_is_both_motions_with_still_ground_between():
+    (motion,) = motions_of(parse_scene(text_of(aftershock="RSN753-000", pause="20 s", aftershock_ratio=0.5)))
+    first = pr.read_motion("RSN6-180", window=(0.0, 8.0))
+    after = pr.read_motion("RSN753-000")
+    # The finer step of both; straight lines between samples change no peak.
+    step = motion.dt
+    assert step == min(first.dt, after.dt)
+    begins = 8.0 + 20.0
+    times = step * np.arange(motion.acceleration.size)
+    known = np.where(times <= 8.0, np.interp(times, first.times, first.acceleration), 0.0)
+    known += np.interp(
+        times - begins, after.times, 0.5 * first.pga / after.pga * after.acceleration, left=0.0, right=0.0
+    )
+    np.testing.assert_allclose(motion.acceleration, known, atol=1e-12 * first.pga)
+    assert motion.duration == pytest.approx(begins + after.duration, abs=step)
+    assert motion.pga == pytest.approx(first.pga, rel=1e-12)
+    assert any("followed from 28 s on by RSN753-000" in words for words in motion.processing)
+    assert [one["name"] for one in motion.record["beside"]] == ["RSN753-000"]
+
+
+def test_without_a_ratio_both_have_one_factor_and_a_stronger_one_is_flagged():
+    (motion,) = motions_of(parse_scene(text_of(aftershock="RSN753-000")))
+    first, after = pr.read_motion("RSN6-180", window=(0.0, 8.0)), pr.read_motion("RSN753-000")
+    assert np.abs(motion.acceleration[-after.acceleration.size :]).max() == pytest.approx(after.pga, rel=1e-12)
+    assert any("its aftershock is stronger" in flag for flag in motion.flags) == (after.pga > first.pga)
+
+
+def test_what_has_yielded_carries_over():
+    """A second shock after a long pause: residual drift at its end is that of a run that begins from the first one's.
+
+    With the aftershock nearly zero the residual drift is that of the first motion alone; with a strong one it is not.
+    """
+
+    def rest(**records) -> np.ndarray:
+        run = pr.simulate(parse_scene(text_of(**records)))
+        return run["storey_residual_drift"].values
+
+    alone, still = rest(tail="20 s"), rest(aftershock="RSN6-180", pause="20 s", aftershock_ratio=1e-6)
+    strong = rest(aftershock="RSN6-180", pause="20 s", aftershock_ratio=2.0)
+    assert alone.max() > 1e-3  # m
+    np.testing.assert_allclose(still, alone, rtol=1e-4)  # driven by a millionth
+    assert np.abs(strong - alone).max() > 1e-3
+    study = parse_scene(text_of(aftershock="RSN6-180", pause="20 s", aftershock_ratio=2.0))
+    assert parse_scene(study.to_toml()) == study
+
+
+def test_what_does_not_go_together_is_refused(says):
+    says(refusal(parse_scene, text_of(pause="20 s", aftershock_ratio=0.5)))
+    says(refusal(parse_scene, text_of(aftershock="RSN753-000", aftershock_ratio=0.0, pause="2 h")))
+    says(refusal(motions_of, parse_scene(text_of(aftershock=["RSN753-000", "RSN6-180"]))))
+    own = parse_scene(text_of(aftershock="RSN753-000"), overrides=['building.A.ground_record="RSN753-000"'])
+    says(refusal(motions_of, own))
