@@ -54,6 +54,8 @@ def without_jumps(study: Scene, law_name: str) -> str:
         return ""
     if why := only_in_pairs(law):
         return f"only for a pair of single masses: {why}"
+    if study.links:
+        return "velocities jump, which is computed for buildings that no link joins"
     places = [(point.interface, point.left_floor, point.right_floor) for point in study.points]
     masses = all(chain_of(building, study.effects).mass.size <= 1 for building in study.buildings)
     if not masses or places != [(place, 1.0, 1.0) for place in range(len(study.interfaces))]:

@@ -33,6 +33,8 @@ def answer(scene: Any) -> ModesOfScene:
     notes = [
         f"{one.name}: while its isolators yield the first period is {one.isolated_period:.4g} s" for one in isolated
     ]
+    if scene.links:
+        notes.append("links between buildings are left out: these are the modes of each without them")
     return ModesOfScene(modes(scene), (*notes, *stated(scene.uncertain)))
 
 

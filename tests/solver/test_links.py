@@ -17,6 +17,7 @@ from scipy.integrate import solve_ivp
 from sentences import refusal
 
 import pounding_risk as pr
+from pounding_risk.ensemble.row_grid import without_jumps
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import FLOOR, Point
@@ -231,4 +232,6 @@ def test_links_that_cannot_be_are_refused(says):
     says(told('interface.link_damping="-1 kN s/m"', 'interface.link_stiffness="3 kN"'))
     says(told('interface.link_damping="1 kN s/m"', 'interface.link_at=[{left="storey 2",right="storey 1"}]'))
     says(told('interface.link_damping="1 kN s/m"', "building.B.ground_factor=-1.0"))
-    says(told('interface.link_damping="1 kN s/m"', 'interface.contact_model="rigid"', "effects.p_delta={}"))
+    says(told('interface.link_damping="1 kN s/m"', 'interface.contact_model="stereomechanical"'))
+    both = parse_scene(SCENE, overrides=['interface.link_damping="1 kN s/m"'])
+    says(without_jumps(both, "stereomechanical"))

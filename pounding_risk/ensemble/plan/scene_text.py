@@ -16,7 +16,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import FACTOR, PEAK, say_level
 from pounding_risk.motions.request import Spectral
-from pounding_risk.scene.interfaces import known_law, said_restitution
+from pounding_risk.scene.interfaces import LINK_DAMPING, LINK_STIFFNESS, known_law, said_restitution
 from pounding_risk.scene.notes import Given, given_keys, level_notes
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
 from pounding_risk.scene.tables import Effect
@@ -73,7 +73,7 @@ def _places(study: Scene) -> list[tuple[str, str]]:
             words += [*_stiffness(here), f"restitution {_restitution(here)}"]
         if not _has_floors(here):
             words.append(_strength(here.yield_force))
-        rows += [("interface", ", ".join(words)), *_points(here)]
+        rows += [("interface", ", ".join(words)), *_points(here), *_links(here)]
     rows += [("contact model", words) for words in _laws(study)]
     rows += [] if several else [("restitution", _restitution(study))]
     return rows + [("note", f"{name}: {note}") for name, note in level_notes(study).items()]
@@ -121,6 +121,17 @@ def _points(here: Scene) -> list[tuple[str, str]]:
     return rows
 
 
+def _links(here: Scene) -> list[tuple[str, str]]:
+    """The links of an interface, of which spring and dashpot are the same at every place."""
+    left, right = here.buildings
+    links = here.links
+    places = [f"{_place(one.left_floor)} of {left.name}, {_place(one.right_floor)} of {right.name}" for one in links]
+    if not places:
+        return []
+    spring, dashpot = here.links[0].stiffness, here.links[0].damping
+    return [("link", f"{say(spring, LINK_STIFFNESS)} and {say(dashpot, LINK_DAMPING)}: {'; '.join(places)}")]
+
+
 def _place(floor: float) -> str:
     return f"storey {int(floor)}" if floor == int(floor) else f"column {int(floor) + 1}"
 
@@ -146,8 +157,9 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
         yields = ""
         if building.strengths:
             yields = ", with yield shears" if yielding else ", elastic (yield shears act under inelastic_storeys)"
+        joined = ", joined by a stiffness matrix" if building.stiffness_matrix else ""
         return (
-            f"{building.name}: {count} storey{'s' * (count != 1)}, {say(building.height, STOREY_HEIGHT)}, "
+            f"{building.name}: {count} storey{'s' * (count != 1)}{joined}, {say(building.height, STOREY_HEIGHT)}, "
             f"{say(building.mass, MASS)}, period {say(building.period, PERIOD)}, damping ratio "
             f"{say(building.damping, DAMPING)} ({building.damping_rule}){yields}{_isolators(building)}"
             + _beginning(building.initial_displacement, building.initial_velocity)
