@@ -261,7 +261,7 @@ def floor_at(building: Building | Storeys, floor: float, floor_length: float) ->
     up = floor - below
     inverse = (1.0 - up) ** 2 / building.masses[below - 1] if below else 0.0
     inverse += up**2 / building.masses[below] if up else 0.0
-    storey = building.stiffnesses[below if up else below - 1]
+    storey = building.storey_springs[below if up else below - 1]
     return Floor(building.name, 1.0 / inverse, storey, building.period, floor_length, CONCRETE_WAVE_SPEED, True)
 
 

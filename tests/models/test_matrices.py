@@ -48,6 +48,13 @@ def test_a_matrix_has_the_modes_of_scipy_and_its_damping_in_each():
     assert mass.tolist() == np.diag(MASSES).tolist()
 
 
+def test_storey_springs_of_a_chain_by_its_matrix_are_its_own():
+    """In any mode the shear of a chain's storey is its stiffness times its drift."""
+    chain = hall(stiffness_matrix=CHAIN.matrices()[2].tolist()).structure()
+    assert chain.storey_springs == pytest.approx(CHAIN.stiffnesses, rel=1e-9)
+    assert CHAIN.storey_springs == CHAIN.stiffnesses
+
+
 def test_all_modes_give_the_matrix_back():
     stiffness, damping = assembled(modes_of(BENT, 3), MASSES, 0.05)
     assert damping is None

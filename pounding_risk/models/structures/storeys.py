@@ -200,6 +200,14 @@ class Storeys:
         springs = (law.soft, *self.stiffnesses[1:])
         return float(2.0 * pi / vibration(np.array(self.masses), np.array(springs)).frequencies[0])
 
+    @property
+    def storey_springs(self) -> tuple[float, ...]:
+        """Stiffness of each storey [N/m]; where a matrix is given, shear over drift in the first mode."""
+        if self.stiffnesses:
+            return self.stiffnesses
+        springs = stiffnesses_for(self.masses, self.vibration().shapes[:, 0].tolist(), self.period)
+        return tuple(abs(spring) for spring in springs)
+
     def isolated(self, isolators: Isolators) -> Storeys:
         """The building on isolators, which are its storey 1, with their slab as floor 1; it begins at rest."""
         law = isolators.law(self.mass + isolators.slab_mass)
