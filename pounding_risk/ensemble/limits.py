@@ -20,6 +20,7 @@ import numpy as np
 from pounding_risk.ensemble.laws import check_reach
 from pounding_risk.errors import SceneError
 from pounding_risk.models.ground import arrivals_of
+from pounding_risk.models.structures.links import Link, stretch
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.motions import check_arrivals
@@ -53,7 +54,15 @@ def fastest_rate(study: Scene) -> float:
             continue
         springs = pairwise([*chain.spring.tolist(), 0.0])
         rates += [sqrt(2.0 * (below + above) / mass) for mass, (below, above) in zip(chain.mass, springs, strict=True)]
-    return max(rates)
+    # A link raises the largest eigenvalue of M⁻¹ K by k sᵀ M⁻¹ s at most, s the shares of its ends.
+    return sqrt(max(rates) ** 2 + sum(link.stiffness * _pliancy(study, link) for link in study.links))
+
+
+def _pliancy(study: Scene, link: Link) -> float:
+    """sᵀ M⁻¹ s of a link [1/kg]."""
+    chains = [chain_of(building, study.effects) for building in study.buildings]
+    masses = np.concatenate([chain.mass for chain in chains])
+    return float((stretch(link, chains) ** 2 / masses).sum())
 
 
 def response_bytes(study: Scene, motion: Motion) -> float:

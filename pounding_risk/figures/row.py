@@ -549,6 +549,9 @@ def _draw_profile(axis: Any, case: RowCase, building: int, name: str) -> None:
         axis.fill_betweenx(heights, low, high, color=colour, alpha=0.18, linewidth=0.0)
         marker = "" if quantity.of_storey else "."
         axis.plot(middle, heights, color=colour, linestyle=dash, linewidth=1.9, marker=marker, markersize=7)
+    if spread.motions and name == "storey_shear" and np.isnan(spread.free).all():
+        words = "not known: its floors are joined\nby a stiffness matrix"
+        axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", fontsize=9)
     axis.set_xlim(0.0, 1.05 * axis.dataLim.x1 if axis.dataLim.x1 > 0.0 else 1.0)  # values near one another too
     for point in case.points:
         if building in (point.interface, point.interface + 1):

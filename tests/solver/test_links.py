@@ -17,7 +17,8 @@ from scipy.integrate import solve_ivp
 from sentences import refusal
 
 import pounding_risk as pr
-from pounding_risk.ensemble.row_grid import without_jumps
+from pounding_risk.ensemble.limits import fastest_rate
+from pounding_risk.ensemble.row_grid import model_of, without_jumps
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import FLOOR, Point
@@ -235,3 +236,10 @@ def test_links_that_cannot_be_are_refused(says):
     says(told('interface.link_damping="1 kN s/m"', 'interface.contact_model="stereomechanical"'))
     both = parse_scene(SCENE, overrides=['interface.link_damping="1 kN s/m"'])
     says(without_jumps(both, "stereomechanical"))
+
+
+def test_the_fastest_rate_of_a_linked_scene_is_above_its_eigenvalues():
+    study = parse_scene(SCENE, overrides=['interface.link_stiffness="400 MN/m"'])
+    chain = model_of(study).bodies[0].chain
+    known = sqrt(np.linalg.eigvals(chain.stiffness() / chain.mass[:, None]).real.max())
+    assert known <= fastest_rate(study) <= 1.5 * known
