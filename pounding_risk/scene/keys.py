@@ -203,18 +203,9 @@ class Table(BaseModel):
                 yield f"{name}: {cls.keys()[name].lacks(name)}"
             elif fault["type"] == "extra_forbidden":
                 near = f"{nearest(name, cls.key_names())}; it takes {', '.join(cls.key_names())}"
-                answer = instead_of(name) or _home_of(name)
-                yield f"{name}: unknown key{f'; {answer}' if answer else near}"
+                yield f"{name}: unknown key{f'; {answer}' if (answer := instead_of(name)) else near}"
             else:
                 yield f"{name}: {cause}"
-
-
-def _home_of(name: str) -> str:
-    """The classes that have a key; "" for a name that is none."""
-    from pounding_risk.scene.sections import CLASSES  # which imports all of them
-
-    homes = [kind.__name__ for kind in CLASSES if name in kind.key_names()]
-    return f"it is a key of {' and '.join(homes)}" if homes else ""
 
 
 def plain(value: Any) -> Any:

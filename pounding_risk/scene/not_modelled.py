@@ -39,7 +39,17 @@ SENTENCES: dict[tuple[str, ...], str] = {
     ("period_1", "periods", "t1", "fundamental_period", "mode_shapes", "frequency", "frequencies"): MODES,
     ("mass_matrix", "matrix", "matrices"): MATRICES,
     ("isolators", "isolator", "base_isolation", "isolation_period", "isolation_stiffness"): ISOLATION,
-    ("link", "links", "link_force", "coupling", "coupling_stiffness"): LINKS,
+    # The first three are keys of an [[interface]], which are written in buildings.
+    (
+        "link_stiffness",
+        "link_damping",
+        "link_at",
+        "link",
+        "links",
+        "link_force",
+        "coupling",
+        "coupling_stiffness",
+    ): LINKS,
     ("damper", "dampers", "damper_coefficient", "damping_coefficient", "viscous_damper"): DAMPERS,
     ("torsion", "eccentricity", "rotation", "torsional_stiffness", "torsional_period"): TORSION,
     ("displacement_histories", "floor_histories", "history", "histories", "time_history"): HISTORIES,

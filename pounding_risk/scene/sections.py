@@ -43,13 +43,6 @@ KINDS: Mapping[str, type[Table]] = {
 }
 
 
-# The classes of all tables that Python makes.
-CLASSES: tuple[type[Table], ...] = (
-    *buildings.KINDS,
-    *(kind for section, kind in KINDS.items() if section not in ("scene", "building", "effects")),
-)
-
-
 class _EffectKeys(Mapping[str, Key]):
     """The keys of [effects], made when they are needed: a plug-in that has an effect imports this module itself."""
 
