@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pounding_risk.motions.request import REVERSED
 from pounding_risk.scene.buildings import INITIAL, OF_GROUND
 from pounding_risk.scene.keys import Draft
+from pounding_risk.scene.resolved_interfaces import OF_LINKS
 from pounding_risk.scene.toml import Fault
 
 KEY = "displacement_history"  # of a building, and of the facts of a record that has histories beside it
@@ -26,6 +27,10 @@ def known_motion_checks(draft: Draft) -> Iterator[Fault]:
     on_records = f"{name} has a {KEY}, which is relative to the ground of the records; remove it"
     for keys in buildings:
         yield from (keys.fault(key, on_records) for key in OF_GROUND if key in keys)
+    for keys in draft.tables("interface"):
+        for key in sorted(OF_LINKS & set(keys.raw)):
+            if keys.get(key):
+                yield keys.fault(key, f"{name} has a {KEY}, which no link can change; remove one of the two")
     if "wave_passage" in draft.table("effects").raw:
         yield Fault(("effects", "wave_passage"), on_records)
     records, grid = draft.table("records"), draft.table("grid")

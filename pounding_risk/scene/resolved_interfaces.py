@@ -80,6 +80,7 @@ def resolved_interfaces(
     # In a row, a grid of one yield force is that of all interfaces.
     shared_force = {"yield_force": grid.yield_force[0]} if row and len(grid.yield_force) == 1 else {}
     depths = [keys.get("floor_depth") for keys in draft.tables("building")]
+    stands_apart = len({repr(side.support) for side in buildings}) > 1 or "wave_passage" in draft.table("effects").raw
     for place, sides in enumerate(pairwise(buildings)):
         keys = given[min(place, len(given) - 1)]
         table = Interface.from_values(shared | dict(keys.values) | shared_force)
@@ -93,7 +94,7 @@ def resolved_interfaces(
             stiffness = parse(table.stiffness, stiffness_quantity(CONTACT_MODELS[owner]))
         here = Beside(place, sides, (depths[place], depths[place + 1]), table, keys.path)
         points, wrong = _contact_points(here)
-        wrong += _misplaced_links(here, stands_apart=len({repr(side.support) for side in buildings}) > 1)
+        wrong += _misplaced_links(here, stands_apart=stands_apart)
         faults += wrong
         values = {key: getattr(table, key) for key in Interface.key_names()} | {
             "gap": grid.gap[0] if table.gap is None else table.gap,
@@ -153,7 +154,7 @@ def _misplaced_links(here: Beside, *, stands_apart: bool) -> list[Fault]:
     table = here.table
     key = "link_stiffness" if table.link_stiffness else "link_damping"
     if stands_apart and (table.link_stiffness or table.link_damping):
-        words = "links are computed where all buildings stand on one ground motion; remove it, or the ground_ keys"
+        words = "links are computed where all buildings stand on one ground motion; remove it, or what parts them"
         return [Fault((*here.base, key), words)]
     return [
         Fault((*here.base, "link_at"), sentence)

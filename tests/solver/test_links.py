@@ -6,7 +6,9 @@ linear system.
 
 from __future__ import annotations
 
+import re
 from math import inf, pi, sqrt
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -213,6 +215,14 @@ def test_a_damper_as_an_axis_lowers_the_required_gap():
     assert stretch[0] > stretch[1] > stretch[2]
 
 
+def test_the_scene_of_the_page_has_its_links():
+    """That of docs/rows.md: one at the roof of the lower building and one part-way up a column."""
+    page = (Path(__file__).resolve().parents[2] / "docs" / "rows.md").read_text("utf-8")
+    (text,) = (block for block in re.findall(r"^```toml\n(.*?)^```", page, re.M | re.S) if "link_at" in block)
+    study = parse_scene(text)
+    assert sorted(study.links) == [Link(0, 2.0, 1.9, 0.0, 2e6), Link(0, 3.0, 3.0, 0.0, 2e6)]
+
+
 def test_histories_of_a_link_are_its_force_and_agree_with_the_scan():
     study = parse_scene(SCENE, overrides=['interface.link_stiffness="4 MN/m"', 'interface.link_damping="0.2 MN s/m"'])
     history, results = pr.simulate(study), pr.scan(study)
@@ -233,7 +243,10 @@ def test_links_that_cannot_be_are_refused(says):
     says(told('interface.link_damping="-1 kN s/m"', 'interface.link_stiffness="3 kN"'))
     says(told('interface.link_damping="1 kN s/m"', 'interface.link_at=[{left="storey 2",right="storey 1"}]'))
     says(told('interface.link_damping="1 kN s/m"', "building.B.ground_factor=-1.0"))
+    says(told('interface.link_damping="1 kN s/m"', 'effects.wave_passage={velocity="300 m/s", distance="9 m"}'))
     says(told('interface.link_damping="1 kN s/m"', 'interface.contact_model="stereomechanical"'))
+    of_file = told('interface.link_damping="1 kN s/m"', 'building.A.displacement_history="a.csv"')
+    assert "link_damping: A has a displacement_history, which no link can change; remove one of the two" in of_file
     both = parse_scene(SCENE, overrides=['interface.link_damping="1 kN s/m"'])
     says(without_jumps(both, "stereomechanical"))
 
