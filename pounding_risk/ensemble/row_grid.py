@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from math import inf
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.ensemble.laws import law_of
+from pounding_risk.errors import SceneError
 from pounding_risk.models.contact.impulsive import is_instant, only_in_pairs
+from pounding_risk.models.contact.law import snake_case
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.scene import Scene, between_walls
@@ -39,12 +44,28 @@ def model_of(study: Scene) -> RowModel:
 def mechanics_of(study: Scene, model: RowModel, name: str, levels: Array) -> Mechanics:
     """One contact model at every contact point, with the values of its interface; ``levels`` as in `Mechanics` [N]."""
     laws = [law_of(study.at(place), name) for place in range(len(study.interfaces))]
+    for place, interface in enumerate(study.interfaces):
+        if any(point.across < inf for point in interface.points):
+            laws[place] = halved(laws[place], study)
     rules = [interface.restitution.rule for interface in study.interfaces]
     return Mechanics(
         tuple(laws[place] for place in model.interfaces),
         tuple(rules[place] for place in model.interfaces),
         levels,
     )
+
+
+def halved(law: Any, study: Scene) -> Any:
+    """The law of one end of a face: half as stiff, so that both ends together are the floor's.
+
+    Raises SceneError for a law without a stiffness of its own.
+    """
+    if hasattr(law, "law"):
+        return law._replace(law=halved(law.law, study))
+    if getattr(law, "table", None) is not None or not hasattr(law, "stiffness"):
+        words = "has no stiffness to be shared by both ends of a face, as floors that rotate need it"
+        raise SceneError(study.source, [f"interface.contact_model: {snake_case(type(law).__name__)} {words}"])
+    return law._replace(stiffness=0.5 * law.stiffness)
 
 
 def without_jumps(study: Scene, law_name: str) -> str:

@@ -87,6 +87,11 @@ def has_histories(scene: Mapping[str, Any]) -> bool:
     return any("displacement_history" in building for building in scene.get("building", []))
 
 
+def rotating_buildings(scene: Mapping[str, Any]) -> list[str]:
+    """The buildings whose floors rotate, by the tables of a scene."""
+    return [str(building["name"]) for building in scene.get("building", []) if "plan" in building]
+
+
 def isolated_buildings(scene: Mapping[str, Any]) -> list[str]:
     """The buildings on isolators, by the tables of a scene; isolators are storey 1."""
     return [str(building["name"]) for building in scene.get("building", []) if "isolation" in building]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate, pairwise
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -115,9 +116,10 @@ def building_coordinates(buildings: Sequence[Any]) -> dict[str, Any]:
 
 
 def _label(point: Point, names: Sequence[str]) -> str:
-    """Such as "A 2 | B 2", or "A 2 | B 1.4" where a floor of A meets a column of B."""
+    """Such as "A 2 | B 2", "A 2 | B 1.4" where a floor of A meets a column of B, "A 2 | B 2 at 8 m" of a face."""
     left, right = names[point.interface], names[point.interface + 1]
-    return f"{left} {point.left_floor:.3g} | {right} {point.right_floor:.3g}"
+    across = "" if point.across == inf else f" at {point.across:.3g} m"
+    return f"{left} {point.left_floor:.3g} | {right} {point.right_floor:.3g}{across}"
 
 
 def _of_points(points: Sequence[Point]) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.isolation import Isolation
 from pounding_risk.scene.keys import Key, Number, Table, Unreadable, list_of, located, spaced
 from pounding_risk.scene.overrides import address_of, override, parts_of
+from pounding_risk.scene.plan import PlanTable
 from pounding_risk.scene.scene_axis import NO_UNIT, UNCERTAIN, SceneAxis, alone, has_gap, labels_of
 from pounding_risk.scene.tables import Grid
 from pounding_risk.scene.toml import Fault, KeyPath
@@ -36,7 +37,7 @@ AXES, ZIP = "axes", "zip"  # the keys of `Grid` that are written in words of the
 RANGE = {"start", "stop", "num"}
 ADDRESS = rf"^({'|'.join(VARIED)})\."  # of a key of [grid] that is an axis
 # Keys that are tables, whose numbers may be axes.
-INLINE: Mapping[str, type[Table]] = {"equal_terms": EqualTerms, "isolation": Isolation}
+INLINE: Mapping[str, type[Table]] = {"equal_terms": EqualTerms, "isolation": Isolation, "plan": PlanTable}
 _EXAMPLE = '"building.frame.period" = ["0.2 s", "0.4 s"]'
 Known = Mapping[str, Mapping[str, Key]]  # the keys of each section
 Written = tuple[KeyPath, str, Any]  # where a number stands in the file, its address and what is written for it

@@ -41,6 +41,7 @@ from pounding_risk.scene.keys import (
     text,
 )
 from pounding_risk.scene.matrices import MODES, OF_DASHPOTS, OF_STIFFNESS, matrix_key
+from pounding_risk.scene.plan import PLAN, PlanTable
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import (
     COLUMN_STRENGTH,
@@ -432,7 +433,7 @@ class RigidWall(AnyBuilding):
 class OfStoreys(MovingBuilding):
     """A building of storeys, on the ground or on isolators."""
 
-    implied = MovingBuilding.implied | {"isolation"}
+    implied = MovingBuilding.implied | {"isolation", "plan"}
 
     column_strength: Annotated[
         float,
@@ -445,12 +446,24 @@ class OfStoreys(MovingBuilding):
         ),
     ] = inf
     isolation: Annotated[Isolation | None, ISOLATION] = None
+    plan: Annotated[PlanTable | None, PLAN] = None
 
     def completed(self, bare: Storeys) -> Storeys:
         """The building on its isolators, with its initial state."""
         building = bare if self.isolation is None else bare.isolated(self.isolation.isolators())
         initial: dict[str, Any] = {key: self.by_floor(key, len(building.masses)) for key in INITIAL}
-        return replace(building, **initial)
+        return replace(building, **initial, plan=None if self.plan is None else self.plan.plan())
+
+    @classmethod
+    def checks(cls, keys: Section) -> Iterator[Fault]:
+        """What floors that rotate do not have."""
+        for key in ("isolation", "displacement_history") if "plan" in keys else ():
+            if key in keys:
+                yield keys.fault(key, f"is not computed for floors that rotate; remove {key}, or plan")
+        if "plan" in keys and keys.get("damping_rule", DAMPING_RULES[0]) != DAMPING_RULES[0]:
+            yield keys.fault(
+                "damping_rule", f'floors that rotate have the rule "{DAMPING_RULES[0]}"; remove it, or plan'
+            )
 
 
 class ShearBuilding(OfStoreys):
@@ -501,6 +514,7 @@ class ShearBuilding(OfStoreys):
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """Lists that have not one value for each storey, and neither stiffnesses nor a period."""
+        yield from super().checks(keys)
         if "storey_stiffnesses" not in keys and "period" not in keys:
             yield keys.fault("storey_stiffnesses", MISSING_STIFFNESSES, absent=True)
         counted = LISTS if "isolation" in keys else OF_STOREYS
@@ -702,6 +716,7 @@ class TypologyBuilding(OfStoreys):
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """Lists that have not one value for each storey."""
+        yield from super().checks(keys)
         count = keys.raw.get("storeys")
         if isinstance(count, int) and not isinstance(count, bool):
             yield from wrong_initial(keys, count, f"storeys = {count}")
@@ -826,6 +841,8 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
     stated = {key: getattr(building, key) for key in INITIAL if getattr(building, key)} if is_shear else {}
     if isinstance(building, Storeys) and building.isolators is not None:
         stated["isolation"], building = Isolation.of(building.isolators), building.superstructure()
+    if isinstance(building, Storeys) and building.plan is not None:
+        stated["plan"] = PlanTable.of(building.plan)
     for key in set(kind.key_names()) - implied:
         if key in OF_GROUND:
             value = getattr(building.support, OF_GROUND[key])

@@ -9,6 +9,7 @@ from pounding_risk.models.contact.impulsive import CONTACT_MODELS, is_instant
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.structures.contact_points import (
+    COLUMN,
     LevelRule,
     Point,
     automatic_points,
@@ -18,6 +19,7 @@ from pounding_risk.models.structures.contact_points import (
     usual_depth,
 )
 from pounding_risk.models.structures.links import Link
+from pounding_risk.models.structures.plan import Plan
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.scene.interface_checks import varied
@@ -139,7 +141,31 @@ def _contact_points(here: Beside) -> tuple[tuple[Point, ...], list[Fault]]:
     else:
         wrong = _too_deep(here)
         meetings = [] if wrong else automatic_points(*sides, rule.is_one)
-    return tuple(Point(here.place, *meeting) for meeting in meetings), wrong
+    points = [Point(here.place, *meeting) for meeting in meetings]
+    if not wrong and any(_plan_of(side) for side in sides):
+        points, wrong = _at_both_ends(here, points)
+    return tuple(points), wrong
+
+
+def _plan_of(side: Building | Storeys) -> Plan | None:
+    return side.plan if isinstance(side, Storeys) else None
+
+
+def _at_both_ends(here: Beside, points: Sequence[Point]) -> tuple[list[Point], list[Fault]]:
+    """Contact points of floors that rotate: at both ends of what the faces of both buildings share."""
+    faces = [plan.face for side in here.sides if (plan := _plan_of(side))]  # a building without has one as long
+    low, high = max(face[0] for face in faces), min(face[1] for face in faces)
+    left, right = (side.name for side in here.sides)
+    if not low < high:
+        words = f"the faces of {left} and {right} do not meet; their ends are in one coordinate across the row"
+        return [], [Fault(("building", here.place, "plan"), words)]
+    if any(point.kind == COLUMN for point in points):
+        words = (
+            f"floors that rotate meet floors, and here of {left} and {right} one meets a column; write contact with "
+            "the floors that meet, or a floor_depth or tolerance by which their levels are one"
+        )
+        return [], [Fault((*here.base, "contact"), words)]
+    return [point._replace(across=across) for point in points for across in (low, high)], []
 
 
 def _links(here: Beside, points: Sequence[Point]) -> tuple[Link, ...]:
@@ -153,6 +179,8 @@ def _misplaced_links(here: Beside, *, stands_apart: bool) -> list[Fault]:
     """Links at places that are none, and between buildings of a row whose grounds differ."""
     table = here.table
     key = "link_stiffness" if table.link_stiffness else "link_damping"
+    if any(_plan_of(side) for side in here.sides) and (table.link_stiffness or table.link_damping):
+        return [Fault((*here.base, key), "links of floors that rotate are not computed; remove it, or plan")]
     if stands_apart and (table.link_stiffness or table.link_damping):
         words = "links are computed where all buildings stand on one ground motion; remove it, or what parts them"
         return [Fault((*here.base, key), words)]

@@ -334,10 +334,13 @@ class Scene(ShortRepr):
     def point_yield_forces(self, force: float | None = None) -> tuple[float, ...]:
         """The yield force of each of `points` [N] where that of floors is ``force``; None for each interface's own.
 
-        A grid of one yield force leaves every interface its own. Columns keep theirs.
+        A grid of one yield force leaves every interface its own. Columns keep theirs. Either end of a face that
+        rotates has half of its floor's.
         """
         return tuple(
-            self.column_force(point) if point.kind == COLUMN else (interface.yield_force if force is None else force)
+            self.column_force(point)
+            if point.kind == COLUMN
+            else (interface.yield_force if force is None else force) * (1.0 if point.across == inf else 0.5)
             for interface in self.interfaces
             for point in interface.points
         )

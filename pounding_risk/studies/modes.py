@@ -76,16 +76,19 @@ def building_modes(
     """Modes of one building under effects given as (name, options); raises PoundingError as `chain_of` does."""
     chain = chain_of(building, effects)
     frequencies, normal = vibration(chain.mass, chain.spring, chain.stiffness() if chain.coupling.size else None)
-    shares = effective_shares(chain.mass, normal)
+    driven = chain.mass * chain.felt()
+    shares = effective_shares(driven, normal)
     damped = np.einsum("ij,ik,kj->j", normal, chain.damping, normal)
-    most = np.abs(normal).max(axis=0, initial=0.0)
+    moved = normal[: chain.foundations + chain.floors]  # of floors that rotate their displacements alone
+    most = np.abs(moved).max(axis=0, initial=0.0)
+    most[most == 0.0] = 1.0  # a rotation alone
     levels = building.levels if isinstance(building, Storeys) else building.heights or (np.nan,) * chain.mass.size
     return Modes(
         building.name,
         np.array([0.0] * chain.foundations + list(levels)) if chain.mass.size else np.empty(0),
         2.0 * np.pi / frequencies,
-        normal / most,
-        (chain.mass @ normal) * most,
+        moved / most,
+        (driven @ normal) * most,
         shares,
         damped / (2.0 * frequencies),
     )

@@ -108,7 +108,7 @@ def test_storeys_may_be_generated_from_height_and_typology():
     made = found.buildings[2]
     assert made == generated("shop", height=6.0, storeys=2, typology="masonry", floor_mass=8e4)
     assert made.period == pytest.approx(0.0488 * 6.0**0.75, rel=1e-12)  # ASCE 7, T = C_t h^x
-    assert [point[1:] for point in found.interfaces[1].points] == [(1.0, 1.0, FLOOR, 3.0), (2.0, 2.0, FLOOR, 6.0)]
+    assert [point[1:5] for point in found.interfaces[1].points] == [(1.0, 1.0, FLOOR, 3.0), (2.0, 2.0, FLOOR, 6.0)]
     slower = parse_scene(ROW.replace(shop, f'{lines}\nperiod = "0.5 s"')).buildings[2]
     assert slower.period == pytest.approx(0.5, rel=1e-12)
     assert parse_scene(found.to_toml()) == found

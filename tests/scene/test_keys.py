@@ -26,6 +26,7 @@ from pounding_risk.scene.buildings import (
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.isolation import Isolation
 from pounding_risk.scene.keys import measured
+from pounding_risk.scene.plan import PlanTable
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.scene.sections import KEYS, KINDS
@@ -35,7 +36,7 @@ from pounding_risk.solver.pair.outputs import BUILDING, RUN
 from pounding_risk.units import MASS, parse
 
 ONCE = [table for section, table in KINDS.items() if section not in ("building", "effects")]
-TABLES = [*ONCE, *BUILDING_KINDS, EqualTerms, Isolation]
+TABLES = [*ONCE, *BUILDING_KINDS, EqualTerms, Isolation, PlanTable]
 ALL = [(table, key) for table in TABLES for key in table.model_fields]
 
 

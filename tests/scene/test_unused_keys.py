@@ -185,7 +185,7 @@ ALWAYS = {  # keys that act in every scene that may have them, with what would s
     "is the motion itself (test_known_motions)": ("building.displacement_history",),
     "are the building itself, or the link (test_matrix_files, test_matrices, test_links)": (
         *("building.stiffness_matrix", "building.floor_rows", "building.damping_matrix"),
-        *("building.modes", "building.residual_period"),
+        *("building.modes", "building.residual_period", "building.plan"),
         *("interface.link_stiffness", "interface.link_damping", "interface.link_at"),
     ),
     "say where floors meet (test_scene_row, test_contact_points)": (

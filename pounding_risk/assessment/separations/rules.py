@@ -383,6 +383,7 @@ FROM_MEMORY, QUOTED_ONLY = "clause from memory, not read", "clause quoted by oth
 NOT_REDUCED = TAKEN["factors"]
 OF_HISTORIES = "d is the peak of a displacement_history, where a building has one, not reduced (factors 1)"
 ONE_GROUND = "the ground under both is taken to move alike"
+ROTATING = "displacements are those of the centres of mass: edges of floors that rotate move further"
 ISOLATED = "the period of an isolated building is that before its isolators yield"
 SHARED = {
     FROM_MEMORY: "Rules from memory were not read anywhere: read the clause before relying on one",

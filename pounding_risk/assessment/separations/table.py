@@ -28,7 +28,12 @@ from pounding_risk.assessment.options import USUAL_PERCENTILE, percentile_of
 from pounding_risk.assessment.separations import rules
 from pounding_risk.assessment.separations.rules import RULES, Case, Rule, Site
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.attributes import has_histories, has_own_grounds, isolated_buildings
+from pounding_risk.results.attributes import (
+    has_histories,
+    has_own_grounds,
+    isolated_buildings,
+    rotating_buildings,
+)
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import with_axes
 from pounding_risk.statistics.required_gap import rounded_up
@@ -291,6 +296,8 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
         rows = tuple(replace(row, note="; ".join(filter(None, (row.note, rules.ONE_GROUND)))) for row in rows)
     if has_histories(results.scene):
         rows = tuple(replace(row, note=row.note.replace(rules.NOT_REDUCED, rules.OF_HISTORIES)) for row in rows)
+    if set(rotating_buildings(results.scene)) & {first, second}:
+        rows = tuple(replace(row, note="; ".join(filter(None, (row.note, rules.ROTATING)))) for row in rows)
     if set(isolated_buildings(results.scene)) & {first, second}:
         rows = tuple(
             replace(row, note="; ".join(filter(None, (row.note, rules.ISOLATED)))) if row.rule == "cqc" else row

@@ -18,6 +18,7 @@ from pounding_risk.motions.levels import FACTOR, PEAK, say_level
 from pounding_risk.motions.request import Spectral
 from pounding_risk.scene.interfaces import LINK_DAMPING, LINK_STIFFNESS, known_law, said_restitution
 from pounding_risk.scene.notes import Given, given_keys, level_notes
+from pounding_risk.scene.plan import ACROSS, GYRATION
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
 from pounding_risk.scene.tables import Effect
 from pounding_risk.units import (
@@ -114,6 +115,7 @@ def _points(here: Scene) -> list[tuple[str, str]]:
         places = [
             f"{_place(point.left_floor)} of {left.name}, {_place(point.right_floor)} of {right.name}"
             + ("" if isnan(point.level) else f" at {say(point.level, STOREY_HEIGHT)}")
+            + ("" if point.across == inf else f", {say(point.across, ACROSS)} across")
             for point, meeting in zip(interface.points, meetings, strict=True)
             if meeting == (kind, force)
         ]
@@ -161,7 +163,7 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
         return (
             f"{building.name}: {count} storey{'s' * (count != 1)}{joined}, {say(building.height, STOREY_HEIGHT)}, "
             f"{say(building.mass, MASS)}, period {say(building.period, PERIOD)}, damping ratio "
-            f"{say(building.damping, DAMPING)} ({building.damping_rule}){yields}{_isolators(building)}"
+            f"{say(building.damping, DAMPING)} ({building.damping_rule}){yields}{_special(building)}"
             + _beginning(building.initial_displacement, building.initial_velocity)
         )
     height = f", height {say(building.height, HEIGHT)}" if building.height else ""
@@ -180,8 +182,15 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
     )
 
 
-def _isolators(building: Storeys) -> str:
-    """The isolators under a building, with the period while they yield; nothing of one on the ground."""
+def _special(building: Storeys) -> str:
+    """What lets floors rotate, or the isolators with the period while they yield; nothing of other buildings."""
+    if building.plan is not None:
+        plan = building.plan
+        return (
+            f", floors that rotate: eccentricity {say(plan.eccentricity, ACROSS)}, radius of gyration "
+            f"{say(plan.gyration, GYRATION)}, torsional ratio {plan.torsional_ratio:g}, faces from "
+            f"{say(plan.face[0], ACROSS)} to {say(plan.face[1], ACROSS)}"
+        )
     law = building.isolator_law
     if law is None or building.isolators is None:
         return ""

@@ -10,7 +10,7 @@ import re
 from bisect import bisect_left
 from collections.abc import Callable
 from itertools import pairwise
-from math import isnan, nan
+from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
 from pounding_risk.models.structures.sdof import Building
@@ -37,6 +37,7 @@ class Point(NamedTuple):
     right_floor: float
     kind: str  # "floor" or "column": what the other side's floor meets
     level: float  # m above the ground; NaN where neither building has levels
+    across: float = inf  # m across the row, of floors that rotate; infinite where none does
 
 
 class LevelRule(NamedTuple):

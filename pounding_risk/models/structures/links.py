@@ -11,7 +11,7 @@ contact is known in closed form as that of a building is.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, floor
+from math import ceil, floor, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -41,13 +41,15 @@ class Body(NamedTuple):
     last: int  # building; below ``first`` for the rigid body that ends a row of linked buildings
 
 
-def floor_shares(chain: Chain, level: float) -> list[tuple[int, float]]:
+def floor_shares(chain: Chain, level: float, across: float = inf) -> list[tuple[int, float]]:
     """Masses of a building and their shares in the displacement at a floor number; none at the ground.
 
-    Raises ValueError for a floor that the building has not.
+    Of a floor that rotates the displacement at a place ``across`` the row [m] is that of its centre of mass less the
+    rotation times the distance from it. Raises ValueError for a floor that the building has not.
     """
-    floors = chain.mass.size - chain.foundations
-    above = ceil(level)
+    floors, above = chain.floors, ceil(level)
+    if chain.twists and above == level and 0 < above <= floors:
+        return [(above - 1, 1.0), (floors + above - 1, chain.centre - across)]
     if chain.mass.size == 0:
         return []
     if not 0 <= above <= floors:

@@ -10,13 +10,16 @@ A building that is given by its stiffness matrix has that matrix in place of sto
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from math import isnan, nan
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.models.contact.law import snake_case
 from pounding_risk.models.effects import building_effects
+from pounding_risk.models.structures.plan import Plan
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, on_base, stiffness_matrix
 from pounding_risk.units import INITIAL_DISPLACEMENT, STIFFNESS, say
@@ -41,7 +44,22 @@ class Chain(NamedTuple):
     foundations: int = 0  # 1 where the first mass is the foundation on its soil
     initial: Array = np.zeros((2, 0))  # u [m] and u̇ [m/s] of each mass when the motion begins; empty at rest
     coupling: Array = np.zeros((0, 0))  # N/m, symmetric, between masses beside the storey springs; empty without
+    centre: float = nan  # m across the row, of mass, where floors rotate; behind the masses stand moments of inertia
     bottoms: tuple[int, ...] = (0,)  # masses whose storey stands on the ground: several of linked buildings
+
+    @property
+    def twists(self) -> bool:
+        """True where floors rotate."""
+        return not isnan(self.centre)
+
+    @property
+    def floors(self) -> int:
+        """Number of floors above the foundation."""
+        return (self.mass.size - self.foundations) // (2 if self.twists else 1)
+
+    def felt(self) -> Array:
+        """1 of each mass that the ground's acceleration acts on, 0 of rotations."""
+        return np.repeat([1.0, 0.0], self.floors) if self.twists else np.ones(self.mass.size)
 
     def stiffness(self) -> Array:
         """K [N/m] of the chain while it is elastic."""
@@ -117,6 +135,11 @@ def chain_of(building: Building | Storeys, effects: Iterable[tuple[str, Iterable
     if building.is_rigid:
         return chain
     for effect in building_effects(effects):
+        if chain.twists:
+            name = snake_case(type(effect).__name__)
+            raise PoundingError(
+                f"{name}: floors of {building.name} rotate, and the effect is not computed for them; remove it, or plan"
+            )
         chain = effect.built(chain, building)
     _check_elastic(chain, building.name)
     gone = np.flatnonzero(chain.spring <= 0.0)
@@ -166,6 +189,8 @@ def _bare(building: Building | Storeys) -> Chain:
             np.full(springs.size, np.inf),
             coupling=stiffness if given else np.zeros((0, 0)),
         )
+        if building.plan is not None:
+            return _begun(_rotating(bare, building.plan, stiffness), *_with_rest(building))
         law = building.isolator_law
         if law is not None:
             elastic = np.ones(springs.size - 1)
@@ -180,6 +205,29 @@ def _bare(building: Building | Storeys) -> Chain:
         np.full(count, float(building.mass)), springs, springs, np.full((count, count), dashpot), springs + np.inf
     )
     return _begun(bare, (building.initial_displacement,) * count, (building.initial_velocity,) * count)
+
+
+def _rotating(bare: Chain, plan: Plan, stiffness: Array) -> Chain:
+    """The chain with a rotation of each floor behind the displacements."""
+    count = bare.mass.size
+    nothing = np.zeros(2 * count)
+    return bare._replace(
+        mass=np.append(bare.mass, plan.gyration**2 * bare.mass),
+        spring=nothing,
+        shear=nothing,
+        damping=plan.damping(bare.damping),
+        strength=nothing + np.inf,
+        coupling=plan.stiffness(stiffness),
+        centre=plan.centre,
+        bottoms=(0, count),
+    )
+
+
+def _with_rest(building: Storeys) -> tuple[tuple[float, ...], ...]:
+    """Initial displacements and velocities of a building whose floors rotate, without rotation."""
+    still = (0.0,) * len(building.masses)
+    initial = building.initial_displacement, building.initial_velocity
+    return tuple((*values, *still) if values else () for values in initial)
 
 
 def _begun(chain: Chain, displacement: Sequence[float], velocity: Sequence[float]) -> Chain:

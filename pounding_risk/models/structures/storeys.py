@@ -26,6 +26,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.ground import SHARED, Support
 from pounding_risk.models.structures.isolation import IsolatorLaw, Isolators
 from pounding_risk.models.structures.matrices import check_stiff, symmetric
+from pounding_risk.models.structures.plan import Plan
 from pounding_risk.models.structures.typologies import known_typology
 from pounding_risk.units import (
     DAMPING,
@@ -109,6 +110,7 @@ class Storeys:
     damping_matrix: tuple[tuple[float, ...], ...] = ()  # N s/m; empty where a rule makes it
     displacement_history: tuple[str, ...] = ()
     isolators: Isolators | None = None  # of its lowest storey, whose floor is their slab
+    plan: Plan | None = None  # of floors that rotate
     column_strength: float = inf  # N, at which its columns yield where a floor strikes them; infinite if not given
 
     is_rigid = False
@@ -184,7 +186,8 @@ class Storeys:
     @property
     def period(self) -> float:
         """Period of the first mode [s], on rigid ground and without P-Δ."""
-        return float(2.0 * pi / self.vibration().frequencies[0])
+        slowest = 1.0 if self.plan is None else self.plan.slowest
+        return float(2.0 * pi / self.vibration().frequencies[0]) / slowest
 
     @property
     def isolator_law(self) -> IsolatorLaw | None:

@@ -12,7 +12,18 @@ from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.ground_dof import top_of, write_ground_series
 from pounding_risk.solver.row.storey import drift_in, storey_energy
-from pounding_risk.solver.row.workspace import BAND, BOTTOM, CONSTANT, COUPLED, FIRST, INVERSE, MASS, TANGENT, VELOCITY
+from pounding_risk.solver.row.workspace import (
+    BAND,
+    BOTTOM,
+    CONSTANT,
+    COUPLED,
+    FELT,
+    FIRST,
+    INVERSE,
+    MASS,
+    TANGENT,
+    VELOCITY,
+)
 
 
 @kernel
@@ -36,7 +47,7 @@ def accelerate(row, b, state, pull, dofs, out):
     storey_power = 0.0
     for i in range(first, last):
         storey_power += dofs[out, i] * dofs[state + VELOCITY, i]
-        dofs[out, i] -= row.floors[MASS, i] * pull
+        dofs[out, i] -= row.floors[MASS, i] * pull * row.floors[FELT, i]
     subtract_damping(row, b, state + VELOCITY, dofs, out)
     power = -storey_power
     for i in range(first, last):
@@ -126,7 +137,7 @@ def write_series(row, run, b, state, ground, terms):
             if row.frame[COUPLED, b] > 0:
                 for j in range(first, last):
                     force -= row.coupling[i, j - first] * series[j, n]
-            push = (force - (n + 1) * drag) * row.floors[INVERSE, i] - push_of_ground
+            push = (force - (n + 1) * drag) * row.floors[INVERSE, i] - push_of_ground * row.floors[FELT, i]
             series[i, n + 2] = push * share
     write_ground_series(row, b, ground, series, terms)
 

@@ -22,6 +22,7 @@ from pounding_risk.solver.row.workspace import (
     CONSTANT,
     COUPLED,
     END,
+    FELT,
     FIRST,
     INVERSE,
     MASS,
@@ -118,7 +119,7 @@ def accelerate_building(row, b, state, pull, dofs, out):
     if last - first == 1:
         return accelerate_mass(row, first, state, pull, dofs, out)
     for i in range(first, last):
-        dofs[out, i] = -row.floors[MASS, i] * pull
+        dofs[out, i] = -row.floors[MASS, i] * pull * row.floors[FELT, i]
     subtract_damping(row, b, state + VELOCITY, dofs, out)
     power = 0.0
     next_shear = dofs[TANGENT, first] * dofs[state, first] + dofs[CONSTANT, first] if last > first else 0.0

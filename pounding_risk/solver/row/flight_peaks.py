@@ -33,6 +33,7 @@ from pounding_risk.solver.row.workspace import (
     COUPLED,
     DISPLACEMENT,
     DRIFT,
+    FELT,
     FIRST,
     GIVE,
     INVERSE,
@@ -98,7 +99,7 @@ def differentiate_motion(row, b, dofs, displacements, velocities, ground, out):
     subtract_coupling(row, b, displacements, dofs, out)
     subtract_damping(row, b, velocities, dofs, out)
     for i in range(first, last):
-        dofs[out, i] = dofs[out, i] * row.floors[INVERSE, i] - ground
+        dofs[out, i] = dofs[out, i] * row.floors[INVERSE, i] - ground * row.floors[FELT, i]
 
 
 @kernel

@@ -21,6 +21,7 @@ from pounding_risk.solver.row.workspace import (
     COUPLED,
     DISPLACEMENT,
     DRIFT,
+    FELT,
     FIRST,
     INVERSE,
     JERK_START,
@@ -80,9 +81,9 @@ def accelerate_all(row, run, work, b, count):
             for n in range(nodes):
                 paths[PATH_ACCELERATION, i, n] -= spring * paths[0, j, n]
     for i in range(first, last):
-        mass, inverse = row.floors[MASS, i], row.floors[INVERSE, i]
+        mass, inverse, felt = row.floors[MASS, i], row.floors[INVERSE, i], row.floors[FELT, i]
         for n in range(nodes):
-            paths[PATH_ACCELERATION, i, n] -= mass * work.ground[PULL, n]
+            paths[PATH_ACCELERATION, i, n] -= mass * work.ground[PULL, n] * felt
         for j in range(max(first, i - band), min(last, i + band + 1)):
             damping = row.damping[j, i - first]
             for n in range(nodes):

@@ -20,6 +20,7 @@ from pounding_risk.solver.row.workspace import (
     BOTTOM,
     CAN_YIELD,
     COUPLED,
+    FELT,
     FIRST,
     GIVE,
     INVERSE,
@@ -95,11 +96,12 @@ def lay_out(
     """The row of these buildings, left to right, for a motion sampled every ``dt`` [s].
 
     A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey.
-    Points are in the order of their interfaces. Samples are divided where the stiffest building would pass more than
-    2.5 rad between them, so that a Taylor series sums to rounding over every interval. ``arrivals`` [s], none below
-    zero, are those of the motion at each building, ``velocities`` [m/s] those of the ground at t = 0. Where all are
-    equal, as without them, all stand on one ground, unless there are ``many`` motions, one of each building. Linked
-    buildings, which all stand on one ground, are given by the ``bodies`` that they make (`links.bodies_of`).
+    Where floors rotate it has its place ``across`` the row. Points are in the order of their interfaces. Samples
+    are divided where the stiffest building would pass more than 2.5 rad between them, so that a Taylor series sums
+    to rounding over every interval. ``arrivals`` [s], none below zero, are those of the motion at each building,
+    ``velocities`` [m/s] those of the ground at t = 0. Where all are equal, as without them, all stand on one
+    ground, unless there are ``many`` motions, one of each building. Linked buildings, which all stand on one
+    ground, are given by the ``bodies`` that they make (`links.bodies_of`).
     """
     buildings, bodies = chains, bodies or bodies_of(chains)
     chains, of_body = [body.chain for body in bodies], body_numbers(bodies)
@@ -116,7 +118,7 @@ def lay_out(
     counts = [chain.mass.size for chain in chains]
     first = np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64) + ground_dofs)]).astype(np.int64)
     firsts = np.concatenate([[0], np.cumsum([chain.mass.size + ground_dofs for chain in buildings])]).astype(np.int64)
-    floors = np.zeros((12, int(first[-1])))
+    floors = np.zeros((13, int(first[-1])))
     floors[LIMIT] = inf
     damping = np.zeros((int(first[-1]), max([1, *counts])))
     coupling = np.zeros((int(first[-1]), max(chain.coupling.shape[1] for chain in chains)))
@@ -138,7 +140,7 @@ def lay_out(
     for k, point in enumerate(points):
         for side, level in enumerate((point.left_floor, point.right_floor)):
             b = int(point.interface) + side
-            for end, (mass, share) in enumerate(floor_shares(buildings[b], float(level))):
+            for end, (mass, share) in enumerate(floor_shares(buildings[b], float(level), across_of(point))):
                 ends[k, 2 * side + end] = firsts[b] + mass
                 shares[k, 2 * side + end] = share * (1.0 - 2.0 * side)
         ends[k, 4:], shares[k, 4:] = firsts[int(point.interface) + 2] - 1, -1.0
@@ -167,6 +169,11 @@ def lay_out(
         ]
     )
     return RowLayout(row, float(dt), parts, terms, np.concatenate([*block_maps, np.zeros(1)]), initial, arrived)
+
+
+def across_of(point: Any) -> float:
+    """Where a point stands across the row [m]; infinite where that does not matter."""
+    return float(getattr(point, "across", inf))
 
 
 def cut_out(layout: RowLayout, first: int, last: int) -> RowLayout:
@@ -218,7 +225,7 @@ def _motion(chain: Chain) -> np.ndarray:
     a[:n, n : 2 * n] = np.eye(n)
     a[n : 2 * n, :n] = -chain.stiffness() / chain.mass[:, None]
     a[n : 2 * n, n : 2 * n] = -chain.damping / chain.mass[:, None]
-    a[n : 2 * n, 2 * n] = -1.0
+    a[n : 2 * n, 2 * n] = -chain.felt()
     a[2 * n, 2 * n + 1] = 1.0
     return a
 
@@ -252,7 +259,8 @@ def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
     floors[SPRING], floors[SHEAR] = chain.spring, chain.shear
     floors[LIMIT] = chain.drift_limits()
     floors[SOFT] = np.where(np.isfinite(chain.strength), (1.0 - chain.hardening) * chain.shear, 0.0)
-    floors[STATIC] = np.linalg.solve(chain.stiffness(), chain.mass)
+    floors[FELT] = chain.felt()
+    floors[STATIC] = np.linalg.solve(chain.stiffness(), chain.mass * chain.felt())
     floors[BOTTOM, list(chain.bottoms)] = 1.0
     floors[ROOT] = np.sqrt(floors[INVERSE])
     floors[GIVE], floors[SWAY] = _give_and_sway(chain)

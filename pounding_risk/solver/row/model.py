@@ -125,7 +125,8 @@ class RowModel:
         masses = slice(self.firsts[self.bodies[span.first].first], self.firsts[self.bodies[span.last].last + 1])
         mass_before = self.firsts[buildings.start]
         meetings = [
-            (point.interface - buildings.start, point.left_floor, point.right_floor) for point in self.points[points]
+            (point.interface - buildings.start, point.left_floor, point.right_floor, point.across)
+            for point in self.points[points]
         ]
         return Part(
             cut_out(layout, first, last),

@@ -149,7 +149,7 @@ class Frame(NamedTuple):
 
 def frame_of(model: RowModel) -> Frame:
     """The masses of each building's storeys, above the foundation where it has one."""
-    counts = [chain.mass.size - chain.foundations for chain in model.chains]
+    counts = [chain.floors for chain in model.chains]
     storeys = np.full((len(counts), max(1, *counts)), -1)
     for building, (chain, count) in enumerate(zip(model.chains, counts, strict=True)):
         storeys[building, :count] = model.firsts[building] + chain.foundations + np.arange(count)

@@ -1,0 +1,97 @@
+"""The key `plan` of a building: an inline table of floors that rotate."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Annotated, Any
+
+from pounding_risk.models.structures.plan import Plan
+from pounding_risk.scene.keys import REQUIRED, Key, Number, Several, Table, Unreadable, each, inline, list_of, measured
+from pounding_risk.units import Quantity, exact, shown
+
+ACROSS = Quantity("m", -inf, inf, "place across the row", example="-8 m")
+GYRATION = Quantity("m", 0.0, inf, "radius of gyration", open_low=True, open_high=True, example="6.5 m")
+RATIO = Quantity("1", 0.0, 100.0, "ratio of two frequencies", open_low=True, example="1.1")
+EXAMPLE = '{face = ["-8 m", "8 m"], eccentricity = "1.5 m", gyration = "6.5 m", torsional_ratio = 1.1}'
+
+
+def _face(value: Any, number: Number) -> tuple[float, float]:
+    places = each(list_of(value, 'both ends, such as ["-8 m", "8 m"]'), lambda item: number(item, ACROSS))
+    if len(places) != 2 or not places[0] < places[1]:
+        raise Unreadable(f'{shown(value)} is no face; write both ends, the lower first, such as ["-8 m", "8 m"]')
+    return places[0], places[1]
+
+
+class PlanTable(Table):
+    """The plan of all floors of a building, by which they rotate as they move along the row."""
+
+    face: Annotated[
+        tuple[float, float],
+        Key(
+            "Both ends of the faces towards the neighbours: places across the row, in one coordinate of all buildings, "
+            "that grows to the left of who looks along the row.",
+            _face,
+            '["-8 m", "8 m"]',
+            REQUIRED,
+            write=lambda ends: [exact(end, ACROSS) for end in ends],
+            schema={"type": "array", "items": {"type": "string"}},
+        ),
+    ]
+    eccentricity: Annotated[
+        float,
+        measured(
+            ACROSS._replace(words="eccentricity", example="1.5 m"),
+            "Place of the centre of stiffness, from the centre of mass.",
+            '"1.5 m"',
+            REQUIRED,
+        ),
+    ]
+    gyration: Annotated[
+        float, measured(GYRATION, "Radius of gyration of a floor about its centre of mass.", '"6.5 m"', REQUIRED)
+    ]
+    torsional_ratio: Annotated[
+        float,
+        measured(
+            RATIO,
+            "Frequency of rotation about the centre of stiffness over that of translation, each alone.",
+            "1.1",
+            REQUIRED,
+        ),
+    ]
+    centre: Annotated[
+        float | None,
+        measured(ACROSS, "Place of the centre of mass.", '"0 m"', "the middle of the face"),
+    ] = None
+
+    @classmethod
+    def of(cls, plan: Plan) -> Any:
+        """The table of a plan, every value stated."""
+        values = plan._asdict()
+        if plan.centre == 0.5 * sum(plan.face):
+            del values["centre"]
+        return cls.from_values(values)
+
+    def plan(self) -> Plan:
+        """As structures have it."""
+        centre = 0.5 * sum(self.face) if self.centre is None else self.centre
+        return Plan(self.face, centre, self.eccentricity, self.gyration, self.torsional_ratio)
+
+
+def _plan(value: Any, number: Number) -> PlanTable:
+    """A table whose centre of mass lies within the face."""
+    table: PlanTable = inline(PlanTable, "plan", value, number, EXAMPLE)
+    low, high = table.face
+    if table.centre is not None and not low <= table.centre <= high:
+        raise Several([(("centre",), "is outside the face; check both, in the one coordinate across the row")])
+    return table
+
+
+PLAN = Key(
+    "Floors that rotate, one plan for all: elastic storeys whose centre of stiffness is not that of mass, under one "
+    "component of ground motion.",
+    _plan,
+    EXAMPLE,
+    "floors move along the row alone",
+    write=lambda table: table.written(),
+    schema={"$ref": "#/$defs/PlanTable"},
+)
