@@ -22,8 +22,8 @@ DAMPERS = (
     "to the first mode into damping"
 )
 TORSION = (
-    "buildings move along the row and do not rotate; write the motion of the edge that faces the neighbour, from a "
-    "model of your own, as displacement_history"
+    "floors that rotate are the key plan of a building with storeys; beyond elastic ones under one component write the "
+    "motion of the edge that faces the neighbour, from a model of your own, as displacement_history"
 )
 HISTORIES = (
     "the motion of a model of your own is displacement_history of its [[building]]: CSV files with the columns time "
