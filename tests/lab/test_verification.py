@@ -166,6 +166,7 @@ DEPTH = (5.0 * 570.0 * 0.25 / (4.0 * 2e9)) ** 0.4
 CLOSED_FORMS = {
     "anagnostopoulos_1988": (pi / (sqrt(9.35e7 / 570.0) * sqrt(1.0 - kelvin_voigt_ratio(0.65) ** 2)),),
     "chopra_10_4": (sqrt(0.5), sqrt(2.0)),
+    "eccentric_impact": ((2.0 / (1e-5 + 64.0 / 25e5)), 1.0 - 2e-5 / (1e-5 + 64.0 / 25e5)),
     "friction_pendulum": tuple((sqrt(0.01 + 4.5 / 9.80665) - 0.1 - 0.2 * n) * (-1) ** n for n in range(3)),
     "herrmann_1981": cradle(),
     "huygens_1703": (1.0 / 3.0, 4.0 / 9.0, 16.0 / 9.0),
