@@ -4,15 +4,16 @@ A made street of 30 buildings, 2 to 6 storeys each, gaps of 10 to 80 mm, under t
 far-field set as recorded, through the public `scan` on two threads; without the set, which the extra ``ensembles``
 carries, under the shipped records, repeated at several amplitudes to the same number of motions, and it says so. Then
 single runs under the full El Centro record at 0.4 g, every building solved at once: pairs with few contacts or none,
-equal neighbours in turn against their number, and a pair against its storeys. Medians of repeats that take turns;
-kernels are compiled before.
+rows with a link, a matrix building and an isolated one beside the row without, equal neighbours in turn against their
+number, and a pair against its storeys. Medians of repeats that take turns; kernels are compiled before.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from math import inf
 from statistics import median
@@ -26,6 +27,8 @@ from pounding_risk.figures.style import STYLES, blank, title
 from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import Point, automatic_points
+from pounding_risk.models.structures.isolation import Isolators
+from pounding_risk.models.structures.links import Link
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.motion import Motion
@@ -37,7 +40,8 @@ from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COUNT
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import HIGHEST, Contacts
-from pounding_risk.solver.row.layout import RowLayout, lay_out
+from pounding_risk.solver.row.layout import RowLayout
+from pounding_risk.solver.row.model import RowModel
 
 SET, COMPONENTS = "fema-p695-farfield", 44
 SHIPPED = ("RSN6-180", "RSN1690-090")
@@ -116,14 +120,19 @@ def frames(*storeys: int) -> list[Storeys]:
     ]
 
 
-def laid_out(buildings: list[Storeys], dt: float) -> RowLayout:
+def model_of(buildings: list[Storeys], links: Sequence[Link] = ()) -> RowModel:
     """Neighbours that meet wherever their floors do."""
     points = [
         Point(place, *meeting)
         for place in range(len(buildings) - 1)
         for meeting in automatic_points(buildings[place], buildings[place + 1])
     ]
-    return lay_out([chain_of(building) for building in buildings], points, dt)
+    return RowModel([chain_of(building) for building in buildings], points, links=links)
+
+
+def laid_out(buildings: list[Storeys], dt: float) -> RowLayout:
+    """The same for the kernels."""
+    return model_of(buildings).row(dt)
 
 
 def contacts_of(laid: RowLayout, gap: float) -> Contacts:
@@ -200,6 +209,52 @@ def time_sizes(what: str, runs: dict[int, Callable[[], tuple[float, float]]], re
     return [(size, median(seconds for seconds, _ in measured), measured[0][1]) for size, measured in found.items()]
 
 
+def element_rows() -> dict[str, RowModel]:
+    """Three buildings of 4 storeys, and the same with a link, a building by its matrix, and an isolated one."""
+    first, *others = frames(4, 4, 4)
+    matrix = tuple(map(tuple, first.matrices()[2].tolist()))
+    slab = Isolators(200e3, 3.0, strength=4e5, stiffness=4e6, yield_displacement=0.01)  # 5 % of the weight; 3 s
+    kinds: dict[str, tuple[Storeys, list[Link]]] = {
+        "storeys alone": (first, []),
+        "a spring and a dashpot between two roofs": (first, [Link(0, 4.0, 4.0, 2e7, 1e6)]),
+        "the first by its matrix": (replace(first, stiffnesses=(), stiffness_matrix=matrix), []),
+        "the first isolated": (first.isolated(slab), []),
+    }
+    return {words: model_of([one, *others], links) for words, (one, links) in kinds.items()}
+
+
+def time_elements(motion: Motion, repeats: int) -> None:
+    """A table: processor time of a row with an element over that of the row without, of runs in turns."""
+    calls = {}
+    for words, model in element_rows().items():
+        laid = model.row(motion.dt)
+        contacts = contacts_of(laid, GAP)._replace(gaps=model.gaps(np.full(len(model.chains) - 1, GAP)))
+        free = partial(rows.free_response, laid, motion.acceleration)
+        run = partial(rows.run_row, laid, contacts, motion.acceleration, free=free().motion)
+        found = run()
+        if found.status:
+            raise PoundingError(f"the row with {words} ended with status {found.status}")
+        calls[words] = free, run, found.points[~model.is_link, COUNT].sum()
+    spent: dict[str, list[tuple[float, float]]] = {words: [] for words in calls}
+    for _ in range(repeats):
+        for words, (free, run, _) in calls.items():
+            spent[words].append((processor_time(free, 1), processor_time(run, 1)))
+    print(
+        "| three buildings of 4 storeys | motion without contact | ratio | a run | ratio | contacts | ratio of each |"
+    )
+    print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
+    before: tuple[float, float, float] | None = None
+    for words, times in spent.items():
+        now = *(median(column) for column in zip(*times, strict=True)), calls[words][2]
+        before = before or now
+        ratios = now[0] / before[0], now[1] / before[1], now[1] / now[2] / (before[1] / before[2])
+        print(
+            f"| {words} | {1e3 * now[0]:.1f} ms | {ratios[0]:.2f} | {1e3 * now[1]:.1f} ms | {ratios[1]:.2f} | "
+            f"{now[2]:.0f} | {ratios[2]:.2f} |"
+        )
+    print()
+
+
 def draw(sizes: dict[str, Sizes], path: str) -> None:
     """Time of a run against contacts and against sizes, on logarithmic axes; a line of slope 1 beside the first."""
     figure, axes = blank(1, 1 + len(sizes), (13.0, 4.2))
@@ -238,6 +293,7 @@ def main(arguments: list[str] | None = None) -> int:
     if options.buildings:
         time_block(options.buildings)
     time_flight(motion, options.repeats)
+    time_elements(motion, options.repeats)
     numbers = {count: one_run(frames(*[4] * count), motion) for count in NUMBERS if count <= options.largest}
     sizes = {"buildings of 4 storeys": time_sizes("buildings of 4 storeys", numbers, options.repeats)}
     storeys = {count: one_run(frames(count, count), motion) for count in STOREYS if count <= options.largest}

@@ -160,6 +160,8 @@ def test_rows_are_timed(capsys):
     assert main(["--buildings", "0", "--repeats", "1", "--largest", "2"]) == 0
     told = capsys.readouterr().out
     assert "| buildings of 4 storeys |" in told and "| storeys of a pair |" in told
+    elements = [line.split("|") for line in told.splitlines() if line.startswith(("| storeys alone", "| the first by"))]
+    assert elements[0][6] == elements[1][6], "a building by the matrix of its storeys has their contacts"
     flights = [line for line in told.splitlines() if line.startswith(("| 1 + 1 |", "| 10 + 8 |"))]
     assert [line.split("|")[4].strip() for line in flights] == ["0", "0"], "a gap of what the motion needs stays open"
 

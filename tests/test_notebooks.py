@@ -23,6 +23,11 @@ FEWER = {
         ("['district-row-1']", "['district-row-5']"),
     ],
     "gap_adequacy": [('stop = "120 mm", num = 25', 'stop = "120 mm", num = 7')],
+    "gap_not_enough": [
+        ("RECORDS = pr.streets.horizontal_records()", "RECORDS = pr.streets.horizontal_records()[:2]"),
+        ("NUM = 17", "NUM = 5"),
+        ("range(GAP, 131, 10)", "range(GAP, 131, 35)"),
+    ],
     "pounding_spectra": [
         ('     "RSN1690-090", "RSN1690-360", "CCC-HN1", "CCC-HN2", "NAPA-HNE", "NAPA-HNN"],', "    ],"),
         ("num=60", "num=12"),

@@ -15,6 +15,7 @@ from generation.markdown import fence
 FIRST = (
     "paper",
     "gap_adequacy",
+    "gap_not_enough",
     "uncertain_buildings",
     "pounding_spectra",
     "comparing_models",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.assessment.demands import contact_of
-from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
+from pounding_risk.assessment.options import USUAL_CONFIDENCE, percent_words, read_criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import open_results, open_scan
 from pounding_risk.results.opened import Results
@@ -180,6 +180,36 @@ def along_finding(assessed: xr.Dataset) -> str:
     ends = between(*(say(float(end), GAP, 3) for end in (needed.min(), needed.max())))
     most = f" (the most where {where}{several})" if where else several
     return f"The gap required {ends}{most}; P(contact){one} {shares}"
+
+
+def kept_words(assessed: xr.Dataset) -> str:
+    """Sentence on where P(contact) and its upper bound are within the target, at every interface of a row."""
+    share, high = (assessed[f"contact_probability{end}"].max("interface") for end in ("", "_high"))
+    every = " at every interface" if assessed.sizes["interface"] > 1 else ""
+    target = float(assessed.attrs["target"])
+    return (
+        f"P(contact){every} is within the target of {percent_words(target)} {_where(assessed, share <= target)}, "
+        f"its upper bound {_where(assessed, high <= target)}"
+    )
+
+
+def _where(assessed: xr.Dataset, kept: xr.DataArray) -> str:
+    """The places that are true, in words: from one value of the only axis on, or their number."""
+    if kept.all() or not kept.any():
+        return "everywhere" if kept.all() else "nowhere"
+    number = f"at {int(kept.sum())} of {kept.size} places"
+    if kept.ndim > 1:
+        return number
+    axis = str(kept.dims[0])
+    is_number = kept[axis].dtype.kind in "if"
+    order = kept[axis].values.argsort() if is_number else np.arange(kept.size)
+    flags = kept.values[order]
+    words = [value_words(assessed, axis, int(place)) for place in order[flags]]
+    if is_number and (flags == np.sort(flags)).all():
+        return f"where {words[0]} or more"
+    if is_number and (flags == np.sort(flags)[::-1]).all():
+        return f"where {words[-1]} or less"
+    return f"{number} ({'; '.join(words)})"
 
 
 def idle_words(assessed: xr.Dataset) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from pounding_risk.assessment.along import along_finding, idle_words
+from pounding_risk.assessment.along import along_finding, idle_words, kept_words
 from pounding_risk.questions.adequacy import GIVEN
 from pounding_risk.render.sheet import KEPT, Block, Cell, between, head, number, paragraph, table
 from pounding_risk.units import SHOWN
@@ -33,9 +33,13 @@ def sheet(assessed: xr.Dataset) -> list[Block]:
 
 
 def findings(assessed: xr.Dataset) -> list[str]:
-    """Sentences on how far contact and the required gap change, and on the axes that make no difference."""
+    """Sentences on how far contact and the required gap change, where the target is kept, and on idle axes."""
     idle = idle_words(assessed)
-    return [f"{along_finding(assessed)}.", *([f"{idle[0].upper()}{idle[1:]}."] if idle else [])]
+    return [
+        f"{along_finding(assessed)}.",
+        f"{kept_words(assessed)}.",
+        *([f"{idle[0].upper()}{idle[1:]}."] if idle else []),
+    ]
 
 
 def places(assessed: xr.Dataset) -> Block:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy.linalg import eigh
 from scipy.optimize import brentq
 from sentences import refusal
 from typer.testing import CliRunner
@@ -162,6 +164,20 @@ def cradle() -> tuple[float, float, float]:
     return speeds[0], (both - parting) / 2.0, (both + parting) / 2.0
 
 
+def damped_swing(t: float) -> float:
+    """0.1 m let go, of 100 t at 1 s and ζ 0.02 with 0.2 MN s/m to its mirror image."""
+    w = 2.0 * pi
+    z = 0.02 + 2e5 / (1e5 * w)
+    turn = w * sqrt(1.0 - z * z)
+    return 0.1 * exp(-z * w * t) * (cos(turn * t) + z * w / turn * sin(turn * t))
+
+
+def two_modes(t: float) -> NDArray[np.float64]:
+    """Displacements of 200 t on 12 MN/m and 100 t on 4 MN/m with 4 MN/m between, the first let go at 0.1 m."""
+    roots, shapes = eigh(np.array([[16e6, -4e6], [-4e6, 8e6]]), np.diag([2e5, 1e5]))
+    return shapes @ (np.cos(np.sqrt(roots) * t) * (shapes.T @ np.array([2e5 * 0.1, 0.0])))
+
+
 DEPTH = (5.0 * 570.0 * 0.25 / (4.0 * 2e9)) ** 0.4
 CLOSED_FORMS = {
     "anagnostopoulos_1988": (pi / (sqrt(9.35e7 / 570.0) * sqrt(1.0 - kelvin_voigt_ratio(0.65) ** 2)),),
@@ -170,6 +186,8 @@ CLOSED_FORMS = {
     "friction_pendulum": tuple((sqrt(0.01 + 4.5 / 9.80665) - 0.1 - 0.2 * n) * (-1) ** n for n in range(3)),
     "herrmann_1981": cradle(),
     "huygens_1703": (1.0 / 3.0, 4.0 / 9.0, 16.0 / 9.0),
+    "linked_by_damper": (damped_swing(0.25), -damped_swing(0.5)),
+    "linked_by_spring": (two_modes(0.5)[0], two_modes(1.7)[1]),
     "patricio_2004": (2.0, 2.0 * 3.0, 2.0 * 3.0 / 4.0 * 2.0),
     "goldsmith_2001": (1.65 * 187.5e3 * 0.5, (1.0 - 0.65**2) * 187.5e3 * 0.125),
     "hertz_1881": (DEPTH, 2e9 * DEPTH**1.5, 2.94 * DEPTH / 0.5),

@@ -6,11 +6,12 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 from axes import AXES, pair_text, same_scan
 from sentences import refusal
 
 import pounding_risk as pr
-from pounding_risk.assessment.along import OUTPUTS, usual_place
+from pounding_risk.assessment.along import OUTPUTS, kept_words, usual_place
 from pounding_risk.figures.scan import scan_figure
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import open_results
@@ -144,6 +145,35 @@ def test_the_scene_s_own_place_is_known(whole):
     needed = along["required_gap"].isel({"building.left.mass": 0, "interface.restitution": 0, "interface": 0})
     assert widest.places["building.left.period"] == int(needed.values[[0, 2]].argmax())
     assert widest.why == "those that need the widest gap"
+
+
+def test_where_the_target_is_kept_is_told(whole):
+    """Made-up shares: from one value on, up to one, at some, everywhere; the worst interface decides."""
+    along = pr.assess_along(whole, gap="30 mm", target="16 %")
+    one = (
+        along.isel({"interface.restitution": [0], "building.left.mass": [0]})
+        .squeeze(drop=True)
+        .expand_dims("interface")
+    )
+
+    def told(*shares: float, made=one) -> str:
+        high = xr.full_like(made["contact_probability"], 0.5)
+        share = xr.full_like(high, 0.0) + xr.DataArray(list(shares), dims="building.left.period")
+        return kept_words(made.assign(contact_probability=share, contact_probability_high=high))
+
+    words = "P(contact) is within the target of 16 % {}, its upper bound nowhere".format
+    assert told(0.5, 0.16, 0.1) == words("where building.left.period = 0.5 s or more")
+    assert told(0.1, 0.2, 0.3) == words("where building.left.period = 0.3 s or less")
+    assert told(0.1, 0.2, 0.1) == words("at 2 of 3 places (building.left.period = 0.3 s; building.left.period = 0.7 s)")
+    assert told(0.0, 0.0, 0.0) == words("everywhere")
+    backwards = one.isel({"building.left.period": [2, 1, 0]})
+    assert told(0.1, 0.16, 0.5, made=backwards) == words("where building.left.period = 0.5 s or more")
+    assert " at 8 of 12 places, " in kept_words(
+        along.assign(contact_probability=0.0 * along["required_gap"] + (along["building.left.period"] > 0.6))
+    )
+    two = xr.concat([one, one], "interface").assign_coords(interface=["a", "b"])
+    two["contact_probability"][{"interface": 1}] = 1.0
+    assert kept_words(two).startswith("P(contact) at every interface is within the target of 16 % nowhere, ")
 
 
 def test_an_axis_without_effect_is_told():

@@ -160,6 +160,21 @@ def test_a_link_without_stiffness_and_damping_is_none():
     np.testing.assert_allclose(linked.points[:1], plain.points, rtol=1e-8, atol=1e-9)
 
 
+@pytest.mark.parametrize("interfaces", [(0,), (1,), (0, 1)])
+def test_contacts_that_follow_others_are_found_between_linked_buildings(interfaces: tuple[int, ...]):
+    """Free motion passes by blocks, with what earlier contacts have left: the bounds count both ends of every point."""
+    chains = single(500e3, 1.0), single(800e3, 0.5), single(400e3, 0.8)
+    places = [(0, 1.0, 1.0), (1, 1.0, 1.0)]
+    ground, dt = EL_CENTRO._replace(name="RSN753-000", start=0.0, stop=20.0, pga=0.3).samples()
+    plain = run(model(chains, places, []), 0.06, ground, dt)
+    linked = model(chains, places, [Link(interface, 1.0, 1.0, 0.0, 0.0) for interface in interfaces])
+    found = run(linked, 0.06, ground, dt)
+    assert plain.points[1, counters.COUNT] > 5
+    # Rounding, which contacts let grow: 1e-9 of a displacement is 1e-8 of a penetration.
+    np.testing.assert_allclose(found.points[~linked.is_link][:, HIGHEST], plain.points[:, HIGHEST], rtol=1e-8)
+    np.testing.assert_allclose(found.floors, plain.floors, rtol=1e-7)
+
+
 def test_two_equal_masses_on_a_damper_decay_as_their_closed_form():
     """Antisymmetric mode of two masses m on k with c between them: ω² = k / m, and ζ larger by 2 c / (2 m ω)."""
     omega, own, c, m = 2.0 * pi / 0.5, 0.02, 2e4, 50e3

@@ -14,7 +14,7 @@ from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.contact_points import FLOOR, Point
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.solver.counters import COMPLETE, make_log
+from pounding_risk.solver.counters import COMPLETE, COUNT, LOWEST_FORCE, PEAK_FORCE, make_log
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
 from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.solver.row import api as rows
@@ -164,6 +164,19 @@ class Trial:
             never |= {"peak_contact_force", "yield_demand"}
         broken = any(not isfinite(value) for name, value in outputs.items() if name not in never)
         return inf if pulls or broken or not outputs["impact_count"] > 0.0 else outputs["energy_residual"]
+
+    def unsound_row(self, row: RowModel, gap: float) -> float:
+        """As `unsound`, of the usual scene's motion on a row of equal gaps; infinite where a point has no contact."""
+        scene, count = TrialScene(), len(row.points)
+        laws, restitutions = [self.law(scene)] * count, [scene.restitution] * count
+        contacts = rows.Contacts(row.gaps(np.full(len(row.chains) - 1, gap)), np.full(count, inf), laws, restitutions)
+        run = rows.run_row(row.row(scene.dt), contacts, scene.ground, rtol=self.rtol)
+        self.steps += run.steps
+        if run.status != COMPLETE and self.status == COMPLETE:
+            self.status = run.status
+        counts, lowest, peaks = (run.points[~row.is_link, column] for column in (COUNT, LOWEST_FORCE, PEAK_FORCE))
+        pulls = self.name not in PULLING and bool((lowest < -NO_PULL * peaks).any())
+        return inf if pulls or not counts.all() else abs(run.residual) / run.energy
 
 
 class RowTrial(Trial):

@@ -230,7 +230,8 @@ def has_events(row, run, free, interface, block):
         for end in range(4):
             i = row.ends[k, end]
             if i >= 0:
-                bound = run.marks[DISPLACEMENT_BOUND, interface + end // 2]
+                # Both ends are of one body where the point stands between linked buildings.
+                bound = run.marks[DISPLACEMENT_BOUND, interface + (i >= row.frame[FIRST, interface + 1])]
                 reach += abs(row.shares[k, end]) * row.floors[SWAY, i] * bound
         high = free.point_bounds[block, 0, free.first_point + k] + reach
         low = free.point_bounds[block, 1, free.first_point + k] - reach

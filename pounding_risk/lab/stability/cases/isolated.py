@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from pounding_risk.lab.stability.case import ENERGY, FORCES, LEDGER, Group
-from pounding_risk.lab.stability.trial import NO_PULL, PULLING, WALL, Trial, TrialScene, shaking
+from pounding_risk.lab.stability.trial import WALL, Trial
 from pounding_risk.models.structures.contact_points import FLOOR, Point
 from pounding_risk.models.structures.isolation import Isolators
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.storeys import Storeys
-from pounding_risk.solver.counters import COMPLETE, COUNT, LOWEST_FORCE, PEAK_FORCE
-from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.layout import lay_out
+from pounding_risk.solver.row.model import RowModel
 
 GROUP = Group("isolated")
 
@@ -35,16 +31,5 @@ SLIDERS = Isolators(6e5, 1.5, friction=0.05, radius=2.0, yield_displacement=1e-6
 )
 def in_its_moat(trial: Trial, isolators: Isolators, gap: float) -> float:
     """Energy unaccounted for, over the largest; infinite without contact at both walls, or where one pulls."""
-    scene = TrialScene(ground=shaking(4.0))
     points = [Point(interface, 1.0, 1.0, FLOOR, isolators.height) for interface in range(2)]
-    contacts = rows.Contacts(
-        np.full(2, gap), np.full(2, np.inf), [trial.law(scene) for _ in points], [scene.restitution for _ in points]
-    )
-    layout = lay_out([chain_of(one) for one in (WALL, ABOVE.isolated(isolators), WALL)], points, scene.dt)
-    run = rows.run_row(layout, contacts, scene.ground, rtol=trial.rtol)
-    trial.steps += run.steps
-    if run.status != COMPLETE and trial.status == COMPLETE:
-        trial.status = run.status
-    counts, lowest, peaks = (run.points[:, column] for column in (COUNT, LOWEST_FORCE, PEAK_FORCE))
-    pulls = trial.name not in PULLING and bool((lowest < -NO_PULL * peaks).any())
-    return np.inf if pulls or not counts.all() else abs(run.residual) / run.energy
+    return trial.unsound_row(RowModel([chain_of(one) for one in (WALL, ABOVE.isolated(isolators), WALL)], points), gap)

@@ -1,0 +1,49 @@
+"""Hard cases of buildings that springs and dampers join."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pounding_risk.lab.stability.case import ENERGY, FORCES, LEDGER, Group
+from pounding_risk.lab.stability.trial import SOFT, STIFF, Trial
+from pounding_risk.models.structures.contact_points import FLOOR, Point
+from pounding_risk.models.structures.links import Link
+from pounding_risk.models.structures.mdof import chain_of
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.solver.row.model import RowModel
+
+GROUP = Group("linked")
+
+LIGHT = Building("light", 1e-4 * SOFT.mass, SOFT.period, 0.05)
+RATE = 2.0 * np.pi / SOFT.period  # rad/s
+TIE = Link(0, 1.0, 1.0, 1e4 * SOFT.mass * RATE**2, 0.0)
+# The antisymmetric mode of two masses like the left one has a damping ratio of 2 c / (2 m ω).
+DAMPER = Link(0, 1.0, 1.0, 0.0, 50.0 * SOFT.mass * RATE)
+
+
+@GROUP.case(
+    "51a",
+    "50 kg tied to 500 t by a link 1e4 times as stiff, struck by a neighbour",
+    ENERGY,
+    LEDGER,
+    FORCES,
+    buildings=(SOFT, LIGHT, STIFF),
+    link=TIE,
+    touching=1,
+    gap=0.005,
+)
+@GROUP.case(
+    "51b",
+    "a damper of 50 times the critical over a gap of nothing",
+    ENERGY,
+    LEDGER,
+    FORCES,
+    buildings=(SOFT, STIFF),
+    link=DAMPER,
+    touching=0,
+    gap=0.0,
+)
+def with_a_link(trial: Trial, buildings: tuple[Building, ...], link: Link, touching: int, gap: float) -> float:
+    """Energy unaccounted for, over the largest; infinite without contact at the interface, or where one pulls."""
+    points = [Point(touching, 1.0, 1.0, FLOOR, np.nan)]
+    return trial.unsound_row(RowModel([chain_of(one) for one in buildings], points, links=[link]), gap)
