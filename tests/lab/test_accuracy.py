@@ -331,7 +331,7 @@ def test_opensees_stands_beside_a_row_where_it_can(of_row):
 
 CHANGES = {
     "as it is": ("", ""),
-    "a column that is hit": ('storeys = 2\ndamping_rule = "rayleigh"', "storeys = 3"),
+    "modal damping, which it can say": ('storeys = 2\ndamping_rule = "rayleigh"', "storeys = 3"),
     "an e that falls": ("restitution = 0.65", 'restitution = "concrete"'),
     "part-way up": ('height = "3 m"', 'height = "2 m"'),
     "a law": ('"jankowski"', '"hertz"'),
