@@ -11,12 +11,12 @@ from __future__ import annotations
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.ground_dof import top_of, write_ground_series
-from pounding_risk.solver.row.storey import drift_in, storey_energy
+from pounding_risk.solver.row.storey import is_lowest, storey_energy
 from pounding_risk.solver.row.workspace import (
     BAND,
-    BOTTOM,
     CONSTANT,
     COUPLED,
+    DRIVEN,
     FELT,
     FIRST,
     INVERSE,
@@ -38,16 +38,19 @@ def accelerate(row, b, state, pull, dofs, out):
         push = (storey - row.floors[MASS, first] * pull) - row.damping[first, 0] * v
         dofs[out, first] = push * row.floors[INVERSE, first]
         return push * v - storey * v
+    below, is_coupled = 0.0, row.frame[COUPLED, b] > 0
     for i in range(first, last):
-        force = dofs[TANGENT, i] * drift_in(row, dofs, state, i) + dofs[CONSTANT, i]
+        stands = is_lowest(row, first, i, is_coupled)
+        force = dofs[TANGENT, i] * (dofs[state, i] - (0.0 if stands else below)) + dofs[CONSTANT, i]
+        below = dofs[state, i]
         dofs[out, i] = -force
-        if row.floors[BOTTOM, i] == 0.0:
+        if not stands:
             dofs[out, i - 1] += force
     subtract_coupling(row, b, state, dofs, out)
     storey_power = 0.0
     for i in range(first, last):
         storey_power += dofs[out, i] * dofs[state + VELOCITY, i]
-        dofs[out, i] -= row.floors[MASS, i] * pull * row.floors[FELT, i]
+        dofs[out, i] -= row.floors[DRIVEN, i] * pull
     subtract_damping(row, b, state + VELOCITY, dofs, out)
     power = -storey_power
     for i in range(first, last):
@@ -97,11 +100,13 @@ def coupling_product(row, b, line, dofs):
 @kernel
 def energy_of(row, b, state, dofs):
     """Kinetic energy and potential of the storeys' forces of one building [J]."""
-    total = 0.0
-    for i in range(row.frame[FIRST, b], top_of(row, b)):
-        drift = drift_in(row, dofs, state, i)
+    total, below = 0.0, 0.0
+    first, is_coupled = row.frame[FIRST, b], row.frame[COUPLED, b] > 0
+    for i in range(first, top_of(row, b)):
+        drift = dofs[state, i] - (0.0 if is_lowest(row, first, i, is_coupled) else below)
+        below = dofs[state, i]
         total += 0.5 * row.floors[MASS, i] * dofs[state + VELOCITY, i] ** 2 + storey_energy(row, dofs, i, drift)
-    if row.frame[COUPLED, b] > 0:
+    if is_coupled:
         total += 0.5 * coupling_product(row, b, state, dofs)
     return total
 
@@ -111,7 +116,7 @@ def write_series(row, run, b, state, ground, terms):
     """Taylor coefficients of every u of building ``b`` into ``run.series``; ``ground`` begins where they do."""
     pull, rise = ground.under(b)
     first, last = row.frame[FIRST, b], top_of(row, b)
-    band = row.frame[BAND, b]
+    band, is_coupled = row.frame[BAND, b], row.frame[COUPLED, b] > 0
     series, dofs = run.series, run.dofs
     for i in range(first, last):
         series[i, 0] = run.dofs[state, i]
@@ -120,7 +125,7 @@ def write_series(row, run, b, state, ground, terms):
         share = 1.0 / ((n + 1) * (n + 2))
         below = 0.0
         for i in range(first, last):
-            is_bottom = row.floors[BOTTOM, i] > 0.0
+            is_bottom = is_lowest(row, first, i, is_coupled)
             force = dofs[TANGENT, i] * (series[i, n] - (0.0 if is_bottom else below))
             if n == 0:
                 force += dofs[CONSTANT, i]
@@ -134,7 +139,7 @@ def write_series(row, run, b, state, ground, terms):
             for j in range(max(first, i - band), min(last, i + band + 1)):
                 drag += row.damping[i, j - first] * series[j, n + 1]
             force = series[i, n + 2]
-            if row.frame[COUPLED, b] > 0:
+            if is_coupled:
                 for j in range(first, last):
                     force -= row.coupling[i, j - first] * series[j, n]
             push = (force - (n + 1) * drag) * row.floors[INVERSE, i] - push_of_ground * row.floors[FELT, i]

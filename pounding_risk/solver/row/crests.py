@@ -11,7 +11,7 @@ from pounding_risk.solver.row.event_functions import across_between
 from pounding_risk.solver.row.explicit import between
 from pounding_risk.solver.row.ground_dof import top_of
 from pounding_risk.solver.row.implicit import write_polynomial
-from pounding_risk.solver.row.storey import shear_stiffness
+from pounding_risk.solver.row.storey import is_lowest, shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCELERATION,
     BAND,
@@ -63,11 +63,12 @@ def acceleration_between(row, run, group, i, x):
     b = building_of(row, group, i)
     first, last = row.frame[FIRST, b], top_of(row, b)
     displacement = between(run, 0, i, x)
-    drift = displacement - (between(run, 0, i - 1, x) if row.floors[BOTTOM, i] == 0.0 else 0.0)
+    is_coupled = row.frame[COUPLED, b] > 0
+    drift = displacement - (0.0 if is_lowest(row, first, i, is_coupled) else between(run, 0, i - 1, x))
     force = -(dofs[TANGENT, i] * drift + dofs[CONSTANT, i])
-    if i + 1 < last and row.floors[BOTTOM, i + 1] == 0.0:
+    if i + 1 < last and not is_lowest(row, first, i + 1, is_coupled):
         force += dofs[TANGENT, i + 1] * (between(run, 0, i + 1, x) - displacement) + dofs[CONSTANT, i + 1]
-    if row.frame[COUPLED, b] > 0:
+    if is_coupled:
         for j in range(first, last):
             force -= row.coupling[i, j - first] * between(run, 0, j, x)
     band = row.frame[BAND, b]

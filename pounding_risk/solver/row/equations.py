@@ -15,14 +15,13 @@ from pounding_risk.solver.row.contact_points import across_and_rate, power_throu
 from pounding_risk.solver.row.ground import ArrivingRowInterval, UniformRowInterval
 from pounding_risk.solver.row.ground_dof import place_ground, push_ground, top_of
 from pounding_risk.solver.row.laws import law_force, law_plateau
-from pounding_risk.solver.row.storey import drift_in
 from pounding_risk.solver.row.workspace import (
     BAND,
     BOTTOM,
     CONSTANT,
     COUPLED,
+    DRIVEN,
     END,
-    FELT,
     FIRST,
     INVERSE,
     MASS,
@@ -119,21 +118,34 @@ def accelerate_building(row, b, state, pull, dofs, out):
     if last - first == 1:
         return accelerate_mass(row, first, state, pull, dofs, out)
     for i in range(first, last):
-        dofs[out, i] = -row.floors[MASS, i] * pull * row.floors[FELT, i]
+        dofs[out, i] = -row.floors[DRIVEN, i] * pull
     subtract_damping(row, b, state + VELOCITY, dofs, out)
     power = 0.0
-    next_shear = dofs[TANGENT, first] * dofs[state, first] + dofs[CONSTANT, first] if last > first else 0.0
+    above = dofs[TANGENT, first] * dofs[state, first] + dofs[CONSTANT, first] if last > first else 0.0
     for i in range(first, last):
-        shear, above = next_shear, 0.0
+        shear, above = above, 0.0
         if i + 1 < last:
-            next_shear = dofs[TANGENT, i + 1] * drift_in(row, dofs, state, i + 1) + dofs[CONSTANT, i + 1]
-            above = next_shear if row.floors[BOTTOM, i + 1] == 0.0 else 0.0
+            above = dofs[TANGENT, i + 1] * (dofs[state, i + 1] - dofs[state, i]) + dofs[CONSTANT, i + 1]
         push = dofs[out, i]
         power += push * dofs[state + VELOCITY, i]
-        if row.frame[COUPLED, b] > 0:
-            push -= coupling_force(row, b, i, state, dofs)
         dofs[out, i] = (push + (above - shear)) * row.floors[INVERSE, i]
+    if row.frame[COUPLED, b] > 0:
+        couple(row, b, state, dofs, out)
     return power
+
+
+@kernel
+def couple(row, b, state, dofs, out):
+    """Add to row ``out`` what springs beside the storeys do, and take out storeys between two buildings of one body."""
+    first = row.frame[FIRST, b]
+    for i in range(first, top_of(row, b)):
+        force = coupling_force(row, b, i, state, dofs)
+        if i > first and row.floors[BOTTOM, i] > 0.0:
+            # `accelerate_building` has put this storey on the roof of the building before.
+            between = dofs[TANGENT, i] * (dofs[state, i] - dofs[state, i - 1]) + dofs[CONSTANT, i]
+            dofs[out, i - 1] -= between * row.floors[INVERSE, i - 1]
+            force += dofs[TANGENT, i] * dofs[state, i - 1]
+        dofs[out, i] -= force * row.floors[INVERSE, i]
 
 
 @kernel

@@ -22,7 +22,7 @@ from pounding_risk.solver.row.building import (
     write_series,
 )
 from pounding_risk.solver.row.ground_dof import top_of
-from pounding_risk.solver.row.storey import drift_in, shear_stiffness
+from pounding_risk.solver.row.storey import is_lowest, shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCEL_NUDGED,
     ACCELERATION,
@@ -52,8 +52,9 @@ from pounding_risk.solver.workspace import SIGNAL
 def motion_bound(row, b, rise, dofs, state, accelerations):
     """2 E of building ``b``, |ü_i| ≤ sqrt(2 E / m_i), while a_g rises by ``rise``; ü in row ``accelerations``."""
     motion, below = 0.0, 0.0
-    for i in range(row.frame[FIRST, b], top_of(row, b)):
-        below = 0.0 if row.floors[BOTTOM, i] > 0.0 else below
+    first, is_coupled = row.frame[FIRST, b], row.frame[COUPLED, b] > 0
+    for i in range(first, top_of(row, b)):
+        below = 0.0 if is_lowest(row, first, i, is_coupled) else below
         y = dofs[state + VELOCITY, i] + row.floors[STATIC, i] * rise
         motion += row.floors[MASS, i] * dofs[accelerations, i] ** 2 + dofs[TANGENT, i] * (y - below) ** 2
         below = y
@@ -80,10 +81,12 @@ def shake_bound(row, b, rise, dofs, state, accelerations, spare):
     # Third and fourth derivatives of u, by the same equation once and twice differentiated.
     differentiate_motion(row, b, dofs, state + VELOCITY, accelerations, rise, spare)
     differentiate_motion(row, b, dofs, accelerations, spare, 0.0, spare + 1)
-    shake = 0.0
-    for i in range(row.frame[FIRST, b], top_of(row, b)):
-        rate = drift_in(row, dofs, spare, i)
-        shake += row.floors[MASS, i] * dofs[spare + 1, i] ** 2 + dofs[TANGENT, i] * rate**2
+    shake, below = 0.0, 0.0
+    first, is_coupled = row.frame[FIRST, b], row.frame[COUPLED, b] > 0
+    for i in range(first, top_of(row, b)):
+        below = 0.0 if is_lowest(row, first, i, is_coupled) else below
+        shake += row.floors[MASS, i] * dofs[spare + 1, i] ** 2 + dofs[TANGENT, i] * (dofs[spare, i] - below) ** 2
+        below = dofs[spare, i]
     return shake + coupling_product(row, b, spare, dofs)
 
 
@@ -91,10 +94,13 @@ def shake_bound(row, b, rise, dofs, state, accelerations, spare):
 def differentiate_motion(row, b, dofs, displacements, velocities, ground, out):
     """−M⁻¹ (C · row ``velocities`` + K · row ``displacements``) − ``ground`` into row ``out``."""
     first, last = row.frame[FIRST, b], top_of(row, b)
+    below, is_coupled = 0.0, row.frame[COUPLED, b] > 0
     for i in range(first, last):
-        force = dofs[TANGENT, i] * drift_in(row, dofs, displacements, i)
+        stands = is_lowest(row, first, i, is_coupled)
+        force = dofs[TANGENT, i] * (dofs[displacements, i] - (0.0 if stands else below))
+        below = dofs[displacements, i]
         dofs[out, i] = -force
-        if row.floors[BOTTOM, i] == 0.0:
+        if not stands:
             dofs[out, i - 1] += force
     subtract_coupling(row, b, displacements, dofs, out)
     subtract_damping(row, b, velocities, dofs, out)
@@ -136,11 +142,13 @@ def raise_flight_peaks(row, run, b, ground, stop, terms):
     first, last = row.frame[FIRST, b], top_of(row, b)
     dofs, series = run.dofs, run.series
     pull, rise = ground.under(b)
+    is_coupled = row.frame[COUPLED, b] > 0
     for i in range(first, last):
+        has_below = not is_lowest(row, first, i, is_coupled)
         reach = drift = shake = 0.0
         power = 1.0
         for n in range(terms):
-            below = series[i - 1, n] if row.floors[BOTTOM, i] == 0.0 else 0.0
+            below = series[i - 1, n] if has_below else 0.0
             reach += power * abs(series[i, n])
             drift += power * abs(series[i, n] - below)
             if n + 2 < terms:
@@ -194,10 +202,10 @@ def raise_interval_peaks(row, run, b, ends, motion, window, terms):
     pull, rise = ground.under(b)
     eighth = 0.125 * step * step
     swing, has_series, has_exact_bound = sqrt(motion), False, False
-    shake = row.floors[QUICK, first] * swing
+    shake, is_coupled = row.floors[QUICK, first] * swing, row.frame[COUPLED, b] > 0
     start_below = end_below = bend_below = turn_below = 0.0
     for i in range(first, last):
-        if row.floors[BOTTOM, i] > 0.0:
+        if is_coupled and row.floors[BOTTOM, i] > 0.0:
             start_below = end_below = bend_below = turn_below = 0.0
         root, turn = row.floors[ROOT, i], dofs[ends[2], i]
         bend = swing * root

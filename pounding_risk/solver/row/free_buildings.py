@@ -9,6 +9,7 @@ from pounding_risk.solver.row.flight_peaks import raise_interval_peaks
 from pounding_risk.solver.row.ground import window_at
 from pounding_risk.solver.row.ground_dof import place_ground, top_of
 from pounding_risk.solver.row.node_map import map_motion
+from pounding_risk.solver.row.storey import is_lowest
 from pounding_risk.solver.row.workspace import (
     ACCEL_END,
     ACCEL_NUDGED,
@@ -21,7 +22,7 @@ from pounding_risk.solver.row.workspace import (
     COUPLED,
     DISPLACEMENT,
     DRIFT,
-    FELT,
+    DRIVEN,
     FIRST,
     INVERSE,
     JERK_START,
@@ -62,12 +63,12 @@ def follow_building(row, run, free, work, b, begin, count):
 def accelerate_all(row, run, work, b, count):
     """ü of a linear building at the nodes of a block; the same operations as `building.accelerate`."""
     first, last, band, nodes = row.frame[FIRST, b], top_of(row, b), row.frame[BAND, b], count + 1
-    paths, spring = work.paths, run.dofs[TANGENT, first]
+    paths, spring, is_coupled = work.paths, run.dofs[TANGENT, first], row.frame[COUPLED, b] > 0
     for n in range(nodes):
         paths[PATH_ACCELERATION, first, n] = -(spring * paths[0, first, n])
     for i in range(first + 1, last):
         spring = run.dofs[TANGENT, i]
-        if row.floors[BOTTOM, i] > 0.0:
+        if is_coupled and row.floors[BOTTOM, i] > 0.0:
             for n in range(nodes):
                 paths[PATH_ACCELERATION, i, n] = -(spring * paths[0, i, n])
             continue
@@ -81,9 +82,9 @@ def accelerate_all(row, run, work, b, count):
             for n in range(nodes):
                 paths[PATH_ACCELERATION, i, n] -= spring * paths[0, j, n]
     for i in range(first, last):
-        mass, inverse, felt = row.floors[MASS, i], row.floors[INVERSE, i], row.floors[FELT, i]
+        mass, inverse = row.floors[DRIVEN, i], row.floors[INVERSE, i]
         for n in range(nodes):
-            paths[PATH_ACCELERATION, i, n] -= mass * work.ground[PULL, n] * felt
+            paths[PATH_ACCELERATION, i, n] -= mass * work.ground[PULL, n]
         for j in range(max(first, i - band), min(last, i + band + 1)):
             damping = row.damping[j, i - first]
             for n in range(nodes):
@@ -97,12 +98,13 @@ def bound_all(row, run, work, b, count):
     """2 E of `flight_peaks.motion_bound` over each interval of a block, and its root, to ``work.swings``."""
     first, last, paths, swings = row.frame[FIRST, b], top_of(row, b), work.paths, work.swings
     mass, spring, static = row.floors[MASS, first], run.dofs[TANGENT, first], row.floors[STATIC, first]
+    is_coupled = row.frame[COUPLED, b] > 0
     for n in range(count):
         speed = paths[VELOCITY, first, n] + static * work.ground[RISE, n]
         swings[0, b, n] = mass * paths[PATH_ACCELERATION, first, n] ** 2 + spring * speed * speed
     for i in range(first + 1, last):
         mass, spring = row.floors[MASS, i], run.dofs[TANGENT, i]
-        if row.floors[BOTTOM, i] > 0.0:
+        if is_coupled and row.floors[BOTTOM, i] > 0.0:
             for n in range(count):
                 rate = paths[VELOCITY, i, n] + row.floors[STATIC, i] * work.ground[RISE, n]
                 swings[0, b, n] += mass * paths[PATH_ACCELERATION, i, n] ** 2 + spring * rate * rate
@@ -129,7 +131,7 @@ def raise_floor(row, run, work, b, i, count):
     Rows BOUNDS become upper bounds in the block.
     """
     first, paths, dofs = row.frame[FIRST, b], work.paths, run.dofs
-    has_below = row.floors[BOTTOM, i] == 0.0
+    has_below = not is_lowest(row, first, i, row.frame[COUPLED, b] > 0)
     peak, peak_drift, peak_felt = dofs[DISPLACEMENT, i], dofs[DRIFT, i], dofs[ACCELERATION, i]
     root, quick = row.floors[ROOT, i], row.floors[QUICK, first]
     root_below = row.floors[ROOT, i - 1] if has_below else 0.0
@@ -172,10 +174,10 @@ def may_crest(row, run, work, b, n):
     """
     first, last, paths, dofs = row.frame[FIRST, b], top_of(row, b), work.paths, run.dofs
     eighth, swing = 0.125 * work.ground[WIDTH, n] * work.ground[WIDTH, n], work.swings[1, b, n]
-    stir = eighth * row.floors[QUICK, first] * swing
+    stir, is_coupled = eighth * row.floors[QUICK, first] * swing, row.frame[COUPLED, b] > 0
     start_below = end_below = bend_below = 0.0
     for i in range(first, last):
-        if row.floors[BOTTOM, i] > 0.0:
+        if is_coupled and row.floors[BOTTOM, i] > 0.0:
             start_below = end_below = bend_below = 0.0
         start, end, root = paths[0, i, n], paths[0, i, n + 1], row.floors[ROOT, i]
         turn, turn_end = paths[PATH_ACCELERATION, i, n], paths[PATH_ACCELERATION, i, n + 1]

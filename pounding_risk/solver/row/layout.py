@@ -20,6 +20,7 @@ from pounding_risk.solver.row.workspace import (
     BOTTOM,
     CAN_YIELD,
     COUPLED,
+    DRIVEN,
     FELT,
     FIRST,
     GIVE,
@@ -118,7 +119,7 @@ def lay_out(
     counts = [chain.mass.size for chain in chains]
     first = np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64) + ground_dofs)]).astype(np.int64)
     firsts = np.concatenate([[0], np.cumsum([chain.mass.size + ground_dofs for chain in buildings])]).astype(np.int64)
-    floors = np.zeros((13, int(first[-1])))
+    floors = np.zeros((14, int(first[-1])))
     floors[LIMIT] = inf
     damping = np.zeros((int(first[-1]), max([1, *counts])))
     coupling = np.zeros((int(first[-1]), max(chain.coupling.shape[1] for chain in chains)))
@@ -259,8 +260,8 @@ def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
     floors[SPRING], floors[SHEAR] = chain.spring, chain.shear
     floors[LIMIT] = chain.drift_limits()
     floors[SOFT] = np.where(np.isfinite(chain.strength), (1.0 - chain.hardening) * chain.shear, 0.0)
-    floors[FELT] = chain.felt()
-    floors[STATIC] = np.linalg.solve(chain.stiffness(), chain.mass * chain.felt())
+    floors[FELT], floors[DRIVEN] = chain.felt(), chain.mass * chain.felt()
+    floors[STATIC] = np.linalg.solve(chain.stiffness(), floors[DRIVEN])
     floors[BOTTOM, list(chain.bottoms)] = 1.0
     floors[ROOT] = np.sqrt(floors[INVERSE])
     floors[GIVE], floors[SWAY] = _give_and_sway(chain)

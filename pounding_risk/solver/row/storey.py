@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from math import inf, sqrt
 
-from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.taylor import SIGNAL, first_rise
 from pounding_risk.solver.row.workspace import (
     BOTTOM,
@@ -26,6 +26,12 @@ from pounding_risk.solver.row.workspace import (
 
 # A storey yields this many times its limit off, so that rounding does not switch it back and forth.
 OVER = 1.0 + 1e-12
+
+
+@small
+def is_lowest(row, first, i, is_coupled):
+    """True for the lowest storey of a building, ``first`` the body's first dof: a coupled body may hold several."""
+    return i == first or (is_coupled and row.floors[BOTTOM, i] > 0.0)
 
 
 @kernel

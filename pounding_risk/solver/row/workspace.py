@@ -21,8 +21,9 @@ from pounding_risk.solver.runge_kutta import DOP853
 from pounding_risk.solver.workspace import LAST, MAX_TERMS, TERMS, Search, Tableau, make_workspace
 
 # Rows of `Row.floors`, by dof. With an energy E in the building no displacement is larger than SWAY sqrt(2 E), no drift
-# than GIVE sqrt(2 E), and no velocity than ROOT sqrt(2 E). FELT is 1 where a_g acts, 0 of rotations.
-MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM, QUICK, ROOT, SWAY, GIVE, FELT = range(13)
+# than GIVE sqrt(2 E), and no velocity than ROOT sqrt(2 E). FELT is 1 where a_g acts, 0 of rotations,
+# DRIVEN the mass where it acts.
+MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM, QUICK, ROOT, SWAY, GIVE, FELT, DRIVEN = range(14)
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches, of its map in `FreeMotion.block_maps`, above zero where it has
 # springs in `coupling`.
@@ -150,7 +151,7 @@ class Row(NamedTuple):
     frame: np.ndarray  # (7, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
     ends: np.ndarray  # (K, 4 or 5) dofs: left upper and lower, right upper and lower, ground; −1 is none
     shares: np.ndarray  # (K, 4 or 5) of these, below zero on the right: their sum is u_left − u_right
-    floors: np.ndarray  # (13, D)
+    floors: np.ndarray  # (14, D)
     damping: np.ndarray  # (D, N) row i of C
     coupling: np.ndarray  # (D, N) row i of the stiffness matrix beside the storey springs; (D, 0) where no row has one
     maps: np.ndarray  # (...,) over one node interval, (u, v) from u, v, a_g and its slope; by width and building
