@@ -62,6 +62,9 @@ COLUMN_STRENGTH = Quantity("N", 0.0, inf, "strength of struck columns", open_low
 LEVELS = Quantity("m", 1e-3, inf, "tolerance of levels", open_high=True, example="0.1 m")
 GAP = Quantity("m", 0.0, inf, "clear distance at rest")
 YIELD_FORCE = Quantity("N", 0.0, inf, "yield force F_E", open_low=True)
+# Stiffer than any steel between two floors, at 1e15 N/m a run would follow vibrations of it alone.
+LINK_STIFFNESS = Quantity("N/m", 0.0, 1e13, "stiffness of a link", example="20 MN/m")
+LINK_DAMPING = Quantity("N s/m", 0.0, 1e12, "coefficient of a damper", example="2 MN s/m")
 RESTITUTION = Quantity("1", 0.0, 1.0, "coefficient of restitution e", open_low=True, example="0.65")
 SPEED = Quantity("m/s", 0.0, inf, "approach speed", open_low=True, open_high=True)
 FLOOR_LENGTH = Quantity("m", 0.0, inf, "length of a floor", open_low=True, open_high=True, example="20 m")

@@ -32,7 +32,18 @@ from pounding_risk.scene.keys import (
     several,
 )
 from pounding_risk.scene.toml import KeyPath
-from pounding_risk.units import GAP, LEVELS, RESTITUTION, SPEED, YIELD_FORCE, Quantity, exact, shown
+from pounding_risk.units import (
+    GAP,
+    LEVELS,
+    LINK_DAMPING,
+    LINK_STIFFNESS,
+    RESTITUTION,
+    SPEED,
+    YIELD_FORCE,
+    Quantity,
+    exact,
+    shown,
+)
 
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
 NO_RESTITUTION = "not given"
@@ -40,9 +51,6 @@ LATER_RESTITUTION = ("steel",)
 OF_ONE_LAW = {"plastic_exponent": "van_mier", "design_penetration": "bilinear"}  # keys that one contact model reads
 PARAMETERS = (*OF_ONE_LAW, "table")  # of single laws, beside their stiffness
 MEETING = '{left = "storey 2", right = "column 3 at 0.5"}'
-# Stiffer than any steel between two floors, at 1e15 N/m a run would follow vibrations of it alone.
-LINK_STIFFNESS = Quantity("N/m", 0.0, 1e13, "stiffness of a link", example="20 MN/m")
-LINK_DAMPING = Quantity("N s/m", 0.0, 1e12, "coefficient of a damper", example="2 MN s/m")
 MISSING_RESTITUTION = 'write restitution = 0.65, or restitution = "concrete"'
 
 

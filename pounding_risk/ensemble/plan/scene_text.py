@@ -16,7 +16,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import FACTOR, PEAK, say_level
 from pounding_risk.motions.request import Spectral
-from pounding_risk.scene.interfaces import LINK_DAMPING, LINK_STIFFNESS, known_law, said_restitution
+from pounding_risk.scene.interfaces import known_law, said_restitution
 from pounding_risk.scene.notes import Given, given_keys, level_notes
 from pounding_risk.scene.plan import ACROSS, GYRATION
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
@@ -31,6 +31,8 @@ from pounding_risk.units import (
     HEIGHT,
     INITIAL_DISPLACEMENT,
     INITIAL_VELOCITY,
+    LINK_DAMPING,
+    LINK_STIFFNESS,
     MASS,
     PERIOD,
     PGA,
