@@ -40,7 +40,6 @@ from pounding_risk.units import (
     RESTITUTION,
     SPEED,
     YIELD_FORCE,
-    Quantity,
     exact,
     shown,
 )
