@@ -276,6 +276,10 @@ def _elevation_legend(figure: Figure, case: RowCase) -> None:
     ]
     caption = "left of a point: share with contact; right: median peak force, share that reaches $F_E$; "
     caption += f"gaps drawn × {gap_scale(case.gaps):g}"
+    linked = [name for at, name in enumerate(case.interfaces) if Results(case.results).has_link(at)]
+    if linked:
+        where = between(linked[0]) if len(linked) == 1 else counted(len(linked), "pair") + " of neighbours"
+        caption += f"\nsprings or dampers join {plain(where)}; they are not drawn"
     legend_below(figure, handles, 3, caption)
 
 

@@ -284,7 +284,7 @@ def legend_below(figure: Figure, handles: list[Any], columns: int, caption: str 
     position: dict[str, Any] = {"loc": "outside lower center", "ncols": columns}
     words = figure.get_supxlabel()
     if words:
-        rows = -(-len(handles) // columns) + (caption is not None)
+        rows = -(-len(handles) // columns) + (0 if caption is None else caption.count("\n") + 1)
         figure.supxlabel("\n" * (rows + 1) + words, fontsize=CAPTION_SIZE, linespacing=1.25)
         lift = (words.count("\n") + 1.7) * 1.25 * CAPTION_SIZE / 72.0 / figure.get_figheight()
         position |= {"loc": "lower center", "bbox_to_anchor": (0.5, lift)}

@@ -26,7 +26,7 @@ from pounding_risk.results.layout import amplitude_axis, axes_of_cases
 from pounding_risk.results.scene_axes import settled
 from pounding_risk.results.variables import UNPUSHED
 from pounding_risk.statistics.proportions import labels
-from pounding_risk.units import DAMPING, GAP, PERIOD, PGA, SCALE, YIELD_FORCE, parse
+from pounding_risk.units import DAMPING, GAP, LINK_DAMPING, LINK_STIFFNESS, PERIOD, PGA, SCALE, YIELD_FORCE, parse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -175,6 +175,13 @@ class Results:
         """The scene's own gap [m] at an interface; `[[interface]]` stands once for all or once for each."""
         tables = self.scene["interface"]
         return parse(tables[min(interface, len(tables) - 1)]["gap"], GAP)
+
+    def has_link(self, interface: int) -> bool:
+        """True where a spring or a damper joins the two buildings of an interface."""
+        tables = self.scene.get("interface") or [{}]
+        stated = tables[min(interface, len(tables) - 1)]
+        keys = {"link_stiffness": LINK_STIFFNESS, "link_damping": LINK_DAMPING}
+        return any(parse(stated[key], quantity) > 0.0 for key, quantity in keys.items() if key in stated)
 
     @property
     def scene_place(self) -> int:

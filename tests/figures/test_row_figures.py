@@ -88,6 +88,16 @@ def test_two_single_masses_are_drawn_with_the_contact_of_their_interface(tmp_pat
     says(refusal(draw, pair, profiles=tmp_path / "storeys.png"))
 
 
+@pytest.mark.parametrize(("damping", "is_linked"), [("0.2 MN s/m", True), ("0 N s/m", False)])
+def test_the_elevation_says_which_neighbours_a_damper_joins(damping, is_linked):
+    text = scene_text(single("A", "44 t", "0.2 s", height="6 m"), single("B", "80 t", "0.1 s"), law="hertz", gap="1 mm")
+    overrides = ['records.window=["1 s", "3 s"]', f'interface.link_damping="{damping}"']
+    linked = row_case(scan(parse_scene(text, overrides=overrides), check_fraction=0.0))
+    said = texts(elevation_figure(linked))
+    assert ("springs or dampers join A and B; they are not drawn" in said) == is_linked
+    assert ("springs or dampers" in said) == is_linked
+
+
 def test_a_building_without_a_height_is_as_tall_as_its_neighbour(case):
     kiosk, vault = case.buildings[-2:]
     assert (vault.height, vault.is_rigid, kiosk.height) == (4.0, True, 4.0)
