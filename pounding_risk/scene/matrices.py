@@ -44,7 +44,8 @@ class MatrixFile(NamedTuple):
         except (Unfit, PoundingError) as error:
             reason = getattr(error, "strerror", None) or str(error)
             raise Several([((), f"{self.file}: {reason}")]) from None
-        return tuple(tuple(row) for row in (self.scale * numbers).tolist())
+        with np.errstate(over="ignore"):  # what is no finite number in N/m is refused with its row and column
+            return tuple(tuple(row) for row in (self.scale * numbers).tolist())
 
 
 class ModesFile(NamedTuple):

@@ -101,6 +101,13 @@ def test_files_that_hold_none_are_refused(tmp_path, says):
         says(refusal(scene, tmp_path, 'modes = "modes.csv"').replace(str(tmp_path), ""))
 
 
+def test_a_matrix_that_no_float_holds_in_its_unit_is_one_sentence(tmp_path):
+    """1e308 MN/m overflows in N/m; a warning of NumPy would be an error here."""
+    (tmp_path / "huge.csv").write_text("1e308,0,0\n0,1e308,0\n0,0,1e308\n")
+    faults = refusal(scene, tmp_path, 'stiffness_matrix = {file = "huge.csv", unit = "MN/m"}', "damping = 0.05")
+    assert "row 1, column 1 is no finite number" in faults
+
+
 def test_keys_that_do_not_fit_are_refused(tmp_path, says):
     matrix = f'stiffness_matrix = {{values = {K.tolist()}, unit = "MN/m"}}'
     says(refusal(scene, tmp_path, "stiffness_matrix = [[1, 0], [0, 1]]"))
