@@ -26,7 +26,7 @@ class IsolatorLaw(NamedTuple):
 
     @property
     def hardening(self) -> float:
-        """k_2 / k_1."""
+        """Ratio of the stiffness after yielding to the elastic one, k_2 / k_1."""
         return self.soft / self.stiff
 
 

@@ -49,7 +49,7 @@ class Chain(NamedTuple):
 
     @property
     def twists(self) -> bool:
-        """True where floors rotate."""
+        """True where floors rotate in plan, about a vertical axis."""
         return not isnan(self.centre)
 
     @property
