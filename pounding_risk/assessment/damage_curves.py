@@ -19,7 +19,7 @@ from pounding_risk.assessment.demands import by_amplitude
 from pounding_risk.assessment.fragility import shown_as
 from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.attributes import isolated_buildings
+from pounding_risk.results.attributes import collapsed, isolated_buildings
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import METHODS, Capacities, Observed, capacities, expanded_tail
 from pounding_risk.statistics.fragility import Fit, fragility_curve, of_one_intensity
@@ -37,6 +37,7 @@ NO_CONTACT = "no force acts between buildings without contact, so that no motion
 LOST = 0.05  # share of samples without a value from which on there are no bounds
 POINT = "contact_point_"
 ROUNDED = 1e-12  # of a threshold: some bits of a double
+COLLAPSE = 10.0  # demand over threshold of a building that has collapsed, of which no more is known than that it fails
 
 
 class Motions(NamedTuple):
@@ -149,6 +150,10 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     both = [of_place(case, state, without) for without in (False, True)]
     jumps = bool(state.demand.interfaces) or (state.demand.key == "storey_shear" and "storey_ductility" in case)
     ratios = [np.where(np.isfinite(values), values, np.nan) / state.threshold for values in both]
+    if state.demand.of_structure and (fell := by_amplitude(collapsed(case)).astype(bool)).any():
+        # Where no run without contact is known, the building has collapsed in it too: the cases take its status.
+        ratios = [np.where(fell & np.isnan(values), COLLAPSE, values) for values in ratios]
+        return Demands(ratios[0], ratios[1], True)
     if jumps:  # a demand that is capped at the threshold may be less than it by rounding
         ratios = [np.where(np.isclose(values, 1.0, rtol=0.0, atol=ROUNDED), 1.0, values) for values in ratios]
     return Demands(ratios[0], ratios[1], jumps)

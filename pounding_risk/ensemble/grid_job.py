@@ -30,11 +30,13 @@ from pounding_risk.results.labels import (
     numbers_of,
     places_of,
     skeleton,
+    status_variable,
 )
 from pounding_risk.results.layout import AMPLITUDE, AXES, CaseVariable, Slab, Template, bytes_per_case, slabs
 from pounding_risk.results.tolerance_check import tighter
 from pounding_risk.results.variables import own_dims
 from pounding_risk.scene.scene import Scene
+from pounding_risk.solver.counters import USUAL_SENTENCES
 
 Place = tuple[int, ...]  # record, polarity, amplitude
 Array = NDArray[np.float64]
@@ -235,7 +237,13 @@ class GridJob(Job):
     @classmethod
     def variables(cls, study: Scene) -> dict[str, CaseVariable]:
         """Every case variable of a study, except those of the tolerance check."""
-        return {name: case_variable(name, output) for name, output in cls.outputs(study).items()} | OUTCOME
+        cases = {name: case_variable(name, output) for name, output in cls.outputs(study).items()}
+        return cases | OUTCOME | {"status": status_variable(cls.endings(study))}
+
+    @classmethod
+    def endings(cls, study: Scene) -> dict[int, str]:
+        """How a run may end, by the code of its status."""
+        return USUAL_SENTENCES
 
     @classmethod
     def sizes_along(cls, study: Scene, along: Mapping[str, int], chunk: int = 0) -> Sizes:

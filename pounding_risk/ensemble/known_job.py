@@ -19,14 +19,13 @@ from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.grid_job import Array, Place
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.row_grid import model_of
-from pounding_risk.ensemble.row_job import MOTIONS, STATUS, RowJob
+from pounding_risk.ensemble.row_job import MOTIONS, RowJob
 from pounding_risk.motions.motion import Motion
-from pounding_risk.results.labels import status_variable
-from pounding_risk.results.layout import CaseVariable, Slab
+from pounding_risk.results.layout import Slab
 from pounding_risk.results.variables import UNPUSHED, UNPUSHED_SENTENCE
 from pounding_risk.scene.known_motions import histories_beside
 from pounding_risk.scene.scene import Scene
-from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
+from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import HIGHEST, LOWEST, RowRun
 from pounding_risk.solver.row.cases import Answered, Driven, Limits
@@ -164,8 +163,8 @@ class KnownJob(RowJob):
         return respond_known
 
     @classmethod
-    def variables(cls, study: Scene) -> dict[str, CaseVariable]:
-        return super().variables(study) | {STATUS: status_variable(STATUS_SENTENCES | {UNPUSHED: UNPUSHED_SENTENCE})}
+    def endings(cls, study: Scene) -> dict[int, str]:
+        return super().endings(study) | {UNPUSHED: UNPUSHED_SENTENCE}
 
     def free(self, motion: Place) -> Driven:
         def respond() -> Driven:

@@ -25,7 +25,7 @@ from pounding_risk.results.labels import kept_as
 from pounding_risk.results.layout import Slab
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE
 from pounding_risk.scene.scene import Scene
-from pounding_risk.solver.counters import COMPLETE
+from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
 from pounding_risk.solver.pair.grid import KNOWN, SIMULATED
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import HIGHEST, FreeResponse, RowRun
@@ -93,6 +93,10 @@ class RowJob(GridJob):
         every = cls.outputs(study)
         closings = {name: every[name] for name in CLOSINGS}
         return moving_variables(frame_of(model_of(study))) | closings
+
+    @classmethod
+    def endings(cls, study: Scene) -> dict[int, str]:
+        return STATUS_SENTENCES if frame_of(model_of(study)).has_laws else super().endings(study)
 
     @classmethod
     def sizes(cls, study: Scene) -> Sizes:

@@ -88,7 +88,7 @@ def sheet(run: xr.Dataset) -> list[Block]:
         *((name.replace("_", " "), _amount(attrs[name], unit)) for name, unit in levels),
         ("status", attrs["status"]),
     ]
-    held = int(run["restitution_held"].sum())
+    held = int(run["restitution_held"].clip(min=0).sum())  # below zero where the run failed
     notes = [*([f"{held} contacts are {FASTER}"] if held else []), *json.loads(attrs.get("notes", "[]"))]
     blocks = [
         facts("", about),

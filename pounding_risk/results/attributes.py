@@ -11,6 +11,8 @@ from functools import cache, lru_cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from pounding_risk.errors import PoundingError
 
 if TYPE_CHECKING:
@@ -90,6 +92,15 @@ def has_histories(scene: Mapping[str, Any]) -> bool:
 def rotating_buildings(scene: Mapping[str, Any]) -> list[str]:
     """The buildings whose floors rotate, by the tables of a scene."""
     return [str(building["name"]) for building in scene.get("building", []) if "plan" in building]
+
+
+def collapsed(case: xr.Dataset) -> xr.DataArray:
+    """Where a storey has collapsed in the run of a case."""
+    status = case["status"]
+    meanings = str(status.attrs.get("flag_meanings", "")).split()
+    fallen = [word.startswith("a_storey_collapsed") for word in meanings]
+    codes = np.atleast_1d(status.attrs.get("flag_values", np.zeros(0)))
+    return status.isin(codes[np.array(fallen, dtype=bool)] if any(fallen) else [])
 
 
 def isolated_buildings(scene: Mapping[str, Any]) -> list[str]:

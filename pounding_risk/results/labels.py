@@ -28,7 +28,7 @@ from pounding_risk.scene.notes import level_notes, unused_keys
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene, plugins_of
 from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.scene.uncertain import DrawnMotions
-from pounding_risk.solver.counters import STATUS_SENTENCES
+from pounding_risk.solver.counters import USUAL_SENTENCES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -211,7 +211,7 @@ def status_variable(sentences: Mapping[int, str]) -> CaseVariable:
 
 # How the run of each case ended, and whether the case was simulated.
 OUTCOME = {
-    "status": status_variable(STATUS_SENTENCES),
+    "status": status_variable(USUAL_SENTENCES),
     "simulated": CaseVariable(
         (),
         np.dtype(np.int8),

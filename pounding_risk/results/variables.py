@@ -47,7 +47,8 @@ OF_STOREYS = {
     "m": "storey_displacement storey_drift storey_residual_drift",
     "N": "storey_shear",
     "m/s2": "storey_acceleration",
-    "1": "storey_ductility",
+    "J": "storey_energy",
+    "1": "storey_ductility storey_strength_left",
 }
 OF_LINKS = {"m": "peak_link_stretch peak_link_shortening"}
 CHANGES = tuple(f"change_{name}" for name in (*RELATIVE, *COUNTED))

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import EFFECTS, read_option, written_option
+from pounding_risk.scene.hysteresis import HysteresisTable
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.isolation import Isolation
 from pounding_risk.scene.keys import Key, Number, Table, Unreadable, list_of, located, spaced
@@ -37,7 +38,12 @@ AXES, ZIP = "axes", "zip"  # the keys of `Grid` that are written in words of the
 RANGE = {"start", "stop", "num"}
 ADDRESS = rf"^({'|'.join(VARIED)})\."  # of a key of [grid] that is an axis
 # Keys that are tables, whose numbers may be axes.
-INLINE: Mapping[str, type[Table]] = {"equal_terms": EqualTerms, "isolation": Isolation, "plan": PlanTable}
+INLINE: Mapping[str, type[Table]] = {
+    "equal_terms": EqualTerms,
+    "isolation": Isolation,
+    "plan": PlanTable,
+    "hysteresis": HysteresisTable,
+}
 _EXAMPLE = '"building.frame.period" = ["0.2 s", "0.4 s"]'
 Known = Mapping[str, Mapping[str, Key]]  # the keys of each section
 Written = tuple[KeyPath, str, Any]  # where a number stands in the file, its address and what is written for it

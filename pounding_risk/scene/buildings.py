@@ -24,6 +24,7 @@ from pounding_risk.models.structures.storeys import (
     stiffnesses_for,
 )
 from pounding_risk.models.structures.typologies import TYPOLOGIES
+from pounding_risk.scene.hysteresis import HYSTERESIS, HysteresisTable
 from pounding_risk.scene.isolation import ISOLATION, Isolation
 from pounding_risk.scene.keys import (
     REQUIRED,
@@ -433,7 +434,7 @@ class RigidWall(AnyBuilding):
 class OfStoreys(MovingBuilding):
     """A building of storeys, on the ground or on isolators."""
 
-    implied = MovingBuilding.implied | {"isolation", "plan"}
+    implied = MovingBuilding.implied | {"isolation", "plan", "hysteresis"}
 
     column_strength: Annotated[
         float,
@@ -445,6 +446,7 @@ class OfStoreys(MovingBuilding):
             "column_yield_force of the interface",
         ),
     ] = inf
+    hysteresis: Annotated[HysteresisTable | None, HYSTERESIS] = None
     isolation: Annotated[Isolation | None, ISOLATION] = None
     plan: Annotated[PlanTable | None, PLAN] = None
 
@@ -452,12 +454,14 @@ class OfStoreys(MovingBuilding):
         """The building on its isolators, with its initial state."""
         building = bare if self.isolation is None else bare.isolated(self.isolation.isolators())
         initial: dict[str, Any] = {key: self.by_floor(key, len(building.masses)) for key in INITIAL}
-        return replace(building, **initial, plan=None if self.plan is None else self.plan.plan())
+        plan = None if self.plan is None else self.plan.plan()
+        law = None if self.hysteresis is None else self.hysteresis.law()
+        return replace(building, **initial, plan=plan, hysteresis=law)
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """What floors that rotate do not have."""
-        for key in ("isolation", "displacement_history") if "plan" in keys else ():
+        for key in ("isolation", "displacement_history", "hysteresis") if "plan" in keys else ():
             if key in keys:
                 yield keys.fault(key, f"is not computed for floors that rotate; remove {key}, or plan")
         if "plan" in keys and keys.get("damping_rule", DAMPING_RULES[0]) != DAMPING_RULES[0]:
@@ -841,6 +845,8 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
     stated = {key: getattr(building, key) for key in INITIAL if getattr(building, key)} if is_shear else {}
     if isinstance(building, Storeys) and building.isolators is not None:
         stated["isolation"], building = Isolation.of(building.isolators), building.superstructure()
+    if isinstance(building, Storeys) and building.hysteresis is not None:
+        stated["hysteresis"] = HysteresisTable.of(building.hysteresis)
     if isinstance(building, Storeys) and building.plan is not None:
         stated["plan"] = PlanTable.of(building.plan)
     for key in set(kind.key_names()) - implied:

@@ -30,8 +30,8 @@ HISTORIES = (
     "[s], floor 1 [mm] and so on, one for each record; velocities and accelerations are no input"
 )
 DEGRADING = (
-    "storeys keep stiffness and strength, bilinear by storey_strengths and [effects] inelastic_storeys; run the scene "
-    "once more with the stiffness that is left"
+    "storeys that soften, pinch or lose strength are the key hysteresis of a building with storey_strengths, such as "
+    'hysteresis = {rule = "peak_oriented", unloading = 0.4, energy_capacity = 60}'
 )
 
 # By what people write for each subject; none of it is a key of a scene.
@@ -53,7 +53,7 @@ SENTENCES: dict[tuple[str, ...], str] = {
     ("damper", "dampers", "damper_coefficient", "damping_coefficient", "viscous_damper"): DAMPERS,
     ("torsion", "eccentricity", "rotation", "torsional_stiffness", "torsional_period"): TORSION,
     ("displacement_histories", "floor_histories", "history", "histories", "time_history"): HISTORIES,
-    ("degradation", "degrading", "pinching", "hysteresis", "backbone", "stiffness_degradation"): DEGRADING,
+    ("degradation", "degrading", "pinching", "backbone", "stiffness_degradation", "storey_law"): DEGRADING,
 }
 BY_WORD = {word: sentence for words, sentence in SENTENCES.items() for word in words}
 

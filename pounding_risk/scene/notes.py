@@ -106,11 +106,14 @@ def _of_buildings(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
         if not study.is_row:
             yield Unused((*base, "height"), "two single masses meet mass to mass, and no run reads their height")
         if isinstance(building, Storeys):
+            yields = "inelastic_storeys" in dict(study.effects) and any(force < inf for force in building.strengths)
             if "inelastic_storeys" not in dict(study.effects):
                 reason = "storeys yield only under an effect: write inelastic_storeys = {} in [effects], or remove it"
                 yield Unused((*base, "storey_strengths"), reason)
             elif all(strength == inf for strength in building.strengths):
                 yield Unused((*base, "storey_strengths"), "every yield shear is inf, so that no storey yields")
+            if building.hysteresis is not None and not yields:
+                yield Unused((*base, "hysteresis"), "no storey of it yields")
             if building.damping_rule != DAMPING_RULES[0]:
                 if building.damping == 0.0:
                     yield Unused((*base, "damping_rule"), "the damping ratio is 0")

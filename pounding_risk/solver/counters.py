@@ -39,6 +39,7 @@ TALLIED = 20
 
 # How a contact phase, and with it a run, may end.
 FINISHED, AT_END, UNDERFLOW, EXHAUSTED, NOT_FINITE, TOO_MANY_CONTACTS, ENERGY_OPEN = 0, 1, 2, 3, 4, 5, 6
+COLLAPSED = 8  # 7 is `WATCHED` of a row's run
 COMPLETE = FINISHED
 STATUS_SENTENCES = {
     COMPLETE: "complete",
@@ -47,7 +48,10 @@ STATUS_SENTENCES = {
     NOT_FINITE: "the motion is not finite; check the record and the stiffness",
     TOO_MANY_CONTACTS: "more contacts than the limit; check the gap and the record",
     ENERGY_OPEN: "the energy of the contacts does not close; lower rtol",
+    COLLAPSED: "a storey collapsed: its drift passed collapse_drift, where the run ends",
 }
+# Those of every scene; a storey without hysteresis does not collapse.
+USUAL_SENTENCES = {code: sentence for code, sentence in STATUS_SENTENCES.items() if code != COLLAPSED}
 MAX_CONTACTS = 200_000
 # Energy that all contacts of a run may leave unaccounted for, as a share of the largest at a touch: so many times
 # rtol, and what rounding leaves. Some thousand random runs at rtol 1e-3 to 1e-12 stay a factor of five below.

@@ -160,7 +160,8 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
         count = len(building.masses)
         yields = ""
         if building.strengths:
-            yields = ", with yield shears" if yielding else ", elastic (yield shears act under inelastic_storeys)"
+            law = f", {building.hysteresis.rule} hysteresis" if building.hysteresis else ""
+            yields = f", with yield shears{law}" if yielding else ", elastic (yield shears act under inelastic_storeys)"
         joined = ", joined by a stiffness matrix" if building.stiffness_matrix else ""
         return (
             f"{building.name}: {count} storey{'s' * (count != 1)}{joined}, {say(building.height, STOREY_HEIGHT)}, "

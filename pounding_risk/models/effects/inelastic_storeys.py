@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from pounding_risk.models.effects._effect import effect
@@ -18,7 +18,8 @@ class InelasticStoreys:
     """Storeys yield: bilinear hysteresis between drift and storey shear, with kinematic hardening.
 
     V = k d up to the storey's yield shear V_y, past it with the slope ``hardening`` × k (0.03 if not given); after a
-    turn the storey is elastic over 2 V_y. A storey without a yield shear stays elastic, as a single mass does.
+    turn the storey is elastic over 2 V_y. Storeys of a building with `hysteresis` follow its rule instead. A storey
+    without a yield shear stays elastic, as a single mass does.
     What P-Δ takes off the stiffness acts beside the hysteresis, so that a yielding storey may have less than none left.
     Isolators yield by their own numbers, with this effect and without.
     """
@@ -27,4 +28,10 @@ class InelasticStoreys:
 
     def built(self, chain: Any, building: Any) -> Any:
         """The chain whose storeys yield at the building's strengths."""
-        return chain.yielding(building.strengths, self.hardening) if building.strengths else chain
+        if not building.strengths:
+            return chain
+        yielding, law = chain.yielding(building.strengths, self.hardening), building.hysteresis
+        if law is None:
+            return yielding
+        heights = building.heights if building.isolators is None else building.heights[1:]
+        return yielding.by_laws(replace(law, hardening=self.hardening), heights)

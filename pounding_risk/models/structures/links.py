@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.models.structures.mdof import Chain
+from pounding_risk.models.structures.mdof import Chain, stacked
 
 Array = NDArray[np.float64]
 LINK = "link"  # the kind of a point of a row that is the place of a link
@@ -113,6 +113,7 @@ def _joined(chains: Sequence[Chain], links: Sequence[Link], first: int) -> Chain
         shares = stretch(link._replace(interface=link.interface + 1), row)
         damping += link.damping * np.outer(shares, shares)
         coupling += link.stiffness * np.outer(shares, shares)
+    none = np.zeros(0)
     hardening = [np.broadcast_to(chain.hardening, chain.mass.size) for chain in chains]
     rests = [chain.initial if chain.initial.size else np.zeros((2, chain.mass.size)) for chain in chains]
     mass, spring, shear, strength = (
@@ -127,5 +128,8 @@ def _joined(chains: Sequence[Chain], links: Sequence[Link], first: int) -> Chain
         np.concatenate(hardening),
         initial=np.hstack(rests),
         coupling=coupling,
+        laws=stacked([row for chain in chains for row in (chain.laws if chain.laws.size else [none] * chain.mass.size)])
+        if any(chain.laws.size for chain in chains)
+        else chains[0].laws,
         bottoms=tuple(int(start) for start, size in zip(starts, sizes, strict=False) if size),
     )

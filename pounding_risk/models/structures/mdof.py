@@ -10,7 +10,7 @@ A building that is given by its stiffness matrix has that matrix in place of sto
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import isnan, nan
+from math import isfinite, isnan, nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.law import snake_case
 from pounding_risk.models.effects import building_effects
+from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.models.structures.plan import Plan
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, on_base, stiffness_matrix
@@ -46,6 +47,7 @@ class Chain(NamedTuple):
     coupling: Array = np.zeros((0, 0))  # N/m, symmetric, between masses beside the storey springs; empty without
     centre: float = nan  # m across the row, of mass, where floors rotate; behind the masses stand moments of inertia
     bottoms: tuple[int, ...] = (0,)  # masses whose storey stands on the ground: several of linked buildings
+    laws: Array = np.zeros((0, 0))  # `Hysteresis.numbers` of each storey, zero where it has none; empty without
 
     @property
     def twists(self) -> bool:
@@ -86,6 +88,16 @@ class Chain(NamedTuple):
             hardening=np.where(own, self.hardening, hardening) if own.any() else hardening,
         )
 
+    def by_laws(self, hysteresis: Hysteresis, heights: Sequence[float]) -> Chain:
+        """The yielding chain whose storeys, but for isolators, follow laws of their own; ``heights`` [m] of each."""
+        isolators = self.mass.size - len(heights)
+        storeys = zip(self.shear[isolators:], self.strength[isolators:], heights, strict=True)
+        rows = [
+            hysteresis.numbers(stiffness, strength, height) if isfinite(strength) else np.zeros(0)
+            for stiffness, strength, height in storeys
+        ]
+        return self._replace(laws=stacked([np.zeros(0)] * isolators + rows))
+
     def softened(self, geometric: Sequence[float]) -> Chain:
         """The chain less these geometric stiffnesses [N/m], one a storey."""
         return self._replace(spring=self.spring - np.array(geometric, float))
@@ -105,7 +117,16 @@ class Chain(NamedTuple):
             foundations=1,
             initial=np.insert(self.initial, 0, 0.0, axis=1) if self.initial.size else self.initial,
             coupling=on_base(self.coupling, 0.0) if self.coupling.size else self.coupling,
+            laws=stacked([np.zeros(0), *self.laws]) if self.laws.size else self.laws,
         )
+
+
+def stacked(rows: Sequence[Array]) -> Array:
+    """Rows of numbers as one array, zeros behind the shorter ones."""
+    table = np.zeros((len(rows), max(row.size for row in rows)))
+    for place, row in enumerate(rows):
+        table[place, : row.size] = row
+    return table
 
 
 def chain_of(building: Building | Storeys, effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]] = ()) -> Chain:

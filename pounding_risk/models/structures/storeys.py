@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.ground import SHARED, Support
+from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.models.structures.isolation import IsolatorLaw, Isolators
 from pounding_risk.models.structures.matrices import check_stiff, symmetric
 from pounding_risk.models.structures.plan import Plan
@@ -111,6 +112,7 @@ class Storeys:
     displacement_history: tuple[str, ...] = ()
     isolators: Isolators | None = None  # of its lowest storey, whose floor is their slab
     plan: Plan | None = None  # of floors that rotate
+    hysteresis: Hysteresis | None = None  # of storeys that yield; None is bilinear, under `inelastic_storeys`
     column_strength: float = inf  # N, at which its columns yield where a floor strikes them; infinite if not given
 
     is_rigid = False

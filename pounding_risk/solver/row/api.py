@@ -19,6 +19,7 @@ from pounding_risk._jit.lent import lent
 from pounding_risk._jit.records import column, set_column
 from pounding_risk.models.ground import arriving
 from pounding_risk.models.restitution import Restitution
+from pounding_risk.models.structures.hysteresis import _numbers as laws
 from pounding_risk.solver.counters import TALLIED
 from pounding_risk.solver.pair.laws import verbs_of
 from pounding_risk.solver.row.free_motion import march_free
@@ -69,7 +70,9 @@ class RowRun(NamedTuple):
 
     points: np.ndarray  # (K, POINT_COLUMNS) the counters, then highest and lowest u_left − u_right
     floors: np.ndarray  # (D, 4) largest |u|, |drift|, |storey shear|, |absolute acceleration|
-    rest: np.ndarray  # (D, 2) drift at the end, plastic drift then
+    # (D, 2) drift at the end, plastic drift then; of a row with laws of storeys (D, 4): with the energy that a storey
+    # has dissipated [J], and the share of its strength that is left
+    rest: np.ndarray
     status: int
     steps: int
     energy: float  # largest at a touch or parting [J]
@@ -242,12 +245,15 @@ def _results_of(layout: RowLayout, run: Run, states: np.ndarray) -> RowRun:
     # A storey that yields drags its elastic range along, which is written down when it turns.
     plastic, yields = run.dofs[PLASTIC].copy(), run.dofs[BRANCH] != 0.0
     plastic[yields] = drift[yields] - run.dofs[BRANCH, yields] * row.floors[LIMIT, yields]
+    rest = np.column_stack([drift, plastic])
+    if row.storeys.size:
+        rest = _with_laws(rest, row.storeys[:, laws.STIFFNESS] > 0.0, run.storeys)
     workspace, contacts = run.workspace, run.contacts
     points = [column(contacts, name) for name in ("counters", "highest", "lowest")]
     return RowRun(
         np.column_stack([points[0].reshape(len(contacts), TALLIED), *points[1:]]),
         floors[masses],
-        np.column_stack([drift, plastic])[masses],
+        rest[masses],
         int(workspace.status),
         int(workspace.steps),
         float(workspace.energy),
@@ -259,6 +265,19 @@ def _results_of(layout: RowLayout, run: Run, states: np.ndarray) -> RowRun:
         _states_of(layout, states),
         _log_of_masses(run, masses),
     )
+
+
+def _with_laws(rest: np.ndarray, has_law: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """``rest`` with the drift without shear of storeys with laws, and columns of `RowRun.rest` that only these have."""
+    drift, values = rest[has_law, 0], numbers[has_law].T
+    shear = values[laws.SLOPE] * drift + values[laws.CONSTANT]
+    given_back = 0.5 * shear**2 / values[laws.UNLOADING]
+    work = values[laws.WORK] + 0.5 * (values[laws.SHEAR] + shear) * (drift - values[laws.DRIFT])
+    whole = np.full((len(rest), 4), np.nan)
+    whole[:, :2] = rest
+    whole[has_law, 1] = drift - shear / values[laws.UNLOADING]
+    whole[has_law, 2], whole[has_law, 3] = work - given_back, values[laws.STRENGTH]
+    return whole
 
 
 def _states_of(layout: RowLayout, states: np.ndarray) -> np.ndarray:

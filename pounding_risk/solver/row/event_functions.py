@@ -9,13 +9,14 @@ from __future__ import annotations
 from math import inf
 
 from pounding_risk._jit.compile import kernel
+from pounding_risk.models.structures.hysteresis._numbers import LOWER, UPPER
 from pounding_risk.solver.pair.equations import YIELDING
 from pounding_risk.solver.pair.events import CUT, MET, PART, TURN, YIELD
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.contact_points import across
 from pounding_risk.solver.row.equations import uncapped
 from pounding_risk.solver.row.explicit import between
-from pounding_risk.solver.row.storey import OVER, creep_rate, drift_in
+from pounding_risk.solver.row.storey import OVER, creep_rate, drift_in, has_law, middle_and_half
 from pounding_risk.solver.row.workspace import (
     AT_END,
     AT_START,
@@ -32,7 +33,7 @@ from pounding_risk.solver.row.workspace import (
     VELOCITY,
 )
 
-TOUCH, STRAIN = 5, 6
+TOUCH, STRAIN, CORNER = 5, 6, 7  # CORNER: a storey with a law is loaded to the end of its branch
 ROUNDED = 1e-15  # m: displacements of metres round by a part of this, and no touch is told from it
 
 
@@ -69,9 +70,21 @@ def strain_event_function(row, run, i, drift, rate):
     branch = run.dofs[BRANCH, i]
     if branch != 0.0:
         return branch * rate + creep_rate(row, i), 0.0
+    if has_law(run, i):
+        middle, half = middle_and_half(run, i)
+        side = 1.0 if drift >= middle else -1.0
+        return half + (OVER - 1.0) * row.floors[LIMIT, i] - side * (drift - middle), -side
     strain = drift - run.dofs[PLASTIC, i]
     side = 1.0 if strain >= 0.0 else -1.0
     return OVER * row.floors[LIMIT, i] - side * strain, -side
+
+
+@kernel
+def corner_event_function(row, run, i, drift):
+    """(margin, its slope per unit of the drift's) of the end of the branch on which a storey with a law is loaded."""
+    side = run.dofs[BRANCH, i]
+    corner = run.storeys[i, UPPER] if side > 0.0 else -run.storeys[i, LOWER]
+    return corner + (OVER - 1.0) * row.floors[LIMIT, i] - side * drift, -side
 
 
 @kernel
@@ -86,6 +99,9 @@ def event_function(row, run, kind, k, at_end):
             rate = drift_in(row, dofs, state + VELOCITY, k)
             return branch * rate + creep_rate(row, k), branch * drift_in(row, dofs, line + SLOPES, k)
         value, turn = strain_event_function(row, run, k, drift_in(row, dofs, state, k), 0.0)
+        return value, turn * drift_in(row, dofs, line, k)
+    if kind == CORNER:
+        value, turn = corner_event_function(row, run, k, drift_in(row, dofs, state, k))
         return value, turn * drift_in(row, dofs, line, k)
     contact = run.contacts[k]
     if kind == TOUCH:
@@ -121,10 +137,12 @@ def across_between(row, run, group, k, part, x, time):
 @kernel
 def event_function_between(row, run, group, kind, k, x, span):
     """The margin of an event at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
-    if kind == STRAIN:
+    if kind in (STRAIN, CORNER):
         drift, rate = between(run, 0, k, x), between(run, 1, k, x)
         if row.floors[BOTTOM, k] == 0.0:
             drift, rate = drift - between(run, 0, k - 1, x), rate - between(run, 1, k - 1, x)
+        if kind == CORNER:
+            return corner_event_function(row, run, k, drift)[0]
         return strain_event_function(row, run, k, drift, rate)[0]
     contact = run.contacts[k]
     clock = span[0] + x * span[1]
@@ -147,6 +165,8 @@ def is_possible(row, run, kind, k):
     """True for the kinds of event that contact ``k``, or storey ``k``, can meet as it is."""
     if kind == STRAIN:
         return row.floors[LIMIT, k] < inf
+    if kind == CORNER:
+        return has_law(run, k) and run.dofs[BRANCH, k] != 0.0
     contact = run.contacts[k]
     if kind == TOUCH:
         return contact.closed == 0.0

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from math import sqrt
 
-from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.equations import ELASTIC, SHARE
 from pounding_risk.solver.pair.events import CUT, NONE, TURN, YIELD, first_dip
 from pounding_risk.solver.pair.explicit import next_step
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.equations import is_balanced, slopes
 from pounding_risk.solver.row.event_functions import (
+    CORNER,
     STRAIN,
     TOUCH,
     event_function,
@@ -94,6 +95,12 @@ def lowest_point(row, run, group, kind, k, span, guess):
     return x
 
 
+@small
+def storey_kinds(run):
+    """One past the last kind of event of a storey: STRAIN, and CORNER where one has a law."""
+    return CORNER + 1 if run.storeys.shape[1] > 0 else CORNER
+
+
 @kernel
 def first_event(row, run, group, span):
     """(kind, contact or storey, where on the step) of the event that a step meets first; (NONE, −1, 2) for none."""
@@ -106,10 +113,11 @@ def first_event(row, run, group, span):
                 if dip < fraction:
                     event, event_k, fraction = kind, k, dip
     for i in range(group.low, group.high):
-        if is_possible(row, run, STRAIN, i):
-            dip = dip_of(row, run, group, STRAIN, i, span)
-            if dip < fraction:
-                event, event_k, fraction = STRAIN, i, dip
+        for kind in range(STRAIN, storey_kinds(run)):
+            if is_possible(row, run, kind, i):
+                dip = dip_of(row, run, group, kind, i, span)
+                if dip < fraction:
+                    event, event_k, fraction = kind, i, dip
     return event, event_k, fraction
 
 
@@ -230,10 +238,11 @@ def event_passed(row, run, group, landed, landed_k):
             if is_possible(row, run, kind, k) and event_function(row, run, kind, k, True)[0] < 0.0:
                 return kind, k
     for i in range(group.low, group.high):
-        if landed == STRAIN and i == landed_k:
-            continue
-        if is_possible(row, run, STRAIN, i) and event_function(row, run, STRAIN, i, True)[0] < 0.0:
-            return STRAIN, i
+        for kind in range(STRAIN, storey_kinds(run)):
+            if landed == kind and i == landed_k:
+                continue
+            if is_possible(row, run, kind, i) and event_function(row, run, kind, i, True)[0] < 0.0:
+                return kind, i
     return NONE, -1
 
 

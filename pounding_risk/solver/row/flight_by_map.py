@@ -18,6 +18,7 @@ from pounding_risk.solver.row.contact_points import (
 from pounding_risk.solver.row.flight_peaks import motion_bound, raise_interval_peaks
 from pounding_risk.solver.row.ground_dof import end_ground, top_of
 from pounding_risk.solver.row.node_map import map_motion
+from pounding_risk.solver.row.storey import has_law, middle_and_half
 from pounding_risk.solver.row.workspace import (
     ACCEL_END,
     ACCEL_START,
@@ -32,7 +33,9 @@ from pounding_risk.solver.row.workspace import (
     NODE,
     PLASTIC,
     ROOT,
+    SPRING,
     START,
+    TANGENT,
 )
 
 
@@ -43,7 +46,7 @@ def is_elastic(row, run, b):
         if row.frame[COUPLED, b] > 0:
             return False  # where it rests with its plastic drifts is not known storey by storey
         for i in range(row.frame[FIRST, b], top_of(row, b)):
-            if run.dofs[BRANCH, i] != 0.0:
+            if run.dofs[BRANCH, i] != 0.0 or run.dofs[TANGENT, i] != row.floors[SPRING, i]:
                 return False
     return True
 
@@ -57,10 +60,13 @@ def may_yield(row, run, b, swing, step):
             below = below_end = below_bend = 0.0
         bend = sqrt(swing) * row.floors[ROOT, i]
         start, end, plastic = run.dofs[NODE, i], run.dofs[NEXT, i], run.dofs[PLASTIC, i]
+        limit = row.floors[LIMIT, i]
+        if has_law(run, i):
+            plastic, limit = middle_and_half(run, i)
         top = max(abs(start - below - plastic), abs(end - below_end - plastic)) + 0.125 * step * step * (
             bend + below_bend
         )
-        if not top < row.floors[LIMIT, i]:
+        if not top < limit:
             return True
         below, below_end, below_bend = start, end, bend
     return False

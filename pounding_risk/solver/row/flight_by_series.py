@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pounding_risk._jit.compile import kernel
-from pounding_risk.solver.counters import EXHAUSTED, MAX_CONTACTS
+from pounding_risk.solver.counters import COLLAPSED, EXHAUSTED, MAX_CONTACTS
 from pounding_risk.solver.row.building import place_on, write_series
 from pounding_risk.solver.row.contact_points import compliance, raise_extremes, raise_unwatched_extremes, search_point
 from pounding_risk.solver.row.flight_peaks import raise_flight_peaks
@@ -85,6 +85,8 @@ def fly(row, run, span, watch, window, terms):
         if storey < 0:
             break
         switch_storey(row, run, storey, NOW)
+        if int(run.workspace.status) == COLLAPSED:
+            break
     else:
         run.workspace.status = float(EXHAUSTED)
     copy_state(row, run, span[0], span[1], NOW, NEXT)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from pounding_risk._jit.compile import borrowed, kernel
-from pounding_risk.solver.counters import NOT_FINITE
+from pounding_risk.solver.counters import COLLAPSED, COMPLETE, NOT_FINITE
 from pounding_risk.solver.row.contact_points import across
 from pounding_risk.solver.row.flight_by_map import predict_by_map, update_distances, update_peaks
 from pounding_risk.solver.row.flight_by_series import fly
@@ -152,6 +152,8 @@ def march_free(row, run, free, work, states):
             work.ground[WIDTH, n] = free.ground.node_width(free.step, begin + n)
             if any_yields:
                 pass_yielding_interval(row, run, free, work, begin + n, n)
+                if int(run.workspace.status) == COLLAPSED:
+                    return
         for b in range(buildings):
             if run.marks[BY_NODE, b] == 0.0:
                 follow_building(row, run, free, work, b, begin, count)
@@ -170,5 +172,5 @@ def march_free(row, run, free, work, states):
         total += (
             abs(run.dofs[NODE, i]) + abs(run.dofs[NODE + VELOCITY, i]) + run.dofs[DRIFT, i] + run.dofs[ACCELERATION, i]
         )
-    if not total < inf:
+    if int(run.workspace.status) == COMPLETE and not total < inf:
         run.workspace.status = float(NOT_FINITE)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from math import sqrt
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.solver.counters import COUNT as TOUCHES
+from pounding_risk.models.structures.hysteresis._numbers import COMING
+from pounding_risk.models.structures.hysteresis._numbers import TURN as TURNED
 from pounding_risk.solver.counters import (
+    COLLAPSED,
     EXHAUSTED,
     IMPULSE,
     MAX_CONTACTS,
@@ -17,6 +19,7 @@ from pounding_risk.solver.counters import (
     WORK_A_SECOND,
     WORK_AT_LEAST,
 )
+from pounding_risk.solver.counters import COUNT as TOUCHES
 from pounding_risk.solver.pair.equations import ELASTIC, SLACK, YIELDING
 from pounding_risk.solver.pair.events import CUT, NONE, PART, TURN, YIELD
 from pounding_risk.solver.row.building import place_on
@@ -31,14 +34,15 @@ from pounding_risk.solver.row.contact import (
 )
 from pounding_risk.solver.row.contact_points import across, begin_unwatched_extremes, compliance
 from pounding_risk.solver.row.equations import Group, accelerate_group, note_energy, slopes
-from pounding_risk.solver.row.event_functions import ROUNDED, STRAIN, TOUCH, event_function, is_possible
+from pounding_risk.solver.row.event_functions import CORNER, ROUNDED, STRAIN, TOUCH, event_function, is_possible
 from pounding_risk.solver.row.events import fill_spectators, take_step
 from pounding_risk.solver.row.flight_by_series import copy_state, fly_group, write_all_series, write_spectator_series
 from pounding_risk.solver.row.implicit import choose_method
 from pounding_risk.solver.row.peaks import update_floor_peaks, update_point_peaks
-from pounding_risk.solver.row.storey import switch_storey
+from pounding_risk.solver.row.storey import drift_in, has_law, middle_and_half, switch_storey
 from pounding_risk.solver.row.trace import write_line
 from pounding_risk.solver.row.workspace import (
+    BRANCH,
     CONSTANT,
     END,
     FIRST,
@@ -143,6 +147,8 @@ def go_on_alike(row, run, ground, i):
                 are_alike = are_alike and run.dofs[line, d] == run.dofs[line, other]
             for number in range(row.floors.shape[0]):
                 are_alike = are_alike and row.floors[number, d] == row.floors[number, other]
+            for column in range(run.storeys.shape[1]):
+                are_alike = are_alike and run.storeys[d, column] == run.storeys[other, column]
             for column in range(row.damping.shape[1]):
                 are_alike = are_alike and row.damping[d, column] == row.damping[other, column]
             for column in range(row.coupling.shape[1]):
@@ -180,9 +186,23 @@ def close_step(row, run, group):
 
 
 @kernel
+def note_event(row, run, i, kind):
+    """Note for the law of a storey which event it is, its state in rows NOW."""
+    branch = run.dofs[BRANCH, i]
+    if kind == CORNER:
+        run.storeys[i, COMING] = branch
+    elif branch != 0.0:
+        run.storeys[i, COMING] = TURNED
+    else:
+        run.storeys[i, COMING] = 1.0 if drift_in(row, run.dofs, NOW, i) >= middle_and_half(run, i)[0] else -1.0
+
+
+@kernel
 def apply_event(row, run, group, kind, k, time):
     """Apply an event to its contact or storey; returns (whether a contact began or ended, change of the potential)."""
-    if kind == STRAIN:
+    if kind in (STRAIN, CORNER):
+        if has_law(run, k):
+            note_event(row, run, k, kind)
         return False, switch_storey(row, run, k, NOW)
     contact = run.contacts[k]
     if kind == TURN:
@@ -339,6 +359,8 @@ def integrate_contact(row, run, members, window, t, base):
         if kind != NONE:
             has_changed, of_images, of_event = apply_with_mirror_images(row, run, group, kind, k, moment + t)
             energy_in = energy_in + of_images + of_event
+            if int(run.workspace.status) == COLLAPSED:
+                return FAILED, t, -1
             if kind == TOUCH:
                 fill_spectators(row, run, group, t - base, NOW)
                 edge = begin_contacts(row, run, group, moment + t, ground.later(t))
@@ -361,7 +383,7 @@ def apply_with_mirror_images(row, run, group, kind, k, time):
     if kind != TOUCH:
         value = event_function(row, run, kind, k, True)[0]
         first, last = row.frame[START, group.first], row.frame[START, group.last]
-        if kind == STRAIN:
+        if kind in (STRAIN, CORNER):
             first, last = group.low, group.high
         for j in range(first, last):
             if j != k and is_possible(row, run, kind, j) and event_function(row, run, kind, j, True)[0] == value:
@@ -421,6 +443,8 @@ def solve_group(row, run, span, watch, window, terms, rtol):
             return fail(run, TOO_MANY_CONTACTS), -1
         if storey >= 0:
             switch_storey(row, run, storey, NOW)
+            if int(run.workspace.status) == COLLAPSED:
+                return FAILED, -1
         else:
             # Neighbours that start from rest with a closed gap may meet before their speed is more than rounding.
             touch_down(row, run, point, moment + t, slowest_scale(row, run, span[0], span[1], moment + t))

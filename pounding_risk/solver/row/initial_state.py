@@ -5,11 +5,12 @@ from __future__ import annotations
 from math import nan
 
 from pounding_risk._jit.compile import kernel
+from pounding_risk.models.structures.hysteresis._numbers import BEGIN
 from pounding_risk.solver.counters import FIRST_TOUCH, FIRST_YIELD
 from pounding_risk.solver.row.building import accelerate
 from pounding_risk.solver.row.contact_points import across
 from pounding_risk.solver.row.ground_dof import top_of
-from pounding_risk.solver.row.storey import drift_in, set_branch
+from pounding_risk.solver.row.storey import advance_storey, drift_in, has_law, set_branch
 from pounding_risk.solver.row.workspace import ACCEL_START, ACCELERATION, DISPLACEMENT, DRIFT, FIRST, MARKS, NODE
 
 
@@ -24,6 +25,8 @@ def begin_run(row, run):
             run.dofs[line, i] = 0.0
     for i in range(row.floors.shape[1]):
         set_branch(row, run.dofs, i, 0.0)
+        if has_law(run, i):
+            advance_storey(row, run, i, BEGIN, 0.0)
     for k in range(run.laws.shape[0]):
         contact = run.contacts[k]
         contact.counters[FIRST_TOUCH] = nan

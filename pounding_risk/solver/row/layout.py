@@ -123,12 +123,17 @@ def lay_out(
     floors[LIMIT] = inf
     damping = np.zeros((int(first[-1]), max([1, *counts])))
     coupling = np.zeros((int(first[-1]), max(chain.coupling.shape[1] for chain in chains)))
+    storeys = np.zeros((int(first[-1]), max(chain.laws.shape[1] for chain in chains)))
     for start, chain in zip(first, chains, strict=False):
         dofs = slice(int(start), int(start) + chain.mass.size)
         _lay_floors(floors[:, dofs], chain)
         damping[dofs, : chain.mass.size] = chain.damping
         if chain.coupling.size:
             coupling[dofs, : chain.mass.size] = chain.coupling
+        if chain.laws.size:
+            storeys[dofs, : chain.laws.shape[1]] = chain.laws
+            # The law has what a bilinear storey reads from these.
+            floors[SOFT, dofs] = 0.0
     # From each node to the next: building by building, and interval by interval where these differ.
     widths = [step] if arrived is None else np.diff(np.append(arrived.offsets, step)).tolist()
     maps = [_map(chain, width) for width in widths for chain in chains]
@@ -162,6 +167,7 @@ def lay_out(
         coupling,
         np.concatenate([*maps, np.zeros(1)]),
         UniformRow() if arrived is None else ArrivingRow(),
+        storeys,
     )
     initial = np.hstack(
         [
@@ -202,6 +208,7 @@ def cut_out(layout: RowLayout, first: int, last: int) -> RowLayout:
             row.coupling[dofs].copy(),
             np.append(by_interval, 0.0),
             row.passage,
+            row.storeys[dofs].copy(),
         ),
         initial=layout.initial[:, within],
         arrivals=None if layout.arrivals is None else layout.arrivals.of(first, last),

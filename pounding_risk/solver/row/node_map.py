@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.row.ground_dof import end_ground, top_of
-from pounding_risk.solver.row.workspace import CAN_YIELD, FIRST, MAP, PLASTIC, SOFT, SPRING, VELOCITY
+from pounding_risk.solver.row.workspace import CAN_YIELD, CONSTANT, FIRST, MAP, SPRING, VELOCITY
 
 
 @kernel
@@ -87,5 +87,5 @@ def add_plastic_rest(row, b, dofs, state, sign):
     """Add ``sign`` times the displacements at which a building rests, with the plastic drifts that it has."""
     displacement = 0.0
     for i in range(row.frame[FIRST, b], top_of(row, b)):
-        displacement += row.floors[SOFT, i] * dofs[PLASTIC, i] / row.floors[SPRING, i]
+        displacement -= dofs[CONSTANT, i] / row.floors[SPRING, i]
         dofs[state, i] += sign * displacement

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 Outputs = dict[str, Array]
 
 DISPLACEMENT, DRIFT, SHEAR, ACCELERATION = range(4)  # columns of `RowRun.floors`
-AT_END, PLASTIC = range(2)  # columns of `RowRun.rest`
+AT_END, PLASTIC, DISSIPATED, STRENGTH_LEFT = range(4)  # columns of `RowRun.rest`
 
 # How an interface's columns follow from those of its points.
 LARGEST = (
@@ -117,7 +117,15 @@ OF_LINKS = {
 }
 OF_YIELDING = {
     "storey_ductility": Variable("1", "largest drift of the storey over the drift at yield", AT_STOREYS),
-    "storey_residual_drift": Variable("m", "size of the plastic drift of the storey at the end", AT_STOREYS),
+    "storey_residual_drift": Variable(
+        "m",
+        "size of the plastic drift of the storey at the end; with hysteresis of its drift without shear",
+        AT_STOREYS,
+    ),
+}
+OF_LAWS = {  # of storeys with hysteresis
+    "storey_energy": Variable("J", "energy that the hysteresis of the storey has dissipated", AT_STOREYS),
+    "storey_strength_left": Variable("1", "strength left in the weaker direction over that at first", AT_STOREYS),
 }
 OF_RUNS = {
     "row_impulse": Variable("N s", "impulse of all contacts of the row", ()),
@@ -145,6 +153,11 @@ class Frame(NamedTuple):
     def yields(self) -> bool:
         """True where a storey of the row has a yield strength."""
         return bool(np.isfinite(self.yield_drifts).any())
+
+    @property
+    def has_laws(self) -> bool:
+        """True where a storey of the row has a law of its own."""
+        return any(chain.laws.size for chain in self.model.chains)
 
 
 def frame_of(model: RowModel) -> Frame:
@@ -179,7 +192,8 @@ def _gathered_words(name: str) -> str:
 def moving_variables(frame: Frame) -> dict[str, Variable]:
     """Those that a row has without contact too."""
     of_links = OF_LINKS if frame.model.links else {}
-    return OF_BUILDINGS | OF_STOREYS | (OF_YIELDING if frame.yields else {}) | of_links
+    of_laws = OF_LAWS if frame.has_laws else {}
+    return OF_BUILDINGS | OF_STOREYS | (OF_YIELDING if frame.yields else {}) | of_laws | of_links
 
 
 def outputs(run: RowRun, yield_forces: Array, pga: Any, frame: Frame) -> Outputs:
@@ -213,6 +227,9 @@ def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
     if frame.yields:
         outputs_of_run["storey_ductility"] = _at_storeys(run.floors[..., DRIFT] / frame.yield_drifts, frame, run)
         outputs_of_run["storey_residual_drift"] = _at_storeys(np.abs(run.rest[..., PLASTIC]), frame, run)
+    if frame.has_laws:
+        outputs_of_run["storey_energy"] = _at_storeys(run.rest[..., DISSIPATED], frame, run)
+        outputs_of_run["storey_strength_left"] = _at_storeys(run.rest[..., STRENGTH_LEFT], frame, run)
     return outputs_of_run | (_of_links(run, frame) if frame.model.links else {})
 
 

@@ -14,6 +14,9 @@ def save_or_restore(row, run, b, restore):
     for line in range(SAVED):
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
             copy_number(run.dofs, TANGENT + line, i, run.saved, line, i, restore)
+    for column in range(run.storeys.shape[1]):
+        for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
+            copy_number(run.storeys, i, column, run.saved_storeys, i, column, restore)
     buildings = row.frame.shape[1] - 1
     levels = run.timed.shape[2]
     for k in range(row.frame[START, max(b - 1, 0)], row.frame[START, min(b + 1, buildings - 1)]):

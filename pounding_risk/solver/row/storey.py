@@ -1,14 +1,33 @@
-"""A storey that can yield: a bilinear spring with kinematic hardening, V = TANGENT d + CONSTANT on each branch.
+"""A storey that can yield, V = TANGENT d + CONSTANT on each branch: bilinear, or by a law of its own.
 
-Elastic about its plastic drift p, V = k d − (1 − α) k p; past its limit L, V = α k d ± (1 − α) k L. It yields where
-d − p passes ± L and turns back where the drift's rate does; then p = d ∓ L.
+A storey with a law (`models.structures.hysteresis`) asks it at each event for the branch that follows. Without one it
+is a bilinear spring with kinematic hardening. Elastic about its plastic drift p, V = k d − (1 − α) k p; past its limit
+L, V = α k d ± (1 − α) k L. It yields where d − p passes ± L and turns back where the drift's rate does; then p = d ∓ L.
 """
 
 from __future__ import annotations
 
 from math import inf, sqrt
 
+from pounding_risk._jit.calls import call_on
 from pounding_risk._jit.compile import kernel, small
+from pounding_risk.models.structures.hysteresis._numbers import (
+    BEGIN,
+    COLLAPSE,
+    COMING,
+    LOWER,
+    SLOPE,
+    STIFFNESS,
+    TURN,
+    UNLOADING,
+    UPPER,
+    VERB,
+    WORK,
+)
+from pounding_risk.models.structures.hysteresis._numbers import CONSTANT as LAW_CONSTANT
+from pounding_risk.models.structures.hysteresis._numbers import DRIFT as LAST_DRIFT
+from pounding_risk.models.structures.hysteresis._numbers import SHEAR as LAST_SHEAR
+from pounding_risk.solver.counters import COLLAPSED
 from pounding_risk.solver.pair.taylor import SIGNAL, first_rise
 from pounding_risk.solver.row.workspace import (
     BOTTOM,
@@ -61,7 +80,7 @@ def storey_energy(row, dofs, i, drift):
     """
     total = 0.5 * dofs[TANGENT, i] * drift * drift
     if row.floors[SOFT, i] == 0.0:
-        return total
+        return total + dofs[CONSTANT, i] * drift + dofs[PLASTIC, i]  # elastic, both are 0; of a law, its branch's
     soft, plastic_drift = row.floors[SOFT, i], dofs[PLASTIC, i]
     if dofs[BRANCH, i] == 0.0:
         return total + dofs[CONSTANT, i] * drift + 0.5 * soft * plastic_drift * plastic_drift
@@ -80,10 +99,83 @@ def creep_rate(row, i):
     return (OVER - 1.0) * row.floors[LIMIT, i] * sqrt(row.floors[SPRING, i] * row.floors[INVERSE, i])
 
 
+@small
+def has_law(run, i):
+    """True where the storey below dof ``i`` has a law of its own."""
+    return run.storeys.shape[1] > 0 and run.storeys[i, STIFFNESS] > 0.0
+
+
+@kernel
+def middle_and_half(run, i):
+    """The middle and half the width of the branch on which a storey with a law is elastic [m]."""
+    lower, upper = run.storeys[i, LOWER], run.storeys[i, UPPER]
+    return 0.5 * (lower + upper), 0.5 * (upper - lower)
+
+
+@kernel
+def advance_storey(row, run, i, event, drift):
+    """Follow the law of a storey past an event; a storey that has collapsed ends the run."""
+    numbers, slots, dofs = run.storeys, run.workspace.law_arguments, run.dofs
+    shear = numbers[i, SLOPE] * drift + numbers[i, LAW_CONSTANT]
+    numbers[i, WORK] += 0.5 * (numbers[i, LAST_SHEAR] + shear) * (drift - numbers[i, LAST_DRIFT])
+    if abs(drift) >= numbers[i, COLLAPSE]:
+        run.workspace.status = float(COLLAPSED)
+        return
+    if event == BEGIN:
+        numbers[i, UNLOADING] = numbers[i, STIFFNESS]
+    slots[0], slots[1], slots[2] = event, drift, shear
+    call_on(numbers[i, VERB], numbers, i, slots)
+    tangent, constant, dofs[BRANCH, i] = slots[0], slots[1], slots[2]
+    shear = tangent * drift + constant
+    numbers[i, LAST_DRIFT], numbers[i, LAST_SHEAR] = drift, shear
+    numbers[i, LOWER] = max(numbers[i, LOWER], -numbers[i, COLLAPSE])
+    numbers[i, UPPER] = min(numbers[i, UPPER], numbers[i, COLLAPSE])
+    # P-delta acts beside the law; what is left of the work beside it is what unloading would give back.
+    geometric = row.floors[SPRING, i] - row.floors[SHEAR, i]
+    dofs[TANGENT, i], dofs[CONSTANT, i] = tangent + geometric, constant
+    dofs[PLASTIC, i] = 0.5 * shear * shear / numbers[i, UNLOADING] - (0.5 * tangent * drift + constant) * drift
+
+
+@kernel
+def next_event_of_law(row, run, i, stop, terms):
+    """As `next_strain`, of a storey with a law; which event it is goes to COMING of its numbers."""
+    numbers, search = run.storeys, run.workspace.search
+    branch, earliest = run.dofs[BRANCH, i], -1.0
+    slack = (OVER - 1.0) * row.floors[LIMIT, i]
+    for side in range(2):
+        sign = 1.0 - 2.0 * side
+        if branch != 0.0 and sign != branch:
+            continue
+        write_drift(row, run, i, sign, terms)
+        end = (numbers[i, UPPER] if sign > 0.0 else -numbers[i, LOWER]) + slack
+        time = first_rise(search, terms, end, stop if earliest < 0.0 else earliest)
+        if time >= 0.0:
+            earliest, numbers[i, COMING] = time, sign
+    if branch != 0.0:
+        write_drift(row, run, i, -branch, terms)
+        for n in range(terms - 1):
+            search.series[SIGNAL, n] = (n + 1) * search.series[SIGNAL, n + 1]
+        time = first_rise(search, terms - 1, creep_rate(row, i), stop if earliest < 0.0 else earliest)
+        if time >= 0.0:
+            earliest, numbers[i, COMING] = time, TURN
+    return earliest
+
+
+@kernel
+def write_drift(row, run, i, sign, terms):
+    """The series of ``sign`` × the drift of the storey below dof ``i`` to the workspace."""
+    bottom = row.floors[BOTTOM, i] > 0.0
+    for n in range(terms):
+        drift = run.series[i, n] - (0.0 if bottom else run.series[i - 1, n])
+        run.workspace.search.series[SIGNAL, n] = sign * drift
+
+
 @kernel
 def next_strain(row, run, i, stop, terms):
     """When the storey below dof ``i`` changes its branch on (0, stop] of a flight, or −1."""
     search, series, dofs = run.workspace.search, run.series, run.dofs
+    if has_law(run, i):
+        return next_event_of_law(row, run, i, stop, terms)
     bottom = row.floors[BOTTOM, i] > 0.0
     branch = dofs[BRANCH, i]
     if branch != 0.0:
@@ -109,7 +201,9 @@ def switch_storey(row, run, i, line):
     drift = drift_in(row, run.dofs, line, i)
     energy_before = storey_energy(row, dofs, i, drift)
     branch = dofs[BRANCH, i]
-    if branch == 0.0:
+    if has_law(run, i):
+        advance_storey(row, run, i, run.storeys[i, COMING], drift)
+    elif branch == 0.0:
         set_branch(row, dofs, i, 1.0 if drift > dofs[PLASTIC, i] else -1.0)
     else:
         dofs[PLASTIC, i] = drift - branch * row.floors[LIMIT, i]

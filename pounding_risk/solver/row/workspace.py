@@ -15,6 +15,7 @@ import numpy as np
 from pounding_risk._jit.compile import small
 from pounding_risk._jit.records import new_records, record_type
 from pounding_risk.models.restitution import Restitution
+from pounding_risk.models.structures.hysteresis import called
 from pounding_risk.solver.counters import TALLIED
 from pounding_risk.solver.row.ground import ArrivingRow, ArrivingRowGround, UniformRow, UniformRowGround
 from pounding_risk.solver.runge_kutta import DOP853
@@ -92,7 +93,8 @@ VIBRATION, VIBRATION_BEFORE, VIBRATION_SPARE, FREE = range(18, 26, 2)
 BOUNDS = 26
 POLY = 29  # TERMS rows of u, TERMS of v
 SLOPE = POLY + 2 * TERMS  # SLOPES rows of du/ds, SLOPES of dv/ds
-# The storey's branch and what follows from it, V = TANGENT d + CONSTANT; and the peaks so far.
+# The storey's branch and what follows from it, V = TANGENT d + CONSTANT; its plastic drift, of a storey with a law of
+# its own the potential at no drift on its branch [J]; and the peaks so far.
 TANGENT, CONSTANT, PLASTIC, BRANCH, DISPLACEMENT, DRIFT, STOREY_FORCE, ACCELERATION = range(
     SLOPE + 2 * SLOPES, SLOPE + 2 * SLOPES + 8
 )
@@ -156,6 +158,7 @@ class Row(NamedTuple):
     coupling: np.ndarray  # (D, N) row i of the stiffness matrix beside the storey springs; (D, 0) where no row has one
     maps: np.ndarray  # (...,) over one node interval, (u, v) from u, v, a_g and its slope; by width and building
     passage: UniformRow | ArrivingRow
+    storeys: np.ndarray  # (D, ...) numbers of the law of each storey, zero without one; (D, 0) where no row has one
 
 
 class FreeMotion(NamedTuple):
@@ -203,6 +206,8 @@ class Run(NamedTuple):
     saved_contacts: np.ndarray  # (K,) the same of the contact points
     saved_laws: np.ndarray  # (K, ...) of their levels and laws
     marks: np.ndarray  # (MARKS, B)
+    storeys: np.ndarray  # (D, ...) as `Row.storeys`, with the addresses of the laws and what they remember
+    saved_storeys: np.ndarray  # (D, ...) the same where an interval begins
 
 
 def new_run(row: Row, laws: np.ndarray, levels: np.ndarray, rtol: float = 0.0, lines: int = 0) -> Run:
@@ -224,6 +229,8 @@ def new_run(row: Row, laws: np.ndarray, levels: np.ndarray, rtol: float = 0.0, l
         new_records(Contact, points),
         np.zeros((points, 2 * levels.size + laws.shape[1])),
         np.zeros((MARKS, row.frame.shape[1] - 1)),
+        called(row.storeys),
+        np.zeros(row.storeys.shape),
     )
 
 
