@@ -64,6 +64,8 @@ GAP = Quantity("m", 0.0, inf, "clear distance at rest")
 YIELD_FORCE = Quantity("N", 0.0, inf, "yield force F_E", open_low=True)
 # Stiffer than any steel between two floors, at 1e15 N/m a run would follow vibrations of it alone.
 LINK_STIFFNESS = Quantity("N/m", 0.0, 1e13, "stiffness of a link", example="20 MN/m")
+LINK_STRENGTH = Quantity("N", 0.0, inf, "strength of a link", open_low=True, example="200 kN")
+LINK_SLACK = Quantity("m", 0.0, 100.0, "slack of a link", example="20 mm")
 LINK_DAMPING = Quantity("N s/m", 0.0, 1e12, "coefficient of a damper", example="2 MN s/m")
 RESTITUTION = Quantity("1", 0.0, 1.0, "coefficient of restitution e", open_low=True, example="0.65")
 SPEED = Quantity("m/s", 0.0, inf, "approach speed", open_low=True, open_high=True)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
-from pounding_risk.results.attributes import has_histories, isolated_buildings
+from pounding_risk.results.attributes import has_histories, has_laws_of_links, isolated_buildings
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.proportions import Share, independent_motions, labels, logs_of, shares
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
@@ -49,7 +49,7 @@ def is_linear(results: Results) -> bool:
 
     A known motion is that of a model of which nothing is known.
     """
-    yields = has_histories(results.scene) or isolated_buildings(results.scene)
+    yields = has_histories(results.scene) or isolated_buildings(results.scene) or has_laws_of_links(results.scene)
     return set(results.scene.get("effects", {})) <= LINEAR and not yields
 
 

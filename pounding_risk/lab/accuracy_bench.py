@@ -50,6 +50,7 @@ OWN_GROUNDS = "ground of a building's own"
 INITIAL_STATES = "initial displacement or velocity"  # what the other methods do not begin with
 NAMES = tuple(OUTPUTS)[:5]  # outputs of a run; the gap required is that of the motion without contact
 ROTATING = "floors that rotate"
+LAWS_OF_LINKS = "link_strength or link_slack"
 OPEN = 1e3  # m: a gap that stays open, and leaves SciPy's root search a finite number
 
 
@@ -156,6 +157,7 @@ class Bench:
         laws = {name: known_law(name) for name in study.model_names}
         only += [name for name, law in laws.items() if is_path_dependent(law) or is_instant(law)]
         only += [INITIAL_STATES] if any(np.any(chain.initial) for chain in self.chains) else []
+        only += [LAWS_OF_LINKS] if any(link.law for link in study.links) else []
         only += [ROTATING] if any(chain.twists for chain in self.chains) else []
         only += [OWN_GROUNDS] if any(building.support != SHARED for building in study.buildings) else []
         return ", ".join(only)

@@ -103,6 +103,12 @@ def collapsed(case: xr.Dataset) -> xr.DataArray:
     return status.isin(codes[np.array(fallen, dtype=bool)] if any(fallen) else [])
 
 
+def has_laws_of_links(scene: Mapping[str, Any]) -> bool:
+    """True where links of a scene slip, or are slack."""
+    tables = [*scene.get("interface", []), scene.get("grid", {}), scene.get("uncertain", {})]
+    return any(name.endswith(("link_strength", "link_slack")) for table in tables for name in table)
+
+
 def isolated_buildings(scene: Mapping[str, Any]) -> list[str]:
     """The buildings on isolators, by the tables of a scene; isolators are storey 1."""
     return [str(building["name"]) for building in scene.get("building", []) if "isolation" in building]

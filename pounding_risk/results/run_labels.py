@@ -47,7 +47,11 @@ HISTORIES = {
     "contact_force": (POINTS, "N", "contact force, compression positive"),
     "contact_impulse_so_far": (POINTS, "N s", "impulse of the contact force up to this instant"),
     "link_stretch": (LINKS, "m", "what stretches the link: u_right - u_left; below zero what shortens it"),
-    "link_force": (LINKS, "N", "force of the link, k stretch + c rate; positive where it pulls the buildings together"),
+    "link_force": (
+        LINKS,
+        "N",
+        "force of the link, k stretch, or that of its law, + c rate; positive where it pulls the buildings together",
+    ),
     "ground_acceleration": (TIME, "m/s2", GROUND),
     "building_ground_acceleration": (("time", "building"), "m/s2", "ground acceleration under the building"),
     "ground_displacement": (("time", "building"), "m", MOVED),

@@ -33,13 +33,14 @@ LOSS = Quantity("1", 0.0, inf, "degradation", open_high=True, example="0.01")
 EXAMPLE = '{rule = "peak_oriented", backbone = [[4.0, 1.15], [12.0, 0.3]], unloading = 0.4, energy_capacity = 60}'
 _POINTS = "points past yield, each [drift, shear] in multiples of those at yield, such as [[4.0, 1.15], [12.0, 0.3]]"
 
+OF_STOREYS = {name: rule for name, rule in RULES.items() if rule.USE == "storey"}
 RULE = one_of(
-    list(RULES),
+    list(OF_STOREYS),
     "a rule of hysteresis",
-    "What follows a turn: " + "; ".join(f"{name}: {rule.WORDS}" for name, rule in RULES.items()) + ".",
+    "What follows a turn: " + "; ".join(f"{name}: {rule.WORDS}" for name, rule in OF_STOREYS.items()) + ".",
     '"peak_oriented"',
     REQUIRED,
-    f'missing; write rule = "peak_oriented", or another of {", ".join(RULES)}',
+    f'missing; write rule = "peak_oriented", or another of {", ".join(OF_STOREYS)}',
 )
 
 

@@ -40,7 +40,16 @@ from pounding_risk.units import QuantityError, parse, shown
 
 ROW_KEYS = {"floor_depth", "displacement_history"}  # of buildings, likewise
 # Keys that make a row of a pair of masses.
-OF_POINTS = ("contact", "tolerance", "column_yield_force", "link_stiffness", "link_damping", "link_at")
+OF_POINTS = (
+    "contact",
+    "tolerance",
+    "column_yield_force",
+    "link_stiffness",
+    "link_damping",
+    "link_at",
+    "link_strength",
+    "link_slack",
+)
 
 
 def varied(draft: Draft) -> set[Any]:
@@ -107,6 +116,11 @@ def interface_checks(draft: Draft) -> Iterator[Fault]:
             sentence = f'missing; write contact_model = "jankowski", or another of {", ".join(CONTACT_MODELS)}'
             yield keys.fault("contact_model", sentence, absent=True)
         own = keys.raw.get("contact_model", first)
+        for key in ("link_strength", "link_slack"):
+            if key in keys and not {"link_stiffness"} & {*keys.raw, *varied(draft)}:
+                yield keys.fault(key, 'is of the spring of a link; write link_stiffness = "20 MN/m" beside it')
+        if "link_strength" in keys and "link_slack" in keys:
+            yield keys.fault("link_slack", "a link slips or is slack, not both; remove it, or link_strength")
         if "link_at" in keys and not {"link_stiffness", "link_damping"} & {*keys.raw, *varied(draft)}:
             yield keys.fault("link_at", 'joins nothing; write link_stiffness = "20 MN/m" or link_damping = "2 MN s/m"')
         refused = is_row(draft) and _not_in_row(draft, own)  # which says what to choose instead

@@ -36,7 +36,9 @@ from pounding_risk.units import (
     GAP,
     LEVELS,
     LINK_DAMPING,
+    LINK_SLACK,
     LINK_STIFFNESS,
+    LINK_STRENGTH,
     RESTITUTION,
     SPEED,
     YIELD_FORCE,
@@ -305,6 +307,25 @@ class Interface(Table):
             "no damper joins them",
         ),
     ] = 0.0
+    link_strength: Annotated[
+        float,
+        measured(
+            LINK_STRENGTH,
+            "Force at which the spring of the link slips, in both directions: a friction damper on its brace, or one "
+            "that yields.",
+            '"200 kN"',
+            "the spring is linear",
+        ),
+    ] = inf
+    link_slack: Annotated[
+        float | None,
+        measured(
+            LINK_SLACK,
+            "Stretch past which the spring of the link pulls; then it never pushes: a hook, a cable or a restrainer.",
+            '"20 mm"',
+            "the spring pulls and pushes",
+        ),
+    ] = None
     link_at: Annotated[
         tuple[tuple[float, float], ...],
         Key(

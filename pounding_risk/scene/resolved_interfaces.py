@@ -172,7 +172,9 @@ def _links(here: Beside, points: Sequence[Point]) -> tuple[Link, ...]:
     """The links of two neighbours: where their table says, or at their highest contact point."""
     table = here.table
     places = table.link_at or ((points[-1].left_floor, points[-1].right_floor),)
-    return tuple(Link(here.place, *floors, table.link_stiffness, table.link_damping) for floors in places)
+    slack = -inf if table.link_slack is None else table.link_slack
+    law = table.link_stiffness, table.link_damping, table.link_strength, slack
+    return tuple(Link(here.place, *floors, *law) for floors in places)
 
 
 def _misplaced_links(here: Beside, *, stands_apart: bool) -> list[Fault]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pounding_risk.ensemble.grid_job import peaks_under
 from pounding_risk.ensemble.row_grid import mechanics_of, model_of
 from pounding_risk.models.ground import arriving
+from pounding_risk.models.structures.hysteresis import forces_along
 from pounding_risk.models.structures.links import stretch
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.run_labels import Case, Trace
@@ -84,7 +85,11 @@ def link_histories(model: RowModel, states: Array) -> dict[str, Array]:
     springs = np.array([link.stiffness for link in model.links])
     dashpots = np.array([link.damping for link in model.links])
     stretched, rate = states[:, 0] @ shares, states[:, 1] @ shares
-    return {"link_stretch": stretched, "link_force": springs * stretched + dashpots * rate}
+    forces = springs * stretched
+    for place, link in enumerate(model.links):
+        if link.law:  # followed from instant to instant; its displacement is that of the left end from the right one
+            forces[:, place] = -forces_along(np.array(link.law), -stretched[:, place])
+    return {"link_stretch": stretched, "link_force": forces + dashpots * rate}
 
 
 def grounds_at(row: RowLayout, under: Samples, time: Array) -> dict[str, Array]:

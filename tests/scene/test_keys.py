@@ -85,6 +85,8 @@ BESIDE: dict[str, dict[str, Any]] = {
     "records.pause": {"aftershock": "RSN753-000"},
     "records.aftershock_ratio": {"aftershock": "RSN753-000"},
     "interface.link_at": {"link_stiffness": "20 MN/m"},
+    "interface.link_strength": {"link_stiffness": "20 MN/m"},
+    "interface.link_slack": {"link_stiffness": "20 MN/m"},
     "interface.design_penetration": {"contact_model": "bilinear", "restitution": 0.65},
     "effects.unloading_stiffness": {"permanent_set": {}},
     "records.place": {"names": None, "sites": "EventGrid.csv"},

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.structures.hysteresis import RULES, Hysteresis, _numbers
+from pounding_risk.models.structures.hysteresis import Hysteresis, forces_along
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.scene.reader import parse_scene
@@ -32,28 +32,7 @@ STIFFNESS, STRENGTH = 100.0, 100.0  # N/m, N of the loops: they yield at 1 m
 
 def loop(law: Hysteresis, drifts: Sequence[float]) -> np.ndarray:
     """Shears at drifts that are followed in turn, each straight from the one before."""
-    numbers, slots = law.numbers(STIFFNESS, STRENGTH, inf), np.zeros(8)
-    numbers[_numbers.UNLOADING] = STIFFNESS
-
-    def meet(event: float, drift: float) -> None:
-        shear = numbers[_numbers.SLOPE] * drift + numbers[_numbers.CONSTANT]
-        moved = drift - numbers[_numbers.DRIFT]
-        numbers[_numbers.WORK] += 0.5 * (numbers[_numbers.SHEAR] + shear) * moved
-        slots[:3] = event, drift, shear
-        RULES[law.rule].advance(0.0, 0.0, numbers, slots)
-        numbers[_numbers.DRIFT], numbers[_numbers.SHEAR] = drift, slots[0] * drift + slots[1]
-
-    meet(_numbers.BEGIN, 0.0)
-    drift, shears = 0.0, []
-    for target in drifts:
-        side = float(np.sign(target - drift))
-        if slots[2] != 0.0 and side == -slots[2]:
-            meet(_numbers.TURN, drift)
-        while side * (target - (end := numbers[_numbers.UPPER if side > 0.0 else _numbers.LOWER])) > 0.0:
-            meet(side, end)
-        drift = target
-        shears.append(slots[0] * drift + slots[1])
-    return np.array(shears)
+    return forces_along(law.numbers(STIFFNESS, STRENGTH, inf), np.asarray(drifts, dtype=float))
 
 
 def wandering(seed: int, turns: int = 20, reach: float = 8.0, steps: int = 400) -> np.ndarray:

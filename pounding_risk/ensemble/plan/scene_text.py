@@ -32,7 +32,9 @@ from pounding_risk.units import (
     INITIAL_DISPLACEMENT,
     INITIAL_VELOCITY,
     LINK_DAMPING,
+    LINK_SLACK,
     LINK_STIFFNESS,
+    LINK_STRENGTH,
     MASS,
     PERIOD,
     PGA,
@@ -132,8 +134,11 @@ def _links(here: Scene) -> list[tuple[str, str]]:
     places = [f"{_place(one.left_floor)} of {left.name}, {_place(one.right_floor)} of {right.name}" for one in links]
     if not places:
         return []
-    spring, dashpot = here.links[0].stiffness, here.links[0].damping
-    return [("link", f"{say(spring, LINK_STIFFNESS)} and {say(dashpot, LINK_DAMPING)}: {'; '.join(places)}")]
+    one = here.links[0]
+    slips = f", slips at {say(one.strength, LINK_STRENGTH)}" if one.strength < inf else ""
+    hooks = f", pulls past a slack of {say(one.slack, LINK_SLACK)}" if one.slack > -inf else ""
+    spring = f"{say(one.stiffness, LINK_STIFFNESS)}{slips}{hooks}"
+    return [("link", f"{spring} and {say(one.damping, LINK_DAMPING)}: {'; '.join(places)}")]
 
 
 def _place(floor: float) -> str:

@@ -38,6 +38,7 @@ class Point(NamedTuple):
     kind: str  # "floor" or "column": what the other side's floor meets
     level: float  # m above the ground; NaN where neither building has levels
     across: float = inf  # m across the row, of floors that rotate; infinite where none does
+    law: tuple[float, ...] = ()  # numbers of the law of a link; empty where it is elastic, and of contacts
 
 
 class LevelRule(NamedTuple):

@@ -4,8 +4,9 @@ A link pulls and pushes with the stretch of the straight line between its ends, 
 
     F = k e + c ė, positive where it pulls the buildings together.
 
-It is linear, so that the buildings it joins are one linear body: matrices of both with the link's, whose motion without
-contact is known in closed form as that of a building is.
+The buildings that it joins are one body: matrices of both with the link's, whose motion without contact is known in
+closed form as that of a building is. A link that slips at its strength, or pulls past a slack alone, has a law
+(`models.structures.hysteresis`) in place of k e; the body then moves in closed form from one change of it to the next.
 """
 
 from __future__ import annotations
@@ -17,10 +18,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk.models.structures.hysteresis import Hysteresis
+from pounding_risk.models.structures.hysteresis._numbers import SIZE
 from pounding_risk.models.structures.mdof import Chain, stacked
 
 Array = NDArray[np.float64]
 LINK = "link"  # the kind of a point of a row that is the place of a link
+LEAST_SIZE = 1e-3  # m, by which rounding of a hook without slack is told
 
 
 class Link(NamedTuple):
@@ -31,6 +35,28 @@ class Link(NamedTuple):
     right_floor: float
     stiffness: float  # k [N/m]
     damping: float  # c [N s/m]
+    strength: float = inf  # at which the spring slips [N]
+    slack: float = -inf  # stretch past which the spring pulls, and never pushes [m]; −∞ for one that does both
+
+    @property
+    def law(self) -> tuple[float, ...]:
+        """Numbers of the law of its spring; none where it is linear."""
+        if self.stiffness == 0.0:
+            return ()
+        if self.strength < inf:
+            slips = Hysteresis("kinematic", collapse_drift=inf)
+            return tuple(slips.numbers(self.stiffness, self.strength, 1.0).tolist())
+        if self.slack > -inf:
+            row = Hysteresis("hook", collapse_drift=inf).numbers(self.stiffness, self.stiffness * self.slack, 1.0)
+            row[SIZE] = max(self.slack, LEAST_SIZE)
+            return tuple(row.tolist())
+        return ()
+
+    def peak_force(self, stretch: Array, shortening: Array) -> Array:
+        """Largest force of its spring [N], from the largest stretch and shortening [m]."""
+        if self.slack > -inf:
+            return self.stiffness * np.maximum(stretch - self.slack, 0.0)
+        return np.minimum(self.stiffness * np.fmax(stretch, shortening), self.strength)
 
 
 class Body(NamedTuple):

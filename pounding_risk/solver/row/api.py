@@ -20,6 +20,7 @@ from pounding_risk._jit.records import column, set_column
 from pounding_risk.models.ground import arriving
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.hysteresis import _numbers as laws
+from pounding_risk.solver.counters import PLASTIC as PLASTIC_ENERGY
 from pounding_risk.solver.counters import TALLIED
 from pounding_risk.solver.pair.laws import verbs_of
 from pounding_risk.solver.row.free_motion import march_free
@@ -250,6 +251,11 @@ def _results_of(layout: RowLayout, run: Run, states: np.ndarray) -> RowRun:
         rest = _with_laws(rest, row.storeys[:, laws.STIFFNESS] > 0.0, run.storeys)
     workspace, contacts = run.workspace, run.contacts
     points = [column(contacts, name) for name in ("counters", "highest", "lowest")]
+    if row.links.size:
+        counters, links = points[0].reshape(len(contacts), TALLIED), run.links
+        slips = np.flatnonzero(links[:, laws.STIFFNESS] > 0.0)
+        places = np.array([_place_of_point(row, at_end, int(point)) for point in slips])
+        counters[slips, PLASTIC_ENERGY] = _dissipated(links[slips], places)
     return RowRun(
         np.column_stack([points[0].reshape(len(contacts), TALLIED), *points[1:]]),
         floors[masses],
@@ -267,16 +273,28 @@ def _results_of(layout: RowLayout, run: Run, states: np.ndarray) -> RowRun:
     )
 
 
+def _place_of_point(row: Row, values: np.ndarray, point: int) -> float:
+    """u_left − u_right of a point, from displacements of the dofs."""
+    mine = row.ends[point] >= 0
+    return float(row.shares[point, mine] @ values[row.ends[point, mine]])
+
+
+def _dissipated(numbers: np.ndarray, drift: np.ndarray) -> np.ndarray:
+    """Energy that laws have dissipated until they stand at these drifts [J]: their work, less what unloading gives."""
+    values = numbers.T
+    shear = values[laws.SLOPE] * drift + values[laws.CONSTANT]
+    work = values[laws.WORK] + 0.5 * (values[laws.SHEAR] + shear) * (drift - values[laws.DRIFT])
+    return np.asarray(work - 0.5 * shear**2 / values[laws.UNLOADING])
+
+
 def _with_laws(rest: np.ndarray, has_law: np.ndarray, numbers: np.ndarray) -> np.ndarray:
     """``rest`` with the drift without shear of storeys with laws, and columns of `RowRun.rest` that only these have."""
     drift, values = rest[has_law, 0], numbers[has_law].T
     shear = values[laws.SLOPE] * drift + values[laws.CONSTANT]
-    given_back = 0.5 * shear**2 / values[laws.UNLOADING]
-    work = values[laws.WORK] + 0.5 * (values[laws.SHEAR] + shear) * (drift - values[laws.DRIFT])
     whole = np.full((len(rest), 4), np.nan)
     whole[:, :2] = rest
     whole[has_law, 1] = drift - shear / values[laws.UNLOADING]
-    whole[has_law, 2], whole[has_law, 3] = work - given_back, values[laws.STRENGTH]
+    whole[has_law, 2], whole[has_law, 3] = _dissipated(numbers[has_law], drift), values[laws.STRENGTH]
     return whole
 
 

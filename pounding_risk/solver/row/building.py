@@ -11,6 +11,7 @@ from __future__ import annotations
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.ground_dof import top_of, write_ground_series
+from pounding_risk.solver.row.link import add_link_terms
 from pounding_risk.solver.row.storey import is_lowest, storey_energy
 from pounding_risk.solver.row.workspace import (
     BAND,
@@ -144,6 +145,8 @@ def write_series(row, run, b, state, ground, terms):
                     force -= row.coupling[i, j - first] * series[j, n]
             push = (force - (n + 1) * drag) * row.floors[INVERSE, i] - push_of_ground * row.floors[FELT, i]
             series[i, n + 2] = push * share
+        if is_coupled:
+            add_link_terms(row, run, b, n, share)
     write_ground_series(row, b, ground, series, terms)
 
 

@@ -11,6 +11,7 @@ from pounding_risk.solver.row.event_functions import across_between
 from pounding_risk.solver.row.explicit import between
 from pounding_risk.solver.row.ground_dof import top_of
 from pounding_risk.solver.row.implicit import write_polynomial
+from pounding_risk.solver.row.link import excess, is_link_of
 from pounding_risk.solver.row.storey import is_lowest, shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCELERATION,
@@ -79,6 +80,12 @@ def acceleration_between(row, run, group, i, x):
             for end in range(4):
                 if row.ends[k, end] == i:
                     force -= row.shares[k, end] * force_between(row, run, group, k, x)
+    for k in range(run.links.shape[0]):
+        if is_link_of(run, k, b, b):
+            for end in range(4):
+                if row.ends[k, end] == i:
+                    stretched = across_between(row, run, group, k, 0, x, 0.0)
+                    force -= row.shares[k, end] * excess(run.links, k, stretched)
     return force * row.floors[INVERSE, i]
 
 

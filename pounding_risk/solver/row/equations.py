@@ -15,6 +15,7 @@ from pounding_risk.solver.row.contact_points import across_and_rate, power_throu
 from pounding_risk.solver.row.ground import ArrivingRowInterval, UniformRowInterval
 from pounding_risk.solver.row.ground_dof import place_ground, push_ground, top_of
 from pounding_risk.solver.row.laws import law_force, law_plateau
+from pounding_risk.solver.row.link import add_link_forces, link_energy
 from pounding_risk.solver.row.workspace import (
     BAND,
     BOTTOM,
@@ -159,6 +160,7 @@ def accelerate_group(row, run, group, state, ground, out):
         place_ground(row, b, ground, run.dofs, state)
         power += accelerate_building(row, b, state, ground.under(b)[0], run.dofs, out)
         push_ground(row, b, ground, run.dofs, out)
+    add_link_forces(row, run, group.first, group.last, state, out)
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
             distance, rate = across_and_rate(row, k, run.dofs, state)
@@ -194,7 +196,7 @@ def group_energy(row, run, group, line):
     total = 0.0
     for b in range(group.first, group.last + 1):
         total += energy_of(row, b, line, run.dofs)
-    return total
+    return total + link_energy(row, run, group.first, group.last, line)
 
 
 @kernel

@@ -8,15 +8,16 @@ from __future__ import annotations
 
 from math import inf
 
-from pounding_risk._jit.compile import kernel
-from pounding_risk.models.structures.hysteresis._numbers import LOWER, UPPER
+from pounding_risk._jit.compile import kernel, small
+from pounding_risk.models.structures.hysteresis._numbers import DIRECTION
 from pounding_risk.solver.pair.equations import YIELDING
 from pounding_risk.solver.pair.events import CUT, MET, PART, TURN, YIELD
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.contact_points import across
 from pounding_risk.solver.row.equations import uncapped
 from pounding_risk.solver.row.explicit import between
-from pounding_risk.solver.row.storey import OVER, creep_rate, drift_in, has_law, middle_and_half
+from pounding_risk.solver.row.law_events import OVER, corner_margin, strain_margin
+from pounding_risk.solver.row.storey import creep_rate, drift_in, has_law
 from pounding_risk.solver.row.workspace import (
     AT_END,
     AT_START,
@@ -70,21 +71,43 @@ def strain_event_function(row, run, i, drift, rate):
     branch = run.dofs[BRANCH, i]
     if branch != 0.0:
         return branch * rate + creep_rate(row, i), 0.0
-    if has_law(run, i):
-        middle, half = middle_and_half(run, i)
-        side = 1.0 if drift >= middle else -1.0
-        return half + (OVER - 1.0) * row.floors[LIMIT, i] - side * (drift - middle), -side
     strain = drift - run.dofs[PLASTIC, i]
     side = 1.0 if strain >= 0.0 else -1.0
     return OVER * row.floors[LIMIT, i] - side * strain, -side
 
 
+@small
+def follows_law(row, run, i):
+    """True where storey ``i`` has a law of its own, or is a link with one, which are counted behind the dofs."""
+    return i >= row.floors.shape[1] or has_law(run, i)
+
+
 @kernel
-def corner_event_function(row, run, i, drift):
-    """(margin, its slope per unit of the drift's) of the end of the branch on which a storey with a law is loaded."""
-    side = run.dofs[BRANCH, i]
-    corner = run.storeys[i, UPPER] if side > 0.0 else -run.storeys[i, LOWER]
-    return corner + (OVER - 1.0) * row.floors[LIMIT, i] - side * drift, -side
+def law_event_function(row, run, kind, i, state, line):
+    """(margin, slope per unit of s) of an event of a law, its state in rows ``state``, slopes of it in ``line``."""
+    dofs, dof_count = run.dofs, row.floors.shape[1]
+    if i < dof_count:
+        drift, rate = drift_in(row, dofs, state, i), drift_in(row, dofs, state + VELOCITY, i)
+        drift_slope, rate_slope = drift_in(row, dofs, line, i), drift_in(row, dofs, line + SLOPES, i)
+        margins = law_margin(run.storeys, kind, i, drift, rate)
+        direction = run.storeys[i, DIRECTION]
+    else:
+        k = i - dof_count
+        drift, rate = across(row, k, dofs, state), across(row, k, dofs, state + VELOCITY)
+        drift_slope, rate_slope = across(row, k, dofs, line), across(row, k, dofs, line + SLOPES)
+        margins = law_margin(run.links, kind, k, drift, rate)
+        direction = run.links[k, DIRECTION]
+    if kind == STRAIN and direction != 0.0:
+        return margins[0], direction * rate_slope
+    return margins[0], margins[1] * drift_slope
+
+
+@small
+def law_margin(numbers, kind, i, drift, rate):
+    """(margin, its slope per unit of the drift's) of an event of a law."""
+    if kind == CORNER:
+        return corner_margin(numbers, i, drift)
+    return strain_margin(numbers, i, drift, rate)
 
 
 @kernel
@@ -93,15 +116,14 @@ def event_function(row, run, kind, k, at_end):
     dofs = run.dofs
     state = END if at_end else NOW
     line = SLOPE + LAST if at_end else SLOPE
+    if kind >= STRAIN and follows_law(row, run, k):
+        return law_event_function(row, run, kind, k, state, line)
     if kind == STRAIN:
         branch = run.dofs[BRANCH, k]
         if branch != 0.0:
             rate = drift_in(row, dofs, state + VELOCITY, k)
             return branch * rate + creep_rate(row, k), branch * drift_in(row, dofs, line + SLOPES, k)
         value, turn = strain_event_function(row, run, k, drift_in(row, dofs, state, k), 0.0)
-        return value, turn * drift_in(row, dofs, line, k)
-    if kind == CORNER:
-        value, turn = corner_event_function(row, run, k, drift_in(row, dofs, state, k))
         return value, turn * drift_in(row, dofs, line, k)
     contact = run.contacts[k]
     if kind == TOUCH:
@@ -138,11 +160,16 @@ def across_between(row, run, group, k, part, x, time):
 def event_function_between(row, run, group, kind, k, x, span):
     """The margin of an event at a place x of the step, 0 to 1, on the polynomial; ``span`` = (s, h, base)."""
     if kind in (STRAIN, CORNER):
+        if k >= row.floors.shape[1]:
+            link = k - row.floors.shape[1]
+            drift = across_between(row, run, group, link, 0, x, 0.0)
+            rate = across_between(row, run, group, link, 1, x, 0.0)
+            return law_margin(run.links, kind, link, drift, rate)[0]
         drift, rate = between(run, 0, k, x), between(run, 1, k, x)
         if row.floors[BOTTOM, k] == 0.0:
             drift, rate = drift - between(run, 0, k - 1, x), rate - between(run, 1, k - 1, x)
-        if kind == CORNER:
-            return corner_event_function(row, run, k, drift)[0]
+        if has_law(run, k):
+            return law_margin(run.storeys, kind, k, drift, rate)[0]
         return strain_event_function(row, run, k, drift, rate)[0]
     contact = run.contacts[k]
     clock = span[0] + x * span[1]
@@ -163,6 +190,8 @@ def event_function_between(row, run, group, kind, k, x, span):
 @kernel
 def is_possible(row, run, kind, k):
     """True for the kinds of event that contact ``k``, or storey ``k``, can meet as it is."""
+    if kind in (STRAIN, CORNER) and k >= row.floors.shape[1]:
+        return kind == STRAIN or run.links[k - row.floors.shape[1], DIRECTION] != 0.0
     if kind == STRAIN:
         return row.floors[LIMIT, k] < inf
     if kind == CORNER:

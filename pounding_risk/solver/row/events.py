@@ -24,6 +24,7 @@ from pounding_risk.solver.row.event_functions import (
     read_force,
 )
 from pounding_risk.solver.row.implicit import attempt, write_polynomial
+from pounding_risk.solver.row.link import is_link_of
 from pounding_risk.solver.row.workspace import AT_END, AT_START, END, FIRST, LAST, NOW, SLOPE, SLOPES, START, VELOCITY
 
 
@@ -118,6 +119,14 @@ def first_event(row, run, group, span):
                 dip = dip_of(row, run, group, kind, i, span)
                 if dip < fraction:
                     event, event_k, fraction = kind, i, dip
+    for k in range(run.links.shape[0]):
+        if is_link_of(run, k, group.first, group.last):
+            i = row.floors.shape[1] + k
+            for kind in (STRAIN, CORNER):
+                if is_possible(row, run, kind, i):
+                    dip = dip_of(row, run, group, kind, i, span)
+                    if dip < fraction:
+                        event, event_k, fraction = kind, i, dip
     return event, event_k, fraction
 
 
@@ -243,6 +252,14 @@ def event_passed(row, run, group, landed, landed_k):
                 continue
             if is_possible(row, run, kind, i) and event_function(row, run, kind, i, True)[0] < 0.0:
                 return kind, i
+    for k in range(run.links.shape[0]):
+        if is_link_of(run, k, group.first, group.last):
+            i = row.floors.shape[1] + k
+            for kind in (STRAIN, CORNER):
+                if (landed == kind and i == landed_k) or not is_possible(row, run, kind, i):
+                    continue
+                if event_function(row, run, kind, i, True)[0] < 0.0:
+                    return kind, i
     return NONE, -1
 
 

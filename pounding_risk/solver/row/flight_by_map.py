@@ -17,8 +17,9 @@ from pounding_risk.solver.row.contact_points import (
 )
 from pounding_risk.solver.row.flight_peaks import motion_bound, raise_interval_peaks
 from pounding_risk.solver.row.ground_dof import end_ground, top_of
+from pounding_risk.solver.row.law_events import middle_and_half
 from pounding_risk.solver.row.node_map import map_motion
-from pounding_risk.solver.row.storey import has_law, middle_and_half
+from pounding_risk.solver.row.storey import has_law
 from pounding_risk.solver.row.workspace import (
     ACCEL_END,
     ACCEL_START,
@@ -62,7 +63,7 @@ def may_yield(row, run, b, swing, step):
         start, end, plastic = run.dofs[NODE, i], run.dofs[NEXT, i], run.dofs[PLASTIC, i]
         limit = row.floors[LIMIT, i]
         if has_law(run, i):
-            plastic, limit = middle_and_half(run, i)
+            plastic, limit = middle_and_half(run.storeys, i)
         top = max(abs(start - below - plastic), abs(end - below_end - plastic)) + 0.125 * step * step * (
             bend + below_bend
         )

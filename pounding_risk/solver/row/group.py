@@ -5,8 +5,6 @@ from __future__ import annotations
 from math import sqrt
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.models.structures.hysteresis._numbers import COMING
-from pounding_risk.models.structures.hysteresis._numbers import TURN as TURNED
 from pounding_risk.solver.counters import (
     COLLAPSED,
     EXHAUSTED,
@@ -38,11 +36,12 @@ from pounding_risk.solver.row.event_functions import CORNER, ROUNDED, STRAIN, TO
 from pounding_risk.solver.row.events import fill_spectators, take_step
 from pounding_risk.solver.row.flight_by_series import copy_state, fly_group, write_all_series, write_spectator_series
 from pounding_risk.solver.row.implicit import choose_method
+from pounding_risk.solver.row.law_events import note_event
+from pounding_risk.solver.row.link import is_link_of
 from pounding_risk.solver.row.peaks import update_floor_peaks, update_point_peaks
-from pounding_risk.solver.row.storey import drift_in, has_law, middle_and_half, switch_storey
+from pounding_risk.solver.row.storey import drift_in, has_law, switch_storey
 from pounding_risk.solver.row.trace import write_line
 from pounding_risk.solver.row.workspace import (
-    BRANCH,
     CONSTANT,
     END,
     FIRST,
@@ -139,6 +138,9 @@ def go_on_alike(row, run, ground, i):
         is_still = is_still and not is_moving
     if is_still:
         return True
+    for k in range(run.links.shape[0]):
+        if is_link_of(run, k, i, i + 1):
+            return False
     are_alike = pull == right_pull and rise == right_rise and right - left == end - right
     if are_alike:
         for d in range(left, right):
@@ -186,23 +188,14 @@ def close_step(row, run, group):
 
 
 @kernel
-def note_event(row, run, i, kind):
-    """Note for the law of a storey which event it is, its state in rows NOW."""
-    branch = run.dofs[BRANCH, i]
-    if kind == CORNER:
-        run.storeys[i, COMING] = branch
-    elif branch != 0.0:
-        run.storeys[i, COMING] = TURNED
-    else:
-        run.storeys[i, COMING] = 1.0 if drift_in(row, run.dofs, NOW, i) >= middle_and_half(run, i)[0] else -1.0
-
-
-@kernel
 def apply_event(row, run, group, kind, k, time):
     """Apply an event to its contact or storey; returns (whether a contact began or ended, change of the potential)."""
     if kind in (STRAIN, CORNER):
-        if has_law(run, k):
-            note_event(row, run, k, kind)
+        if k >= row.floors.shape[1]:
+            link = k - row.floors.shape[1]
+            note_event(run.links, link, kind == CORNER, across(row, link, run.dofs, NOW))
+        elif has_law(run, k):
+            note_event(run.storeys, k, kind == CORNER, drift_in(row, run.dofs, NOW, k))
         return False, switch_storey(row, run, k, NOW)
     contact = run.contacts[k]
     if kind == TURN:
@@ -385,7 +378,12 @@ def apply_with_mirror_images(row, run, group, kind, k, time):
         first, last = row.frame[START, group.first], row.frame[START, group.last]
         if kind in (STRAIN, CORNER):
             first, last = group.low, group.high
+            if k >= row.floors.shape[1]:
+                first, last = row.floors.shape[1], row.floors.shape[1] + run.links.shape[0]
         for j in range(first, last):
+            is_link = kind in (STRAIN, CORNER) and j >= row.floors.shape[1]
+            if is_link and not is_link_of(run, j - row.floors.shape[1], group.first, group.last):
+                continue
             if j != k and is_possible(row, run, kind, j) and event_function(row, run, kind, j, True)[0] == value:
                 image_changed, change = apply_event(row, run, group, kind, j, time)
                 has_changed, of_images = has_changed or image_changed, of_images + change

@@ -10,6 +10,7 @@ from pounding_risk.solver.counters import FIRST_TOUCH, FIRST_YIELD
 from pounding_risk.solver.row.building import accelerate
 from pounding_risk.solver.row.contact_points import across
 from pounding_risk.solver.row.ground_dof import top_of
+from pounding_risk.solver.row.link import add_link_forces, begin_links
 from pounding_risk.solver.row.storey import advance_storey, drift_in, has_law, set_branch
 from pounding_risk.solver.row.workspace import ACCEL_START, ACCELERATION, DISPLACEMENT, DRIFT, FIRST, MARKS, NODE
 
@@ -44,12 +45,14 @@ def begin_motion(row, run, free):
         for line in range(2):
             dofs[NODE + line, i] = free.states[0, line, free.first_dof + i]
             size += abs(dofs[NODE + line, i])
+    begin_links(row, run, NODE)
     if size == 0.0:
         return
     for b in range(row.frame.shape[1] - 1):
         pull, _ = free.ground.from_node(free.step, 0).under(b)
         if row.frame[FIRST, b] < top_of(row, b):
             accelerate(row, b, NODE, pull, dofs, ACCEL_START)
+            add_link_forces(row, run, b, b, NODE, ACCEL_START)
         for i in range(row.frame[FIRST, b], top_of(row, b)):
             dofs[DISPLACEMENT, i], dofs[DRIFT, i] = abs(dofs[NODE, i]), abs(drift_in(row, dofs, NODE, i))
             dofs[ACCELERATION, i] = abs(dofs[ACCEL_START, i] + pull)

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.models.ground import Arrivals, arrivals_of, divided
+from pounding_risk.models.structures.hysteresis._numbers import OWNER, PACE, STIFFNESS
 from pounding_risk.models.structures.links import Body, bodies_of, floor_shares
+from pounding_risk.models.structures.mdof import stacked
 from pounding_risk.solver.row.ground import ArrivingRow, UniformRow
 from pounding_risk.solver.row.workspace import (
     BAND,
@@ -134,6 +136,7 @@ def lay_out(
             storeys[dofs, : chain.laws.shape[1]] = chain.laws
             # The law has what a bilinear storey reads from these.
             floors[SOFT, dofs] = 0.0
+            storeys[dofs, PACE] = np.sqrt(floors[SPRING, dofs] * floors[INVERSE, dofs])
     # From each node to the next: building by building, and interval by interval where these differ.
     widths = [step] if arrived is None else np.diff(np.append(arrived.offsets, step)).tolist()
     maps = [_map(chain, width) for width in widths for chain in chains]
@@ -158,6 +161,9 @@ def lay_out(
     frame[BAND, :-1] = [_band(chain.damping) for chain in chains]
     frame[COUPLED, :-1] = [chain.coupling.size > 0 for chain in chains]
     frame[BLOCK_MAP, 1:] = np.cumsum([one_map.size for one_map in block_maps])
+    held = _laws_of_links(points, ends, shares, floors, first)
+    for body in held[held[:, STIFFNESS] > 0.0, OWNER].astype(int) if held.size else ():
+        frame[CAN_YIELD, body] = 1
     row = Row(
         frame,
         ends,
@@ -168,6 +174,7 @@ def lay_out(
         np.concatenate([*maps, np.zeros(1)]),
         UniformRow() if arrived is None else ArrivingRow(),
         storeys,
+        held,
     )
     initial = np.hstack(
         [
@@ -176,6 +183,30 @@ def lay_out(
         ]
     )
     return RowLayout(row, float(dt), parts, terms, np.concatenate([*block_maps, np.zeros(1)]), initial, arrived)
+
+
+def _laws_of_links(
+    points: Sequence[Any], ends: np.ndarray, shares: np.ndarray, floors: np.ndarray, first: np.ndarray
+) -> np.ndarray:
+    """Numbers of the laws of links by point, zero without one; (0, 0) where no point has one."""
+    laws = [np.asarray(getattr(point, "law", ()), dtype=float) for point in points]
+    if not any(law.size for law in laws):
+        return np.zeros((0, 0))
+    held = stacked(laws)
+    for k in np.flatnonzero(held[:, STIFFNESS] > 0.0):
+        mine = ends[k] >= 0
+        compliance = float((shares[k, mine] ** 2 * floors[INVERSE, ends[k, mine]]).sum())
+        held[k, PACE] = np.sqrt(held[k, STIFFNESS] * compliance)
+        held[k, OWNER] = np.searchsorted(first, ends[k, mine].max(), "right") - 1
+    return held
+
+
+def _within(links: np.ndarray, first: int) -> np.ndarray:
+    """Laws of links for a row that begins with body ``first``."""
+    links = links.copy()
+    if links.size:
+        links[:, OWNER] -= first
+    return links
 
 
 def across_of(point: Any) -> float:
@@ -209,6 +240,7 @@ def cut_out(layout: RowLayout, first: int, last: int) -> RowLayout:
             np.append(by_interval, 0.0),
             row.passage,
             row.storeys[dofs].copy(),
+            _within(row.links[points], first),
         ),
         initial=layout.initial[:, within],
         arrivals=None if layout.arrivals is None else layout.arrivals.of(first, last),

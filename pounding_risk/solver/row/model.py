@@ -58,7 +58,9 @@ class RowModel:
         links: Sequence[Link] = (),
     ):
         self.chains, self.links = tuple(chains), tuple(sorted(links))
-        watched = [Point(link.interface, link.left_floor, link.right_floor, LINK, nan) for link in self.links]
+        watched = [
+            Point(link.interface, link.left_floor, link.right_floor, LINK, nan, law=link.law) for link in self.links
+        ]
         self.points = tuple(sorted([*points, *watched], key=lambda point: point.interface))
         self.is_link = np.array([point.kind == LINK for point in self.points], dtype=bool)
         self.bodies = bodies_of(self.chains, self.links)
@@ -83,6 +85,11 @@ class RowModel:
     def everything(self) -> Span:
         """Range of all bodies of the row."""
         return Span(0, len(self.bodies) - 1)
+
+    @property
+    def has_laws_of_links(self) -> bool:
+        """True where a link has a law: such a row is solved as a whole."""
+        return any(point.law for point in self.points)
 
     def at_points(self, of_contacts: NDArray[np.float64]) -> NDArray[np.float64]:
         """Forces of the contact points (..., contacts) at all points, with inf at the links."""

@@ -114,6 +114,14 @@ OF_BUILDINGS = {  # in the same order: the largest of the storeys
 OF_LINKS = {
     "peak_link_stretch": Variable("m", "largest stretch of any link, u_right - u_left; NaN without", ("interface",)),
     "peak_link_shortening": Variable("m", "largest shortening of any link; NaN without", ("interface",)),
+    "peak_link_force": Variable(
+        "N",
+        "largest force of the spring of any link, without the dashpot beside it; NaN without spring",
+        ("interface",),
+    ),
+}
+OF_SLIPPING = {
+    "link_energy": Variable("J", "energy that the slipping of all links has dissipated; NaN without", ("interface",)),
 }
 OF_YIELDING = {
     "storey_ductility": Variable("1", "largest drift of the storey over the drift at yield", AT_STOREYS),
@@ -155,6 +163,11 @@ class Frame(NamedTuple):
         return bool(np.isfinite(self.yield_drifts).any())
 
     @property
+    def slips(self) -> bool:
+        """True where a link of the row slips at its strength."""
+        return any(link.law and np.isfinite(link.strength) for link in self.model.links)
+
+    @property
     def has_laws(self) -> bool:
         """True where a storey of the row has a law of its own."""
         return any(chain.laws.size for chain in self.model.chains)
@@ -192,6 +205,7 @@ def _gathered_words(name: str) -> str:
 def moving_variables(frame: Frame) -> dict[str, Variable]:
     """Those that a row has without contact too."""
     of_links = OF_LINKS if frame.model.links else {}
+    of_links |= OF_SLIPPING if frame.slips else {}
     of_laws = OF_LAWS if frame.has_laws else {}
     return OF_BUILDINGS | OF_STOREYS | (OF_YIELDING if frame.yields else {}) | of_laws | of_links
 
@@ -234,15 +248,19 @@ def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
 
 
 def _of_links(run: RowRun, frame: Frame) -> Outputs:
-    """Values of `OF_LINKS`, (..., interfaces)."""
+    """Values of `OF_LINKS`, and of `OF_SLIPPING` where one slips, (..., interfaces)."""
     model, points = frame.model, np.asarray(run.points)
-    values = np.full((2, *points.shape[:-2], len(model.chains) - 1), np.nan)
-    for point in np.flatnonzero(model.is_link):
-        for side, stretched in enumerate((-points[..., point, LOWEST], points[..., point, HIGHEST])):
-            interface = values[side, ..., model.interfaces[point]]
-            values[side, ..., model.interfaces[point]] = np.fmax(interface, stretched)
+    values = np.full((4, *points.shape[:-2], len(model.chains) - 1), np.nan)
+    for link, point in zip(model.links, np.flatnonzero(model.is_link), strict=True):
+        stretched, shortened = -points[..., point, LOWEST], points[..., point, HIGHEST]
+        force = link.peak_force(stretched, shortened) if link.stiffness else np.nan * stretched
+        here = values[..., model.interfaces[point]]
+        here[:3] = np.fmax(here[:3], [stretched, shortened, force])
+        if np.isfinite(link.strength):
+            here[3] = np.nan_to_num(here[3]) + points[..., point, counters.PLASTIC]
     values[:, np.asarray(run.status) != counters.COMPLETE] = np.nan
-    return dict(zip(OF_LINKS, values, strict=True))
+    names = [*OF_LINKS, *(OF_SLIPPING if frame.slips else ())]
+    return dict(zip(names, values, strict=False))
 
 
 def closing(run: RowRun, frame: Frame) -> tuple[Array, Array]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk._jit.records import copy_record
+from pounding_risk.solver.row.link import is_link_of
 from pounding_risk.solver.row.trace import drop_lines
 from pounding_risk.solver.row.workspace import FIRST, SAVED, SOLVED, START, TANGENT, TIED
 
@@ -17,6 +18,10 @@ def save_or_restore(row, run, b, restore):
     for column in range(run.storeys.shape[1]):
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
             copy_number(run.storeys, i, column, run.saved_storeys, i, column, restore)
+    for k in range(run.links.shape[0]):
+        if is_link_of(run, k, b, b):
+            for column in range(run.links.shape[1]):
+                copy_number(run.links, k, column, run.saved_links, k, column, restore)
     buildings = row.frame.shape[1] - 1
     levels = run.timed.shape[2]
     for k in range(row.frame[START, max(b - 1, 0)], row.frame[START, min(b + 1, buildings - 1)]):

@@ -9,26 +9,19 @@ from __future__ import annotations
 
 from math import inf, sqrt
 
-from pounding_risk._jit.calls import call_on
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.models.structures.hysteresis._numbers import (
-    BEGIN,
-    COLLAPSE,
     COMING,
-    LOWER,
+    DIRECTION,
+    POTENTIAL,
     SLOPE,
     STIFFNESS,
-    TURN,
-    UNLOADING,
-    UPPER,
-    VERB,
-    WORK,
 )
 from pounding_risk.models.structures.hysteresis._numbers import CONSTANT as LAW_CONSTANT
-from pounding_risk.models.structures.hysteresis._numbers import DRIFT as LAST_DRIFT
-from pounding_risk.models.structures.hysteresis._numbers import SHEAR as LAST_SHEAR
 from pounding_risk.solver.counters import COLLAPSED
 from pounding_risk.solver.pair.taylor import SIGNAL, first_rise
+from pounding_risk.solver.row.law_events import OVER, advance_law, next_event_of_law
+from pounding_risk.solver.row.link import is_link_of, next_event_of_link, switch_link
 from pounding_risk.solver.row.workspace import (
     BOTTOM,
     BRANCH,
@@ -42,9 +35,6 @@ from pounding_risk.solver.row.workspace import (
     SPRING,
     TANGENT,
 )
-
-# A storey yields this many times its limit off, so that rounding does not switch it back and forth.
-OVER = 1.0 + 1e-12
 
 
 @small
@@ -106,77 +96,28 @@ def has_law(run, i):
 
 
 @kernel
-def middle_and_half(run, i):
-    """The middle and half the width of the branch on which a storey with a law is elastic [m]."""
-    lower, upper = run.storeys[i, LOWER], run.storeys[i, UPPER]
-    return 0.5 * (lower + upper), 0.5 * (upper - lower)
-
-
-@kernel
 def advance_storey(row, run, i, event, drift):
     """Follow the law of a storey past an event; a storey that has collapsed ends the run."""
-    numbers, slots, dofs = run.storeys, run.workspace.law_arguments, run.dofs
-    shear = numbers[i, SLOPE] * drift + numbers[i, LAW_CONSTANT]
-    numbers[i, WORK] += 0.5 * (numbers[i, LAST_SHEAR] + shear) * (drift - numbers[i, LAST_DRIFT])
-    if abs(drift) >= numbers[i, COLLAPSE]:
+    numbers, dofs = run.storeys, run.dofs
+    if advance_law(numbers, run.workspace.law_arguments, i, event, drift):
         run.workspace.status = float(COLLAPSED)
         return
-    if event == BEGIN:
-        numbers[i, UNLOADING] = numbers[i, STIFFNESS]
-    slots[0], slots[1], slots[2] = event, drift, shear
-    call_on(numbers[i, VERB], numbers, i, slots)
-    tangent, constant, dofs[BRANCH, i] = slots[0], slots[1], slots[2]
-    shear = tangent * drift + constant
-    numbers[i, LAST_DRIFT], numbers[i, LAST_SHEAR] = drift, shear
-    numbers[i, LOWER] = max(numbers[i, LOWER], -numbers[i, COLLAPSE])
-    numbers[i, UPPER] = min(numbers[i, UPPER], numbers[i, COLLAPSE])
-    # P-delta acts beside the law; what is left of the work beside it is what unloading would give back.
+    # P-delta acts beside the law.
     geometric = row.floors[SPRING, i] - row.floors[SHEAR, i]
-    dofs[TANGENT, i], dofs[CONSTANT, i] = tangent + geometric, constant
-    dofs[PLASTIC, i] = 0.5 * shear * shear / numbers[i, UNLOADING] - (0.5 * tangent * drift + constant) * drift
-
-
-@kernel
-def next_event_of_law(row, run, i, stop, terms):
-    """As `next_strain`, of a storey with a law; which event it is goes to COMING of its numbers."""
-    numbers, search = run.storeys, run.workspace.search
-    branch, earliest = run.dofs[BRANCH, i], -1.0
-    slack = (OVER - 1.0) * row.floors[LIMIT, i]
-    for side in range(2):
-        sign = 1.0 - 2.0 * side
-        if branch != 0.0 and sign != branch:
-            continue
-        write_drift(row, run, i, sign, terms)
-        end = (numbers[i, UPPER] if sign > 0.0 else -numbers[i, LOWER]) + slack
-        time = first_rise(search, terms, end, stop if earliest < 0.0 else earliest)
-        if time >= 0.0:
-            earliest, numbers[i, COMING] = time, sign
-    if branch != 0.0:
-        write_drift(row, run, i, -branch, terms)
-        for n in range(terms - 1):
-            search.series[SIGNAL, n] = (n + 1) * search.series[SIGNAL, n + 1]
-        time = first_rise(search, terms - 1, creep_rate(row, i), stop if earliest < 0.0 else earliest)
-        if time >= 0.0:
-            earliest, numbers[i, COMING] = time, TURN
-    return earliest
-
-
-@kernel
-def write_drift(row, run, i, sign, terms):
-    """The series of ``sign`` × the drift of the storey below dof ``i`` to the workspace."""
-    bottom = row.floors[BOTTOM, i] > 0.0
-    for n in range(terms):
-        drift = run.series[i, n] - (0.0 if bottom else run.series[i - 1, n])
-        run.workspace.search.series[SIGNAL, n] = sign * drift
+    dofs[TANGENT, i], dofs[CONSTANT, i] = numbers[i, SLOPE] + geometric, numbers[i, LAW_CONSTANT]
+    dofs[BRANCH, i], dofs[PLASTIC, i] = numbers[i, DIRECTION], numbers[i, POTENTIAL]
 
 
 @kernel
 def next_strain(row, run, i, stop, terms):
     """When the storey below dof ``i`` changes its branch on (0, stop] of a flight, or −1."""
     search, series, dofs = run.workspace.search, run.series, run.dofs
-    if has_law(run, i):
-        return next_event_of_law(row, run, i, stop, terms)
     bottom = row.floors[BOTTOM, i] > 0.0
+    if has_law(run, i):
+        spare = row.floors.shape[1]
+        for n in range(terms):
+            series[spare, n] = series[i, n] - (0.0 if bottom else series[i - 1, n])
+        return next_event_of_law(run, run.storeys, i, spare, stop, terms)
     branch = dofs[BRANCH, i]
     if branch != 0.0:
         for n in range(terms - 1):
@@ -196,7 +137,12 @@ def next_strain(row, run, i, stop, terms):
 
 @kernel
 def switch_storey(row, run, i, line):
-    """The storey below dof ``i`` changes its branch, its state in rows ``line``; returns how its potential changes."""
+    """The storey below dof ``i`` changes its branch, its state in rows ``line``; returns how its potential changes.
+
+    Links with laws are counted behind the dofs.
+    """
+    if i >= row.floors.shape[1]:
+        return switch_link(row, run, i - row.floors.shape[1], line)
     dofs = run.dofs
     drift = drift_in(row, run.dofs, line, i)
     energy_before = storey_energy(row, dofs, i, drift)
@@ -213,11 +159,19 @@ def switch_storey(row, run, i, line):
 
 @kernel
 def first_strain(row, run, b, stop, terms):
-    """(when, which) storey of building ``b`` changes its branch first on (0, stop] of a flight; (stop, −1) for none."""
+    """(when, which) storey of building ``b`` changes its branch first on (0, stop] of a flight; (stop, −1) for none.
+
+    Links with laws are counted behind the dofs.
+    """
     storey = -1
     for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
         if row.floors[LIMIT, i] < inf:
             time = next_strain(row, run, i, stop, terms)
             if time >= 0.0:
                 stop, storey = time, i
+    for k in range(run.links.shape[0]):
+        if is_link_of(run, k, b, b):
+            time = next_event_of_link(row, run, k, stop, terms)
+            if time >= 0.0:
+                stop, storey = time, row.floors.shape[1] + k
     return stop, storey

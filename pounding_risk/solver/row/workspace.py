@@ -159,6 +159,7 @@ class Row(NamedTuple):
     maps: np.ndarray  # (...,) over one node interval, (u, v) from u, v, a_g and its slope; by width and building
     passage: UniformRow | ArrivingRow
     storeys: np.ndarray  # (D, ...) numbers of the law of each storey, zero without one; (D, 0) where no row has one
+    links: np.ndarray  # (K, ...) the same of the points at which links with laws stand; (0, 0) where no row has one
 
 
 class FreeMotion(NamedTuple):
@@ -200,7 +201,7 @@ class Run(NamedTuple):
     contacts: np.ndarray  # (K,) records of the type `Contact`
     dofs: np.ndarray  # (ROWS, D)
     quadratures: np.ndarray  # (SLOPES + 2, 2 K + 1) impulse and work of each contact, and the power put in
-    series: np.ndarray  # (D, MAX_TERMS) Taylor coefficients of u
+    series: np.ndarray  # (D + 1, MAX_TERMS) Taylor coefficients of u, and of a drift to work with
     workspace: np.record  # of the type `RowWorkspace`
     saved: np.ndarray  # (SAVED, D) what an interval begins with, should it have to be made again; below it the log
     saved_contacts: np.ndarray  # (K,) the same of the contact points
@@ -208,6 +209,8 @@ class Run(NamedTuple):
     marks: np.ndarray  # (MARKS, B)
     storeys: np.ndarray  # (D, ...) as `Row.storeys`, with the addresses of the laws and what they remember
     saved_storeys: np.ndarray  # (D, ...) the same where an interval begins
+    links: np.ndarray  # (K, ...) as `Row.links`
+    saved_links: np.ndarray  # (K, ...) the same where an interval begins
 
 
 def new_run(row: Row, laws: np.ndarray, levels: np.ndarray, rtol: float = 0.0, lines: int = 0) -> Run:
@@ -223,7 +226,7 @@ def new_run(row: Row, laws: np.ndarray, levels: np.ndarray, rtol: float = 0.0, l
         new_records(Contact, points),
         np.zeros((ROWS, dofs)),
         np.zeros((SLOPES + 2, 2 * points + 1)),
-        np.zeros((dofs, MAX_TERMS)),
+        np.zeros((dofs + 1, MAX_TERMS)),
         workspace,
         np.zeros((SAVED + -(-lines * width_of_line(dofs, points) // max(dofs, 1)), dofs)),
         new_records(Contact, points),
@@ -231,6 +234,8 @@ def new_run(row: Row, laws: np.ndarray, levels: np.ndarray, rtol: float = 0.0, l
         np.zeros((MARKS, row.frame.shape[1] - 1)),
         called(row.storeys),
         np.zeros(row.storeys.shape),
+        called(row.links),
+        np.zeros(row.links.shape),
     )
 
 

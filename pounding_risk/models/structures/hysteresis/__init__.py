@@ -2,7 +2,8 @@
 
 A rule is a module here, found by its file: `advance` gives the branch that follows an event, all branches being
 straight, so that a run lands on each change; `own_numbers`, `refusal`, `WORDS`, `REFERENCE` and the ``OPTIONS`` of
-`Hysteresis` that it takes. `_numbers` has what `advance` reads and writes.
+`Hysteresis` that it takes, and what it is for: storeys, or links between neighbours. `_numbers` has what `advance`
+reads and writes.
 """
 
 from __future__ import annotations
@@ -20,13 +21,24 @@ from pounding_risk._jit.calls import ENTERING
 from pounding_risk.errors import PoundingError
 from pounding_risk.models._discovery import modules_in_order
 from pounding_risk.models.structures.hysteresis._numbers import (
+    BEGIN,
     COLLAPSE,
+    CONSTANT,
     COUNT,
+    DRIFT,
     LAST_SLOPE,
+    LOWER,
     OWN,
+    SHEAR,
+    SIZE,
+    SLOPE,
     STIFFNESS,
     STRENGTH,
+    TURN,
+    UNLOADING,
+    UPPER,
     VERB,
+    WORK,
 )
 
 RULES: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in modules_in_order(__name__)}
@@ -98,8 +110,43 @@ class Hysteresis:
         row = np.zeros(OWN)
         row[VERB] = list(RULES).index(self.rule)
         row[COLLAPSE], row[STRENGTH], row[STIFFNESS] = self.collapse_drift * height, 1.0, stiffness
+        row[SIZE] = drifts[0]
         row[COUNT], row[LAST_SLOPE] = len(points), self.slopes(stiffness, drifts, shears)[-1]
         return np.append(row, RULES[self.rule].own_numbers(self, stiffness, drifts, shears))
+
+
+def forces_along(row: NDArray[np.float64], drifts: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Forces [N] of a law at drifts [m] that are followed in turn from rest, each straight from the one before.
+
+    Parameters
+    ----------
+    row : array
+        Numbers of the law, as `Hysteresis.numbers` gives them.
+    drifts : array, shape (n,)
+        Drifts, or displacements between the ends of a link.
+    """
+    numbers, slots, drift = row.copy(), np.zeros(8), 0.0
+    advance = RULES[list(RULES)[int(row[VERB])]].advance
+    numbers[UNLOADING] = numbers[STIFFNESS]
+
+    def meet(event: float, at: float) -> None:
+        force = numbers[SLOPE] * at + numbers[CONSTANT]
+        numbers[WORK] += 0.5 * (numbers[SHEAR] + force) * (at - numbers[DRIFT])
+        slots[:3] = event, at, force
+        advance(0.0, 0.0, numbers, slots)
+        numbers[DRIFT], numbers[SHEAR] = at, slots[0] * at + slots[1]
+
+    meet(BEGIN, 0.0)
+    forces = np.zeros(len(drifts))
+    for place, target in enumerate(drifts.tolist()):
+        side = float(np.sign(target - drift))
+        if side == -slots[2] != 0.0:
+            meet(TURN, drift)
+        while side * (target - (end := numbers[UPPER if side > 0.0 else LOWER])) > 0.0:
+            meet(side, end)
+        drift = target
+        forces[place] = slots[0] * drift + slots[1]
+    return forces
 
 
 def called(rows: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,11 +11,12 @@ from math import inf
 
 from pounding_risk._jit.compile import small
 
-# Written by the solver: the address of the law, the event that the storey meets next, work done on the storey [J], and
-# drift [m] and shear [N] at its last event; drift at which it has collapsed. By the law: drifts at which its branch
-# ends, tangent and constant of the branch, stiffness with which it would unload now, the smaller of the shares of its
-# strength that are left in the two directions. Then the elastic stiffness, points of the backbone from yield on, and
-# the slope past the last of them.
+# Written by the solver: the address of the law, the event that is met next, work done [J], drift [m] and shear [N] at
+# the last event, drift at which a storey has collapsed, direction of the branch, and its potential at no drift [J].
+# By the law: drifts at which the branch ends, its tangent and constant, stiffness with which it would unload now, the
+# smaller of the shares of strength that are left in the two directions. Given: the elastic stiffness, the drift at
+# yield, the rate of a vibration on the stiffness [1/s], points of the backbone from yield on, the slope past the last
+# of them; of a link the body that it is in.
 (
     VERB,
     COMING,
@@ -23,6 +24,8 @@ from pounding_risk._jit.compile import small
     DRIFT,
     SHEAR,
     COLLAPSE,
+    DIRECTION,
+    POTENTIAL,
     LOWER,
     UPPER,
     SLOPE,
@@ -30,10 +33,13 @@ from pounding_risk._jit.compile import small
     UNLOADING,
     STRENGTH,
     STIFFNESS,
+    SIZE,
+    PACE,
     COUNT,
     LAST_SLOPE,
+    OWNER,
     OWN,
-) = range(16)
+) = range(21)
 BEGIN, TURN = 0.0, 2.0  # events; ±1 where the drift passes the upper or the lower end of its branch
 
 

@@ -33,6 +33,7 @@ REFERENCE = (
     "Wen (1976), Journal of the Engineering Mechanics Division 102; Baber and Wen (1981), Journal of the Engineering "
     "Mechanics Division 107"
 )
+USE = "storey"
 OPTIONS = ("exponent", "beta", "delta_a", "delta_nu", "delta_eta")
 CHORD = 2e-4
 # Own parameters; ζ and the drift over d_y where the present chord ends, the energy e there, and the direction.

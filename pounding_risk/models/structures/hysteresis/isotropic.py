@@ -20,6 +20,7 @@ from pounding_risk.models.structures.hysteresis._numbers import (
 ORDER = 20
 WORDS = "isotropic hardening: the yield shear follows the backbone with all plastic travel, in both directions"
 REFERENCE = "Odqvist (1933) for the rule; code_aster, test SDND124A, for a storey with it"
+USE = "storey"
 OPTIONS: tuple[str, ...] = ()
 # Plastic travel when the present branch began [m], drift and shear then, the direction of its loading, 0 while it is
 # elastic; (travel, shear) of the backbone's points.

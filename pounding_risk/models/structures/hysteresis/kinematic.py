@@ -12,6 +12,7 @@ from pounding_risk.models.structures.hysteresis._numbers import BEGIN, COUNT, LA
 ORDER = 10
 WORDS = "kinematic hardening: after a turn each branch is twice as long as on the backbone"
 REFERENCE = "Masing (1926); Iwan (1966), Journal of Applied Mechanics 33"
+USE = "storey"
 OPTIONS: tuple[str, ...] = ()
 # Of each element: stiffness [N/m], drift at which it slips, the drift at which it is at rest, whether it slips (±1).
 WIDTH = 4

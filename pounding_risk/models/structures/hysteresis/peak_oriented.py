@@ -37,6 +37,7 @@ REFERENCE = (
     "Clough (1966); Takeda, Sozen and Nielsen (1970); Ibarra, Medina and Krawinkler (2005), Earthquake Engineering and "
     "Structural Dynamics 34"
 )
+USE = "storey"
 OPTIONS = ("pinching_drift", "pinching_force", "unloading", "energy_capacity", "energy_exponent")
 # Own parameters; the direction of the present path; where it starts, its pinch point and its target, (drift, shear)
 # counted positive in its direction; largest drifts and shares of strength, upwards and downwards; work at the last

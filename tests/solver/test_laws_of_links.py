@@ -1,0 +1,228 @@
+"""Links that slip or are slack: against steps of an own integration, closed forms, energy, and rows without laws."""
+
+from __future__ import annotations
+
+from math import inf, pi, sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+from row_cases import single, storeys
+from scenes import rigid, scene_text
+from scenes import single as mass
+from sentences import refusal
+from test_links import LINEAR, model, run
+
+import pounding_risk as pr
+from pounding_risk.assessment.demands import is_linear
+from pounding_risk.models.structures.links import Link
+from pounding_risk.results.opened import Results
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.solver import counters
+from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.api import HIGHEST, LOWEST
+
+HALL, TOWER, SHED = storeys(3, 60e3, 9e7), storeys(2, 90e3, 8e7), single(120e3, 0.25)
+WALL = single(120e3, 0.25)._replace(mass=np.zeros(0))
+FRICTION = Link(0, 2.0, 2.0, 4e7, 0.0, strength=1.5e5)
+HOOK = Link(0, 2.0, 2.0, 3e7, 1e5, slack=0.004)
+ROWS: dict[str, tuple[Any, Any, Any]] = {
+    "friction": ((HALL, TOWER), [(0, 2.0, 2.0)], [FRICTION]),
+    "hook": ((HALL, TOWER), [(0, 2.0, 2.0)], [HOOK]),
+    "cable without slack": ((HALL, TOWER), [(0, 2.0, 2.0)], [HOOK._replace(slack=0.0)]),
+    "hook away from the contacts": ((HALL, TOWER), [(0, 2.0, 2.0)], [Link(0, 1.0, 1.0, 2e7, 0.0, slack=0.003)]),
+    "both, in a row of three": (
+        (HALL, TOWER, SHED),
+        [(0, 2.0, 2.0), (1, 1.0, 1.0)],
+        [FRICTION, Link(1, 1.0, 1.0, 2e7, 0.0, slack=0.003)],
+    ),
+}
+GROUND, DT = 20.0 * np.random.default_rng(5).normal(size=300) * np.sin(np.linspace(0.0, pi, 300)), 0.01
+
+
+def stepped(chains: Any, touching: Any, links: Any, gap: float, parts: int) -> tuple[np.ndarray, ...]:
+    """Peaks |u|, closings and stretches by central differences; springs of links and contacts at each step."""
+    firsts = np.concatenate([[0], np.cumsum([chain.mass.size for chain in chains])])
+    size = int(firsts[-1])
+    masses, step = np.concatenate([chain.mass for chain in chains]), DT / parts
+    stiffness, damping = np.zeros((size, size)), np.zeros((size, size))
+    for chain, first in zip(chains, firsts, strict=False):
+        dofs = slice(first, first + chain.mass.size)
+        stiffness[dofs, dofs], damping[dofs, dofs] = chain.stiffness(), chain.damping
+    ends = np.zeros((len(touching) + len(links), size))
+    for place, one in enumerate([*touching, *(link[:3] for link in links)]):
+        ends[place, firsts[one[0]] + int(one[1]) - 1] = 1.0
+        ends[place, firsts[one[0] + 1] + int(one[2]) - 1] = -1.0
+    shares, pulls = ends[: len(touching)], -ends[len(touching) :]
+    for pull, link in zip(pulls, links, strict=True):
+        damping += link.damping * np.outer(pull, pull)
+    inverse = np.linalg.inv(np.diag(masses) / step**2 + damping / (2.0 * step))
+    before_matrix = np.diag(masses) / step**2 - damping / (2.0 * step)
+    ground = np.interp(np.arange((GROUND.size - 1) * parts) * step, np.arange(GROUND.size) * DT, GROUND)
+    now = before = np.zeros(size)
+    forces, stretched = np.zeros(len(links)), np.zeros(len(links))
+    peaks = np.zeros(size), np.zeros(len(touching)), np.zeros((2, len(links)))
+    for pull in ground:
+        moved = pulls @ now
+        for place, link in enumerate(links):
+            if link.slack > -inf:
+                forces[place] = link.stiffness * max(moved[place] - link.slack, 0.0)
+            else:
+                trial = forces[place] + link.stiffness * (moved[place] - stretched[place])
+                forces[place] = min(max(trial, -link.strength), link.strength)
+        stretched = moved
+        closing = shares @ now
+        pressed = 4e8 * np.maximum(closing - gap, 0.0)
+        push = -masses * pull - stiffness @ now - pulls.T @ forces - shares.T @ pressed
+        before, now = now, inverse @ (push + 2.0 * masses / step**2 * now - before_matrix @ before)
+        np.maximum(peaks[0], np.abs(now), out=peaks[0])
+        np.maximum(peaks[1], closing, out=peaks[1])
+        np.maximum(peaks[2], [moved, -moved], out=peaks[2])
+    return peaks
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_with_contact_it_is_an_own_integration(name: str):
+    """Its error falls with the square of its step, kinks of the force aside: in a quarter of it to a third."""
+    chains, touching, links = ROWS[name]
+    row = model(chains, touching, links)
+    found = run(row, 0.006, GROUND, DT)
+    assert found.status == counters.COMPLETE and found.points[0, counters.COUNT] > 2
+    contacts = ~row.is_link
+    got = (
+        found.floors[:, 0],
+        found.points[contacts, HIGHEST],
+        np.array([-found.points[~contacts, LOWEST], found.points[~contacts, HIGHEST]]),
+    )
+    errors = []
+    for parts in (32, 128):
+        known = stepped(chains, touching, links, 0.006, parts)
+        errors.append(
+            max(float(np.abs(one - other).max() / np.abs(other).max()) for one, other in zip(got, known, strict=True))
+        )
+    assert errors[0] < 1e-2 and errors[1] < 1e-4 and errors[1] < 0.35 * errors[0], errors
+    slips = row.has_laws_of_links and (np.abs(got[2]).max() > 0.005)
+    assert slips
+
+
+def test_a_link_that_never_slips_is_the_linear_one():
+    """The same motions at the same events: by series from node to node, to rounding."""
+    chains, touching, links = ROWS["friction"]
+    strong = [links[0]._replace(strength=1e9)]
+    found, linear = (run(model(chains, touching, one), 0.006, GROUND, DT) for one in (strong, [Link(*links[0][:5])]))
+    np.testing.assert_allclose(found.floors[:, [0, 1, 3]], linear.floors[:, [0, 1, 3]], rtol=1e-8)
+
+
+def test_a_slack_that_is_never_taken_up_is_no_link():
+    chains, touching, links = ROWS["hook"]
+    loose = [links[0]._replace(slack=9.0, damping=0.0)]
+    found, free = (run(model(chains, touching, one), 0.006, GROUND, DT) for one in (loose, []))
+    contacts = ~model(chains, touching, loose).is_link
+    np.testing.assert_allclose(found.floors[:, [0, 1, 3]], free.floors[:, [0, 1, 3]], rtol=1e-7)
+    assert found.points[contacts, counters.COUNT] == free.points[:, counters.COUNT]
+
+
+def pair(**link: Any) -> Any:
+    """A free mass of 100 t on next to no spring, linked to a wall."""
+    free = mass("A", "100 t", "400 s", damping=0.0, initial_velocity="1 m/s")
+    still = {"names": None, "generated": [{"kind": "still", "duration": "3 s", "step": "0.01 s"}]}
+    return parse_scene(scene_text(free, rigid(), gap="9 m", law="linear", records=still, **link))
+
+
+def test_a_sliding_mass_stops_where_friction_has_taken_its_energy():
+    """½ m v² = F x − F² / 2k: it stops at m v² / 2 F + F / 2 k, and goes on swinging on the stick's spring."""
+    run_of = pr.simulate(pair(link_stiffness="20 MN/m", link_strength="100 kN"))
+    reached = 0.5 * 1e5 / 1e5 + 0.5 * 1e5 / 2e7
+    assert run_of["peak_link_shortening"].item() == pytest.approx(reached, rel=1e-4)  # the spring of 400 s takes 1e-5
+    assert run_of["peak_link_force"].item() == pytest.approx(1e5, rel=1e-12)
+    last = run_of["link_force"].values[:, 0]
+    assert np.abs(last).max() == pytest.approx(1e5, rel=1e-9)
+    # It goes on swinging on the stick's spring, by ± F / k about where it has no force.
+    left = 0.5 * 1e5**2 / 2e7
+    assert run_of["link_energy"].item() == pytest.approx(0.5 * 1e5 - left, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "known", "stick"),
+    [(15.0, 15.2671, 1e6), (1.5, 0.409062, 1e6), (1.01, 2.26164e-4, 1e8), (0.99, 0.0, 1e8)],
+    ids=str,
+)
+def test_a_block_slides_as_in_sdnd104(amplitude: float, known: float, stick: float):
+    """code_aster SDND104: 1 kg on 1 N of friction, ground a sin(2 π t); ten times the mean speed from 4 s to 12 s.
+
+    Its closed form has a stick without give; here it is a spring, which swings at up to F / √(k m).
+    """
+    wave = {"kind": "harmonic", "period": "1 s", "cycles": 12, "pga": f"{amplitude} m/s^2", "step": "1 ms"}
+    scene = parse_scene(
+        scene_text(
+            rigid(),
+            mass("block", "1 kg", "1000 s", damping=0.0),
+            gap="999 m",
+            law="linear",
+            records={"names": None, "generated": [wave]},
+            link_stiffness=f"{stick} N/m",
+            link_strength="1 N",
+        )
+    )
+    run_of = pr.simulate(scene)
+    times, speed = run_of["time"].values, np.abs(run_of["velocity"].values[:, 1, 0])
+    late = (times >= 4.0) & (times <= 12.0)
+    mean = np.trapezoid(speed[late], times[late]) / 8.0
+    assert 10.0 * mean == pytest.approx(known, rel=3e-3, abs=0.2 / sqrt(stick))
+
+
+def test_a_hook_throws_a_mass_back():
+    """Past its slack it is a spring for half a period, without loss: π √(m / k), and v back."""
+    run_of = pr.simulate(
+        parse_scene(
+            scene_text(
+                rigid(),
+                mass("A", "100 t", "400 s", damping=0.0, initial_velocity="1 m/s"),
+                gap="9 m",
+                law="linear",
+                records={"names": None, "generated": [{"kind": "still", "duration": "1 s", "step": "0.001 s"}]},
+                link_stiffness="20 MN/m",
+                link_slack="100 mm",
+            )
+        )
+    )
+    reached = 0.1 + sqrt(1e5 / 2e7)
+    assert run_of["peak_link_stretch"].item() == pytest.approx(reached, rel=1e-4)
+    assert run_of["peak_link_force"].item() == pytest.approx(sqrt(1e5 * 2e7), rel=1e-3)
+    speed = run_of["velocity"].values[:, 1, 0]
+    back = run_of["time"].values[np.argmax(speed < 0.0)]
+    assert back == pytest.approx(0.1 + 0.5 * pi * sqrt(1e5 / 2e7), abs=2e-3)
+    assert speed.min() == pytest.approx(-1.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"link_strength": "100 kN"},
+        {"link_stiffness": "20 MN/m", "link_strength": "100 kN", "link_slack": "10 mm"},
+        {"link_stiffness": "20 MN/m", "link_slack": "-1 mm"},
+        {"link_stiffness": "20 MN/m", "link_strength": "0 kN"},
+    ],
+    ids=lambda keys: ", ".join(keys),
+)
+def test_faults(wrong: dict[str, str], says):
+    says(refusal(parse_scene, scene_text(**wrong)))
+
+
+def test_a_scan_takes_their_numbers_as_axes_and_no_answer_scales_them():
+    links = {"link_stiffness": "20 MN/m", "link_strength": "60 kN"}
+    grid = {'"interface.link_strength"': ["30 kN", "90 kN"], "pga": ["0.2 g", "0.4 g"]}
+    records = {"window": ["0 s", "6 s"]}
+    dataset = pr.scan(parse_scene(scene_text(grid=grid, records=records, **links)))
+    force = dataset["peak_link_force"].squeeze(drop=True).max("pga")
+    np.testing.assert_allclose(np.sort(force.values), [3e4, 9e4], rtol=1e-9)
+    assert (dataset["link_energy"] > 0.0).all()
+    assert not is_linear(Results(dataset))
+
+
+def test_free_motions_alone_know_the_law():
+    chains, touching, links = ROWS["friction"]
+    free = rows.free_row(model(chains, touching, links).row(DT), GROUND)
+    known = run(model(chains, touching, links), 9.0, GROUND, DT)
+    np.testing.assert_allclose(free.floors, known.floors, rtol=1e-9)
+    assert LINEAR
