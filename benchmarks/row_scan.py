@@ -27,6 +27,7 @@ from pounding_risk.figures.style import STYLES, blank, title
 from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import Point, automatic_points
+from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.models.structures.isolation import Isolators
 from pounding_risk.models.structures.links import Link
 from pounding_risk.models.structures.mdof import chain_of
@@ -127,7 +128,8 @@ def model_of(buildings: list[Storeys], links: Sequence[Link] = ()) -> RowModel:
         for place in range(len(buildings) - 1)
         for meeting in automatic_points(buildings[place], buildings[place + 1])
     ]
-    return RowModel([chain_of(building) for building in buildings], points, links=links)
+    effects = [("inelastic_storeys", [])]  # which no building without strengths feels
+    return RowModel([chain_of(building, effects) for building in buildings], points, links=links)
 
 
 def laid_out(buildings: list[Storeys], dt: float) -> RowLayout:
@@ -210,8 +212,11 @@ def time_sizes(what: str, runs: dict[int, Callable[[], tuple[float, float]]], re
 
 
 def element_rows() -> dict[str, RowModel]:
-    """Three buildings of 4 storeys, and the same with a link, a building by its matrix, and an isolated one."""
+    """Three buildings of 4 storeys, and the same with a link, another kind of first building, or storeys that yield."""
     first, *others = frames(4, 4, 4)
+    above = np.cumsum(first.masses[::-1])[::-1]
+    yields = replace(first, strengths=tuple(0.12 * 9.80665 * mass for mass in above))  # 12 % of the weight above
+    pinched = Hysteresis("peak_oriented", ((4.0, 1.1), (12.0, 0.3)), pinching_drift=0.5, pinching_force=0.3)
     matrix = tuple(map(tuple, first.matrices()[2].tolist()))
     slab = Isolators(200e3, 3.0, strength=4e5, stiffness=4e6, yield_displacement=0.01)  # 5 % of the weight; 3 s
     kinds: dict[str, tuple[Storeys, list[Link]]] = {
@@ -219,6 +224,11 @@ def element_rows() -> dict[str, RowModel]:
         "a spring and a dashpot between two roofs": (first, [Link(0, 4.0, 4.0, 2e7, 1e6)]),
         "the first by its matrix": (replace(first, stiffnesses=(), stiffness_matrix=matrix), []),
         "the first isolated": (first.isolated(slab), []),
+        "a friction damper between two roofs": (first, [Link(0, 4.0, 4.0, 2e7, 0.0, strength=2e5)]),
+        "a hook between two roofs": (first, [Link(0, 4.0, 4.0, 2e7, 0.0, slack=0.01)]),
+        "the first of bilinear storeys": (yields, []),
+        "the first of pinched storeys": (replace(yields, hysteresis=pinched), []),
+        "the first of Bouc-Wen storeys": (replace(yields, hysteresis=Hysteresis("bouc_wen")), []),
     }
     return {words: model_of([one, *others], links) for words, (one, links) in kinds.items()}
 

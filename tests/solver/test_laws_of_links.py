@@ -134,7 +134,7 @@ def test_a_sliding_mass_stops_where_friction_has_taken_its_energy():
     run_of = pr.simulate(pair(link_stiffness="20 MN/m", link_strength="100 kN"))
     reached = 0.5 * 1e5 / 1e5 + 0.5 * 1e5 / 2e7
     assert run_of["peak_link_shortening"].item() == pytest.approx(reached, rel=1e-4)  # the spring of 400 s takes 1e-5
-    assert run_of["peak_link_force"].item() == pytest.approx(1e5, rel=1e-12)
+    assert run_of["peak_link_spring_force"].item() == pytest.approx(1e5, rel=1e-12)
     last = run_of["link_force"].values[:, 0]
     assert np.abs(last).max() == pytest.approx(1e5, rel=1e-9)
     # It goes on swinging on the stick's spring, by ± F / k about where it has no force.
@@ -188,7 +188,7 @@ def test_a_hook_throws_a_mass_back():
     )
     reached = 0.1 + sqrt(1e5 / 2e7)
     assert run_of["peak_link_stretch"].item() == pytest.approx(reached, rel=1e-4)
-    assert run_of["peak_link_force"].item() == pytest.approx(sqrt(1e5 * 2e7), rel=1e-3)
+    assert run_of["peak_link_spring_force"].item() == pytest.approx(sqrt(1e5 * 2e7), rel=1e-3)
     speed = run_of["velocity"].values[:, 1, 0]
     back = run_of["time"].values[np.argmax(speed < 0.0)]
     assert back == pytest.approx(0.1 + 0.5 * pi * sqrt(1e5 / 2e7), abs=2e-3)
@@ -214,7 +214,7 @@ def test_a_scan_takes_their_numbers_as_axes_and_no_answer_scales_them():
     grid = {'"interface.link_strength"': ["30 kN", "90 kN"], "pga": ["0.2 g", "0.4 g"]}
     records = {"window": ["0 s", "6 s"]}
     dataset = pr.scan(parse_scene(scene_text(grid=grid, records=records, **links)))
-    force = dataset["peak_link_force"].squeeze(drop=True).max("pga")
+    force = dataset["peak_link_spring_force"].squeeze(drop=True).max("pga")
     np.testing.assert_allclose(np.sort(force.values), [3e4, 9e4], rtol=1e-9)
     assert (dataset["link_energy"] > 0.0).all()
     assert not is_linear(Results(dataset))

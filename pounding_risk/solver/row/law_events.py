@@ -28,6 +28,13 @@ from pounding_risk.solver.pair.taylor import SIGNAL, first_rise
 
 # A storey yields this many times its limit off, so that rounding does not switch it back and forth.
 OVER = 1.0 + 1e-12
+ROUNDED = 1e-15  # m
+
+
+@small
+def margin(numbers, i):
+    """How far past an end of its branch a law changes it [m]: more than displacements of metres round by."""
+    return (OVER - 1.0) * numbers[i, SIZE] + ROUNDED
 
 
 @kernel
@@ -67,7 +74,7 @@ def next_event_of_law(run, numbers, i, signal, stop, terms):
     """
     search = run.workspace.search
     direction, earliest = numbers[i, DIRECTION], -1.0
-    slack = (OVER - 1.0) * numbers[i, SIZE]
+    slack = margin(numbers, i)
     for side in range(2):
         sign = 1.0 - 2.0 * side
         if direction != 0.0 and sign != direction:
@@ -90,7 +97,7 @@ def next_event_of_law(run, numbers, i, signal, stop, terms):
 @small
 def strain_margin(numbers, i, drift, rate):
     """(margin, its slope per unit of the drift's) of a turn, or of an end of a branch that is followed both ways."""
-    direction, slack = numbers[i, DIRECTION], (OVER - 1.0) * numbers[i, SIZE]
+    direction, slack = numbers[i, DIRECTION], margin(numbers, i)
     if direction != 0.0:
         return direction * rate + slack * numbers[i, PACE], 0.0
     above, below = numbers[i, UPPER] - drift, drift - numbers[i, LOWER]  # one of them may be infinite
@@ -102,7 +109,7 @@ def corner_margin(numbers, i, drift):
     """(margin, its slope per unit of the drift's) of the end of a branch of loading."""
     side = numbers[i, DIRECTION]
     corner = numbers[i, UPPER] if side > 0.0 else -numbers[i, LOWER]
-    return corner + (OVER - 1.0) * numbers[i, SIZE] - side * drift, -side
+    return corner + margin(numbers, i) - side * drift, -side
 
 
 @kernel

@@ -114,7 +114,7 @@ OF_BUILDINGS = {  # in the same order: the largest of the storeys
 OF_LINKS = {
     "peak_link_stretch": Variable("m", "largest stretch of any link, u_right - u_left; NaN without", ("interface",)),
     "peak_link_shortening": Variable("m", "largest shortening of any link; NaN without", ("interface",)),
-    "peak_link_force": Variable(
+    "peak_link_spring_force": Variable(
         "N",
         "largest force of the spring of any link, without the dashpot beside it; NaN without spring",
         ("interface",),

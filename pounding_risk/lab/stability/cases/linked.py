@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 
 from pounding_risk.lab.stability.case import ENERGY, FORCES, LEDGER, Group
@@ -19,6 +21,8 @@ RATE = 2.0 * np.pi / SOFT.period  # rad/s
 TIE = Link(0, 1.0, 1.0, 1e4 * SOFT.mass * RATE**2, 0.0)
 # The antisymmetric mode of two masses like the left one has a damping ratio of 2 c / (2 m ω).
 DAMPER = Link(0, 1.0, 1.0, 0.0, 50.0 * SOFT.mass * RATE)
+STICK = Link(0, 1.0, 1.0, 1e4 * SOFT.mass * RATE**2, 0.0, strength=0.1 * 9.8 * SOFT.mass)
+HOOK = STICK._replace(strength=inf, slack=0.0)
 
 
 @GROUP.case(
@@ -31,6 +35,28 @@ DAMPER = Link(0, 1.0, 1.0, 0.0, 50.0 * SOFT.mass * RATE)
     link=TIE,
     touching=1,
     gap=0.005,
+)
+@GROUP.case(
+    "53a",
+    "a friction damper on a brace 1e4 times as stiff as the buildings, which hardly slips, over 2 mm",
+    ENERGY,
+    LEDGER,
+    FORCES,
+    buildings=(SOFT, STIFF),
+    link=STICK,
+    touching=0,
+    gap=0.002,
+)
+@GROUP.case(
+    "53b",
+    "a hook without slack, 1e4 times as stiff as the buildings, over 2 mm",
+    ENERGY,
+    LEDGER,
+    FORCES,
+    buildings=(SOFT, STIFF),
+    link=HOOK,
+    touching=0,
+    gap=0.002,
 )
 @GROUP.case(
     "51b",
