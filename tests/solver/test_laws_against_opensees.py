@@ -1,0 +1,163 @@
+"""Storeys, isolators and links with laws in OpenSees: its transient analysis comes to these runs as its step falls."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+from test_hysteresis import SHAKING, TIME, bouc_wen, building, hysteretic
+
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.structures.hysteresis import Hysteresis
+from pounding_risk.models.structures.isolation import Isolators
+from pounding_risk.models.structures.links import Link
+from pounding_risk.models.structures.mdof import chain_of
+from pounding_risk.models.structures.sdof import Building
+from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.solver.row.api import free_row
+from pounding_risk.solver.row.layout import RowLayout, lay_out
+from pounding_risk.solver.row.model import RowModel
+
+pytestmark = pytest.mark.usefixtures("benchmarks")
+
+MASS, STIFFNESS, STRENGTH = 1e5, 5e7, 4e5  # kg, N/m, N: of one storey of `building`
+YIELD = STRENGTH / STIFFNESS
+GROUND = np.append(0.0, SHAKING[1:])  # OpenSees begins without acceleration
+DASHPOT = 2.0 * 0.05 * sqrt(STIFFNESS * MASS)
+
+
+@pytest.fixture
+def ops():
+    from opensees_pair import load
+
+    try:
+        return load()
+    except PoundingError as reason:
+        pytest.skip(str(reason))
+
+
+def scaled(kind: str, *numbers: float) -> tuple[Any, ...]:
+    """Points of a loop in m and N that are given in yield drifts and hundredths of the strength."""
+    points = [value * (STRENGTH / 100.0 if place % 2 == 0 else YIELD) for place, value in enumerate(numbers[:12])]
+    return kind, *points, *numbers[12:]
+
+
+STOREYS: dict[str, tuple[Hysteresis, float, tuple[Any, ...]]] = {
+    "peak_oriented": (
+        Hysteresis("peak_oriented", ((4.0, 1.2), (10.0, 0.4))),
+        0.0,
+        scaled(*hysteretic(1.0, 1.0, 0.0)),
+    ),
+    "pinched": (
+        Hysteresis("peak_oriented", ((4.0, 1.2), (10.0, 0.4)), pinching_drift=0.5, pinching_force=0.3, unloading=0.4),
+        0.0,
+        scaled(*hysteretic(0.5, 0.3, 0.4)),
+    ),
+    "isotropic": (
+        Hysteresis("isotropic"),
+        0.05,
+        ("Hardening", STIFFNESS, STRENGTH, STIFFNESS * 0.05 / 0.95, 0.0),
+    ),
+    "kinematic": (Hysteresis("kinematic"), 0.05, ("Steel01", STRENGTH, STIFFNESS, 0.05)),
+    "multilinear": (
+        Hysteresis("kinematic", ((2.0, 1.3), (6.0, 1.5))),
+        0.0,
+        ("MultiLinear", YIELD, STRENGTH, 2 * YIELD, 1.3 * STRENGTH, 6 * YIELD, 1.5 * STRENGTH, 9.0, 1.5 * STRENGTH),
+    ),
+    "bouc_wen": (
+        bouc_wen({"exponent": 2.0, "beta": 0.5}),
+        0.05,
+        ("BoucWen", 0.05, STIFFNESS, 2.0, 0.5 / YIELD**2, 0.5 / YIELD**2, 1.0, 0.0, 0.0, 0.0, 1e-10, 50),
+    ),
+}
+
+
+def transient(ops: Any, masses: list[float], joins: list[tuple[int, int, tuple[Any, ...], float]], step: float) -> Any:
+    """Displacements of masses at the samples: ``joins`` are two nodes, 0 the ground, a material and a dashpot."""
+    ops.wipe()
+    ops.model("basic", "-ndm", 1, "-ndf", 1)
+    for node, mass in enumerate([0.0, *masses]):
+        ops.node(node, 0.0)
+        if node:
+            ops.mass(node, mass)
+    ops.fix(0, 1)
+    for tag, (one, other, (kind, *numbers), dashpot) in enumerate(joins, 1):
+        ops.uniaxialMaterial(kind, 2 * tag, *numbers)
+        ops.uniaxialMaterial("Viscous", 2 * tag + 1, dashpot, 1.0)
+        ops.element("zeroLength", 2 * tag, one, other, "-mat", 2 * tag, "-dir", 1)
+        ops.element("zeroLength", 2 * tag + 1, one, other, "-mat", 2 * tag + 1, "-dir", 1)
+    ops.timeSeries("Path", 1, "-dt", 0.01, "-values", *GROUND.tolist())
+    ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
+    ops.constraints("Plain")
+    ops.numberer("Plain")
+    ops.system("FullGeneral")
+    ops.test("NormDispIncr", 1e-12, 50)
+    ops.algorithm("Newton")
+    ops.integrator("Newmark", 0.5, 0.25)
+    ops.analysis("Transient")
+    parts, found = round(0.01 / step), [[0.0] * len(masses)]
+    for _ in range(TIME.size - 1):
+        assert ops.analyze(parts, step) == 0
+        found.append([ops.nodeDisp(node + 1, 1) for node in range(len(masses))])
+    return np.array(found)
+
+
+def displacements(layout: RowLayout) -> np.ndarray:
+    """Of the masses at the samples, by this package."""
+    states = free_row(layout, GROUND, states=True).states
+    return states[:: (len(states) - 1) // (TIME.size - 1), 0]
+
+
+def errors(ops: Any, known: np.ndarray, masses: list[float], joins: Any) -> list[float]:
+    """The largest difference over the peak, with steps of 2 ms and of a quarter of that."""
+    steps = 2e-3, 5e-4
+    return [float(np.abs(transient(ops, masses, joins, step) - known).max() / np.abs(known).max()) for step in steps]
+
+
+@pytest.mark.parametrize("name", STOREYS)
+def test_a_storey(ops, name: str):
+    """Newmark's error falls with the square of the step; by the corners of the law somewhat less."""
+    law, hardening, material = STOREYS[name]
+    chain = chain_of(building(law, 1), [("inelastic_storeys", [("hardening", hardening)])])
+    known = displacements(lay_out([chain], [], 0.01))
+    assert np.abs(known).max() > 1.9 * YIELD
+    coarse, fine = errors(ops, known, [MASS], [(0, 1, material, DASHPOT)])
+    assert coarse < 2e-2 and fine < 0.25 * coarse, (coarse, fine)
+
+
+def test_an_isolator(ops):
+    """A slab with a floor on it, on bilinear isolators: Steel01 below, a spring above."""
+    isolators = Isolators(6e4, 1.0, strength=6e4, stiffness=8e5, yield_displacement=0.002, damping=1e4)
+    one = Storeys("A", (4e4,), (STIFFNESS,), (3.0,), damping=0.0).isolated(isolators)
+    known = displacements(lay_out([chain_of(one)], [], 0.01))
+    law = isolators.law(1e5)
+    joins = [
+        (0, 1, ("Steel01", law.limit, law.stiff, law.hardening), 1e4),
+        (1, 2, ("Elastic", STIFFNESS), 0.0),
+    ]
+    coarse, fine = errors(ops, known, [6e4, 4e4], joins)
+    assert np.abs(known).max() > 0.01 and coarse < 3e-2 and fine < 0.25 * coarse, (coarse, fine)
+
+
+LINKS: dict[str, tuple[Link, tuple[Any, ...]]] = {
+    "friction": (Link(0, 1.0, 1.0, 4e7, 0.0, strength=8e4), ("ElasticPP", 4e7, 8e4 / 4e7)),
+    "hook": (Link(0, 1.0, 1.0, 3e7, 0.0, slack=0.004), ("ElasticPPGap", 3e7, 1e12, 0.004)),
+}
+
+
+@pytest.mark.parametrize("name", LINKS)
+def test_a_link(ops, name: str):
+    """Two masses that a link joins: Newmark's error falls with its step."""
+    link, material = LINKS[name]
+    periods = 0.4, 0.23
+    chains = [chain_of(Building(str(period), MASS, period, 0.05)) for period in periods]
+    model = RowModel(chains, [], links=[link])
+    known = displacements(model.row(0.01))
+    springs = [float(chain.spring[0]) for chain in chains]
+    joins = [
+        (0, place + 1, ("Elastic", spring), float(chains[place].damping[0, 0])) for place, spring in enumerate(springs)
+    ]
+    coarse, fine = errors(ops, known, [MASS, MASS], [*joins, (1, 2, material, 0.0)])
+    assert coarse < 3e-2 and fine < 0.25 * coarse, (coarse, fine)
