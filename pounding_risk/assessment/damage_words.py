@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.damage_curves import DRAWS, LOST, NO_CONTACT, POUNDING, SEED, Curves, Motions, Options
+from pounding_risk.assessment.damage_curves import (
+    COLLAPSE,
+    DRAWS,
+    LOST,
+    NO_CONTACT,
+    POUNDING,
+    SEED,
+    Curves,
+    Motions,
+    Options,
+)
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import intensity_words
 from pounding_risk.results.attributes import isolated_buildings
@@ -120,6 +130,11 @@ def _of_state(one: Curves, motions: Motions, options: Options) -> Iterator[str]:
     if failed:
         what = f"{counted(failed, 'run')} of {motions.ims.size}"
         yield f"{name}: {what} failed, or have no such demand, and are left out."
+    for side, ratios in zip(POUNDING, one.ratios, strict=True):
+        fell = int((ratios == COLLAPSE).sum())
+        if fell:
+            runs = f"{counted(fell, 'run')} of {motions.ims.size} {side} pounding"
+            yield f"{name}: {runs} ended in the collapse of a storey, and count as reached; their demand is not known."
     for side, fit, capacities in zip(POUNDING, one.fits, one.capacities, strict=True):
         whose = f"{name}, {side} pounding"
         if fit.fault:

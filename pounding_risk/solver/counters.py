@@ -39,7 +39,7 @@ TALLIED = 20
 
 # How a contact phase, and with it a run, may end.
 FINISHED, AT_END, UNDERFLOW, EXHAUSTED, NOT_FINITE, TOO_MANY_CONTACTS, ENERGY_OPEN = 0, 1, 2, 3, 4, 5, 6
-COLLAPSED = 8  # 7 is `WATCHED` of a row's run
+COLLAPSED = 9  # 7 is `WATCHED` of a row's run, 8 `results.variables.UNPUSHED`
 COMPLETE = FINISHED
 STATUS_SENTENCES = {
     COMPLETE: "complete",

@@ -18,7 +18,9 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.hysteresis import Hysteresis, forces_along
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.results.opened import Results
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.solver.counters import COLLAPSED
 from pounding_risk.solver.row.api import RowRun, free_row
 from pounding_risk.solver.row.layout import lay_out
 
@@ -322,7 +324,7 @@ def critical_speed() -> float:
 
 
 @pytest.mark.parametrize("rule", ["peak_oriented", "isotropic"])
-@pytest.mark.parametrize(("share", "status"), [(1.0 - 1e-6, 0), (1.0 + 1e-6, 8)])
+@pytest.mark.parametrize(("share", "status"), [(1.0 - 1e-6, 0), (1.0 + 1e-6, COLLAPSED)])
 def test_a_storey_collapses_where_its_speed_brings_it_past_its_crest(rule: str, share: float, status: int):
     """Without damping and ground motion: work decides, to the share that is given."""
     one = building(Hysteresis(rule, BARRIER), 1, damping=0.0, initial_velocity=(share * critical_speed(),))
@@ -439,10 +441,12 @@ def test_a_collapse_counts_as_damage_of_the_structure():
     levels = {"pga": ["0.05 g", "0.1 g", "1.2 g"]}
     effects: dict[str, Any] = {"inelastic_storeys": {}, "p_delta": {}}
     dataset = pr.scan(striking(law, records=shaking, grid=levels, effects=effects))
-    fell = (dataset["status"] == 8).squeeze(drop=True)
+    fell = (dataset["status"] == COLLAPSED).squeeze(drop=True)
     assert fell.sel(pga=dataset["pga"][-1]).all() and not fell.isel(pga=0).any()
     assert "a storey collapsed" in dataset["status"].attrs["sentences"]
     found = pr.damage(dataset, states=[pr.DamageState("severe", building="frame", drift=0.03)])
     ratios = found["demand_ratio"].squeeze(drop=True)
     assert (ratios.isel(level=-1) >= 1.0).all() and (ratios.isel(level=0) < 1.0).all()
     assert np.isfinite(ratios).all()  # none is left out
+    assert Results(dataset).run_counts["failed"] == int(fell.sum())
+    assert "count as reached" in " ".join(map(str, found.attrs.values()))
