@@ -150,6 +150,8 @@ def accuracy(
         left_out.append(
             f"peak contact force of {capped} of {bench.size} cases: the law caps it at F_E, which every method finds"
         )
+    if lost := int(np.isnan(reference[..., REACH]).any(axis=1).sum()):
+        left_out.append(f"{lost} of {bench.size} cases: the reference ends before the record, as storeys collapse")
     outcomes = run_settings(
         bench, reference, budget, optional, left_out, progress or (lambda done, total: None), say or (lambda text: None)
     )
@@ -310,6 +312,7 @@ def _errors(bench: Bench, setting: Setting, outcome: Outcome, reference: np.ndar
     # Where the gap is closed at rest, the moment of the first touch is rounding; no method can have it right.
     errors[bench.closed_at_rest, FIRST] = nan
     errors[_capped(bench, reference), FORCE] = nan
+    errors[np.isnan(reference[..., REACH])] = nan
     return np.asarray(np.fmax.reduce(errors, axis=1))
 
 
