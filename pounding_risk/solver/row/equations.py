@@ -160,7 +160,8 @@ def accelerate_group(row, run, group, state, ground, out):
         place_ground(row, b, ground, run.dofs, state)
         power += accelerate_building(row, b, state, ground.under(b)[0], run.dofs, out)
         push_ground(row, b, ground, run.dofs, out)
-    add_link_forces(row, run, group.first, group.last, state, out)
+    if run.links.shape[0] > 0:
+        add_link_forces(row, run, group.first, group.last, state, out)
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
             distance, rate = across_and_rate(row, k, run.dofs, state)
@@ -196,7 +197,9 @@ def group_energy(row, run, group, line):
     total = 0.0
     for b in range(group.first, group.last + 1):
         total += energy_of(row, b, line, run.dofs)
-    return total + link_energy(row, run, group.first, group.last, line)
+    if run.links.shape[0] > 0:
+        total += link_energy(row, run, group.first, group.last, line)
+    return total
 
 
 @kernel

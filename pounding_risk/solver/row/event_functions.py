@@ -111,20 +111,26 @@ def law_margin(numbers, kind, i, drift, rate):
 
 
 @kernel
+def storey_event_function(row, run, kind, i, state, line):
+    """(margin, slope per unit of s) of an event of a storey or link; rows of its state and of its slopes."""
+    if follows_law(row, run, i):
+        return law_event_function(row, run, kind, i, state, line)
+    dofs, branch = run.dofs, run.dofs[BRANCH, i]
+    if branch != 0.0:
+        rate = drift_in(row, dofs, state + VELOCITY, i)
+        return branch * rate + creep_rate(row, i), branch * drift_in(row, dofs, line + SLOPES, i)
+    value, turn = strain_event_function(row, run, i, drift_in(row, dofs, state, i), 0.0)
+    return value, turn * drift_in(row, dofs, line, i)
+
+
+@kernel
 def event_function(row, run, kind, k, at_end):
     """(margin, slope per unit of s) of an event at the start or the end of a step."""
     dofs = run.dofs
     state = END if at_end else NOW
     line = SLOPE + LAST if at_end else SLOPE
-    if kind >= STRAIN and follows_law(row, run, k):
-        return law_event_function(row, run, kind, k, state, line)
-    if kind == STRAIN:
-        branch = run.dofs[BRANCH, k]
-        if branch != 0.0:
-            rate = drift_in(row, dofs, state + VELOCITY, k)
-            return branch * rate + creep_rate(row, k), branch * drift_in(row, dofs, line + SLOPES, k)
-        value, turn = strain_event_function(row, run, k, drift_in(row, dofs, state, k), 0.0)
-        return value, turn * drift_in(row, dofs, line, k)
+    if kind >= STRAIN:
+        return storey_event_function(row, run, kind, k, state, line)
     contact = run.contacts[k]
     if kind == TOUCH:
         return contact.gap + ROUNDED - across(row, k, dofs, state), -across(row, k, dofs, line)
@@ -190,12 +196,10 @@ def event_function_between(row, run, group, kind, k, x, span):
 @kernel
 def is_possible(row, run, kind, k):
     """True for the kinds of event that contact ``k``, or storey ``k``, can meet as it is."""
-    if kind in (STRAIN, CORNER) and k >= row.floors.shape[1]:
-        return kind == STRAIN or run.links[k - row.floors.shape[1], DIRECTION] != 0.0
-    if kind == STRAIN:
-        return row.floors[LIMIT, k] < inf
-    if kind == CORNER:
-        return has_law(run, k) and run.dofs[BRANCH, k] != 0.0
+    if kind >= STRAIN:
+        if k >= row.floors.shape[1]:
+            return kind == STRAIN or run.links[k - row.floors.shape[1], DIRECTION] != 0.0
+        return row.floors[LIMIT, k] < inf if kind == STRAIN else has_law(run, k) and run.dofs[BRANCH, k] != 0.0
     contact = run.contacts[k]
     if kind == TOUCH:
         return contact.closed == 0.0

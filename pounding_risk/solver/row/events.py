@@ -6,9 +6,9 @@ its branch. Margins are positive until the event.
 
 from __future__ import annotations
 
-from math import sqrt
+from math import inf, sqrt
 
-from pounding_risk._jit.compile import kernel, small
+from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.pair.equations import ELASTIC, SHARE
 from pounding_risk.solver.pair.events import CUT, NONE, TURN, YIELD, first_dip
 from pounding_risk.solver.pair.explicit import next_step
@@ -25,7 +25,19 @@ from pounding_risk.solver.row.event_functions import (
 )
 from pounding_risk.solver.row.implicit import attempt, write_polynomial
 from pounding_risk.solver.row.link import is_link_of
-from pounding_risk.solver.row.workspace import AT_END, AT_START, END, FIRST, LAST, NOW, SLOPE, SLOPES, START, VELOCITY
+from pounding_risk.solver.row.workspace import (
+    AT_END,
+    AT_START,
+    END,
+    FIRST,
+    LAST,
+    LIMIT,
+    NOW,
+    SLOPE,
+    SLOPES,
+    START,
+    VELOCITY,
+)
 
 
 @kernel
@@ -96,10 +108,16 @@ def lowest_point(row, run, group, kind, k, span, guess):
     return x
 
 
-@small
-def storey_kinds(run):
-    """One past the last kind of event of a storey: STRAIN, and CORNER where one has a law."""
-    return CORNER + 1 if run.storeys.shape[1] > 0 else CORNER
+@kernel
+def first_of_storey(row, run, group, i, span, so_far):
+    """The first event of `first_event` ``so_far``, or that of storey ``i`` where it comes before it."""
+    event, event_k, fraction = so_far
+    for kind in (STRAIN, CORNER):
+        if is_possible(row, run, kind, i):
+            dip = dip_of(row, run, group, kind, i, span)
+            if dip < fraction:
+                event, event_k, fraction = kind, i, dip
+    return event, event_k, fraction
 
 
 @kernel
@@ -114,19 +132,12 @@ def first_event(row, run, group, span):
                 if dip < fraction:
                     event, event_k, fraction = kind, k, dip
     for i in range(group.low, group.high):
-        for kind in range(STRAIN, storey_kinds(run)):
-            if is_possible(row, run, kind, i):
-                dip = dip_of(row, run, group, kind, i, span)
-                if dip < fraction:
-                    event, event_k, fraction = kind, i, dip
+        if row.floors[LIMIT, i] < inf:
+            event, event_k, fraction = first_of_storey(row, run, group, i, span, (event, event_k, fraction))
     for k in range(run.links.shape[0]):
         if is_link_of(run, k, group.first, group.last):
             i = row.floors.shape[1] + k
-            for kind in (STRAIN, CORNER):
-                if is_possible(row, run, kind, i):
-                    dip = dip_of(row, run, group, kind, i, span)
-                    if dip < fraction:
-                        event, event_k, fraction = kind, i, dip
+            event, event_k, fraction = first_of_storey(row, run, group, i, span, (event, event_k, fraction))
     return event, event_k, fraction
 
 
@@ -237,6 +248,17 @@ def move_end_along_slopes(row, run, group, length):
 
 
 @kernel
+def passed_by_storey(row, run, i, landed, landed_k):
+    """The kind of an event of storey ``i`` that `event_passed` looks for, or NONE."""
+    for kind in (STRAIN, CORNER):
+        if (landed == kind and i == landed_k) or not is_possible(row, run, kind, i):
+            continue
+        if event_function(row, run, kind, i, True)[0] < 0.0:
+            return kind
+    return NONE
+
+
+@kernel
 def event_passed(row, run, group, landed, landed_k):
     """An event other than the one landed on that lies before the end of the step after all, or NONE."""
     for k in range(row.frame[START, group.watched_first], row.frame[START, group.watched_last]):
@@ -247,19 +269,16 @@ def event_passed(row, run, group, landed, landed_k):
             if is_possible(row, run, kind, k) and event_function(row, run, kind, k, True)[0] < 0.0:
                 return kind, k
     for i in range(group.low, group.high):
-        for kind in range(STRAIN, storey_kinds(run)):
-            if landed == kind and i == landed_k:
-                continue
-            if is_possible(row, run, kind, i) and event_function(row, run, kind, i, True)[0] < 0.0:
+        if row.floors[LIMIT, i] < inf:
+            kind = passed_by_storey(row, run, i, landed, landed_k)
+            if kind != NONE:
                 return kind, i
     for k in range(run.links.shape[0]):
         if is_link_of(run, k, group.first, group.last):
             i = row.floors.shape[1] + k
-            for kind in (STRAIN, CORNER):
-                if (landed == kind and i == landed_k) or not is_possible(row, run, kind, i):
-                    continue
-                if event_function(row, run, kind, i, True)[0] < 0.0:
-                    return kind, i
+            kind = passed_by_storey(row, run, i, landed, landed_k)
+            if kind != NONE:
+                return kind, i
     return NONE, -1
 
 

@@ -77,7 +77,7 @@ def storey_energy(row, dofs, i, drift):
     return total + dofs[CONSTANT, i] * (drift - plastic_drift) - 0.5 * soft * row.floors[LIMIT, i] ** 2
 
 
-@kernel
+@small
 def drift_in(row, dofs, line, i):
     """Drift of the storey below dof ``i`` from a row of `Run.dofs`."""
     return dofs[line, i] - (dofs[line, i - 1] if i > 0 and row.floors[BOTTOM, i] == 0.0 else 0.0)
