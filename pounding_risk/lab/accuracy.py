@@ -242,17 +242,15 @@ def _far_behind(bench: Bench, reference: np.ndarray, outcomes: dict[Setting, lis
 def _settings(bench: Bench, optional: set[str]) -> Iterator[tuple[Setting, Callable[[], Outcome]]]:
     for rtol in RTOLS:
         yield Setting(EVENT, rtol), partial(bench.event, rtol)
-    if bench.event_only:
-        return
     longest = max(motion.dt for motion in bench.motions)
-    for (name, method), dt in product(FIXED.items(), STEPS):
+    for (name, method), dt in () if bench.event_only else product(FIXED.items(), STEPS):
         # A step above the longest sample is that sample again.
         if dt <= longest * (1.0 + 1e-9):
             yield Setting(name, dt), partial(bench.fixed, method, dt)
     for dt in OPENSEES_STEPS if OPENSEES in optional else ():
         if dt <= longest * (1.0 + 1e-9):
             yield Setting(OPENSEES, dt), partial(opensees_outcome, bench, dt)
-    for name, method in GENERAL.items():
+    for name, method in () if bench.event_only else GENERAL.items():
         for rtol in GENERAL_RTOLS[name] if name in optional else ():
             yield Setting(name, rtol), partial(bench.general, method, rtol)
 

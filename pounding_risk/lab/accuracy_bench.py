@@ -149,15 +149,21 @@ class Bench:
 
         P-Δ and soil are in the matrices of the buildings, which every method takes.
         """
-        study = self.study
-        only = [effect.name for effect in study.effects if not acts_on_buildings(effect.name)]
+        study, only = self.study, []
         if any(np.isfinite(chain.strength).any() for chain in self.chains):
             inelastic = ["inelastic_storeys"] if "inelastic_storeys" in dict(study.effects) else []
             only += inelastic + ["isolation"] * any(getattr(one, "isolators", None) for one in study.buildings)
+        only += [LAWS_OF_LINKS] if any(link.law for link in study.links) else []
+        return ", ".join([*only, *([self.opensees_lacks] if self.opensees_lacks else [])])
+
+    @property
+    def opensees_lacks(self) -> str:
+        """As `event_only` of OpenSees, which has materials for storeys, isolators and links that yield."""
+        study = self.study
+        only = [effect.name for effect in study.effects if not acts_on_buildings(effect.name)]
         laws = {name: known_law(name) for name in study.model_names}
         only += [name for name, law in laws.items() if is_path_dependent(law) or is_instant(law)]
         only += [INITIAL_STATES] if any(np.any(chain.initial) for chain in self.chains) else []
-        only += [LAWS_OF_LINKS] if any(link.law for link in study.links) else []
         only += [ROTATING] if any(chain.twists for chain in self.chains) else []
         only += [OWN_GROUNDS] if any(building.support != SHARED for building in study.buildings) else []
         return ", ".join(only)

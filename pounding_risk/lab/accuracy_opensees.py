@@ -13,7 +13,7 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import product
-from math import log2
+from math import inf, log2
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
@@ -31,9 +31,11 @@ from pounding_risk.models.contact.laws import HertzDamp, Jankowski, KelvinVoigt
 from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import Point
+from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.models.structures.links import LINK, Link
 from pounding_risk.models.structures.mdof import Chain
 
+HUGE = 1e15  # N, at which a hook would yield
 NEAREST = 1e-12  # m: the impact materials refuse a gap of zero
 TEST, ITERATIONS = 1e-12, 100  # m, and per step
 GROUND = 1  # node; mass i is node i + 2
@@ -166,6 +168,68 @@ def impact_material(chains: Sequence[Chain], point: Point, contact: tuple[float,
     return "ViscoelasticGap", law.stiffness, law.begin(e, 1.0, mass), opened
 
 
+def storey_material(
+    law: Hysteresis | None, stiffness: float, strength: float, hardening: float
+) -> tuple[Any, ...] | None:
+    """The law of a storey, or of isolators, as OpenSees takes it after the tag; None where it has none like it.
+
+    ``law`` is None for a bilinear one.
+    """
+    limit = strength / stiffness
+    points = [] if law is None else [(drift * limit, shear * strength) for drift, shear in law.backbone]
+    rule = "kinematic" if law is None else law.rule
+    if rule == "kinematic" and not points:
+        return "Steel01", strength, stiffness, hardening
+    if rule == "kinematic":
+        far = 1e3 * points[-1][0], points[-1][1]
+        return "MultiLinear", *(number for point in ((limit, strength), *points, far) for number in point)
+    if rule == "isotropic" and not points:
+        return "Hardening", stiffness, strength, stiffness * hardening / (1.0 - hardening), 0.0
+    if law is not None and rule == "bouc_wen":
+        gamma, beta = (share / limit**law.exponent for share in (1.0 - law.beta, law.beta))
+        losses = (loss / (strength * limit) for loss in (law.delta_a, law.delta_nu, law.delta_eta))
+        return "BoucWen", hardening, stiffness, law.exponent, gamma, beta, 1.0, *losses, 1e-10, 100
+    # Three points; past the last one OpenSees goes on, unless it falls.
+    is_alike = len(points) == 2 and points[1][1] < points[0][1] and law is not None and law.energy_capacity == inf
+    if rule != "peak_oriented" or law is None or not is_alike:
+        return None
+    envelope = [number for drift, shear in ((limit, strength), *points) for number in (shear, drift)]
+    pinching = law.pinching_drift, law.pinching_force
+    return "Hysteretic", *envelope, *(-number for number in envelope), *pinching, 0.0, 0.0, law.unloading
+
+
+def link_material(link: Link) -> tuple[Any, ...]:
+    """The spring of a link as OpenSees takes it after the tag."""
+    if link.stiffness and link.strength < inf:
+        return "ElasticPP", link.stiffness, link.strength / link.stiffness
+    if link.stiffness and link.slack > -inf:
+        return "ElasticPPGap", link.stiffness, HUGE, max(link.slack, NEAREST)
+    return "Elastic", link.stiffness
+
+
+def storeys_of(bench: Bench, building: int) -> dict[int, Any]:
+    """Materials of the storeys of a building that yield, by floor; None of one that OpenSees has not."""
+    chain, structure = bench.chains[building], bench.study.buildings[building]
+    hardening = np.broadcast_to(chain.hardening, chain.mass.size)
+    base = 1 if getattr(structure, "isolators", None) else 0
+    found = {}
+    for storey in np.flatnonzero(np.isfinite(chain.strength)).tolist():
+        law = None if storey - chain.foundations < base else getattr(structure, "hysteresis", None)
+        numbers = chain.shear[storey], chain.strength[storey], hardening[storey]
+        found[storey + 1] = storey_material(law, *map(float, numbers))
+    return found
+
+
+def unsaid_laws(bench: Bench) -> str:
+    """What of a scene's buildings and links OpenSees has nothing for; "" where it has all."""
+    if bench.opensees_lacks:
+        return f"it knows no {bench.opensees_lacks}"
+    for building, structure in enumerate(bench.study.buildings):
+        if None in storeys_of(bench, building).values():
+            return f"it has no material like the hysteresis of {structure.name}"
+    return ""
+
+
 def build(
     ops: Any,
     chains: Sequence[Chain],
@@ -174,19 +238,26 @@ def build(
     acceleration: NDArray[Any],
     dt: float,
     links: Sequence[Link] = (),
+    yielding: Sequence[dict[int, Any]] = (),
 ) -> list[int]:
-    """Nodes, springs, dashpots, links, contacts, the ground motion and the method; returns the contacts' elements."""
+    """Nodes, springs, dashpots, links, contacts, the ground motion and the method; returns the contacts' elements.
+
+    ``yielding`` are `storeys_of` each building, beside which what P-Δ takes off the stiffness is a spring.
+    """
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)
     ops.node(GROUND, 0.0)
     ops.fix(GROUND, 1)
     tag, masses, nodes = GROUND, 0, {}
 
-    def join(one: int, other: int, spring: float, dashpot: float) -> None:
+    def join_by(one: int, other: int, material: str, *numbers: float) -> None:
         nonlocal tag
         tag += 1
-        ops.uniaxialMaterial("Elastic", tag, spring, dashpot)
+        ops.uniaxialMaterial(material, tag, *numbers)
         ops.element("zeroLength", tag, one, other, "-mat", tag, "-dir", 1, "-doRayleigh", 0)
+
+    def join(one: int, other: int, spring: float, dashpot: float) -> None:
+        join_by(one, other, "Elastic", spring, dashpot)
 
     for building, chain in enumerate(chains):
         nodes[building, 0] = GROUND
@@ -196,6 +267,9 @@ def build(
             ops.node(masses + 1, 0.0)
             ops.mass(masses + 1, mass)
         springs = {(floor, floor + 1): spring for floor, spring in enumerate(chain.spring.tolist())}
+        for floor, material in yielding[building].items() if yielding else ():
+            join_by(nodes[building, floor - 1], nodes[building, floor], *material)
+            springs[floor - 1, floor] -= float(chain.shear[floor - 1])
         dashpots, others = joins(chain.damping), joins(chain.coupling)
         for pair in {**springs, **others, **dashpots}:
             one, other = (nodes[building, floor] for floor in pair)
@@ -203,7 +277,8 @@ def build(
     for link in links:
         left = nodes.get((link.interface, int(link.left_floor)), GROUND)
         right = nodes.get((link.interface + 1, int(link.right_floor)), GROUND)
-        join(left, right, link.stiffness, link.damping)
+        join_by(left, right, *link_material(link))
+        join(left, right, 0.0, link.damping)
     elements = []
     for k, point in enumerate(points):
         if point.kind == LINK:
@@ -217,6 +292,8 @@ def build(
         ops.element("zeroLength", tag, left, right, "-mat", tag, "-dir", 1)
         elements.append(tag)
     shake(ops, acceleration, dt, range(2, masses + 2))
+    if any(yielding) or any(link.law for link in links):
+        ops.algorithm("Newton")  # tangents change by more than an impact's
     return elements
 
 
@@ -247,7 +324,8 @@ def solve(bench: Bench, case: PointCase, h: float) -> Peaks:
     duration = (len(motion.acceleration) - 1) * motion.dt
     with TemporaryDirectory() as folder, silenced():
         numbers = case, motion.acceleration, motion.dt
-        elements = build(ops, bench.chains, bench.points, *numbers, bench.study.links)
+        yielding = [storeys_of(bench, building) for building in range(len(bench.chains))]
+        elements = build(ops, bench.chains, bench.points, *numbers, bench.study.links, yielding)
         files = [os.path.join(folder, name) for name in ("reach", "force")]
         for file, response in zip(files, (("deformation",), ("material", 1, "stress")), strict=True):
             ops.recorder("EnvelopeElement", "-file", file, "-precision", 17, "-ele", *elements, *response)
@@ -268,8 +346,8 @@ def solve(bench: Bench, case: PointCase, h: float) -> Peaks:
 
 def hindrance(bench: Bench) -> str:
     """Why OpenSees cannot run the cases of a bench; "" where it can."""
-    if bench.event_only:
-        return f"it knows no {bench.event_only}"
+    if why := unsaid_laws(bench):
+        return why
     for case in bench.point_cases():
         if why := unsaid(bench.chains, bench.points, case):
             return why

@@ -28,6 +28,7 @@ SOURCE = "scene"
 TAKES = ("gap", "pga")
 STEPS_A_SAMPLE = 10  # of the script, by default
 WIDEST = 118  # characters of a line
+PLAIN = "ModifiedNewton"
 RTOL = 1e-10  # of the peaks that the script shows beside its own
 
 TEMPLATE = '''"""{title}, in OpenSeesPy.
@@ -51,6 +52,9 @@ STEP = float(sys.argv[1]) if len(sys.argv) > 1 else {step!r}
 # Of each building, from the ground up: mass of a floor [kg], and stiffness of the storey below it [N/m].
 BUILDINGS = {buildings}
 
+# Storeys that yield: material and numbers by floor; the stiffness above is then what acts beside it.
+YIELDING = {yielding}
+
 # Springs between two floors of a building [N/m], beside its storeys, that make up its stiffness matrix; floor 0 is the
 # ground.
 SPRINGS = {springs}
@@ -58,7 +62,8 @@ SPRINGS = {springs}
 # Dashpots between two floors of a building [N s/m] that make up its damping matrix; floor 0 is the ground.
 DASHPOTS = {dashpots}
 
-# Links between neighbours: (building, floor) at both ends, stiffness [N/m] and damping coefficient [N s/m].
+# Links between neighbours: (building, floor) at both ends, material of the spring with its numbers, and damping
+# coefficient [N s/m].
 LINKS = {links}
 
 # Of each contact: (building, floor) on its left and right, and the impact material with its numbers; OpenSees measures
@@ -91,11 +96,15 @@ node_of = {{None: GROUND}}
 tag = GROUND
 
 
-def join(one, other, stiffness, dashpot):
+def join_by(one, other, material, *numbers):
     global tag
     tag += 1
-    ops.uniaxialMaterial("Elastic", tag, stiffness, dashpot)
+    ops.uniaxialMaterial(material, tag, *numbers)
     ops.element("zeroLength", tag, one, other, "-mat", tag, "-dir", 1, "-doRayleigh", 0)
+
+
+def join(one, other, stiffness, dashpot):
+    join_by(one, other, "Elastic", stiffness, dashpot)
 
 
 for building, storeys in BUILDINGS.items():
@@ -106,13 +115,16 @@ for building, storeys in BUILDINGS.items():
         ops.node(tag, 0.0)
         ops.mass(tag, mass)
         join(node_of[building, floor - 1], node_of[building, floor], stiffness, 0.0)
+    for floor, material in YIELDING[building].items():
+        join_by(node_of[building, floor - 1], node_of[building, floor], *material)
     for (one, other), stiffness in SPRINGS[building].items():
         join(node_of[building, one], node_of[building, other], stiffness, 0.0)
     for (one, other), dashpot in DASHPOTS[building].items():
         join(node_of[building, one], node_of[building, other], 0.0, dashpot)
 
-for left, right, stiffness, dashpot in LINKS:
-    join(node_of[left], node_of[right], stiffness, dashpot)
+for left, right, material, dashpot in LINKS:
+    join_by(node_of[left], node_of[right], *material)
+    join(node_of[left], node_of[right], 0.0, dashpot)
 
 elements = {{}}
 for name, (left, right, (material, *numbers)) in CONTACTS.items():
@@ -133,7 +145,7 @@ ops.constraints("Plain")
 ops.numberer("RCM")
 ops.system("ProfileSPD")
 ops.test("NormDispIncr", 1e-12, 100)
-ops.algorithm("ModifiedNewton")
+ops.algorithm({algorithm!r})
 ops.integrator("Newmark", 0.5, 0.25)
 ops.analysis("Transient")
 
@@ -204,7 +216,7 @@ def write(study: Scene, target: Path, options: Options) -> Written:
     bench = bench_of(study.updated(grid=own), 1)
     script = _script(study, bench)
     notes = tuple(_notes(script))
-    motion = next(iter(bench.motions))
+    motion, parts = next(iter(bench.motions)), _parts(script)
     text = TEMPLATE.format(
         title=study.name or "A scene",
         case=fill(bench.labels[0], WIDEST - 1),
@@ -214,8 +226,9 @@ def write(study: Scene, target: Path, options: Options) -> Written:
         told="\n".join(fill(f"- {sentence}", WIDEST, subsequent_indent="  ") for sentence in notes),
         sampling=motion.dt,
         slowest=SLOWEST_TOUCH,
+        algorithm="Newton" if any(parts["yielding"].values()) or any(link.law for link in study.links) else PLAIN,
         motion=_listed(motion.acceleration.tolist()),
-        **{name: pformat(part, sort_dicts=False, width=WIDEST) for name, part in _parts(script).items()},
+        **{name: pformat(part, sort_dicts=False, width=WIDEST) for name, part in parts.items()},
     )
     return Written((write_file(target, text),), notes)
 
@@ -251,7 +264,7 @@ def _script(study: Scene, bench: Bench) -> Script:
     from pounding_risk.lab import accuracy_opensees as opensees
 
     case = next(bench.point_cases())
-    why = f"it knows no {bench.event_only}" if bench.event_only else ""
+    why = opensees.unsaid_laws(bench)
     why = why or (opensees.ON_SPRINGS if any(chain.foundations for chain in bench.chains) else "")
     why = why or ("" if opensees.has_constant_restitution(case.rules) else opensees.FALLS)
     computed: dict[int, PowerLaw] = {}
@@ -278,10 +291,11 @@ def _script(study: Scene, bench: Bench) -> Script:
 def _parts(script: Script) -> dict[str, Any]:
     """The numbers of the script, by their place in the template."""
     from pounding_risk.lab.accuracy_findings import FORCE, REACH
-    from pounding_risk.lab.accuracy_opensees import impact_material, joins
+    from pounding_risk.lab.accuracy_opensees import impact_material, joins, link_material, storeys_of
 
     bench, case, names = script.bench, script.case, script.names
     moving = {name: chain for name, chain in zip(names, bench.chains, strict=True) if chain.mass.size}
+    yielding = {name: storeys_of(bench, building) for building, name in enumerate(names)}
     contacts: dict[str, tuple[Any, ...]] = {}
     computed: dict[str, dict[str, Any]] = {}
 
@@ -301,15 +315,17 @@ def _parts(script: Script) -> dict[str, Any]:
     interfaces = [f"{left} | {right}" for left, right in pairwise(names)]
     return {
         "buildings": {
-            name: list(zip(chain.mass.tolist(), chain.spring.tolist(), strict=True)) for name, chain in moving.items()
+            name: list(zip(chain.mass.tolist(), _beside(chain, yielding[name]), strict=True))
+            for name, chain in moving.items()
         },
+        "yielding": {name: yielding[name] for name in moving},
         "springs": {name: joins(chain.coupling) for name, chain in moving.items()},
         "dashpots": {name: joins(chain.damping) for name, chain in moving.items()},
         "links": [
             (
                 end(link.interface, link.left_floor),
                 end(link.interface + 1, link.right_floor),
-                link.stiffness,
+                link_material(link),
                 link.damping,
             )
             for link in bench.study.links
@@ -318,6 +334,12 @@ def _parts(script: Script) -> dict[str, Any]:
         "computed": computed,
         "peaks": {name: (float(row[REACH]), float(row[FORCE])) for name, row in zip(interfaces, answers, strict=True)},
     }
+
+
+def _beside(chain: Any, yielding: dict[int, Any]) -> list[float]:
+    """Stiffness of each storey [N/m]; of one that yields what P-delta takes, beside its material."""
+    pairs = zip(chain.spring.tolist(), chain.shear.tolist(), strict=True)
+    return [spring - shear if floor in yielding else spring for floor, (spring, shear) in enumerate(pairs, start=1)]
 
 
 def _plain(part: Any) -> Any:

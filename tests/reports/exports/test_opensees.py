@@ -22,6 +22,10 @@ SHOP = storeyed("shop", "150 t", "60 MN/m", "3 m", storeys=1, damping=0.05, damp
 PAIR = single("a", "500 t", "0.5 s"), single("b", "800 t", "1.0 s", damping=0.02)
 FRAME = storeyed("frame", "100 t", "90 MN/m", "3 m", storeys=3, damping=0.05)
 LOFT = storeyed("loft", "150 t", "160 MN/m", "4 m", storeys=2, damping=0.05)
+PINCHED = {"rule": "peak_oriented", "backbone": [[4.0, 1.2], [12.0, 0.4]], "unloading": 0.4, "pinching_force": 0.3}
+SOFT = storeyed("soft", ["100 t", "90 t"], "90 MN/m", "3 m", storey_strengths=["400 kN", "250 kN"], hysteresis=PINCHED)
+ISOLATION = {"slab_mass": "100 t", "height": "3 m", "strength": "120 kN", "stiffness": "2 MN/m"}
+YIELDS = {"inelastic_storeys": {}, "p_delta": {}}
 STRENGTHS = {"yield_force": "4 MN", "column_yield_force": "600 kN"}
 SCENES = {
     "jankowski": scene_text(single("a", "500 t", "0.5 s", **DAMPED), PAIR[1], records=SHORT),
@@ -33,6 +37,18 @@ SCENES = {
     "no tension": scene_text(*PAIR, records=SHORT, law="kelvin_voigt_tension_cut", stiffness="93.5 kN/mm"),
     "columns": scene_text(FRAME, LOFT, records=SHORT, law="viscous_elastoplastic", **STRENGTHS),
     "elastic columns": scene_text(LOFT, rigid(height="9 m"), records=SHORT, law="hertz_damp_exact"),
+    "pinched storeys and a link that slips": scene_text(
+        SOFT, FLATS, records=SHORT, effects=YIELDS, link_stiffness="20 MN/m", link_strength="80 kN"
+    ),
+    "isolators and a hook": scene_text(
+        storeyed("a", ["90 t"], "90 MN/m", ["3 m"], isolation=ISOLATION),
+        SHOP,
+        records=SHORT,
+        gap="20 mm",
+        link_stiffness="5 MN/m",
+        link_slack="5 mm",
+        link_at=[{"left": "storey 1", "right": "storey 1"}],
+    ),
     "a row with storeys": scene_text(FLATS, SHOP, single("c", "200 t", "0.8 s", height="3 m"), records=SHORT),
 }
 OUTPUTS = ("peak_relative_displacement", "peak_contact_force")
@@ -46,7 +62,9 @@ def peaks_of(script: Path, step: float) -> dict[str, tuple[float, float]]:
     return {line[:40].strip(): tuple(map(float, line[40:].split())) for line in lines}
 
 
-@pytest.mark.parametrize("name", sweep(SCENES, "a rigid wall", "a row with storeys"))
+@pytest.mark.parametrize(
+    "name", sweep(SCENES, "a rigid wall", "a row with storeys", "pinched storeys and a link that slips")
+)
 def test_the_script_agrees_as_its_step_shrinks(name, tmp_path):
     pytest.importorskip("openseespy.opensees", exc_type=ImportError)
     scene = pr.read_scene(SCENES[name])
