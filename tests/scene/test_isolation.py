@@ -168,7 +168,7 @@ def test_a_floor_below_the_slab_strikes_no_column(says):
 
 
 def test_other_questions_take_it_as_what_yields(says, tmp_path):
-    """Fragilities need levels, as twice the motion is not twice the closing; of other methods OpenSees alone knows it."""
+    """Fragilities need levels, as twice the motion is not twice the closing; OpenSees alone of the others knows it."""
     states = [{"name": "slight", "drift": "0.1 %"}, {"name": "bearings", "storey": 1, "ductility": 10.0}]
     study = parse_scene(text(LEAD, grid={"pga": ["0.2 g", "0.5 g"]}), overrides=[]).replace(damage=states)
     scanned = pr.scan(study)
