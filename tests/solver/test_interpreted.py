@@ -49,6 +49,18 @@ CASES = {
         "run_of(*ROWS['storeys, single, storeys'], GROUND[:120], rtol=1e-6).floors.tolist()",
         1e-11,
     ),
+    "storeys with laws": Case(
+        "test_hysteresis",
+        "[free_row(lay_out([chain_of(building(law, 2), [('inelastic_storeys', [])])], [], 0.01), 3.0 * SHAKING[:150])"
+        ".floors.tolist() for law in (PINCHED, Hysteresis('isotropic'), Hysteresis('kinematic'), "
+        "bouc_wen(SMOOTH['degrading']))]",
+        1e-10,
+    ),
+    "links with laws": Case(
+        "test_laws_of_links",
+        "[run(model(*ROWS[name]), 0.006, GROUND[60:160], DT, 1e-6).floors.tolist() for name in ('friction', 'hook')]",
+        1e-9,
+    ),
     "jumps of a row": Case(
         "test_row_jumps",
         "[{key: value.tolist() for key, value in Made(*ROWS[name][:2], shaking(4.0)[:200], "
