@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FIGURES = {
     "scan": ("scan", "ratio", "assessment", "separations", "elevation", "plan", "profiles", "along"),
     "compare": ("agreement", "reference", "agreement_along", "scan", "ratio"),
-    "simulate": ("simulation",),
+    "simulate": ("simulation", "hysteresis"),
     "accuracy": ("accuracy",),
     "effects": ("effects",),
     "spectra": ("gap_spectra",),
@@ -58,11 +58,11 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
         A dataset of `scan`, `simulate`, `compare`, `accuracy`, `effects`, `spectra`, `amplification`,
         `uncertainty` or `damage`.
     kind : str, optional
-        Of a scan "scan", "ratio", "assessment", "separations", "elevation", "plan" or "profiles", and with several
-        values along axes of numbers of its scene "along"; of a run "simulation"; of a comparison "agreement",
-        "reference", "scan" or "ratio", and along such an axis "agreement_along"; "accuracy", "effects", "gap_spectra",
-        "amplification" and "uncertainty"; of damage states "damage" and "ida". By default the first of these that the
-        dataset has.
+        Of a scan "scan", "ratio", "assessment", "separations", "elevation", "plan" or "profiles", and with
+        several values along axes of numbers of its scene "along"; of a run "simulation" or "hysteresis"; of a
+        comparison "agreement", "reference", "scan" or "ratio", and along such an axis "agreement_along";
+        "accuracy", "effects", "gap_spectra", "amplification" and "uncertainty"; of damage states "damage" and
+        "ida". By default the first of these that the dataset has.
     note : str
         Added to the caption.
     **options

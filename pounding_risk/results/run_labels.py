@@ -43,6 +43,8 @@ HISTORIES = {
     "displacement": (FLOORS, "m", "displacement of the floor relative to the ground under the building"),
     "velocity": (FLOORS, "m/s", "velocity of the floor relative to the ground under the building"),
     "absolute_displacement": (FLOORS, "m", "displacement of the floor in space: displacement + ground_displacement"),
+    "drift": (FLOORS, "m", "drift of the storey below the floor; of rows with storeys that yield"),
+    "storey_force": (FLOORS, "N", "shear in the spring of the storey below the floor; of rows with storeys that yield"),
     "relative_displacement": (POINTS, "m", "what closes the gap: u_left - u_right, and what the ground adds"),
     "contact_force": (POINTS, "N", "contact force, compression positive"),
     "contact_impulse_so_far": (POINTS, "N s", "impulse of the contact force up to this instant"),

@@ -6,13 +6,15 @@ contact.
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.ensemble.grid_job import peaks_under
 from pounding_risk.ensemble.row_grid import mechanics_of, model_of
 from pounding_risk.models.ground import arriving
-from pounding_risk.models.structures.hysteresis import forces_along
+from pounding_risk.models.structures.hysteresis import Hysteresis, forces_along
 from pounding_risk.models.structures.links import stretch
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.run_labels import Case, Trace
@@ -59,6 +61,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
             "relative_displacement": closing_at(row, states[:, 0], grounds)[:, contacts],
             "contact_force": forces_at(touches, len(model.points), instants.every)[:, contacts],
             "contact_impulse_so_far": impulses_at(run.log, len(model.points), instants)[:, contacts],
+            **storey_histories(frame, states),
             **link_histories(model, states),
             **grounds,
         },
@@ -75,6 +78,29 @@ def _by_storey(frame: Frame, values: Array) -> Array:
     """Values of the masses (instants, masses) as (instants, buildings, storeys); NaN where there is none."""
     # Of no storey is mass −1; a row of rigid buildings has no mass at all.
     return np.where(frame.storeys >= 0, np.column_stack([values, np.zeros(len(values))])[:, frame.storeys], np.nan)
+
+
+def storey_histories(frame: Frame, states: Array) -> dict[str, Array]:
+    """Drifts and spring shears of all storeys (instants, buildings, storeys), of a row of which one yields.
+
+    A law is followed from instant to instant: a turn between two of them is missed, and what it changes.
+    """
+    if not frame.yields:
+        return {}
+    model = frame.model
+    shears, moved = (np.full((len(states), model.firsts[-1]), np.nan) for _ in range(2))
+    for first, chain in zip(model.firsts, model.chains, strict=False):
+        hardening = np.broadcast_to(chain.hardening, chain.mass.size)
+        drifts = states[:, 0, first : first + chain.mass.size] @ chain.drifts().T
+        moved[:, first : first + chain.mass.size] = drifts
+        for storey, (stiffness, strength) in enumerate(zip(chain.shear, chain.strength, strict=True)):
+            law = chain.laws[storey] if chain.laws.size else np.zeros(0)
+            if not law.any() and np.isfinite(strength):
+                law = Hysteresis("kinematic", hardening=float(hardening[storey])).numbers(stiffness, strength, inf)
+            known = np.isfinite(drifts[:, storey])
+            along = forces_along(law, drifts[known, storey]) if law.any() else stiffness * drifts[known, storey]
+            shears[known, first + storey] = along if stiffness else np.nan
+    return {"drift": _by_storey(frame, moved), "storey_force": _by_storey(frame, shears)}
 
 
 def link_histories(model: RowModel, states: Array) -> dict[str, Array]:

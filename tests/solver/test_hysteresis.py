@@ -450,3 +450,18 @@ def test_a_collapse_counts_as_damage_of_the_structure():
     assert np.isfinite(ratios).all()  # none is left out
     assert Results(dataset).run_counts["failed"] == int(fell.sum())
     assert "count as reached" in " ".join(map(str, found.attrs.values()))
+
+
+@pytest.mark.parametrize("law", [None, {"rule": "peak_oriented", "backbone": [[3.0, 1.2], [9.0, 0.5]]}])
+def test_loops_are_in_the_run_and_drawn(law: dict[str, Any] | None):
+    """The largest shear of the histories is that of the run, but for what lies between instants: 1e-3."""
+    run = pr.simulate(striking(law))
+    peaks = np.abs(run["storey_force"]).max("time")
+    frame = {"building": "frame"}
+    np.testing.assert_allclose(peaks.sel(frame), run["storey_shear"].sel(frame), rtol=1e-3)
+    np.testing.assert_allclose(np.abs(run["drift"]).max("time").sel(frame), run["storey_drift"].sel(frame), rtol=1e-3)
+    figure = pr.figures.hysteresis_figure(run)
+    assert figure.get_suptitle() == "2 of 2 storeys that may yield do so"
+    assert [axis.get_ylabel() for axis in figure.axes] == ["storey shear [kN]"] * 2
+    with pytest.raises(PoundingError, match="no storey of the run may yield"):
+        pr.figures.hysteresis_figure(pr.simulate(striking(law, effects={})))

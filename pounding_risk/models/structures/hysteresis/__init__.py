@@ -142,7 +142,7 @@ def forces_along(row: NDArray[np.float64], drifts: NDArray[np.float64]) -> NDArr
         side = float(np.sign(target - drift))
         if side == -slots[2] != 0.0:
             meet(TURN, drift)
-        while side * (target - (end := numbers[UPPER if side > 0.0 else LOWER])) > 0.0:
+        while side and side * (target - (end := numbers[UPPER if side > 0.0 else LOWER])) > 0.0:
             meet(side, end)
         drift = target
         forces[place] = slots[0] * drift + slots[1]
