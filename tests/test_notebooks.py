@@ -15,6 +15,12 @@ FEWER = {
         ('["RSN6-180", "RSN77-164", "RSN753-000", "RSN1690-090"]', '["RSN6-180"]'),
         ('["0.15 g", "0.3 g"]}', '["0.3 g"]}, "records": {"window": ["0 s", "8 s"]}'),
     ],
+    "contact_law_matters": [
+        (
+            "'set = \"fema-p695-farfield\"', 400",
+            '\'names = ["RSN6-180", "RSN77-164", "RSN753-000", "RSN1690-090"]\', 10',
+        ),
+    ],
     "code_gaps": [
         ('set="fema-p695-farfield"', '["RSN6-180", "RSN77-164", "RSN753-000"]'),
         ("48, 200", "8, 10"),
