@@ -32,10 +32,13 @@ from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.hysteresis import Hysteresis
+from pounding_risk.models.structures.hysteresis.power_law import steepest
 from pounding_risk.models.structures.links import LINK, Link
 from pounding_risk.models.structures.mdof import Chain
 
 HUGE = 1e15  # N, at which a hook would yield
+OF_BRACE = 1e4  # 1/s: stiffness over damping at rest of a brace that gives as good as nothing
+PLAIN = "ModifiedNewton"
 NEAREST = 1e-12  # m: the impact materials refuse a gap of zero
 TEST, ITERATIONS = 1e-12, 100  # m, and per step
 GROUND = 1  # node; mass i is node i + 2
@@ -207,6 +210,21 @@ def link_material(link: Link) -> tuple[Any, ...]:
     return "Elastic", link.stiffness
 
 
+def algorithm(yielding: Iterable[Any], links: Iterable[Link]) -> str:
+    """The algorithm of OpenSees for storeys and links whose tangents change by more than an impact's."""
+    laws = [link for link in links if link.law]
+    if any(0.0 < link.exponent < 1.0 for link in laws):
+        return "KrylovNewton"
+    return "Newton" if laws or any(yielding) else PLAIN
+
+
+def link_dashpot(link: Link) -> tuple[Any, ...]:
+    """The damper of a link as OpenSees takes it after the tag."""
+    if 0.0 < link.exponent < 1.0:
+        return "ViscousDamper", OF_BRACE * steepest(link.damping, link.exponent), link.damping, link.exponent
+    return "Elastic", 0.0, link.damping
+
+
 def storeys_of(bench: Bench, building: int) -> dict[int, Any]:
     """Materials of the storeys of a building that yield, by floor; None of one that OpenSees has not."""
     chain, structure = bench.chains[building], bench.study.buildings[building]
@@ -278,7 +296,7 @@ def build(
         left = nodes.get((link.interface, int(link.left_floor)), GROUND)
         right = nodes.get((link.interface + 1, int(link.right_floor)), GROUND)
         join_by(left, right, *link_material(link))
-        join(left, right, 0.0, link.damping)
+        join_by(left, right, *link_dashpot(link))
     elements = []
     for k, point in enumerate(points):
         if point.kind == LINK:
@@ -292,8 +310,7 @@ def build(
         ops.element("zeroLength", tag, left, right, "-mat", tag, "-dir", 1)
         elements.append(tag)
     shake(ops, acceleration, dt, range(2, masses + 2))
-    if any(yielding) or any(link.law for link in links):
-        ops.algorithm("Newton")  # tangents change by more than an impact's
+    ops.algorithm(algorithm(yielding, links))
     return elements
 
 
@@ -308,7 +325,7 @@ def shake(ops: Any, acceleration: NDArray[Any], dt: float, nodes: Iterable[int],
     ops.numberer(numberer)
     ops.system("ProfileSPD")
     ops.test("NormDispIncr", TEST, ITERATIONS)
-    ops.algorithm("ModifiedNewton")
+    ops.algorithm(PLAIN)
     ops.integrator("Newmark", 0.5, 0.25)
     ops.analysis("Transient")
 

@@ -50,7 +50,11 @@ OF_STOREYS = {
     "J": "storey_energy",
     "1": "storey_ductility storey_strength_left",
 }
-OF_LINKS = {"m": "peak_link_stretch peak_link_shortening", "N": "peak_link_spring_force", "J": "link_energy"}
+OF_LINKS = {
+    "m": "peak_link_stretch peak_link_shortening",
+    "N": "peak_link_spring_force peak_link_damper_force",
+    "J": "link_energy",
+}
 CHANGES = tuple(f"change_{name}" for name in (*RELATIVE, *COUNTED))
 
 VARIABLES: dict[str, Declared] = {

@@ -36,6 +36,7 @@ from pounding_risk.units import (
     GAP,
     LEVELS,
     LINK_DAMPING,
+    LINK_EXPONENT,
     LINK_SLACK,
     LINK_STIFFNESS,
     LINK_STRENGTH,
@@ -302,11 +303,21 @@ class Interface(Table):
         float,
         measured(
             LINK_DAMPING,
-            "Coefficient of a linear viscous damper between the two, beside the spring of the link.",
+            "Coefficient of a viscous damper between the two, beside the spring of the link.",
             '"2 MN s/m"',
             "no damper joins them",
         ),
     ] = 0.0
+    link_exponent: Annotated[
+        float | None,
+        measured(
+            LINK_EXPONENT,
+            "Power of the speed that the force of the damper is: link_damping × 1 m/s × (speed / 1 m/s)^link_exponent, "
+            "linear below 1 mm/s.",
+            "0.3",
+            "the damper is linear, and its peak force no output",
+        ),
+    ] = None
     link_strength: Annotated[
         float,
         measured(

@@ -18,8 +18,8 @@ ISOLATION = (
 )
 LINKS = "links between neighbours are link_stiffness, link_damping and link_at of their [[interface]]"
 DAMPERS = (
-    "a damper between neighbours is link_damping of their [[interface]]; for one within a building write what it adds "
-    "to the first mode into damping"
+    "a damper between neighbours is link_damping of their [[interface]], with link_exponent where its force is a power "
+    "of the speed; for one within a building write what it adds to the first mode into damping"
 )
 TORSION = (
     "floors that rotate are the key plan of a building with storeys; beyond elastic ones under one component write the "

@@ -109,11 +109,13 @@ def link_histories(model: RowModel, states: Array) -> dict[str, Array]:
         return {}
     shares = np.array([stretch(link, model.chains) for link in model.links]).T
     springs = np.array([link.stiffness for link in model.links])
-    dashpots = np.array([link.damping for link in model.links])
+    dashpots = np.array([0.0 if link.exponent else link.damping for link in model.links])
     stretched, rate = states[:, 0] @ shares, states[:, 1] @ shares
     forces = springs * stretched
     for place, link in enumerate(model.links):
-        if link.law:  # followed from instant to instant; its displacement is that of the left end from the right one
+        if link.exponent and link.damping:
+            forces[:, place] += forces_along(np.array(link.law), rate[:, place])
+        elif link.law:  # followed from instant to instant; its displacement is that of the left end from the right one
             forces[:, place] = -forces_along(np.array(link.law), -stretched[:, place])
     return {"link_stretch": stretched, "link_force": forces + dashpots * rate}
 

@@ -138,7 +138,8 @@ def _links(here: Scene) -> list[tuple[str, str]]:
     slips = f", slips at {say(one.strength, LINK_STRENGTH)}" if one.strength < inf else ""
     hooks = f", pulls past a slack of {say(one.slack, LINK_SLACK)}" if one.slack > -inf else ""
     spring = f"{say(one.stiffness, LINK_STIFFNESS)}{slips}{hooks}"
-    return [("link", f"{spring} and {say(one.damping, LINK_DAMPING)}: {'; '.join(places)}")]
+    power = f" at 1 m/s, by the power {one.exponent:g} of the speed" if one.exponent else ""
+    return [("link", f"{spring} and {say(one.damping, LINK_DAMPING)}{power}: {'; '.join(places)}")]
 
 
 def _place(floor: float) -> str:

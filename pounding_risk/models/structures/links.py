@@ -6,7 +6,8 @@ A link pulls and pushes with the stretch of the straight line between its ends, 
 
 The buildings that it joins are one body: matrices of both with the link's, whose motion without contact is known in
 closed form as that of a building is. A link that slips at its strength, or pulls past a slack alone, has a law
-(`models.structures.hysteresis`) in place of k e; the body then moves in closed form from one change of it to the next.
+(`models.structures.hysteresis`) in place of k e, and a damper of a power law one in place of c ė; the body then moves
+in closed form from one change of it to the next.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.models.structures.hysteresis import Hysteresis
-from pounding_risk.models.structures.hysteresis._numbers import SIZE
+from pounding_risk.models.structures.hysteresis._numbers import ALONG_RATE, SIZE
+from pounding_risk.models.structures.hysteresis.power_law import LEAST
 from pounding_risk.models.structures.mdof import Chain, stacked
 
 Array = NDArray[np.float64]
@@ -37,10 +39,16 @@ class Link(NamedTuple):
     damping: float  # c [N s/m]
     strength: float = inf  # at which the spring slips [N]
     slack: float = -inf  # stretch past which the spring pulls, and never pushes [m]; −∞ for one that does both
+    exponent: float = 0.0  # α of a damper of c |ė|^α, c then in N (s/m)^α; 0 for the linear dashpot
 
     @property
     def law(self) -> tuple[float, ...]:
-        """Numbers of the law of its spring; none where it is linear."""
+        """Numbers of the law of its spring or its damper; none where it is linear."""
+        if self.exponent and self.damping:
+            law = Hysteresis("power_law", exponent=self.exponent, collapse_drift=inf)
+            row = law.numbers(self.damping, self.damping, 1.0)
+            row[ALONG_RATE] = 1.0
+            return tuple(row.tolist())
         if self.stiffness == 0.0:
             return ()
         if self.strength < inf:
@@ -51,6 +59,12 @@ class Link(NamedTuple):
             row[SIZE] = max(self.slack, LEAST_SIZE)
             return tuple(row.tolist())
         return ()
+
+    def damper_force(self, speed: Array) -> Array:
+        """Force of a damper of a power law [N] at a speed of its stretch [m/s], linear below `power_law.LEAST`."""
+        size = np.abs(speed)
+        power = self.damping * np.maximum(size, LEAST) ** self.exponent
+        return np.sign(speed) * power * np.minimum(size / LEAST, 1.0) if self.exponent < 1.0 else self.damping * speed
 
     def peak_force(self, stretch: Array, shortening: Array) -> Array:
         """Largest force of its spring [N], from the largest stretch and shortening [m]."""

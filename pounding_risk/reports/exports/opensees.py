@@ -28,7 +28,6 @@ SOURCE = "scene"
 TAKES = ("gap", "pga")
 STEPS_A_SAMPLE = 10  # of the script, by default
 WIDEST = 118  # characters of a line
-PLAIN = "ModifiedNewton"
 RTOL = 1e-10  # of the peaks that the script shows beside its own
 
 TEMPLATE = '''"""{title}, in OpenSeesPy.
@@ -62,8 +61,8 @@ SPRINGS = {springs}
 # Dashpots between two floors of a building [N s/m] that make up its damping matrix; floor 0 is the ground.
 DASHPOTS = {dashpots}
 
-# Links between neighbours: (building, floor) at both ends, material of the spring with its numbers, and damping
-# coefficient [N s/m].
+# Links between neighbours: (building, floor) at both ends, and materials of the spring and of the damper with
+# their numbers.
 LINKS = {links}
 
 # Of each contact: (building, floor) on its left and right, and the impact material with its numbers; OpenSees measures
@@ -122,9 +121,9 @@ for building, storeys in BUILDINGS.items():
     for (one, other), dashpot in DASHPOTS[building].items():
         join(node_of[building, one], node_of[building, other], 0.0, dashpot)
 
-for left, right, material, dashpot in LINKS:
-    join_by(node_of[left], node_of[right], *material)
-    join(node_of[left], node_of[right], 0.0, dashpot)
+for left, right, spring, damper in LINKS:
+    join_by(node_of[left], node_of[right], *spring)
+    join_by(node_of[left], node_of[right], *damper)
 
 elements = {{}}
 for name, (left, right, (material, *numbers)) in CONTACTS.items():
@@ -204,7 +203,7 @@ for name, (moved, most) in PEAKS.items():
 def write(study: Scene, target: Path, options: Options) -> Written:
     """Write the case of the scene's own gap under its first motion; raises SceneError for what OpenSees cannot say."""
     from pounding_risk.lab.accuracy_bench import bench_of
-    from pounding_risk.lab.accuracy_opensees import SLOWEST_TOUCH
+    from pounding_risk.lab.accuracy_opensees import SLOWEST_TOUCH, algorithm
 
     grid = study.grid
     own = grid._replace(
@@ -226,7 +225,7 @@ def write(study: Scene, target: Path, options: Options) -> Written:
         told="\n".join(fill(f"- {sentence}", WIDEST, subsequent_indent="  ") for sentence in notes),
         sampling=motion.dt,
         slowest=SLOWEST_TOUCH,
-        algorithm="Newton" if any(parts["yielding"].values()) or any(link.law for link in study.links) else PLAIN,
+        algorithm=algorithm(parts["yielding"].values(), study.links),
         motion=_listed(motion.acceleration.tolist()),
         **{name: pformat(part, sort_dicts=False, width=WIDEST) for name, part in parts.items()},
     )
@@ -291,7 +290,7 @@ def _script(study: Scene, bench: Bench) -> Script:
 def _parts(script: Script) -> dict[str, Any]:
     """The numbers of the script, by their place in the template."""
     from pounding_risk.lab.accuracy_findings import FORCE, REACH
-    from pounding_risk.lab.accuracy_opensees import impact_material, joins, link_material, storeys_of
+    from pounding_risk.lab.accuracy_opensees import impact_material, joins, link_dashpot, link_material, storeys_of
 
     bench, case, names = script.bench, script.case, script.names
     moving = {name: chain for name, chain in zip(names, bench.chains, strict=True) if chain.mass.size}
@@ -326,7 +325,7 @@ def _parts(script: Script) -> dict[str, Any]:
                 end(link.interface, link.left_floor),
                 end(link.interface + 1, link.right_floor),
                 link_material(link),
-                link.damping,
+                link_dashpot(link),
             )
             for link in bench.study.links
         ],

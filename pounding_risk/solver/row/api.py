@@ -20,6 +20,7 @@ from pounding_risk._jit.records import column, set_column
 from pounding_risk.models.ground import arriving
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.hysteresis import _numbers as laws
+from pounding_risk.solver.counters import APPROACH as SPEED
 from pounding_risk.solver.counters import PLASTIC as PLASTIC_ENERGY
 from pounding_risk.solver.counters import TALLIED
 from pounding_risk.solver.pair.laws import verbs_of
@@ -253,7 +254,10 @@ def _results_of(layout: RowLayout, run: Run, states: np.ndarray) -> RowRun:
     points = [column(contacts, name) for name in ("counters", "highest", "lowest")]
     if row.links.size:
         counters, links = points[0].reshape(len(contacts), TALLIED), run.links
-        slips = np.flatnonzero(links[:, laws.STIFFNESS] > 0.0)
+        slips = np.flatnonzero((links[:, laws.STIFFNESS] > 0.0) & (links[:, laws.ALONG_RATE] == 0.0))
+        dampers = np.flatnonzero(links[:, laws.ALONG_RATE] > 0.0)
+        counters[dampers, SPEED] = links[dampers, laws.FASTEST]
+        counters[dampers, PLASTIC_ENERGY] = links[dampers, laws.TAKEN]
         places = np.array([_place_of_point(row, at_end, int(point)) for point in slips])
         counters[slips, PLASTIC_ENERGY] = _dissipated(links[slips], places)
     return RowRun(

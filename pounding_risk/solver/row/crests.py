@@ -11,7 +11,7 @@ from pounding_risk.solver.row.event_functions import across_between
 from pounding_risk.solver.row.explicit import between
 from pounding_risk.solver.row.ground_dof import top_of
 from pounding_risk.solver.row.implicit import write_polynomial
-from pounding_risk.solver.row.link import excess, is_link_of
+from pounding_risk.solver.row.link import follows_rate, force_in_contact, is_link_of
 from pounding_risk.solver.row.storey import is_lowest, shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCELERATION,
@@ -28,7 +28,7 @@ from pounding_risk.solver.row.workspace import (
     TANGENT,
 )
 
-PUSH, REACH, SIDE = -1, -2, -3  # what is watched beside the signals of a dof
+PUSH, REACH, SIDE, SPEED = -1, -2, -3, -4  # what is watched beside the signals of a dof
 
 
 @kernel
@@ -48,6 +48,8 @@ def signal_between(row, run, group, kind, k, x, span):
             if group.low <= i < group.high:
                 total += row.shares[k, end] * between(run, 0, i, x)
         return total
+    if kind == SPEED:
+        return across_between(row, run, group, k, 1, x, 0.0)
     clock = span[0] + x * span[1]
     time = group.origin + clock * clock * clock * clock - span[2]
     distance = across_between(row, run, group, k, 0, x, time)
@@ -84,8 +86,8 @@ def acceleration_between(row, run, group, i, x):
         if is_link_of(run, k, b, b):
             for end in range(4):
                 if row.ends[k, end] == i:
-                    stretched = across_between(row, run, group, k, 0, x, 0.0)
-                    force -= row.shares[k, end] * excess(run.links, k, stretched)
+                    moved = across_between(row, run, group, k, 1 if follows_rate(run, k) else 0, x, 0.0)
+                    force -= row.shares[k, end] * force_in_contact(run, k, moved)
     return force * row.floors[INVERSE, i]
 
 

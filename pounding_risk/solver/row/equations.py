@@ -161,7 +161,7 @@ def accelerate_group(row, run, group, state, ground, out):
         power += accelerate_building(row, b, state, ground.under(b)[0], run.dofs, out)
         push_ground(row, b, ground, run.dofs, out)
     if run.links.shape[0] > 0:
-        add_link_forces(row, run, group.first, group.last, state, out)
+        power += add_link_forces(row, run, group.first, group.last, state, out)
     for k in range(row.frame[START, group.first], row.frame[START, group.last]):
         if run.contacts[k].closed > 0.0:
             distance, rate = across_and_rate(row, k, run.dofs, state)

@@ -17,6 +17,7 @@ from pounding_risk.solver.row.contact_points import across
 from pounding_risk.solver.row.equations import uncapped
 from pounding_risk.solver.row.explicit import between
 from pounding_risk.solver.row.law_events import OVER, corner_margin, strain_margin
+from pounding_risk.solver.row.link import follows_rate
 from pounding_risk.solver.row.storey import creep_rate, drift_in, has_law
 from pounding_risk.solver.row.workspace import (
     AT_END,
@@ -198,7 +199,8 @@ def is_possible(row, run, kind, k):
     """True for the kinds of event that contact ``k``, or storey ``k``, can meet as it is."""
     if kind >= STRAIN:
         if k >= row.floors.shape[1]:
-            return kind == STRAIN or run.links[k - row.floors.shape[1], DIRECTION] != 0.0
+            link = k - row.floors.shape[1]
+            return not follows_rate(run, link) and (kind == STRAIN or run.links[link, DIRECTION] != 0.0)
         return row.floors[LIMIT, k] < inf if kind == STRAIN else has_law(run, k) and run.dofs[BRANCH, k] != 0.0
     contact = run.contacts[k]
     if kind == TOUCH:

@@ -7,6 +7,7 @@ from pounding_risk.solver.counters import COLLAPSED, EXHAUSTED, MAX_CONTACTS
 from pounding_risk.solver.row.building import place_on, write_series
 from pounding_risk.solver.row.contact_points import compliance, raise_extremes, raise_unwatched_extremes, search_point
 from pounding_risk.solver.row.flight_peaks import raise_flight_peaks
+from pounding_risk.solver.row.link import note_link_speeds, settle_links
 from pounding_risk.solver.row.storey import first_strain, switch_storey
 from pounding_risk.solver.row.workspace import CAN_YIELD, FIRST, NEXT, NODE, NOW, START, VELOCITY
 
@@ -22,6 +23,7 @@ def copy_state(row, run, first, last, source, target):
 @kernel
 def write_all_series(row, run, watch, ground, terms):
     """Lay the series of all watched buildings from rows NOW; spectators have been brought there."""
+    settle_links(row, run, watch[0], watch[1], NOW)
     for b in range(watch[0], watch[1] + 1):
         write_series(row, run, b, NOW, ground, terms)
 
@@ -63,6 +65,7 @@ def fly_group(row, run, span, watch, stop, ground, terms):
     for k in range(row.frame[START, watch[0]], row.frame[START, watch[1]]):
         raise_extremes(row, run, k, stop, terms)
     raise_unwatched_extremes(row, run, span, watch, stop, terms)
+    note_link_speeds(row, run, span[0], span[1], stop, terms)
     return stop, point, storey
 
 

@@ -12,7 +12,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.models.ground import Arrivals, arrivals_of, divided
-from pounding_risk.models.structures.hysteresis._numbers import OWNER, PACE, STIFFNESS
+from pounding_risk.models.structures.hysteresis._numbers import (
+    LONGEST,
+    OWNER,
+    PACE,
+    SHORTENING,
+    STIFFNESS,
+)
 from pounding_risk.models.structures.links import Body, bodies_of, floor_shares
 from pounding_risk.models.structures.mdof import stacked
 from pounding_risk.solver.row.ground import ArrivingRow, UniformRow
@@ -161,7 +167,7 @@ def lay_out(
     frame[BAND, :-1] = [_band(chain.damping) for chain in chains]
     frame[COUPLED, :-1] = [chain.coupling.size > 0 for chain in chains]
     frame[BLOCK_MAP, 1:] = np.cumsum([one_map.size for one_map in block_maps])
-    held = _laws_of_links(points, ends, shares, floors, first)
+    held = _laws_of_links(points, ends, shares, floors, first, (step, rate))
     for body in held[held[:, STIFFNESS] > 0.0, OWNER].astype(int) if held.size else ():
         frame[CAN_YIELD, body] = 1
     row = Row(
@@ -186,9 +192,17 @@ def lay_out(
 
 
 def _laws_of_links(
-    points: Sequence[Any], ends: np.ndarray, shares: np.ndarray, floors: np.ndarray, first: np.ndarray
+    points: Sequence[Any],
+    ends: np.ndarray,
+    shares: np.ndarray,
+    floors: np.ndarray,
+    first: np.ndarray,
+    pace: tuple[float, float],
 ) -> np.ndarray:
-    """Numbers of the laws of links by point, zero without one; (0, 0) where no point has one."""
+    """Numbers of the laws of links by point, zero without one; (0, 0) where no point has one.
+
+    ``pace`` = (longest flight [s], rate [1/s] for which the series of such a flight have terms).
+    """
     laws = [np.asarray(getattr(point, "law", ()), dtype=float) for point in points]
     if not any(law.size for law in laws):
         return np.zeros((0, 0))
@@ -197,6 +211,7 @@ def _laws_of_links(
         mine = ends[k] >= 0
         compliance = float((shares[k, mine] ** 2 * floors[INVERSE, ends[k, mine]]).sum())
         held[k, PACE] = np.sqrt(held[k, STIFFNESS] * compliance)
+        held[k, LONGEST], held[k, SHORTENING] = pace[0], compliance / pace[1]
         held[k, OWNER] = np.searchsorted(first, ends[k, mine].max(), "right") - 1
     return held
 

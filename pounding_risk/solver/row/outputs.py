@@ -120,8 +120,17 @@ OF_LINKS = {
         ("interface",),
     ),
 }
-OF_SLIPPING = {
-    "link_energy": Variable("J", "energy that the slipping of all links has dissipated; NaN without", ("interface",)),
+OF_LOSSES = {
+    "link_energy": Variable(
+        "J",
+        "energy that the slipping and the dampers with link_exponent of all links have dissipated; NaN without",
+        ("interface",),
+    ),
+}
+OF_DAMPERS = {
+    "peak_link_damper_force": Variable(
+        "N", "largest force of any damper with link_exponent, without the spring beside it; NaN without", ("interface",)
+    ),
 }
 OF_YIELDING = {
     "storey_ductility": Variable("1", "largest drift of the storey over the drift at yield", AT_STOREYS),
@@ -168,6 +177,11 @@ class Frame(NamedTuple):
         return any(link.law and np.isfinite(link.strength) for link in self.model.links)
 
     @property
+    def has_dampers(self) -> bool:
+        """True where a damper of a power law joins neighbours of the row."""
+        return any(link.exponent for link in self.model.links)
+
+    @property
     def has_laws(self) -> bool:
         """True where a storey of the row has a law of its own."""
         return any(chain.laws.size for chain in self.model.chains)
@@ -205,7 +219,8 @@ def _gathered_words(name: str) -> str:
 def moving_variables(frame: Frame) -> dict[str, Variable]:
     """Those that a row has without contact too."""
     of_links = OF_LINKS if frame.model.links else {}
-    of_links |= OF_SLIPPING if frame.slips else {}
+    losses = OF_LOSSES if frame.slips or frame.has_dampers else {}
+    of_links = of_links | losses | (OF_DAMPERS if frame.has_dampers else {})
     of_laws = OF_LAWS if frame.has_laws else {}
     return OF_BUILDINGS | OF_STOREYS | (OF_YIELDING if frame.yields else {}) | of_laws | of_links
 
@@ -248,19 +263,22 @@ def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
 
 
 def _of_links(run: RowRun, frame: Frame) -> Outputs:
-    """Values of `OF_LINKS`, and of `OF_SLIPPING` where one slips, (..., interfaces)."""
+    """Values of `OF_LINKS`, of `OF_LOSSES` and of `OF_DAMPERS` where there are such, (..., interfaces)."""
     model, points = frame.model, np.asarray(run.points)
-    values = np.full((4, *points.shape[:-2], len(model.chains) - 1), np.nan)
+    values = np.full((5, *points.shape[:-2], len(model.chains) - 1), np.nan)
     for link, point in zip(model.links, np.flatnonzero(model.is_link), strict=True):
         stretched, shortened = -points[..., point, LOWEST], points[..., point, HIGHEST]
         force = link.peak_force(stretched, shortened) if link.stiffness else np.nan * stretched
         here = values[..., model.interfaces[point]]
         here[:3] = np.fmax(here[:3], [stretched, shortened, force])
-        if np.isfinite(link.strength):
+        if np.isfinite(link.strength) or link.exponent:
             here[3] = np.nan_to_num(here[3]) + points[..., point, counters.PLASTIC]
+        if link.exponent:
+            here[4] = np.fmax(here[4], link.damper_force(points[..., point, counters.APPROACH]))
     values[:, np.asarray(run.status) != counters.COMPLETE] = np.nan
-    names = [*OF_LINKS, *(OF_SLIPPING if frame.slips else ())]
-    return dict(zip(names, values, strict=False))
+    known = [True] * len(OF_LINKS) + [frame.slips or frame.has_dampers, frame.has_dampers]
+    names = [*OF_LINKS, *OF_LOSSES, *OF_DAMPERS]
+    return {name: of_name for name, of_name, is_known in zip(names, values, known, strict=True) if is_known}
 
 
 def closing(run: RowRun, frame: Frame) -> tuple[Array, Array]:

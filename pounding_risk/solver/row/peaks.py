@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import inf
 
 from pounding_risk._jit.compile import kernel
+from pounding_risk.models.structures.hysteresis._numbers import FASTEST, STIFFNESS, TAKEN
 from pounding_risk.solver.counters import FIRST_YIELD, LOWEST_FORCE
 from pounding_risk.solver.pair.equations import ELASTIC
 from pounding_risk.solver.row.contact import note_yield
@@ -13,6 +14,7 @@ from pounding_risk.solver.row.crests import (
     PUSH,
     REACH,
     SIDE,
+    SPEED,
     crest,
     extreme_over_step,
     may_hide_crest,
@@ -22,6 +24,7 @@ from pounding_risk.solver.row.crests import (
 from pounding_risk.solver.row.equations import accelerate_group, ground_at, transmitted
 from pounding_risk.solver.row.ground_dof import top_of
 from pounding_risk.solver.row.implicit import write_polynomial
+from pounding_risk.solver.row.link import follows_rate, force_in_contact, is_link_of
 from pounding_risk.solver.row.storey import drift_in, shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCEL_END,
@@ -48,6 +51,15 @@ from pounding_risk.solver.row.workspace import (
     START,
     STOREY_FORCE,
     VELOCITY,
+)
+
+# Places on [0, 1] and weights of Gauss and Legendre's five points.
+GAUSS = (
+    (0.046910077030668, 0.1184634425280945),
+    (0.2307653449471585, 0.2393143352496833),
+    (0.5, 0.2844444444444444),
+    (0.7692346550528415, 0.2393143352496833),
+    (0.953089922969332, 0.1184634425280945),
 )
 
 
@@ -139,6 +151,28 @@ def update_point_peaks(row, run, group, span, origin_time):
         first, last = unwatched_points(row, (group.first, group.last), (group.watched_first, group.watched_last), side)
         for k in range(first, last):
             update_side_extremes(row, run, group, k, RIGHT_HIGH if side == 0 else LEFT_HIGH, span)
+    for k in range(run.links.shape[0]):
+        if is_link_of(run, k, group.first, group.last) and follows_rate(run, k):
+            update_damper(row, run, group, k, span)
+
+
+@kernel
+def update_damper(row, run, group, k, span):
+    """Largest speed and energy of a damper go on by an accepted step, the energy by five points of Gauss."""
+    dofs = run.dofs
+    start, end = across(row, k, dofs, NOW + VELOCITY), across(row, k, dofs, END + VELOCITY)
+    rise, rise_end = across(row, k, dofs, SLOPE + SLOPES), across(row, k, dofs, SLOPE + SLOPES + LAST)
+    for side in range(2):
+        sign = 1.0 - 2.0 * side
+        ends = sign * start, sign * end, sign * rise, sign * rise_end
+        best = run.links[k, FASTEST]
+        run.links[k, FASTEST] = extreme_over_step(row, run, group, (SPEED, k, sign), best, ends, span)
+    write_polynomial(row, run, group, span[0], span[1])
+    for x, weight in GAUSS:
+        clock = span[0] + x * span[1]
+        speed = signal_between(row, run, group, SPEED, k, x, span)
+        power = (force_in_contact(run, k, speed) + run.links[k, STIFFNESS] * speed) * speed
+        run.links[k, TAKEN] += weight * power * 4.0 * clock * clock * clock * span[1]
 
 
 @kernel

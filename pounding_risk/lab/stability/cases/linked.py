@@ -23,6 +23,8 @@ TIE = Link(0, 1.0, 1.0, 1e4 * SOFT.mass * RATE**2, 0.0)
 DAMPER = Link(0, 1.0, 1.0, 0.0, 50.0 * SOFT.mass * RATE)
 STICK = Link(0, 1.0, 1.0, 1e4 * SOFT.mass * RATE**2, 0.0, strength=0.1 * 9.8 * SOFT.mass)
 HOOK = STICK._replace(strength=inf, slack=0.0)
+# At rest the damping is 500 times that at 1 m/s.
+POWER = Link(0, 1.0, 1.0, 0.0, 0.5 * 9.8 * SOFT.mass, exponent=0.1)
 
 
 @GROUP.case(
@@ -55,6 +57,17 @@ HOOK = STICK._replace(strength=inf, slack=0.0)
     FORCES,
     buildings=(SOFT, STIFF),
     link=HOOK,
+    touching=0,
+    gap=0.002,
+)
+@GROUP.case(
+    "53c",
+    "a damper of the power 0.1 of its speed and half a building's weight, over 2 mm",
+    ENERGY,
+    LEDGER,
+    FORCES,
+    buildings=(SOFT, STIFF),
+    link=POWER,
     touching=0,
     gap=0.002,
 )

@@ -16,7 +16,9 @@ from pounding_risk._jit.compile import small
 # By the law: drifts at which the branch ends, its tangent and constant, stiffness with which it would unload now, the
 # smaller of the shares of strength that are left in the two directions. Given: the elastic stiffness, the drift at
 # yield, the rate of a vibration on the stiffness [1/s], points of the backbone from yield on, the slope past the last
-# of them; of a link the body that it is in.
+# of them; of a link the body that it is in, and whether the law follows the rate of its stretch, not the stretch. Such
+# a law has the longest flight on its STIFFNESS [s] and what a slope beyond that shortens it by [m/(N s)]; the solver
+# writes its largest speed [m/s] and the energy that it has taken [J].
 (
     VERB,
     COMING,
@@ -38,9 +40,16 @@ from pounding_risk._jit.compile import small
     COUNT,
     LAST_SLOPE,
     OWNER,
+    ALONG_RATE,
+    LONGEST,
+    SHORTENING,
+    FASTEST,
+    TAKEN,
     OWN,
-) = range(21)
-BEGIN, TURN = 0.0, 2.0  # events; ±1 where the drift passes the upper or the lower end of its branch
+) = range(26)
+# Events; ±1 where the drift passes the upper or the lower end of its branch, STAY where a flight only ends.
+BEGIN, TURN, STAY = 0.0, 2.0, 4.0
+AT = 3.0  # no event: asks a law along the rate for its force at a speed, given back in place of the shear
 
 
 @small
