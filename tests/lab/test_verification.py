@@ -188,6 +188,7 @@ CLOSED_FORMS = {
     "huygens_1703": (1.0 / 3.0, 4.0 / 9.0, 16.0 / 9.0),
     "linked_by_damper": (damped_swing(0.25), -damped_swing(0.5)),
     "linked_by_spring": (two_modes(0.5)[0], two_modes(1.7)[1]),
+    "power_law_damper": ((1.0 - 0.5**3) / 3.0, 1.0 / 3.0),
     "patricio_2004": (2.0, 2.0 * 3.0, 2.0 * 3.0 / 4.0 * 2.0),
     "goldsmith_2001": (1.65 * 187.5e3 * 0.5, (1.0 - 0.65**2) * 187.5e3 * 0.125),
     "hertz_1881": (DEPTH, 2e9 * DEPTH**1.5, 2.94 * DEPTH / 0.5),
@@ -558,14 +559,14 @@ def test_figures_show_every_value_and_say_what_they_find(outcome):
     drawn = [axis for axis in points.axes if axis.get_visible()]
     assert [axis.get_ylabel() for axis in drawn] == [
         *2 * ["force [kN]"],
-        "displacement [mm]",
+        *2 * ["displacement [mm]"],
         "absolute displacement [mm]",
         *3 * ["displacement [mm]"],
     ]
-    assert [axis.get_xlabel() for axis in drawn] == 2 * ["penetration [mm]"] + 5 * ["time [s]"]
-    assert drawn[5].get_title() == "code_aster SDND108 B"
+    assert [axis.get_xlabel() for axis in drawn] == 2 * ["penetration [mm]"] + 6 * ["time [s]"]
+    assert drawn[6].get_title() == "code_aster SDND108 B"
     several = [curve for curve in outcome.curves if len(curve.points) > 1]
-    assert len(drawn) == len(several) == 7
+    assert len(drawn) == len(several) == 8
     for axis, curve in zip(drawn, several, strict=True):
         line = axis.get_lines()[0]
         assert np.array_equal(line.get_xdata(), curve.x * (1e3 if curve.units[0] == "m" else 1.0))
