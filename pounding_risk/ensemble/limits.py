@@ -20,6 +20,7 @@ import numpy as np
 from pounding_risk.ensemble.laws import check_reach
 from pounding_risk.errors import SceneError
 from pounding_risk.models.ground import arrivals_of
+from pounding_risk.models.structures.hysteresis.power_law import steepest
 from pounding_risk.models.structures.links import Link, stretch
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.motions.motion import Motion
@@ -28,6 +29,7 @@ from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.variants import Variants
 
 TURN = 2.5  # rad, largest phase between nodes
+QUICKEST = 1e5  # 1/s, of a damper: a hundred times that of one whose force is a building's weight
 BYTES_OF_GROUND = 6 * 8.0  # of a node and building on unlike grounds (`models.ground.arriving`)
 BYTES_A_NODE = 120.0  # of a response while it is made: ground, time, four states, and NumPy's copies of the first two
 BYTES_A_DOF = 7.0  # and node, of a row: states, bounds and peaks by blocks of nodes
@@ -36,7 +38,9 @@ MOST_BYTES = 1e14  # of a dataset: more than any disk that a scan is written to
 
 
 def fastest_rate(study: Scene) -> float:
-    """Upper bound of the circular frequencies of the buildings [rad/s]; exact for single masses.
+    """Upper bound of the circular frequencies of the buildings, and of the decay by links [rad/s].
+
+    Exact for single masses without links.
 
     For a chain it is sqrt(max_i 2 (k_i + k_{i+1}) / m_i), Gershgorin's bound of M⁻¹ K.
     """
@@ -54,8 +58,12 @@ def fastest_rate(study: Scene) -> float:
             continue
         springs = pairwise([*chain.spring.tolist(), 0.0])
         rates += [sqrt(2.0 * (below + above) / mass) for mass, (below, above) in zip(chain.mass, springs, strict=True)]
-    # A link raises the largest eigenvalue of M⁻¹ K by k sᵀ M⁻¹ s at most, s the shares of its ends.
-    return sqrt(max(rates) ** 2 + sum(link.stiffness * _pliancy(study, link) for link in study.links))
+    # A link raises the largest eigenvalue of M⁻¹ K by k sᵀ M⁻¹ s at most, s the shares of its ends, and a rate of decay
+    # by c sᵀ M⁻¹ s.
+    pliancies = [_pliancy(study, link) for link in study.links]
+    stiff = sum(link.stiffness * pliancy for link, pliancy in zip(study.links, pliancies, strict=True))
+    damped = sum(link.damping * pliancy for link, pliancy in zip(study.links, pliancies, strict=True))
+    return sqrt(max(rates) ** 2 + stiff) + damped
 
 
 def _pliancy(study: Scene, link: Link) -> float:
@@ -63,6 +71,24 @@ def _pliancy(study: Scene, link: Link) -> float:
     chains = [chain_of(building, study.effects) for building in study.buildings]
     masses = np.concatenate([chain.mass for chain in chains])
     return float((stretch(link, chains) ** 2 / masses).sum())
+
+
+def check_dampers(study: Scene) -> None:
+    """Raise SceneError for a damper of a power law by which a run would be followed in steps without end."""
+    for link in study.links:
+        if not 0.0 < link.exponent < 1.0:
+            continue
+        rate = steepest(link.damping, link.exponent) * _pliancy(study, link)
+        if rate > QUICKEST:
+            left, right = (study.buildings[link.interface + side].name for side in range(2))
+            raise SceneError(
+                study.source,
+                [
+                    f"the damper between {left} and {right} holds them like a tie: below 1 mm/s their motion against "
+                    f"each other would decay at {rate:.2g} 1/s, and a run follows {QUICKEST:.2g} 1/s at most; write a "
+                    "smaller link_damping or a larger link_exponent, or link_stiffness in its place"
+                ],
+            )
 
 
 def response_bytes(study: Scene, motion: Motion) -> float:
@@ -83,7 +109,11 @@ def bytes_a_step(study: Scene, motion: Motion, a_dof: float = BYTES_A_DOF) -> fl
 
 
 def check_memory(study: Scene, motions: Iterable[Motion], *, histories: bool = False) -> None:
-    """Raise SceneError where one response, with its ``histories`` if they are kept, would not fit the free memory."""
+    """Raise SceneError where one response, with its ``histories`` if they are kept, would not fit the free memory.
+
+    Nor would it end soon where a damper is as strong as `check_dampers` says.
+    """
+    check_dampers(study)
     free = free_memory()
     a_dof = BYTES_A_DOF + (BYTES_OF_STATE if histories else 0.0)
     by_dt: dict[float, float] = {}
@@ -99,6 +129,7 @@ def check_memory(study: Scene, motions: Iterable[Motion], *, histories: bool = F
                     f"the fastest mode turns by {turn:.3g} rad within a sample of {motion.name}, so that each is "
                     f"divided into {max(1, ceil(turn / TURN))}: one response takes {size / 1e9:.3g} GB, and "
                     f"{free / 1e9:.3g} GB of memory are free; check mass, period and stiffness of the buildings"
+                    + (", and stiffness and damping of links" if study.links else "")
                 ],
             )
 
@@ -113,10 +144,10 @@ def check_scenes(variants: Variants, motions: tuple[Motion, ...], *, every: bool
     for scene in scenes:
         for place in range(len(scene.interfaces)):
             check_reach(scene.at(place), scene.grid.contact_models)
-        if (scene.buildings, scene.effects) not in checked:
+        if (scene.buildings, scene.effects, scene.links) not in checked:
             check_memory(scene, motions)
             check_arrivals(scene, motions)
-            checked.add((scene.buildings, scene.effects))
+            checked.add((scene.buildings, scene.effects, scene.links))
 
 
 def check_dataset(study: Scene, cases: int, size: int) -> None:

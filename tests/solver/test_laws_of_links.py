@@ -319,3 +319,10 @@ def test_free_motions_alone_know_the_law():
     known = run(model(chains, touching, links), 9.0, GROUND, DT)
     np.testing.assert_allclose(free.floors, known.floors, rtol=1e-9)
     assert LINEAR
+
+
+def test_dampers_that_no_run_would_follow_are_refused(says):
+    says(refusal(pr.simulate, parse_scene(scene_text(link_damping="1 GN s/m", link_exponent=0.1))))
+    light = mass("A", "1 t", "0.5 s"), mass("B", "1 t", "1 s")
+    refused = refusal(pr.simulate, parse_scene(scene_text(*light, link_damping="1e12 N s/m")))
+    says(refused.partition(" takes ")[0] + refused.partition(";")[2])  # without the memory of this machine
