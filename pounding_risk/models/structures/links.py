@@ -55,7 +55,7 @@ class Link(NamedTuple):
             slips = Hysteresis("kinematic", collapse_drift=inf)
             return tuple(slips.numbers(self.stiffness, self.strength, 1.0).tolist())
         if self.slack > -inf:
-            row = Hysteresis("hook", collapse_drift=inf).numbers(self.stiffness, self.stiffness * self.slack, 1.0)
+            row = Hysteresis("restrainer", collapse_drift=inf).numbers(self.stiffness, self.stiffness * self.slack, 1.0)
             row[SIZE] = max(self.slack, LEAST_SIZE)
             return tuple(row.tolist())
         return ()
