@@ -65,6 +65,7 @@ YIELD_FORCE = Quantity("N", 0.0, inf, "yield force F_E", open_low=True)
 # Stiffer than any steel between two floors, at 1e15 N/m a run would follow vibrations of it alone.
 LINK_STIFFNESS = Quantity("N/m", 0.0, 1e13, "stiffness of a link", example="20 MN/m")
 LINK_STRENGTH = Quantity("N", 0.0, inf, "strength of a link", open_low=True, example="200 kN")
+LINK_BREAKING_FORCE = Quantity("N", 0.0, inf, "breaking force of a link", open_low=True, example="300 kN")
 LINK_SLACK = Quantity("m", 0.0, 100.0, "slack of a link", example="20 mm")
 LINK_DAMPING = Quantity("N s/m", 0.0, 1e12, "coefficient of a damper", example="2 MN s/m")
 LINK_EXPONENT = Quantity("1", 0.1, 1.0, "exponent of a damper", example="0.3")

@@ -242,6 +242,8 @@ def unsaid_laws(bench: Bench) -> str:
     """What of a scene's buildings and links OpenSees has nothing for; "" where it has all."""
     if bench.opensees_lacks:
         return f"it knows no {bench.opensees_lacks}"
+    if any(link.breaking < inf for link in bench.study.links):
+        return "links that break are not written"
     for building, structure in enumerate(bench.study.buildings):
         if None in storeys_of(bench, building).values():
             return f"it has no material like the hysteresis of {structure.name}"

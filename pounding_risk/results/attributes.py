@@ -104,9 +104,10 @@ def collapsed(case: xr.Dataset) -> xr.DataArray:
 
 
 def has_laws_of_links(scene: Mapping[str, Any]) -> bool:
-    """True where links of a scene slip, are slack, or have dampers of a power law."""
+    """True where links of a scene slip, are slack, break, or have dampers of a power law."""
     tables = [*scene.get("interface", []), scene.get("grid", {}), scene.get("uncertain", {})]
-    return any(name.endswith(("link_strength", "link_slack", "link_exponent")) for table in tables for name in table)
+    laws = ("link_strength", "link_slack", "link_breaking_force", "link_exponent")
+    return any(name.endswith(laws) for table in tables for name in table)
 
 
 def isolated_buildings(scene: Mapping[str, Any]) -> list[str]:

@@ -54,6 +54,7 @@ OF_LINKS = {
     "m": "peak_link_stretch peak_link_shortening",
     "N": "peak_link_spring_force peak_link_damper_force",
     "J": "link_energy",
+    "1": "broken_links",
 }
 CHANGES = tuple(f"change_{name}" for name in (*RELATIVE, *COUNTED))
 

@@ -50,6 +50,7 @@ OF_POINTS = (
     "link_at",
     "link_strength",
     "link_slack",
+    "link_breaking_force",
 )
 
 
@@ -117,16 +118,21 @@ def interface_checks(draft: Draft) -> Iterator[Fault]:
             sentence = f'missing; write contact_model = "jankowski", or another of {", ".join(CONTACT_MODELS)}'
             yield keys.fault("contact_model", sentence, absent=True)
         own = keys.raw.get("contact_model", first)
-        for key in ("link_strength", "link_slack"):
+        for key in ("link_strength", "link_slack", "link_breaking_force"):
             if key in keys and not {"link_stiffness"} & {*keys.raw, *varied(draft)}:
                 yield keys.fault(key, 'is of the spring of a link; write link_stiffness = "20 MN/m" beside it')
         if "link_exponent" in keys and not {"link_damping"} & {*keys.raw, *varied(draft)}:
             yield keys.fault("link_exponent", 'is of the damper of a link; write link_damping = "500 kN s/m" beside it')
-        for key in ("link_strength", "link_slack"):
+        for key in ("link_strength", "link_slack", "link_breaking_force"):
             if "link_exponent" in keys and key in keys:
                 yield keys.fault("link_exponent", f"a link has one law, here that of {key}; remove it, or {key}")
         if "link_strength" in keys and "link_slack" in keys:
             yield keys.fault("link_slack", "a link slips or is slack, not both; remove it, or link_strength")
+        if "link_breaking_force" in keys and "link_strength" in keys:
+            yield keys.fault("link_breaking_force", "a link slips or breaks, not both; remove it, or link_strength")
+        if "link_breaking_force" in keys and (keys.get("link_damping", 0.0) or "link_damping" in varied(draft)):
+            sentence = "a damper beside the spring would go on after it has broken; remove it, or link_damping"
+            yield keys.fault("link_breaking_force", sentence)
         if "link_at" in keys and not {"link_stiffness", "link_damping"} & {*keys.raw, *varied(draft)}:
             yield keys.fault("link_at", 'joins nothing; write link_stiffness = "20 MN/m" or link_damping = "2 MN s/m"')
         refused = is_row(draft) and _not_in_row(draft, own)  # which says what to choose instead

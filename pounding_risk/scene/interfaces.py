@@ -35,6 +35,7 @@ from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import (
     GAP,
     LEVELS,
+    LINK_BREAKING_FORCE,
     LINK_DAMPING,
     LINK_EXPONENT,
     LINK_SLACK,
@@ -337,6 +338,15 @@ class Interface(Table):
             "the spring pulls and pushes",
         ),
     ] = None
+    link_breaking_force: Annotated[
+        float,
+        measured(
+            LINK_BREAKING_FORCE,
+            "Force at which the spring of the link breaks for good, pushed or pulled; with link_slack pulled alone.",
+            '"300 kN"',
+            "it never breaks",
+        ),
+    ] = inf
     link_at: Annotated[
         tuple[tuple[float, float], ...],
         Key(

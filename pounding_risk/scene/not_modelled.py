@@ -16,7 +16,10 @@ ISOLATION = (
     "isolators are the key isolation of a building with storeys: "
     'isolation = {slab_mass = "600 t", height = "1.5 m", strength = "900 kN", stiffness = "5 MN/m"}'
 )
-LINKS = "links between neighbours are link_stiffness, link_damping and link_at of their [[interface]]"
+LINKS = (
+    "links between neighbours are link_stiffness, link_damping and link_at of their [[interface]], with link_strength, "
+    "link_slack or link_breaking_force where they slip, are slack or break"
+)
 DAMPERS = (
     "a damper between neighbours is link_damping of their [[interface]], with link_exponent where its force is a power "
     "of the speed; for one within a building write what it adds to the first mode into damping"

@@ -173,8 +173,8 @@ def _links(here: Beside, points: Sequence[Point]) -> tuple[Link, ...]:
     table = here.table
     places = table.link_at or ((points[-1].left_floor, points[-1].right_floor),)
     slack = -inf if table.link_slack is None else table.link_slack
-    law = table.link_stiffness, table.link_damping, table.link_strength, slack, table.link_exponent or 0.0
-    return tuple(Link(here.place, *floors, *law) for floors in places)
+    law = table.link_stiffness, table.link_damping, table.link_strength, slack, table.link_breaking_force
+    return tuple(Link(here.place, *floors, *law, exponent=table.link_exponent or 0.0) for floors in places)
 
 
 def _misplaced_links(here: Beside, *, stands_apart: bool) -> list[Fault]:

@@ -37,6 +37,8 @@ ROWS: dict[str, tuple[Any, Any, Any]] = {
     "cable without slack": ((HALL, TOWER), [(0, 2.0, 2.0)], [HOOK._replace(slack=0.0)]),
     "hook away from the contacts": ((HALL, TOWER), [(0, 2.0, 2.0)], [Link(0, 1.0, 1.0, 2e7, 0.0, slack=0.003)]),
     "damper": ((HALL, TOWER), [(0, 2.0, 2.0)], [Link(0, 2.0, 2.0, 1e7, 3e5, exponent=0.3)]),
+    "breaks": ((HALL, TOWER), [(0, 2.0, 2.0)], [Link(0, 2.0, 2.0, 2e7, 0.0, breaking=2e5)]),
+    "hook that breaks": ((HALL, TOWER), [(0, 2.0, 2.0)], [HOOK._replace(damping=0.0, breaking=1e5)]),
     "both, in a row of three": (
         (HALL, TOWER, SHED),
         [(0, 2.0, 2.0), (1, 1.0, 1.0)],
@@ -67,12 +69,15 @@ def stepped(chains: Any, touching: Any, links: Any, gap: float, parts: int) -> t
     ground = np.interp(np.arange((GROUND.size - 1) * parts) * step, np.arange(GROUND.size) * DT, GROUND)
     now = before = np.zeros(size)
     forces, stretched = np.zeros(len(links)), np.zeros(len(links))
+    whole = np.ones(len(links))
     peaks = np.zeros(size), np.zeros(len(touching)), np.zeros((2, len(links)))
     for pull in ground:
         moved = pulls @ now
         for place, link in enumerate(links):
-            if link.slack > -inf:
-                forces[place] = link.stiffness * max(moved[place] - link.slack, 0.0)
+            if link.slack > -inf or link.breaking < inf:
+                pulled = max(moved[place] - link.slack, 0.0) if link.slack > -inf else moved[place]
+                whole[place] *= abs(link.stiffness * pulled) < link.breaking
+                forces[place] = whole[place] * link.stiffness * pulled
             else:
                 trial = forces[place] + link.stiffness * (moved[place] - stretched[place])
                 forces[place] = min(max(trial, -link.strength), link.strength)
@@ -212,11 +217,14 @@ def test_a_slack_that_is_never_taken_up_is_no_link():
     assert found.points[contacts, counters.COUNT] == free.points[:, counters.COUNT]
 
 
-def pair(**link: Any) -> Any:
-    """A free mass of 100 t on next to no spring, linked to a wall."""
-    free = mass("A", "100 t", "400 s", damping=0.0, initial_velocity="1 m/s")
+def pair(sides: tuple[str, str] = ("mass", "wall"), **link: Any) -> Any:
+    """A free mass of 100 t on next to no spring, linked to a wall on its right, or its left."""
+    kinds = {
+        "mass": mass("A", "100 t", "400 s", damping=0.0, initial_velocity="1 m/s"),
+        "wall": rigid(),
+    }
     still = {"names": None, "generated": [{"kind": "still", "duration": "3 s", "step": "0.01 s"}]}
-    return parse_scene(scene_text(free, rigid(), gap="9 m", law="linear", records=still, **link))
+    return parse_scene(scene_text(*(kinds[side] for side in sides), gap="9 m", law="linear", records=still, **link))
 
 
 def test_a_sliding_mass_stops_where_friction_has_taken_its_energy():
@@ -230,6 +238,22 @@ def test_a_sliding_mass_stops_where_friction_has_taken_its_energy():
     # It goes on swinging on the stick's spring, by ± F / k about where it has no force.
     left = 0.5 * 1e5**2 / 2e7
     assert run_of["link_energy"].item() == pytest.approx(0.5 * 1e5 - left, rel=1e-3)
+
+
+@pytest.mark.parametrize(("force", "slack"), [(1e6, 0.0), (0.8e6, 0.1), (2e6, 0.0)], ids=str)
+def test_a_link_that_breaks_has_taken_what_it_stored(force: float, slack: float):
+    """½ m v² less F² / 2k is left; the spring of 400 s takes up to 3e-3 of it on 3 m. At 2 MN it never breaks."""
+    hook = {"link_slack": f"{slack} m"} if slack else {}
+    walls = {"sides": ("wall", "mass")} if slack else {}
+    run_of = pr.simulate(pair(link_stiffness="20 MN/m", link_breaking_force=f"{force} N", **hook, **walls))
+    is_broken = force**2 / 4e7 < 5e4
+    assert run_of["broken_links"].item() == is_broken
+    lost = force**2 / 4e7 if is_broken else 0.0
+    assert run_of["link_energy"].item() == pytest.approx(lost, rel=1e-9, abs=1e-6)
+    assert run_of["peak_link_spring_force"].item() == pytest.approx(min(force, sqrt(1e5 * 2e7)), rel=1e-4)
+    if is_broken:
+        speed = np.nanmax(np.abs(run_of["velocity"].values[-1]))
+        assert speed == pytest.approx(sqrt(1.0 - lost / 5e4), rel=3e-3)
 
 
 @pytest.mark.parametrize(
@@ -292,6 +316,10 @@ def test_a_hook_throws_a_mass_back():
         {"link_stiffness": "20 MN/m", "link_strength": "100 kN", "link_slack": "10 mm"},
         {"link_stiffness": "20 MN/m", "link_slack": "-1 mm"},
         {"link_stiffness": "20 MN/m", "link_strength": "0 kN"},
+        {"link_breaking_force": "100 kN"},
+        {"link_stiffness": "20 MN/m", "link_breaking_force": "0 kN"},
+        {"link_stiffness": "20 MN/m", "link_strength": "100 kN", "link_breaking_force": "200 kN"},
+        {"link_stiffness": "20 MN/m", "link_damping": "1 MN s/m", "link_breaking_force": "200 kN"},
         {"link_exponent": 0.3},
         {"link_damping": "1 MN s/m", "link_exponent": 0.05},
         {"link_stiffness": "20 MN/m", "link_damping": "1 MN s/m", "link_exponent": 0.3, "link_slack": "10 mm"},

@@ -31,6 +31,7 @@ from pounding_risk.units import (
     HEIGHT,
     INITIAL_DISPLACEMENT,
     INITIAL_VELOCITY,
+    LINK_BREAKING_FORCE,
     LINK_DAMPING,
     LINK_SLACK,
     LINK_STIFFNESS,
@@ -137,7 +138,8 @@ def _links(here: Scene) -> list[tuple[str, str]]:
     one = here.links[0]
     slips = f", slips at {say(one.strength, LINK_STRENGTH)}" if one.strength < inf else ""
     hooks = f", pulls past a slack of {say(one.slack, LINK_SLACK)}" if one.slack > -inf else ""
-    spring = f"{say(one.stiffness, LINK_STIFFNESS)}{slips}{hooks}"
+    breaks = f", breaks at {say(one.breaking, LINK_BREAKING_FORCE)}" if one.breaking < inf else ""
+    spring = f"{say(one.stiffness, LINK_STIFFNESS)}{slips}{hooks}{breaks}"
     power = f" at 1 m/s, by the power {one.exponent:g} of the speed" if one.exponent else ""
     return [("link", f"{spring} and {say(one.damping, LINK_DAMPING)}{power}: {'; '.join(places)}")]
 

@@ -5,7 +5,7 @@ A link pulls and pushes with the stretch of the straight line between its ends, 
     F = k e + c ė, positive where it pulls the buildings together.
 
 The buildings that it joins are one body: matrices of both with the link's, whose motion without contact is known in
-closed form as that of a building is. A link that slips at its strength, or pulls past a slack alone, has a law
+closed form as that of a building is. A link that slips at its strength, pulls past a slack alone, or breaks, has a law
 (`models.structures.hysteresis`) in place of k e, and a damper of a power law one in place of c ė; the body then moves
 in closed form from one change of it to the next.
 """
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.models.structures.hysteresis._numbers import ALONG_RATE, SIZE
 from pounding_risk.models.structures.hysteresis.power_law import LEAST
+from pounding_risk.models.structures.hysteresis.restrainer import REACH
 from pounding_risk.models.structures.mdof import Chain, stacked
 
 Array = NDArray[np.float64]
@@ -39,6 +40,7 @@ class Link(NamedTuple):
     damping: float  # c [N s/m]
     strength: float = inf  # at which the spring slips [N]
     slack: float = -inf  # stretch past which the spring pulls, and never pushes [m]; −∞ for one that does both
+    breaking: float = inf  # force at which the spring breaks [N]
     exponent: float = 0.0  # α of a damper of c |ė|^α, c then in N (s/m)^α; 0 for the linear dashpot
 
     @property
@@ -54,9 +56,10 @@ class Link(NamedTuple):
         if self.strength < inf:
             slips = Hysteresis("kinematic", collapse_drift=inf)
             return tuple(slips.numbers(self.stiffness, self.strength, 1.0).tolist())
-        if self.slack > -inf:
+        if self.slack > -inf or self.breaking < inf:
             row = Hysteresis("restrainer", collapse_drift=inf).numbers(self.stiffness, self.stiffness * self.slack, 1.0)
-            row[SIZE] = max(self.slack, LEAST_SIZE)
+            row[REACH] = self.breaking / self.stiffness
+            row[SIZE] = max(self.slack, min(row[REACH], LEAST_SIZE))
             return tuple(row.tolist())
         return ()
 
@@ -68,9 +71,13 @@ class Link(NamedTuple):
 
     def peak_force(self, stretch: Array, shortening: Array) -> Array:
         """Largest force of its spring [N], from the largest stretch and shortening [m]."""
-        if self.slack > -inf:
-            return self.stiffness * np.maximum(stretch - self.slack, 0.0)
-        return np.minimum(self.stiffness * np.fmax(stretch, shortening), self.strength)
+        pulled = np.maximum(stretch - self.slack, 0.0) if self.slack > -inf else np.fmax(stretch, shortening)
+        return np.minimum(self.stiffness * pulled, self.largest)
+
+    @property
+    def largest(self) -> float:
+        """Force that its spring never exceeds [N]."""
+        return min(self.strength, self.breaking)
 
 
 class Body(NamedTuple):

@@ -6,6 +6,7 @@ counts, times in contact, impulses and energies their sums, first times the earl
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -123,9 +124,12 @@ OF_LINKS = {
 OF_LOSSES = {
     "link_energy": Variable(
         "J",
-        "energy that the slipping and the dampers with link_exponent of all links have dissipated; NaN without",
+        "energy that slipping, breaking and dampers with link_exponent of all links have dissipated; NaN without",
         ("interface",),
     ),
+}
+OF_BREAKING = {
+    "broken_links": Variable("1", "links with a link_breaking_force that have broken; NaN without", ("interface",)),
 }
 OF_DAMPERS = {
     "peak_link_damper_force": Variable(
@@ -173,8 +177,13 @@ class Frame(NamedTuple):
 
     @property
     def slips(self) -> bool:
-        """True where a link of the row slips at its strength."""
-        return any(link.law and np.isfinite(link.strength) for link in self.model.links)
+        """True where a link of the row slips at its strength, or breaks."""
+        return any(link.law and link.largest < inf for link in self.model.links)
+
+    @property
+    def breaks(self) -> bool:
+        """True where a link of the row may break."""
+        return any(link.breaking < inf for link in self.model.links)
 
     @property
     def has_dampers(self) -> bool:
@@ -220,7 +229,7 @@ def moving_variables(frame: Frame) -> dict[str, Variable]:
     """Those that a row has without contact too."""
     of_links = OF_LINKS if frame.model.links else {}
     losses = OF_LOSSES if frame.slips or frame.has_dampers else {}
-    of_links = of_links | losses | (OF_DAMPERS if frame.has_dampers else {})
+    of_links = of_links | losses | (OF_DAMPERS if frame.has_dampers else {}) | (OF_BREAKING if frame.breaks else {})
     of_laws = OF_LAWS if frame.has_laws else {}
     return OF_BUILDINGS | OF_STOREYS | (OF_YIELDING if frame.yields else {}) | of_laws | of_links
 
@@ -263,21 +272,25 @@ def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
 
 
 def _of_links(run: RowRun, frame: Frame) -> Outputs:
-    """Values of `OF_LINKS`, of `OF_LOSSES` and of `OF_DAMPERS` where there are such, (..., interfaces)."""
+    """Values of `OF_LINKS`, and of `OF_LOSSES`, `OF_DAMPERS` and `OF_BREAKING` where any, (..., interfaces)."""
     model, points = frame.model, np.asarray(run.points)
-    values = np.full((5, *points.shape[:-2], len(model.chains) - 1), np.nan)
+    values = np.full((6, *points.shape[:-2], len(model.chains) - 1), np.nan)
     for link, point in zip(model.links, np.flatnonzero(model.is_link), strict=True):
         stretched, shortened = -points[..., point, LOWEST], points[..., point, HIGHEST]
         force = link.peak_force(stretched, shortened) if link.stiffness else np.nan * stretched
         here = values[..., model.interfaces[point]]
         here[:3] = np.fmax(here[:3], [stretched, shortened, force])
-        if np.isfinite(link.strength) or link.exponent:
+        if link.largest < inf or link.exponent:
             here[3] = np.nan_to_num(here[3]) + points[..., point, counters.PLASTIC]
         if link.exponent:
             here[4] = np.fmax(here[4], link.damper_force(points[..., point, counters.APPROACH]))
+        if link.breaking < inf:
+            # By then it has stored F² / 2k, which is lost; an unbroken one has lost nothing but by rounding.
+            is_broken = points[..., point, counters.PLASTIC] * link.stiffness > 0.25 * link.breaking**2
+            here[5] = np.nan_to_num(here[5]) + is_broken
     values[:, np.asarray(run.status) != counters.COMPLETE] = np.nan
-    known = [True] * len(OF_LINKS) + [frame.slips or frame.has_dampers, frame.has_dampers]
-    names = [*OF_LINKS, *OF_LOSSES, *OF_DAMPERS]
+    known = [True] * len(OF_LINKS) + [frame.slips or frame.has_dampers, frame.has_dampers, frame.breaks]
+    names = [*OF_LINKS, *OF_LOSSES, *OF_DAMPERS, *OF_BREAKING]
     return {name: of_name for name, of_name, is_known in zip(names, values, known, strict=True) if is_known}
 
 

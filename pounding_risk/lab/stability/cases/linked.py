@@ -23,6 +23,7 @@ TIE = Link(0, 1.0, 1.0, 1e4 * SOFT.mass * RATE**2, 0.0)
 DAMPER = Link(0, 1.0, 1.0, 0.0, 50.0 * SOFT.mass * RATE)
 STICK = Link(0, 1.0, 1.0, 1e4 * SOFT.mass * RATE**2, 0.0, strength=0.1 * 9.8 * SOFT.mass)
 HOOK = STICK._replace(strength=inf, slack=0.0)
+BRITTLE = STICK._replace(strength=inf, breaking=0.1 * 9.8 * SOFT.mass)
 # At rest the damping is 500 times that at 1 m/s.
 POWER = Link(0, 1.0, 1.0, 0.0, 0.5 * 9.8 * SOFT.mass, exponent=0.1)
 
@@ -68,6 +69,17 @@ POWER = Link(0, 1.0, 1.0, 0.0, 0.5 * 9.8 * SOFT.mass, exponent=0.1)
     FORCES,
     buildings=(SOFT, STIFF),
     link=POWER,
+    touching=0,
+    gap=0.002,
+)
+@GROUP.case(
+    "53d",
+    "a link 1e4 times as stiff as the buildings, which breaks at a tenth of its weight, over 2 mm",
+    ENERGY,
+    LEDGER,
+    FORCES,
+    buildings=(SOFT, STIFF),
+    link=BRITTLE,
     touching=0,
     gap=0.002,
 )
