@@ -114,12 +114,14 @@ def by_scipy(chains, touching, links, gap, ground, dt, places=200):
 
 
 HALL, TOWER, SHED = storeys(3, 60e3, 9e7), storeys(2, 90e3, 8e7), single(120e3, 0.25)
+WALL = SHED._replace(mass=np.zeros(0), spring=np.zeros(0), shear=np.zeros(0), damping=np.zeros((0, 0)))
 ROWS = {
     "two buildings": ((HALL, TOWER), [(0, 2.0, 2.0)], [Link(0, 2.0, 2.0, 2e7, 4e5)]),
     "a damper alone": ((HALL, TOWER), [(0, 2.0, 2.0)], [Link(0, 2.0, 2.0, 0.0, 8e5)]),
     "two links": ((HALL, TOWER), [(0, 2.0, 2.0)], [Link(0, 1.0, 1.0, 5e6, 0.0), Link(0, 2.0, 1.0, 0.0, 3e5)]),
     "the first two of three": ((HALL, TOWER, SHED), [(0, 2.0, 2.0), (1, 1.0, 1.0)], [Link(0, 1.0, 1.0, 3e7, 1e5)]),
     "the last two of three": ((SHED, HALL, TOWER), [(0, 1.0, 1.0), (1, 2.0, 2.0)], [Link(1, 2.0, 2.0, 3e7, 1e5)]),
+    "a mass and a wall": ((SHED, WALL), [(0, 1.0, 1.0)], [Link(0, 1.0, 1.0, 3e7, 3e5)]),
     "all three": (
         (HALL, SHED, TOWER), [(0, 1.0, 1.0), (1, 1.0, 1.0)], [Link(0, 1.0, 1.0, 8e6, 3e5), Link(1, 1.0, 2.0, 8e6, 0.0)]
     ),

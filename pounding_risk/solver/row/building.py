@@ -34,7 +34,7 @@ def accelerate(row, b, state, pull, dofs, out):
     Returns the power that ground and dampers put in.
     """
     first, last = row.frame[FIRST, b], top_of(row, b)
-    if last - first == 1:
+    if last - first == 1 and row.frame[COUPLED, b] == 0:
         v, storey = dofs[state + VELOCITY, first], -(dofs[TANGENT, first] * dofs[state, first] + dofs[CONSTANT, first])
         push = (storey - row.floors[MASS, first] * pull) - row.damping[first, 0] * v
         dofs[out, first] = push * row.floors[INVERSE, first]

@@ -116,7 +116,7 @@ def accelerate_building(row, b, state, pull, dofs, out):
     Returns the power that ground and dampers put in.
     """
     first, last = row.frame[FIRST, b], top_of(row, b)
-    if last - first == 1:
+    if last - first == 1 and row.frame[COUPLED, b] == 0:
         return accelerate_mass(row, first, state, pull, dofs, out)
     for i in range(first, last):
         dofs[out, i] = -row.floors[DRIVEN, i] * pull
