@@ -227,6 +227,8 @@ def element_rows() -> dict[str, RowModel]:
         "a friction damper between two roofs": (first, [Link(0, 4.0, 4.0, 2e7, 0.0, strength=2e5)]),
         "a hook between two roofs": (first, [Link(0, 4.0, 4.0, 2e7, 0.0, slack=0.01)]),
         "a damper of the power 0.3 between two roofs": (first, [Link(0, 4.0, 4.0, 0.0, 5e5, exponent=0.3)]),
+        "the same on a brace": (first, [Link(0, 4.0, 4.0, 0.0, 5e5, exponent=0.3, brace=5e7)]),
+        "a link that breaks between two roofs": (first, [Link(0, 4.0, 4.0, 2e7, 0.0, breaking=3e5)]),
         "the first of bilinear storeys": (yields, []),
         "the first of pinched storeys": (replace(yields, hysteresis=pinched), []),
         "the first of Bouc-Wen storeys": (replace(yields, hysteresis=Hysteresis("bouc_wen")), []),

@@ -61,8 +61,10 @@ def fastest_rate(study: Scene) -> float:
     # A link raises the largest eigenvalue of M⁻¹ K by k sᵀ M⁻¹ s at most, s the shares of its ends, and a rate of decay
     # by c sᵀ M⁻¹ s.
     pliancies = [_pliancy(study, link) for link in study.links]
-    stiff = sum(link.stiffness * pliancy for link, pliancy in zip(study.links, pliancies, strict=True))
-    damped = sum(link.damping * pliancy for link, pliancy in zip(study.links, pliancies, strict=True))
+    # A brace does at most what it would beside a rigid damper.
+    tied = [link.stiffness + (link.brace if link.is_braced else 0.0) for link in study.links]
+    stiff = sum(k * pliancy for k, pliancy in zip(tied, pliancies, strict=True))
+    damped = sum(link.dashpot * pliancy for link, pliancy in zip(study.links, pliancies, strict=True))
     return sqrt(max(rates) ** 2 + stiff) + damped
 
 
@@ -76,7 +78,17 @@ def _pliancy(study: Scene, link: Link) -> float:
 def check_dampers(study: Scene) -> None:
     """Raise SceneError for a damper of a power law by which a run would be followed in steps without end."""
     for link in study.links:
-        if not 0.0 < link.exponent < 1.0:
+        if link.is_braced and (slack := link.brace / (link.exponent * link.damping)) > QUICKEST:
+            left, right = (study.buildings[link.interface + side].name for side in range(2))
+            raise SceneError(
+                study.source,
+                [
+                    f"the brace of the damper between {left} and {right} is as good as rigid: at 1 m/s its force would "
+                    f"follow the damper's at {slack:.2g} 1/s, and a run follows {QUICKEST:.2g} 1/s at most; remove "
+                    "link_brace_stiffness, or write a softer brace"
+                ],
+            )
+        if link.is_braced or not 0.0 < link.exponent < 1.0:
             continue
         rate = steepest(link.damping, link.exponent) * _pliancy(study, link)
         if rate > QUICKEST:

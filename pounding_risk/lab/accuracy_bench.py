@@ -50,7 +50,7 @@ OWN_GROUNDS = "ground of a building's own"
 INITIAL_STATES = "initial displacement or velocity"  # what the other methods do not begin with
 NAMES = tuple(OUTPUTS)[:5]  # outputs of a run; the gap required is that of the motion without contact
 ROTATING = "floors that rotate"
-LAWS_OF_LINKS = "link_strength, link_slack, link_breaking_force or link_exponent"
+LAWS_OF_LINKS = "link_strength, link_slack, link_breaking_force, link_exponent or link_brace_stiffness"
 OPEN = 1e3  # m: a gap that stays open, and leaves SciPy's root search a finite number
 
 

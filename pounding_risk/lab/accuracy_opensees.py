@@ -213,13 +213,15 @@ def link_material(link: Link) -> tuple[Any, ...]:
 def algorithm(yielding: Iterable[Any], links: Iterable[Link]) -> str:
     """The algorithm of OpenSees for storeys and links whose tangents change by more than an impact's."""
     laws = [link for link in links if link.law]
-    if any(0.0 < link.exponent < 1.0 for link in laws):
+    if any(0.0 < link.exponent < 1.0 or link.is_braced for link in laws):
         return "KrylovNewton"
     return "Newton" if laws or any(yielding) else PLAIN
 
 
 def link_dashpot(link: Link) -> tuple[Any, ...]:
     """The damper of a link as OpenSees takes it after the tag."""
+    if link.is_braced:
+        return "ViscousDamper", link.brace, link.damping, link.exponent
     if 0.0 < link.exponent < 1.0:
         return "ViscousDamper", OF_BRACE * steepest(link.damping, link.exponent), link.damping, link.exponent
     return "Elastic", 0.0, link.damping

@@ -106,7 +106,7 @@ def collapsed(case: xr.Dataset) -> xr.DataArray:
 def has_laws_of_links(scene: Mapping[str, Any]) -> bool:
     """True where links of a scene slip, are slack, break, or have dampers of a power law."""
     tables = [*scene.get("interface", []), scene.get("grid", {}), scene.get("uncertain", {})]
-    laws = ("link_strength", "link_slack", "link_breaking_force", "link_exponent")
+    laws = ("link_strength", "link_slack", "link_breaking_force", "link_exponent", "link_brace_stiffness")
     return any(name.endswith(laws) for table in tables for name in table)
 
 

@@ -47,6 +47,7 @@ OF_POINTS = (
     "link_stiffness",
     "link_damping",
     "link_exponent",
+    "link_brace_stiffness",
     "link_at",
     "link_strength",
     "link_slack",
@@ -121,11 +122,13 @@ def interface_checks(draft: Draft) -> Iterator[Fault]:
         for key in ("link_strength", "link_slack", "link_breaking_force"):
             if key in keys and not {"link_stiffness"} & {*keys.raw, *varied(draft)}:
                 yield keys.fault(key, 'is of the spring of a link; write link_stiffness = "20 MN/m" beside it')
-        if "link_exponent" in keys and not {"link_damping"} & {*keys.raw, *varied(draft)}:
-            yield keys.fault("link_exponent", 'is of the damper of a link; write link_damping = "500 kN s/m" beside it')
+        for key in ("link_exponent", "link_brace_stiffness"):
+            if key in keys and not {"link_damping"} & {*keys.raw, *varied(draft)}:
+                yield keys.fault(key, 'is of the damper of a link; write link_damping = "500 kN s/m" beside it')
         for key in ("link_strength", "link_slack", "link_breaking_force"):
-            if "link_exponent" in keys and key in keys:
-                yield keys.fault("link_exponent", f"a link has one law, here that of {key}; remove it, or {key}")
+            for damper in ("link_exponent", "link_brace_stiffness"):
+                if damper in keys and key in keys:
+                    yield keys.fault(damper, f"a link has one law, here that of {key}; remove it, or {key}")
         if "link_strength" in keys and "link_slack" in keys:
             yield keys.fault("link_slack", "a link slips or is slack, not both; remove it, or link_strength")
         if "link_breaking_force" in keys and "link_strength" in keys:

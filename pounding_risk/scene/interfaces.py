@@ -35,6 +35,7 @@ from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import (
     GAP,
     LEVELS,
+    LINK_BRACE,
     LINK_BREAKING_FORCE,
     LINK_DAMPING,
     LINK_EXPONENT,
@@ -317,6 +318,16 @@ class Interface(Table):
             "linear below 1 mm/s.",
             "0.3",
             "the damper is linear, and its peak force no output",
+        ),
+    ] = None
+    link_brace_stiffness: Annotated[
+        float | None,
+        measured(
+            LINK_BRACE,
+            "Stiffness of the brace that the damper acts on, in series with it; with link_stiffness, which is beside "
+            "both, the element of Zener.",
+            '"100 MN/m"',
+            "the damper joins the two by itself",
         ),
     ] = None
     link_strength: Annotated[

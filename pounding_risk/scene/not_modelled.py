@@ -22,7 +22,8 @@ LINKS = (
 )
 DAMPERS = (
     "a damper between neighbours is link_damping of their [[interface]], with link_exponent where its force is a power "
-    "of the speed; for one within a building write what it adds to the first mode into damping"
+    "of the speed and link_brace_stiffness where its brace gives; for one within a building write what it adds to the "
+    "first mode into damping"
 )
 TORSION = (
     "floors that rotate are the key plan of a building with storeys; beyond elastic ones under one component write the "

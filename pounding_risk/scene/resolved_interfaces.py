@@ -174,7 +174,9 @@ def _links(here: Beside, points: Sequence[Point]) -> tuple[Link, ...]:
     places = table.link_at or ((points[-1].left_floor, points[-1].right_floor),)
     slack = -inf if table.link_slack is None else table.link_slack
     law = table.link_stiffness, table.link_damping, table.link_strength, slack, table.link_breaking_force
-    return tuple(Link(here.place, *floors, *law, exponent=table.link_exponent or 0.0) for floors in places)
+    brace = table.link_brace_stiffness or inf
+    exponent = table.link_exponent or float(brace < inf)
+    return tuple(Link(here.place, *floors, *law, exponent=exponent, brace=brace) for floors in places)
 
 
 def _misplaced_links(here: Beside, *, stands_apart: bool) -> list[Fault]:

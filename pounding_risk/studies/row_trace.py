@@ -110,10 +110,14 @@ def link_histories(model: RowModel, states: Array) -> dict[str, Array]:
     shares = np.array([stretch(link, model.chains) for link in model.links]).T
     springs = np.array([link.stiffness for link in model.links])
     dashpots = np.array([0.0 if link.exponent else link.damping for link in model.links])
-    stretched, rate = states[:, 0] @ shares, states[:, 1] @ shares
-    forces = springs * stretched
+    masses = model.firsts[-1]
+    stretched, rate = states[:, 0, :masses] @ shares, states[:, 1, :masses] @ shares
+    forces, brace = springs * stretched, masses
     for place, link in enumerate(model.links):
-        if link.exponent and link.damping:
+        if link.is_braced:
+            forces[:, place] -= link.brace * states[:, 0, brace]
+            brace += 1
+        elif link.exponent and link.damping:
             forces[:, place] += forces_along(np.array(link.law), rate[:, place])
         elif link.law:  # followed from instant to instant; its displacement is that of the left end from the right one
             forces[:, place] = -forces_along(np.array(link.law), -stretched[:, place])
@@ -142,7 +146,7 @@ def grounds_at(row: RowLayout, under: Samples, time: Array) -> dict[str, Array]:
 def closing_at(row: RowLayout, values: Array, grounds: dict[str, Array]) -> Array:
     """What closes the gap at each contact point (instants, points), from displacements of the masses."""
     moved = np.zeros((len(values), row.row.floors.shape[1] + 1))  # of each dof; dof −1 is the ground
-    moved[:, row.masses] = values
+    moved[:, row.masses] = values[:, : row.masses.size]
     if row.arrivals is not None:
         moved[:, row.row.frame[FIRST, 2:] - 1] = grounds["ground_widening"]
     return (moved[:, row.row.ends] * row.row.shares).sum(axis=-1)

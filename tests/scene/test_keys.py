@@ -87,6 +87,7 @@ BESIDE: dict[str, dict[str, Any]] = {
     "interface.link_at": {"link_stiffness": "20 MN/m"},
     "interface.link_strength": {"link_stiffness": "20 MN/m"},
     "interface.link_slack": {"link_stiffness": "20 MN/m"},
+    "interface.link_brace_stiffness": {"link_damping": "2 MN s/m"},
     "interface.link_breaking_force": {"link_stiffness": "20 MN/m"},
     "interface.link_exponent": {"link_damping": "2 MN s/m"},
     "interface.design_penetration": {"contact_model": "bilinear", "restitution": 0.65},

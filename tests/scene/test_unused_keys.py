@@ -191,7 +191,7 @@ ALWAYS = {  # keys that act in every scene that may have them, with what would s
         *("building.modes", "building.residual_period", "building.plan"),
         *("interface.link_stiffness", "interface.link_damping", "interface.link_at"),
         *("interface.link_strength", "interface.link_slack", "interface.link_exponent"),
-        *("interface.link_breaking_force",),
+        *("interface.link_breaking_force", "interface.link_brace_stiffness"),
     ),
     "say where floors meet (test_scene_row, test_contact_points)": (
         *("interface.contact", "interface.tolerance", "building.floor_depth"),

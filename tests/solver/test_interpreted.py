@@ -59,7 +59,7 @@ CASES = {
     "links with laws": Case(
         "test_laws_of_links",
         "[run(model(*ROWS[name]), 0.006, GROUND[60:160], DT, 1e-6).floors.tolist()"
-        " for name in ('friction', 'hook that breaks', 'damper')]",
+        " for name in ('friction', 'hook that breaks', 'damper', 'damper on a brace')]",
         1e-9,
     ),
     "jumps of a row": Case(

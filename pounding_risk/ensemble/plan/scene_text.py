@@ -31,6 +31,7 @@ from pounding_risk.units import (
     HEIGHT,
     INITIAL_DISPLACEMENT,
     INITIAL_VELOCITY,
+    LINK_BRACE,
     LINK_BREAKING_FORCE,
     LINK_DAMPING,
     LINK_SLACK,
@@ -141,7 +142,8 @@ def _links(here: Scene) -> list[tuple[str, str]]:
     breaks = f", breaks at {say(one.breaking, LINK_BREAKING_FORCE)}" if one.breaking < inf else ""
     spring = f"{say(one.stiffness, LINK_STIFFNESS)}{slips}{hooks}{breaks}"
     power = f" at 1 m/s, by the power {one.exponent:g} of the speed" if one.exponent else ""
-    return [("link", f"{spring} and {say(one.damping, LINK_DAMPING)}{power}: {'; '.join(places)}")]
+    brace = f" on a brace of {say(one.brace, LINK_BRACE)}" if one.is_braced else ""
+    return [("link", f"{spring} and {say(one.damping, LINK_DAMPING)}{power}{brace}: {'; '.join(places)}")]
 
 
 def _place(floor: float) -> str:

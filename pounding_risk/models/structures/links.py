@@ -7,7 +7,8 @@ A link pulls and pushes with the stretch of the straight line between its ends, 
 The buildings that it joins are one body: matrices of both with the link's, whose motion without contact is known in
 closed form as that of a building is. A link that slips at its strength, pulls past a slack alone, or breaks, has a law
 (`models.structures.hysteresis`) in place of k e, and a damper of a power law one in place of c ė; the body then moves
-in closed form from one change of it to the next.
+in closed form from one change of it to the next. A damper on a brace has the force k_b y of it, y the deformation of
+the brace and ė − ẏ the speed of the damper: the element of Maxwell, and with the spring beside it that of Zener.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.models.structures.hysteresis import Hysteresis
-from pounding_risk.models.structures.hysteresis._numbers import ALONG_RATE, SIZE
+from pounding_risk.models.structures.hysteresis._numbers import ALONG_RATE, BRACE, SIZE
 from pounding_risk.models.structures.hysteresis.power_law import LEAST
 from pounding_risk.models.structures.hysteresis.restrainer import REACH
 from pounding_risk.models.structures.mdof import Chain, stacked
@@ -42,6 +43,7 @@ class Link(NamedTuple):
     slack: float = -inf  # stretch past which the spring pulls, and never pushes [m]; −∞ for one that does both
     breaking: float = inf  # force at which the spring breaks [N]
     exponent: float = 0.0  # α of a damper of c |ė|^α, c then in N (s/m)^α; 0 for the linear dashpot
+    brace: float = inf  # stiffness of a brace that the damper acts on, in series [N/m]; its exponent is then above 0
 
     @property
     def law(self) -> tuple[float, ...]:
@@ -50,6 +52,7 @@ class Link(NamedTuple):
             law = Hysteresis("power_law", exponent=self.exponent, collapse_drift=inf)
             row = law.numbers(self.damping, self.damping, 1.0)
             row[ALONG_RATE] = 1.0
+            row[BRACE] = self.brace if self.is_braced else 0.0
             return tuple(row.tolist())
         if self.stiffness == 0.0:
             return ()
@@ -62,6 +65,16 @@ class Link(NamedTuple):
             row[SIZE] = max(self.slack, min(row[REACH], LEAST_SIZE))
             return tuple(row.tolist())
         return ()
+
+    @property
+    def is_braced(self) -> bool:
+        """True where its damper acts on a brace that gives."""
+        return self.brace < inf and self.damping > 0.0
+
+    @property
+    def dashpot(self) -> float:
+        """What it adds to the damping of its body [N s/m]; its law has what a power changes of that."""
+        return 0.0 if self.is_braced else self.damping
 
     def damper_force(self, speed: Array) -> Array:
         """Force of a damper of a power law [N] at a speed of its stretch [m/s], linear below `power_law.LEAST`."""
@@ -158,7 +171,7 @@ def _joined(chains: Sequence[Chain], links: Sequence[Link], first: int) -> Chain
         coupling[dofs, dofs] = chain.coupling if chain.coupling.size else 0.0
     for link in at_ends:
         shares = stretch(link._replace(interface=link.interface + 1), row)
-        damping += link.damping * np.outer(shares, shares)
+        damping += link.dashpot * np.outer(shares, shares)
         coupling += link.stiffness * np.outer(shares, shares)
     none = np.zeros(0)
     hardening = [np.broadcast_to(chain.hardening, chain.mass.size) for chain in chains]

@@ -273,7 +273,7 @@ def _results_of(layout: RowLayout, run: Run, states: np.ndarray) -> RowRun:
         run.timed[1],
         run.timed[2],
         _states_of(layout, states),
-        _log_of_masses(run, masses),
+        _log_of_masses(run, np.concatenate([masses, layout.braces])),
     )
 
 
@@ -303,8 +303,8 @@ def _with_laws(rest: np.ndarray, has_law: np.ndarray, numbers: np.ndarray) -> np
 
 
 def _states_of(layout: RowLayout, states: np.ndarray) -> np.ndarray:
-    """Of the states at nodes (nodes, 2, dofs) those of the masses, at the steps of the layout."""
-    return states[:: layout.phases, :, layout.masses]
+    """Of the states at nodes (nodes, 2, dofs) those of the masses, then of the braces, at the steps of the layout."""
+    return states[:: layout.phases, :, np.concatenate([layout.masses, layout.braces])]
 
 
 def _log_of_masses(run: Run, masses: np.ndarray) -> np.ndarray:

@@ -122,6 +122,8 @@ def write_series(row, run, b, state, ground, terms):
     for i in range(first, last):
         series[i, 0] = run.dofs[state, i]
         series[i, 1] = run.dofs[state + VELOCITY, i]
+    for i in range(last, row.frame[FIRST, b + 1]):  # braces
+        series[i, 0], series[i, terms - 1] = run.dofs[state, i], 0.0
     for n in range(terms - 2):
         share = 1.0 / ((n + 1) * (n + 2))
         below = 0.0

@@ -11,7 +11,7 @@ from pounding_risk.solver.row.event_functions import across_between
 from pounding_risk.solver.row.explicit import between
 from pounding_risk.solver.row.ground_dof import top_of
 from pounding_risk.solver.row.implicit import write_polynomial
-from pounding_risk.solver.row.link import follows_rate, force_in_contact, is_link_of
+from pounding_risk.solver.row.link import brace_of, damper_speed, follows_rate, force_in_contact, is_braced, is_link_of
 from pounding_risk.solver.row.storey import is_lowest, shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCELERATION,
@@ -49,6 +49,8 @@ def signal_between(row, run, group, kind, k, x, span):
                 total += row.shares[k, end] * between(run, 0, i, x)
         return total
     if kind == SPEED:
+        if is_braced(run, k):
+            return damper_speed(run, k, between(run, 0, brace_of(run, k), x))
         return across_between(row, run, group, k, 1, x, 0.0)
     clock = span[0] + x * span[1]
     time = group.origin + clock * clock * clock * clock - span[2]
@@ -86,7 +88,10 @@ def acceleration_between(row, run, group, i, x):
         if is_link_of(run, k, b, b):
             for end in range(4):
                 if row.ends[k, end] == i:
-                    moved = across_between(row, run, group, k, 1 if follows_rate(run, k) else 0, x, 0.0)
+                    if is_braced(run, k):
+                        moved = between(run, 0, brace_of(run, k), x)
+                    else:
+                        moved = across_between(row, run, group, k, 1 if follows_rate(run, k) else 0, x, 0.0)
                     force -= row.shares[k, end] * force_in_contact(run, k, moved)
     return force * row.floors[INVERSE, i]
 

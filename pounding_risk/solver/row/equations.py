@@ -15,7 +15,7 @@ from pounding_risk.solver.row.contact_points import across_and_rate, power_throu
 from pounding_risk.solver.row.ground import ArrivingRowInterval, UniformRowInterval
 from pounding_risk.solver.row.ground_dof import place_ground, push_ground, top_of
 from pounding_risk.solver.row.laws import law_force, law_plateau
-from pounding_risk.solver.row.link import add_link_forces, link_energy
+from pounding_risk.solver.row.link import accelerate_braces, add_link_forces, link_energy
 from pounding_risk.solver.row.workspace import (
     BAND,
     BOTTOM,
@@ -170,6 +170,8 @@ def accelerate_group(row, run, group, state, ground, out):
             power = power_through_ground(row, k, power, force, run.dofs, state + VELOCITY)
             run.quadratures[SLOPES + 1, k] = force
             run.quadratures[SLOPES + 1, run.laws.shape[0] + k] = force * rate
+    if run.links.shape[0] > 0:
+        accelerate_braces(row, run, group.first, group.last, state, out)
     return power
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pounding_risk._jit.compile import small
-from pounding_risk.solver.row.workspace import FIRST, VELOCITY
+from pounding_risk.solver.row.workspace import BRACES, FIRST, VELOCITY
 
 
 @small
 def top_of(row, b):
     """One past the last dof of building ``b`` that is a mass."""
-    return row.frame[FIRST, b + 1] - row.passage.ground_dofs()
+    return row.frame[FIRST, b + 1] - row.frame[BRACES, b] - row.passage.ground_dofs()
 
 
 @small

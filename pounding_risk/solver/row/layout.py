@@ -13,6 +13,9 @@ import numpy as np
 
 from pounding_risk.models.ground import Arrivals, arrivals_of, divided
 from pounding_risk.models.structures.hysteresis._numbers import (
+    ALONG_RATE,
+    BRACE,
+    BRACE_DOF,
     LONGEST,
     OWNER,
     PACE,
@@ -26,6 +29,7 @@ from pounding_risk.solver.row.workspace import (
     BAND,
     BLOCK_MAP,
     BOTTOM,
+    BRACES,
     CAN_YIELD,
     COUPLED,
     DRIVEN,
@@ -88,8 +92,14 @@ class RowLayout(NamedTuple):
     @property
     def masses(self) -> np.ndarray:
         """The dofs that are masses: with `arrivals` the last of each building is its ground's."""
-        dofs = np.arange(self.row.floors.shape[1])
-        return dofs if self.arrivals is None else np.delete(dofs, self.row.frame[FIRST, 1:] - 1)
+        others = self.braces if self.arrivals is None else self.row.frame[FIRST, 1:] - 1
+        return np.delete(np.arange(self.row.floors.shape[1]), others)
+
+    @property
+    def braces(self) -> np.ndarray:
+        """The dofs that are braces of dampers, in the order of their links."""
+        links = self.row.links
+        return links[links[:, BRACE] > 0.0, BRACE_DOF].astype(int) if links.size else np.zeros(0, dtype=int)
 
 
 def lay_out(
@@ -125,8 +135,15 @@ def lay_out(
     arrived = None if is_one_ground else arrivals_of(times, step, speeds)
     ground_dofs = 0 if arrived is None else 1  # dofs of each building's ground
     counts = [chain.mass.size for chain in chains]
-    first = np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64) + ground_dofs)]).astype(np.int64)
-    firsts = np.concatenate([[0], np.cumsum([chain.mass.size + ground_dofs for chain in buildings])]).astype(np.int64)
+    braces = np.zeros(len(chains), dtype=np.int64)  # of each body
+    for point in points:
+        # A link to a rigid neighbour is of the body of the other.
+        body = of_body[int(point.interface)]
+        braces[body if counts[body] else body + 1] += is_on_brace(point)
+    first = np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64) + ground_dofs + braces)]).astype(np.int64)
+    # Those before a building, of all bodies to its left.
+    before = np.concatenate([[0], np.cumsum(braces)])[[*of_body, len(chains)]]
+    firsts = np.concatenate([[0], np.cumsum([chain.mass.size + ground_dofs for chain in buildings])]) + before
     floors = np.zeros((14, int(first[-1])))
     floors[LIMIT] = inf
     damping = np.zeros((int(first[-1]), max([1, *counts])))
@@ -159,15 +176,16 @@ def lay_out(
                 ends[k, 2 * side + end] = firsts[b] + mass
                 shares[k, 2 * side + end] = share * (1.0 - 2.0 * side)
         ends[k, 4:], shares[k, 4:] = firsts[int(point.interface) + 2] - 1, -1.0
-    frame = np.zeros((7, first.size), dtype=np.int64)
+    frame = np.zeros((8, first.size), dtype=np.int64)
     frame[FIRST] = first
+    frame[BRACES, :-1] = braces
     frame[START, :-1] = np.searchsorted(interfaces, np.arange(len(chains)))
     frame[MAP, 1:] = np.cumsum([one_map.size for one_map in maps[: len(counts)]])
     frame[CAN_YIELD, :-1] = [bool(np.isfinite(chain.strength).any()) for chain in chains]
     frame[BAND, :-1] = [_band(chain.damping) for chain in chains]
     frame[COUPLED, :-1] = [chain.coupling.size > 0 for chain in chains]
     frame[BLOCK_MAP, 1:] = np.cumsum([one_map.size for one_map in block_maps])
-    held = _laws_of_links(points, ends, shares, floors, first, (step, rate))
+    held = _laws_of_links(points, ends, shares, floors, first, (step, rate), braces)
     for body in held[held[:, STIFFNESS] > 0.0, OWNER].astype(int) if held.size else ():
         frame[CAN_YIELD, body] = 1
     row = Row(
@@ -198,6 +216,7 @@ def _laws_of_links(
     floors: np.ndarray,
     first: np.ndarray,
     pace: tuple[float, float],
+    braces: np.ndarray,
 ) -> np.ndarray:
     """Numbers of the laws of links by point, zero without one; (0, 0) where no point has one.
 
@@ -212,16 +231,31 @@ def _laws_of_links(
         compliance = float((shares[k, mine] ** 2 * floors[INVERSE, ends[k, mine]]).sum())
         held[k, PACE] = np.sqrt(held[k, STIFFNESS] * compliance)
         held[k, LONGEST], held[k, SHORTENING] = pace[0], compliance / pace[1]
-        held[k, OWNER] = np.searchsorted(first, ends[k, mine].max(), "right") - 1
+        owner = np.searchsorted(first, ends[k, mine].max(), "right") - 1
+        held[k, OWNER] = owner
+        if held[k, BRACE] > 0.0:
+            # The brace as a spring, and its slack by the damper, are rates beside those of the body.
+            fastest = pace[1] + np.sqrt(held[k, BRACE] * compliance)
+            held[k, LONGEST] *= pace[1] / fastest
+            held[k, SHORTENING] = held[k, BRACE] / fastest
+            before = (held[:k, BRACE] > 0.0) & (held[:k, OWNER] > owner - 1)
+            held[k, BRACE_DOF] = first[owner + 1] - braces[owner] + before.sum()
     return held
 
 
-def _within(links: np.ndarray, first: int) -> np.ndarray:
-    """Laws of links for a row that begins with body ``first``."""
+def _within(links: np.ndarray, first: int, dof: int) -> np.ndarray:
+    """Laws of links for a row that begins with body ``first``, at this dof."""
     links = links.copy()
     if links.size:
         links[:, OWNER] -= first
+        links[:, BRACE_DOF] -= dof
     return links
+
+
+def is_on_brace(point: Any) -> bool:
+    """True where a point is that of a damper on a brace."""
+    law = getattr(point, "law", ())
+    return bool(law) and law[ALONG_RATE] > 0.0 and law[BRACE] > 0.0
 
 
 def across_of(point: Any) -> float:
@@ -241,7 +275,7 @@ def cut_out(layout: RowLayout, first: int, last: int) -> RowLayout:
     frame[FIRST] -= dofs.start
     frame[MAP] -= maps.start
     frame[START] -= points.start
-    frame[[START, CAN_YIELD, BAND, COUPLED], -1] = 0
+    frame[[START, CAN_YIELD, BAND, COUPLED, BRACES], -1] = 0
     ends, by_interval = row.ends[points], row.maps[:-1].reshape(layout.phases, -1)[:, maps]
     within = (dofs.start <= layout.masses) & (layout.masses < dofs.stop)
     return layout._replace(
@@ -255,7 +289,7 @@ def cut_out(layout: RowLayout, first: int, last: int) -> RowLayout:
             np.append(by_interval, 0.0),
             row.passage,
             row.storeys[dofs].copy(),
-            _within(row.links[points], first),
+            _within(row.links[points], first, dofs.start),
         ),
         initial=layout.initial[:, within],
         arrivals=None if layout.arrivals is None else layout.arrivals.of(first, last),

@@ -16,7 +16,10 @@ from pounding_risk._jit.compile import kernel, small
 from pounding_risk.models.structures.hysteresis._numbers import (
     ALONG_RATE,
     AT,
+    AT_FORCE,
     BEGIN,
+    BRACE,
+    BRACE_DOF,
     COMING,
     CONSTANT,
     FASTEST,
@@ -51,8 +54,31 @@ def follows_rate(run, k):
 
 
 @small
+def is_braced(run, k):
+    """True where a damper acts on a brace."""
+    return run.links[k, BRACE] > 0.0
+
+
+@small
+def brace_of(run, k):
+    """The dof of a brace: its deformation y, and ẏ; below zero where its damper pulls."""
+    return int(run.links[k, BRACE_DOF])
+
+
+@kernel
+def damper_speed(run, k, y):
+    """Speed of a damper on a brace that is deformed by y, without chords; its slope to the second slot after it."""
+    slots = run.workspace.law_arguments
+    slots[0], slots[1] = AT_FORCE, run.links[k, BRACE] * y
+    call_on(run.links[k, VERB], run.links, k, slots)
+    return slots[2]
+
+
+@kernel
 def followed(row, run, k, line):
-    """What the law of a link follows, x or ẋ, of the state in rows ``line``."""
+    """What the law of a link follows, x, ẋ or ẋ − ẏ, of the state in rows ``line``."""
+    if is_braced(run, k):
+        return damper_speed(run, k, run.dofs[line, brace_of(run, k)])
     return across(row, k, run.dofs, line + VELOCITY if follows_rate(run, k) else line)
 
 
@@ -64,9 +90,11 @@ def excess(links, k, x):
 
 @kernel
 def force_in_contact(run, k, x):
-    """As `excess` in contact, where a law along the rate has no branches."""
+    """As `excess` in contact, where a law along the rate has no branches; of a brace deformed by x its force."""
     if not follows_rate(run, k):
         return excess(run.links, k, x)
+    if is_braced(run, k):
+        return run.links[k, BRACE] * x
     slots = run.workspace.law_arguments
     slots[0], slots[1] = AT, x
     call_on(run.links[k, VERB], run.links, k, slots)
@@ -79,7 +107,20 @@ def settle_links(row, run, first, last, line):
     links, slots = run.links, run.workspace.law_arguments
     for k in range(links.shape[0]):
         if is_link_of(run, k, first, last) and follows_rate(run, k):
-            follow_to(links, slots, k, followed(row, run, k, line))
+            if is_braced(run, k):
+                follow_brace(links, slots, k, links[k, BRACE] * run.dofs[line, brace_of(run, k)])
+            else:
+                follow_to(links, slots, k, followed(row, run, k, line))
+
+
+@kernel
+def follow_brace(links, slots, k, force):
+    """The law of a damper on a brace goes on to the chord that has this force."""
+    slack = margin(links, k)
+    while (force - links[k, CONSTANT]) / links[k, SLOPE] > links[k, UPPER] + slack:
+        advance_law(links, slots, k, 1.0, links[k, UPPER])
+    while (force - links[k, CONSTANT]) / links[k, SLOPE] < links[k, LOWER] - slack:
+        advance_law(links, slots, k, -1.0, links[k, LOWER])
 
 
 @kernel
@@ -114,11 +155,25 @@ def add_link_forces(row, run, first, last, state, out):
     for k in range(run.links.shape[0]):
         if is_link_of(run, k, first, last):
             x = followed(row, run, k, state)
-            force = force_in_contact(run, k, x)
+            force = force_in_contact(run, k, run.dofs[state, brace_of(run, k)] if is_braced(run, k) else x)
             push_apart(row, k, force, run.dofs, out)
             if follows_rate(run, k):
                 power -= force * x
+            if is_braced(run, k):
+                rate = across(row, k, run.dofs, state + VELOCITY) - x
+                run.dofs[state + VELOCITY, brace_of(run, k)] = rate
     return power
+
+
+@kernel
+def accelerate_braces(row, run, first, last, state, out):
+    """ÿ of the braces of these bodies to row ``out``, where the accelerations of their ends stand: ẏ = ẋ − s(y)."""
+    for k in range(run.links.shape[0]):
+        if is_link_of(run, k, first, last) and is_braced(run, k):
+            i = brace_of(run, k)
+            damper_speed(run, k, run.dofs[state, i])
+            slope = run.links[k, BRACE] * run.workspace.law_arguments[3]
+            run.dofs[out, i] = across(row, k, run.dofs, out) - slope * run.dofs[state + VELOCITY, i]
 
 
 @kernel
@@ -126,13 +181,32 @@ def add_link_terms(row, run, b, n, share):
     """Add the term n + 2 of the Taylor series of body ``b`` that its links bring beyond linear ones."""
     for k in range(run.links.shape[0]):
         if is_link_of(run, k, b, b):
+            if is_braced(run, k):
+                i = brace_of(run, k)
+                force = run.links[k, BRACE] * run.series[i, n]
+                run.series[i, n + 1] = term_of(row, run, k, n + 1) - speed_term(run, k, n) / (n + 1)
+                add_term(row, run, k, n, share * force)
+                continue
             x = (n + 1) * term_of(row, run, k, n + 1) if follows_rate(run, k) else term_of(row, run, k, n)
             force = (run.links[k, SLOPE] - run.links[k, STIFFNESS]) * x
             force += run.links[k, CONSTANT] if n == 0 else 0.0
-            for end in range(4):
-                i = row.ends[k, end]
-                if i >= 0:
-                    run.series[i, n + 2] -= share * row.shares[k, end] * row.floors[INVERSE, i] * force
+            add_term(row, run, k, n, share * force)
+
+
+@small
+def add_term(row, run, k, n, force):
+    """Take a force at the ends of a point from the terms n + 2 of their series."""
+    for end in range(4):
+        i = row.ends[k, end]
+        if i >= 0:
+            run.series[i, n + 2] -= row.shares[k, end] * row.floors[INVERSE, i] * force
+
+
+@small
+def speed_term(run, k, n):
+    """Term n of the series of the speed of a damper on a brace, on its chord."""
+    force = run.links[k, BRACE] * run.series[brace_of(run, k), n] - (run.links[k, CONSTANT] if n == 0 else 0.0)
+    return force / run.links[k, SLOPE]
 
 
 @small
@@ -151,7 +225,10 @@ def link_energy(row, run, first, last, line):
     total = 0.0
     for k in range(run.links.shape[0]):
         if is_link_of(run, k, first, last):
-            total += potential(run.links, k, followed(row, run, k, line))
+            if is_braced(run, k):
+                total += 0.5 * run.links[k, BRACE] * run.dofs[line, brace_of(run, k)] ** 2
+            else:
+                total += potential(run.links, k, followed(row, run, k, line))
     return total
 
 
@@ -177,6 +254,8 @@ def next_event_of_link(row, run, k, stop, terms):
 @small
 def longest_flight(links, k):
     """For how long a Taylor series sums to rounding on the branch of a law along the rate [s]."""
+    if links[k, BRACE] > 0.0:
+        return links[k, LONGEST] / (1.0 + links[k, SHORTENING] / links[k, SLOPE])
     return links[k, LONGEST] / (1.0 + max(links[k, SLOPE] - links[k, STIFFNESS], 0.0) * links[k, SHORTENING])
 
 
@@ -184,6 +263,10 @@ def longest_flight(links, k):
 def write_followed(row, run, k, terms):
     """The series of what the law of a link follows, to the spare row of the series; returns how many terms it has."""
     spare = row.floors.shape[1]
+    if is_braced(run, k):
+        for n in range(terms - 1):
+            run.series[spare, n] = speed_term(run, k, n)
+        return terms - 1
     if follows_rate(run, k):
         for n in range(terms - 1):
             run.series[spare, n] = (n + 1) * term_of(row, run, k, n + 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 
 from pounding_risk._jit.compile import kernel
-from pounding_risk.models.structures.hysteresis._numbers import FASTEST, STIFFNESS, TAKEN
+from pounding_risk.models.structures.hysteresis._numbers import BRACE, FASTEST, STIFFNESS, TAKEN
 from pounding_risk.solver.counters import FIRST_YIELD, LOWEST_FORCE
 from pounding_risk.solver.pair.equations import ELASTIC
 from pounding_risk.solver.row.contact import note_yield
@@ -22,9 +22,10 @@ from pounding_risk.solver.row.crests import (
     signal_between,
 )
 from pounding_risk.solver.row.equations import accelerate_group, ground_at, transmitted
+from pounding_risk.solver.row.explicit import between
 from pounding_risk.solver.row.ground_dof import top_of
 from pounding_risk.solver.row.implicit import write_polynomial
-from pounding_risk.solver.row.link import follows_rate, force_in_contact, is_link_of
+from pounding_risk.solver.row.link import brace_of, damper_speed, follows_rate, force_in_contact, is_braced, is_link_of
 from pounding_risk.solver.row.storey import drift_in, shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCEL_END,
@@ -160,8 +161,14 @@ def update_point_peaks(row, run, group, span, origin_time):
 def update_damper(row, run, group, k, span):
     """Largest speed and energy of a damper go on by an accepted step, the energy by five points of Gauss."""
     dofs = run.dofs
-    start, end = across(row, k, dofs, NOW + VELOCITY), across(row, k, dofs, END + VELOCITY)
-    rise, rise_end = across(row, k, dofs, SLOPE + SLOPES), across(row, k, dofs, SLOPE + SLOPES + LAST)
+    if is_braced(run, k):
+        i = brace_of(run, k)
+        start, end = damper_speed(run, k, dofs[NOW, i]), damper_speed(run, k, dofs[END, i])
+        # Its crests are those of the brace's deformation: slopes are needed for their signs and their ratio.
+        rise, rise_end = brace_rise(run, k, NOW, SLOPE), brace_rise(run, k, END, SLOPE + LAST)
+    else:
+        start, end = across(row, k, dofs, NOW + VELOCITY), across(row, k, dofs, END + VELOCITY)
+        rise, rise_end = across(row, k, dofs, SLOPE + SLOPES), across(row, k, dofs, SLOPE + SLOPES + LAST)
     for side in range(2):
         sign = 1.0 - 2.0 * side
         ends = sign * start, sign * end, sign * rise, sign * rise_end
@@ -171,8 +178,19 @@ def update_damper(row, run, group, k, span):
     for x, weight in GAUSS:
         clock = span[0] + x * span[1]
         speed = signal_between(row, run, group, SPEED, k, x, span)
-        power = (force_in_contact(run, k, speed) + run.links[k, STIFFNESS] * speed) * speed
+        if is_braced(run, k):
+            power = run.links[k, BRACE] * between(run, 0, brace_of(run, k), x) * speed
+        else:
+            power = (force_in_contact(run, k, speed) + run.links[k, STIFFNESS] * speed) * speed
         run.links[k, TAKEN] += weight * power * 4.0 * clock * clock * clock * span[1]
+
+
+@kernel
+def brace_rise(run, k, state, line):
+    """Slope per unit of s of the speed of a damper on a brace, its state and slopes in these rows."""
+    i = brace_of(run, k)
+    damper_speed(run, k, run.dofs[state, i])
+    return run.links[k, BRACE] * run.workspace.law_arguments[3] * run.dofs[line, i]
 
 
 @kernel

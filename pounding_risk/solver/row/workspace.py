@@ -27,8 +27,8 @@ from pounding_risk.solver.workspace import LAST, MAX_TERMS, TERMS, Search, Table
 MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM, QUICK, ROOT, SWAY, GIVE, FELT, DRIVEN = range(14)
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches, of its map in `FreeMotion.block_maps`, above zero where it has
-# springs in `coupling`.
-FIRST, START, MAP, CAN_YIELD, BAND, BLOCK_MAP, COUPLED = range(7)
+# springs in `coupling`, how many of its dofs are braces of dampers (`link`), its last ones.
+FIRST, START, MAP, CAN_YIELD, BAND, BLOCK_MAP, COUPLED, BRACES = range(8)
 # Fields of a contact by end of the step, and extremes over an interval of what either building adds to the distance.
 AT_START, AT_END = 0, 1
 LEFT_HIGH, LEFT_LOW, RIGHT_HIGH, RIGHT_LOW = range(4)
@@ -150,7 +150,7 @@ POINT_FORCE, POINT_IMPULSE, POINT_TOUCH_TIME, POINT_APPROACH_SPEED, POINT_PEAK_F
 class Row(NamedTuple):
     """Arrays that are the same for every run of a row; B buildings, D dofs, K contact points."""
 
-    frame: np.ndarray  # (7, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
+    frame: np.ndarray  # (8, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
     ends: np.ndarray  # (K, 4 or 5) dofs: left upper and lower, right upper and lower, ground; −1 is none
     shares: np.ndarray  # (K, 4 or 5) of these, below zero on the right: their sum is u_left − u_right
     floors: np.ndarray  # (14, D)

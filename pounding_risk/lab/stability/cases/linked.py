@@ -26,6 +26,7 @@ HOOK = STICK._replace(strength=inf, slack=0.0)
 BRITTLE = STICK._replace(strength=inf, breaking=0.1 * 9.8 * SOFT.mass)
 # At rest the damping is 500 times that at 1 m/s.
 POWER = Link(0, 1.0, 1.0, 0.0, 0.5 * 9.8 * SOFT.mass, exponent=0.1)
+BRACED = POWER._replace(brace=STICK.stiffness)
 
 
 @GROUP.case(
@@ -69,6 +70,17 @@ POWER = Link(0, 1.0, 1.0, 0.0, 0.5 * 9.8 * SOFT.mass, exponent=0.1)
     FORCES,
     buildings=(SOFT, STIFF),
     link=POWER,
+    touching=0,
+    gap=0.002,
+)
+@GROUP.case(
+    "53e",
+    "the damper of case 53c on a brace 1e4 times as stiff as the buildings, over 2 mm",
+    ENERGY,
+    LEDGER,
+    FORCES,
+    buildings=(SOFT, STIFF),
+    link=BRACED,
     touching=0,
     gap=0.002,
 )

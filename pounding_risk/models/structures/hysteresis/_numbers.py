@@ -18,7 +18,9 @@ from pounding_risk._jit.compile import small
 # yield, the rate of a vibration on the stiffness [1/s], points of the backbone from yield on, the slope past the last
 # of them; of a link the body that it is in, and whether the law follows the rate of its stretch, not the stretch. Such
 # a law has the longest flight on its STIFFNESS [s] and what a slope beyond that shortens it by [m/(N s)]; the solver
-# writes its largest speed [m/s] and the energy that it has taken [J].
+# writes its largest speed [m/s] and the energy that it has taken [J]. On a brace, a spring in series, of a stiffness
+# above zero [N/m], it follows what is left of the rate of the stretch beside that of the brace, whose deformation is a
+# dof; then flights are shortened by a stiffness over the slope.
 (
     VERB,
     COMING,
@@ -45,11 +47,15 @@ from pounding_risk._jit.compile import small
     SHORTENING,
     FASTEST,
     TAKEN,
+    BRACE,
+    BRACE_DOF,
     OWN,
-) = range(26)
+) = range(28)
 # Events; ±1 where the drift passes the upper or the lower end of its branch, STAY where a flight only ends.
 BEGIN, TURN, STAY = 0.0, 2.0, 4.0
-AT = 3.0  # no event: asks a law along the rate for its force at a speed, given back in place of the shear
+# No events: a law along the rate is asked for its force at a speed, given back in place of the shear; or for the speed
+# at a force, and for how it rises with the force.
+AT, AT_FORCE = 3.0, 5.0
 
 
 @small

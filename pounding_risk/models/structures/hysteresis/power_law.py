@@ -12,7 +12,7 @@ from math import exp, inf, sqrt
 
 from pounding_risk._jit.calls import entry_of_slots
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.models.structures.hysteresis._numbers import AT, BEGIN, LOWER, OWN, UPPER, follow_line
+from pounding_risk.models.structures.hysteresis._numbers import AT, AT_FORCE, BEGIN, LOWER, OWN, UPPER, follow_line
 
 ORDER = 60
 WORDS = "a damper whose force is a power of its speed"
@@ -61,11 +61,25 @@ def force_at(numbers, speed):
 
 
 @small
+def speed_at(numbers, force):
+    """The speed at a force [m/s], and its slope [m/(N s)]: the inverse of `force_at`."""
+    least = 0.0 if numbers[RATIO] == inf else power_at(numbers, LEAST)
+    if abs(force) <= least or numbers[RATIO] == inf:
+        slope = LEAST / least if least > 0.0 else 1.0 / numbers[COEFFICIENT]
+        return force * slope, slope
+    speed = (abs(force) / numbers[COEFFICIENT]) ** (1.0 / numbers[EXPONENT])
+    return (speed if force > 0.0 else -speed), speed / (numbers[EXPONENT] * abs(force))
+
+
+@small
 def advance(law, blank, numbers, slots):
     """The branch after an event: see `_numbers`."""
     event, ratio = slots[0], numbers[RATIO]
     if event == AT:
         slots[2] = force_at(numbers, slots[1])
+        return 0.0
+    if event == AT_FORCE:
+        slots[2], slots[3] = speed_at(numbers, slots[1])
         return 0.0
     if event == BEGIN or ratio == inf:
         end = inf if ratio == inf else LEAST
