@@ -69,7 +69,7 @@ LINK_BREAKING_FORCE = Quantity("N", 0.0, inf, "breaking force of a link", open_l
 LINK_SLACK = Quantity("m", 0.0, 100.0, "slack of a link", example="20 mm")
 LINK_DAMPING = Quantity("N s/m", 0.0, 1e12, "coefficient of a damper", example="2 MN s/m")
 LINK_BRACE = Quantity("N/m", 0.0, 1e13, "stiffness of a brace", open_low=True, example="100 MN/m")
-LINK_EXPONENT = Quantity("1", 0.1, 1.0, "exponent of a damper", example="0.3")
+LINK_EXPONENT = Quantity("1", 0.1, 2.0, "exponent of a damper", example="0.3")
 RESTITUTION = Quantity("1", 0.0, 1.0, "coefficient of restitution e", open_low=True, example="0.65")
 SPEED = Quantity("m/s", 0.0, inf, "approach speed", open_low=True, open_high=True)
 FLOOR_LENGTH = Quantity("m", 0.0, inf, "length of a floor", open_low=True, open_high=True, example="20 m")

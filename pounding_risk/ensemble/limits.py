@@ -20,7 +20,7 @@ import numpy as np
 from pounding_risk.ensemble.laws import check_reach
 from pounding_risk.errors import SceneError
 from pounding_risk.models.ground import arrivals_of
-from pounding_risk.models.structures.hysteresis.power_law import steepest
+from pounding_risk.models.structures.hysteresis.power_law import damping_at_rest
 from pounding_risk.models.structures.links import Link, stretch
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.motions.motion import Motion
@@ -78,26 +78,30 @@ def _pliancy(study: Scene, link: Link) -> float:
 def check_dampers(study: Scene) -> None:
     """Raise SceneError for a damper of a power law by which a run would be followed in steps without end."""
     for link in study.links:
-        if link.is_braced and (slack := link.brace / (link.exponent * link.damping)) > QUICKEST:
+        if not link.exponent:
+            continue
+        # Of a power the damping is largest, or least, at rest.
+        dampings = damping_at_rest(link.damping, link.exponent), link.exponent * link.damping
+        if link.is_braced and (slack := link.brace / min(dampings)) > QUICKEST:
             left, right = (study.buildings[link.interface + side].name for side in range(2))
             raise SceneError(
                 study.source,
                 [
-                    f"the brace of the damper between {left} and {right} is as good as rigid: at 1 m/s its force would "
+                    f"the brace of the damper between {left} and {right} is as good as rigid: its force would "
                     f"follow the damper's at {slack:.2g} 1/s, and a run follows {QUICKEST:.2g} 1/s at most; remove "
                     "link_brace_stiffness, or write a softer brace"
                 ],
             )
-        if link.is_braced or not 0.0 < link.exponent < 1.0:
+        if link.is_braced or link.exponent == 1.0:
             continue
-        rate = steepest(link.damping, link.exponent) * _pliancy(study, link)
+        rate = max(dampings) * _pliancy(study, link)
         if rate > QUICKEST:
             left, right = (study.buildings[link.interface + side].name for side in range(2))
             raise SceneError(
                 study.source,
                 [
-                    f"the damper between {left} and {right} holds them like a tie: below 1 mm/s their motion against "
-                    f"each other would decay at {rate:.2g} 1/s, and a run follows {QUICKEST:.2g} 1/s at most; write a "
+                    f"the damper between {left} and {right} holds them like a tie: their motion against each "
+                    f"other would decay at {rate:.2g} 1/s, and a run follows {QUICKEST:.2g} 1/s at most; write a "
                     "smaller link_damping or a larger link_exponent, or link_stiffness in its place"
                 ],
             )

@@ -32,7 +32,7 @@ from pounding_risk.models.contact.laws.jankowski import jankowski_ratio
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.hysteresis import Hysteresis
-from pounding_risk.models.structures.hysteresis.power_law import steepest
+from pounding_risk.models.structures.hysteresis.power_law import damping_at_rest
 from pounding_risk.models.structures.links import LINK, Link
 from pounding_risk.models.structures.mdof import Chain
 
@@ -213,7 +213,7 @@ def link_material(link: Link) -> tuple[Any, ...]:
 def algorithm(yielding: Iterable[Any], links: Iterable[Link]) -> str:
     """The algorithm of OpenSees for storeys and links whose tangents change by more than an impact's."""
     laws = [link for link in links if link.law]
-    if any(0.0 < link.exponent < 1.0 or link.is_braced for link in laws):
+    if any(link.exponent not in (0.0, 1.0) or link.is_braced for link in laws):
         return "KrylovNewton"
     return "Newton" if laws or any(yielding) else PLAIN
 
@@ -222,8 +222,9 @@ def link_dashpot(link: Link) -> tuple[Any, ...]:
     """The damper of a link as OpenSees takes it after the tag."""
     if link.is_braced:
         return "ViscousDamper", link.brace, link.damping, link.exponent
-    if 0.0 < link.exponent < 1.0:
-        return "ViscousDamper", OF_BRACE * steepest(link.damping, link.exponent), link.damping, link.exponent
+    if link.exponent not in (0.0, 1.0):
+        brace = OF_BRACE * max(damping_at_rest(link.damping, link.exponent), link.damping)
+        return "ViscousDamper", brace, link.damping, link.exponent
     return "Elastic", 0.0, link.damping
 
 

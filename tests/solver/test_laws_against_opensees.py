@@ -178,7 +178,7 @@ def test_a_link(ops, name: str):
     assert coarse < 3e-2 and fine < 0.25 * coarse, (coarse, fine)
 
 
-@pytest.mark.parametrize("exponent", [0.3, 0.5, 1.0])
+@pytest.mark.parametrize("exponent", [0.3, 0.5, 1.0, 1.7])
 @pytest.mark.parametrize("brace", [inf, 1e7], ids=["alone", "on a brace"])
 def test_a_damper(ops, exponent: float, brace: float):
     """Chords, and the linear range below 1 mm/s that OpenSees has not, leave 1e-3 at most; of α = 1 nothing."""
@@ -187,4 +187,4 @@ def test_a_damper(ops, exponent: float, brace: float):
     coarse, fine = errors(ops, known, [MASS, MASS], joins, "KrylovNewton")
     linear = two_masses(link._replace(exponent=0.0, brace=inf), ())[0]
     assert np.abs(known - linear).max() > 0.05 * np.abs(known).max() or exponent == 1.0
-    assert coarse < 2e-3 and (fine < 1e-3 if exponent < 1.0 else fine < 0.1 * coarse), (coarse, fine)
+    assert coarse < 2e-3 and (fine < 1e-3 if exponent != 1.0 else fine < 0.1 * coarse), (coarse, fine)

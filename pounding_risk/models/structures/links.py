@@ -80,7 +80,7 @@ class Link(NamedTuple):
         """Force of a damper of a power law [N] at a speed of its stretch [m/s], linear below `power_law.LEAST`."""
         size = np.abs(speed)
         power = self.damping * np.maximum(size, LEAST) ** self.exponent
-        return np.sign(speed) * power * np.minimum(size / LEAST, 1.0) if self.exponent < 1.0 else self.damping * speed
+        return np.sign(speed) * power * np.minimum(size / LEAST, 1.0) if self.exponent != 1.0 else self.damping * speed
 
     def peak_force(self, stretch: Array, shortening: Array) -> Array:
         """Largest force of its spring [N], from the largest stretch and shortening [m]."""

@@ -21,23 +21,28 @@ OPTIONS: tuple[str, ...] = ()
 USE = "link"
 LEAST = 1e-3  # m/s
 CHORD = 2e-4
-COEFFICIENT, EXPONENT, STEEPEST, RATIO = range(OWN, OWN + 4)
+COEFFICIENT, EXPONENT, AT_REST, RATIO, RAISED = range(OWN, OWN + 5)
 
 
-def steepest(coefficient, exponent):
-    """Damping below `LEAST` [N s/m], the largest of any speed, of a damper of ``coefficient`` [N (s/m)^α]."""
-    return coefficient if exponent == 1.0 else (1.0 + CHORD) * coefficient * LEAST ** (exponent - 1.0)
+def damping_at_rest(coefficient, exponent):
+    """Damping below `LEAST` [N s/m] of a damper of ``coefficient`` [N (s/m)^α]; for α < 1 the largest of any speed."""
+    return coefficient if exponent == 1.0 else raised(exponent) * coefficient * LEAST ** (exponent - 1.0)
+
+
+def raised(exponent):
+    """Ends of chords over the power: a chord is below it between them for α < 1, above it for α > 1."""
+    return 1.0 + CHORD if exponent < 1.0 else 1.0 - CHORD
 
 
 def own_numbers(law, stiffness, drifts, shears):
     """c, α and c at rest, and the ratio of the speeds at both ends of a chord; infinite where the damper is linear."""
     exponent = law.exponent
-    steep = steepest(stiffness, exponent)
+    at_rest = damping_at_rest(stiffness, exponent)
     if exponent == 1.0:
-        return [stiffness, exponent, steep, inf]
-    # A chord over a ratio r is below the power by α (1 − α) ln(r)² / 8 of it at most; half of that is put above.
-    ratio = exp(min(sqrt(16.0 * CHORD / (exponent * (1.0 - exponent))), 0.5))
-    return [stiffness, exponent, steep, ratio]
+        return [stiffness, exponent, at_rest, inf, 1.0]
+    # A chord over a ratio r is off the power by α |1 − α| ln(r)² / 8 of it at most, half of which is put on each side.
+    ratio = exp(min(sqrt(16.0 * CHORD / (exponent * abs(1.0 - exponent))), 0.5))
+    return [stiffness, exponent, at_rest, ratio, raised(exponent)]
 
 
 def refusal(slopes):
@@ -83,16 +88,17 @@ def advance(law, blank, numbers, slots):
         return 0.0
     if event == BEGIN or ratio == inf:
         end = inf if ratio == inf else LEAST
-        return follow_line(numbers, slots, (0.0, 0.0, numbers[STEEPEST]), 0.0, (-end, end))
+        return follow_line(numbers, slots, (0.0, 0.0, numbers[AT_REST]), 0.0, (-end, end))
     start = numbers[UPPER] if event > 0.0 else numbers[LOWER]
     is_least = abs(start) <= (1.0 + 1e-9) * LEAST
     if event * start > 0.0:
         stop = start * ratio
     elif is_least:
-        return follow_line(numbers, slots, (0.0, 0.0, numbers[STEEPEST]), 0.0, (-LEAST, LEAST))
+        return follow_line(numbers, slots, (0.0, 0.0, numbers[AT_REST]), 0.0, (-LEAST, LEAST))
     else:
         stop = start / ratio
-    first, last = (1.0 + CHORD) * power_at(numbers, start), (1.0 + CHORD) * power_at(numbers, stop)
+    ends = numbers[RAISED]
+    first, last = ends * power_at(numbers, start), ends * power_at(numbers, stop)
     line = start, first, (last - first) / (stop - start)
     return follow_line(numbers, slots, line, 0.0, (min(start, stop), max(start, stop)))
 
