@@ -6,6 +6,7 @@ import json
 from base64 import b64decode
 from collections.abc import Sequence
 from pathlib import Path
+from shutil import copy
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -64,7 +65,9 @@ def _executed(path: Path) -> list[Any]:
     from nbclient import NotebookClient
 
     notebook = nbformat.read(path, as_version=4)
-    with TemporaryDirectory() as folder:  # for files that its cells write
+    with TemporaryDirectory() as folder:  # for files that its cells write, with the scenes that it reads
+        for scene in path.parent.glob(f"{path.stem}*.toml"):
+            copy(scene, folder)
         where = {"metadata": {"path": folder}}
         return NotebookClient(notebook, timeout=TIME_LIMIT, kernel_name="python3", resources=where).execute().cells
 
