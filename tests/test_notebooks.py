@@ -16,10 +16,8 @@ FEWER = {
         ('["0.15 g", "0.3 g"]}', '["0.3 g"]}, "records": {"window": ["0 s", "8 s"]}'),
     ],
     "contact_law_matters": [
-        (
-            "'set = \"fema-p695-farfield\"', 400",
-            '\'names = ["RSN6-180", "RSN77-164", "RSN753-000", "RSN1690-090"]\', 10',
-        ),
+        ('set = "fema-p695-farfield"', 'names = ["RSN6-180", "RSN77-164", "RSN753-000", "RSN1690-090"]'),
+        ("DRAWS = 400", "DRAWS = 10"),
     ],
     "code_gaps": [
         ('set = "fema-p695-farfield"', 'names = ["RSN6-180", "RSN77-164", "RSN753-000"]'),
