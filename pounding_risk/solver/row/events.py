@@ -222,7 +222,8 @@ def land(row, run, group, kind, k, fraction, span):
         else:
             high, crossed = length, True
         new = length - value / slope if slope < 0.0 else low
-        if not low <= new <= high:
+        # Where the margin rises at a length before an event, the event is after it.
+        if not low <= new <= high or (crossed and slope >= 0.0):
             new = 0.5 * (low + high)
         converged = slope < 0.0 and abs(new - length) <= close * h
         if converged:
