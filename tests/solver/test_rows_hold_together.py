@@ -161,15 +161,13 @@ def test_a_storey_that_has_just_turned_yields_where_it_comes_back():
     """At 0.54 g a storey turns, and comes back to its limit within one step in contact, at which the model of the step
     was off by more than the storey had left: the event was taken to be at the turn, again and again.
     """
+    isolators = {"slab_mass": "224 t", "height": "1 m", "strength": "148384 N", "stiffness": "2300822 N/m"}
     scene = {
         "building": [
             {"name": "A", "period": "0.514 s", "storey_strengths": ["45488 N"] * 4, "storey_heights": ["3.11 m"] * 4}
             | {"floor_masses": ["163.2 t", "230.5 t", "32.8 t", "272.1 t"]},
             {"name": "B", "period": "0.764 s", "floor_masses": ["91.7 t"], "storey_heights": ["3.45 m"]}
-            | {
-                "isolation": {"slab_mass": "224 t", "height": "1 m", "strength": "148384 N"}
-                | {"stiffness": "2300822 N/m"}
-            },
+            | {"isolation": isolators},
         ],
         "interface": [
             {"gap": "2 mm", "contact_model": "linear", "stiffness": "93500 kN/m", "link_stiffness": "33154390 N/m"}
