@@ -326,7 +326,7 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     )
     rates, gaps_for_rates, by_rate = _by_rate(motions, fragility, contact, options)
     levels = options.shaking.events(results)
-    counts = results.run_counts | {"unpushed": results.unpushed}
+    counts = results.run_counts | {"unpushed": results.unpushed, "collapsed": results.fallen}
     verdict = judge(contact, criterion, sensitivity[0], counts, doubts)
     notes = [
         _amplitude_note(results) if options.level is None else "",

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
-from pounding_risk.results.attributes import has_histories, has_laws_of_links, isolated_buildings
+from pounding_risk.results.attributes import has_histories, has_laws_of_links, isolated_buildings, no_response
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.proportions import Share, independent_motions, labels, logs_of, shares
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
@@ -69,13 +69,18 @@ def motions_of(results: Results) -> Motions:
         pushed = reach.max([axis for axis in reach.dims if axis not in MOTION_AXES])
         closing = np.fmax(alone, by_amplitude(pushed))  # NaN without such runs
     turns = len(polarities)
+    finite = np.isfinite(alone).all(axis=1)
+    if "peak_displacement_free" in dataset:
+        # Of a motion in which a storey collapses the closing is known up to there alone, and no peak is.
+        moved = dataset["peak_displacement_free"].max("building", skipna=False)
+        finite &= np.isfinite(by_amplitude(moved)).all(axis=1)
     return Motions(
         tuple(name for name in records for _ in polarities),
         tuple(polarities) * len(records),
         np.repeat(results.recordings, turns),
         results.amplitudes.values,
         closing,
-        np.atleast_1d(np.isfinite(alone).all(axis=1)) & np.repeat(results.is_shaking, turns),
+        finite & np.repeat(results.is_shaking, turns),
         alone if is_pushed else None,
     )
 
@@ -175,9 +180,7 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
     every = motions_of(results)
     finite = np.flatnonzero(every.finite)
     if not finite.size:
-        raise PoundingError(
-            "no motion of the dataset moves the ground and has a finite response; check the records and the buildings"
-        )
+        raise PoundingError(no_response(results.dataset))
     here = slice(level, level + 1)
     motions = Motions(
         tuple(every.records[motion] for motion in finite),

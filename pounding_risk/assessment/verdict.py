@@ -173,14 +173,14 @@ def _why(answer: bool | None, basis: Basis, polarity: Influence) -> str:
         return f", {'within' if answer else 'above'} {target} throughout."
     if polarity.turns:
         return f". Each polarity alone would answer otherwise to {target}: {polarity.words}."
+    if basis.lost:
+        return f". The bounds, which {counted(basis.lost, 'failed motion')} widen, lie on both sides of {target}."
     least = least_upper_bound(basis.independent, basis.criterion.confidence)
     if not basis.contacts and least > basis.criterion.target:
         needed = motions_to_show(basis.criterion.target, basis.criterion.confidence)
         reach = f", or a target of {np.ceil(100.0 * least):.0f} %" if least < LARGEST_TARGET else ""
         repair = f"it takes {needed} independent ones{reach}"
         return f". So few motions cannot show that a gap keeps {target}, though none closes it: {repair}."
-    if basis.lost:
-        return f". The bounds, which {counted(basis.lost, 'failed motion')} widen, lie on both sides of {target}."
     return f". The bounds lie on both sides of {target}."
 
 
@@ -211,7 +211,9 @@ def _evidence(
         yield f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked}."
     yield _contact_elsewhere(contact)
     if basis.lost:
-        yield f"Without a finite response, and counted against the verdict: {counted(basis.lost, 'motion')}."
+        fell = counts.get("collapsed", 0)
+        why = f"; in {counted(fell, 'case')} a storey collapses, for which no gap is wide enough" if fell else ""
+        yield f"Without a finite response, and counted against the verdict: {counted(basis.lost, 'motion')}{why}."
     if doubts:
         more = len(doubts) - NAMED_DOUBTS
         yield f"Records: {'; '.join(doubts[:NAMED_DOUBTS])}{f'; and {more} more' if more > 0 else ''}."
@@ -308,6 +310,9 @@ def _provide(basis: Basis, answer: bool | None) -> str:
     """Sentences on the gap to provide, its bounds, and the motions that close it all the same."""
     required, target = basis.required, basis.target
     confidence = percent_words(basis.criterion.confidence)
+    if basis.lost > basis.criterion.target * (basis.motions + basis.lost):
+        without = f"{basis.lost} of {counted(basis.motions + basis.lost, 'motion')} have no finite response"
+        return f"No gap can be shown to keep {target}: {without}; the gaps required are those of the others."
     if required.gap <= 0.0:
         return f"For {target} these motions require no gap at all."
     count = basis.still_closing
@@ -336,6 +341,8 @@ def _settle(basis: Basis) -> str:
     if basis.hangs_on_polarity:
         return "It depends on the polarity of the records, which more of them need not decide."
     in_all = recordings_to_settle(basis)
+    if in_all is None and basis.lost:
+        return f"More recordings do not settle the gap of {gap} while so many motions have no finite response."
     if in_all is None:
         return (
             f"More recordings do not settle the gap of {gap} while {share} of the motions close it: "

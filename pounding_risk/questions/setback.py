@@ -20,6 +20,7 @@ from pounding_risk.assessment.options import NO_LOWER, NO_UPPER, USUAL_CONFIDENC
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions.adequacy import bounds_cell, enough, marks
 from pounding_risk.render.sheet import Block, head, listing, number, table
+from pounding_risk.results.attributes import no_response
 from pounding_risk.results.files import open_scan
 from pounding_risk.results.scene_axes import check_settled
 from pounding_risk.statistics.proportions import independent_motions, logs_of, numbered
@@ -121,9 +122,7 @@ def setbacks(
     for name, moved in zip(map(str, shown["building"].values), peaks.T, strict=True):
         finite = shaking & np.isfinite(moved)
         if not finite.any():
-            raise PoundingError(
-                f"no motion of the dataset moves the ground and has a finite response of {name}; check the records"
-            )
+            raise PoundingError(no_response(shown, name))
         independent = independent_motions(logs_of(moved[finite]), numbered(recordings[finite]))
         percentiles = (*USUAL_PERCENTILES, criterion.percentile)
         required = required_gaps(moved[finite], independent / finite.sum(), percentiles, criterion.confidence)

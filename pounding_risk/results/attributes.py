@@ -103,6 +103,14 @@ def collapsed(case: xr.Dataset) -> xr.DataArray:
     return status.isin(codes[np.array(fallen, dtype=bool)] if any(fallen) else [])
 
 
+def no_response(dataset: xr.Dataset, of: str = "") -> str:
+    """A sentence for a dataset without any motion that can be assessed, ``of`` a building where it is of one."""
+    if "status" in dataset and bool(np.all(collapsed(dataset))):
+        return "in every motion of the dataset a storey collapses; give it more strength, or a smaller PGA"
+    response = f"a finite response of {of}" if of else "a finite response"
+    return f"no motion of the dataset moves the ground and has {response}; check the records and the buildings"
+
+
 def has_laws_of_links(scene: Mapping[str, Any]) -> bool:
     """True where links of a scene slip, are slack, break, or have dampers of a power law."""
     tables = [*scene.get("interface", []), scene.get("grid", {}), scene.get("uncertain", {})]

@@ -19,7 +19,7 @@ from pounding_risk.motions.levels import DIGITS, FACTOR, LEVEL_AXIS, PEAK, USUAL
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
 from pounding_risk.motions.record import recording
 from pounding_risk.results.amplitudes import SAME, Amplitudes, check_pga, own
-from pounding_risk.results.attributes import read_attribute, tables_of
+from pounding_risk.results.attributes import collapsed, read_attribute, tables_of
 from pounding_risk.results.check import check_scene, kind_of
 from pounding_risk.results.grid_values import axis_words, listed_values, place_of, quantity_of
 from pounding_risk.results.layout import amplitude_axis, axes_of_cases
@@ -114,6 +114,11 @@ class Results:
     def unpushed(self) -> int:
         """Number of cases that were not run, as a building whose motion is known would have to be pushed."""
         return int((self.dataset["status"].values == UNPUSHED).sum())
+
+    @property
+    def fallen(self) -> int:
+        """Number of cases in which a storey collapses."""
+        return int(collapsed(self.dataset).sum())
 
     @property
     def is_shaking(self) -> NDArray[np.bool_]:

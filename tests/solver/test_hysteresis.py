@@ -452,6 +452,26 @@ def test_a_collapse_counts_as_damage_of_the_structure():
     assert "count as reached" in " ".join(map(str, found.attrs.values()))
 
 
+def test_storeys_that_their_weight_pulls_down_collapse_and_no_gap_is_advised():
+    """Past yield P / h is more than 3 % of the stiffness: without the law a drift would grow without bound."""
+    shaking = {"names": ["RSN6-180", "RSN1690-090", "RSN753-000"], "pga": "0.3 g"}
+    effects: dict[str, Any] = {"inelastic_storeys": {}, "p_delta": {}}
+
+    def row(**law: Any) -> Any:
+        weak = storeyed("weak", ["200 t", "180 t"], "20 MN/m", ["3 m"] * 2, storey_strengths="100 kN", **law)
+        stiff = storeyed("stiff", ["300 t", "280 t"], "900 MN/m", ["3 m", "3 m"])
+        return pr.scan(parse_scene(scene_text(weak, stiff, gap="0.9 m", records=shaking, effects=effects)))
+
+    dataset = row()
+    assert (dataset["status"] == COLLAPSED).sum() == 2
+    told = row(hysteresis={"rule": "kinematic"})
+    np.testing.assert_array_equal(dataset["peak_closing_free"], told["peak_closing_free"])
+    verdict = pr.assess(dataset).interfaces[0].verdict
+    assert verdict.motions == 1 and verdict.failed == 2
+    assert any("No gap can be shown to keep 16 %: 2 of 3 motions" in line for line in verdict.conclusion)
+    assert any("in 2 cases a storey collapses" in line for line in verdict.evidence)
+
+
 @pytest.mark.parametrize("law", [None, {"rule": "peak_oriented", "backbone": [[3.0, 1.2], [9.0, 0.5]]}])
 def test_loops_are_in_the_run_and_drawn(law: dict[str, Any] | None):
     """The largest shear of the histories is that of the run, but for what lies between instants: 1e-3."""

@@ -32,6 +32,7 @@ from pounding_risk.results.attributes import (
     has_histories,
     has_own_grounds,
     isolated_buildings,
+    no_response,
     rotating_buildings,
 )
 from pounding_risk.results.opened import Results
@@ -280,9 +281,7 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
     closing = by_motion(shown["peak_closing_free"]).astype(float)
     known = np.isfinite(left) & np.isfinite(right) & np.isfinite(closing)
     if not known.any():
-        raise PoundingError(
-            "no motion of the dataset moves the ground and has a finite response; check the records and the buildings"
-        )
+        raise PoundingError(no_response(dataset))
     site = _known_site(shown, site)
     periods: Pair = tuple(shown["building_period"].values.tolist())
     dampings: Pair = tuple(shown["building_damping"].values.tolist())

@@ -6,8 +6,11 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
 
+import numpy as np
+
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects._effect import effect
+from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.units import STANDARD_GRAVITY
 
 ORDER = 60  # before soil_flexibility: the foundation below has no storey height
@@ -20,7 +23,8 @@ class PDelta:
 
     P is the weight of all floors above the storey, h its height. The damping stays that of the building without it. A
     building whose storey has no stiffness left would fall over, and is refused. Isolators are given with the weight on
-    them: their stiffness stays.
+    them: their stiffness stays. Where storeys that yield have none left past it, all of the building follow the rule
+    ``kinematic`` of `hysteresis`, the same law, which tells a storey that has collapsed.
     """
 
     def built(self, chain: Any, building: Any) -> Any:
@@ -33,4 +37,12 @@ class PDelta:
         above = reversed(list(accumulate(reversed(chain.mass.tolist()))))
         weights = [STANDARD_GRAVITY * mass for mass in above]
         geometric = [weight / height for weight, height in zip(weights, building.heights, strict=True)]
-        return chain.softened([0.0, *geometric[1:]] if getattr(building, "isolators", None) else geometric)
+        heights = building.heights
+        if getattr(building, "isolators", None):
+            geometric[0], heights = 0.0, heights[1:]
+        softened = chain.softened(geometric)
+        past_yield = chain.hardening * chain.shear
+        if chain.laws.size or not np.any(np.isfinite(chain.strength) & (past_yield < geometric)):
+            return softened
+        hardening = float(np.broadcast_to(chain.hardening, chain.mass.size)[-1])  # the first may be that of isolators
+        return softened.by_laws(Hysteresis("kinematic", hardening=hardening), heights)
