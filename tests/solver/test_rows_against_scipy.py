@@ -52,6 +52,15 @@ def differences(found: dict[str, np.ndarray], true: dict[str, np.ndarray], slack
     return off
 
 
+def at_rest(case: Any, true: Answer) -> np.ndarray:
+    """Drifts at the end, and plastic ones p: of storeys with laws those without shear, d − V / k = (1 − h) p."""
+    soft = [
+        chain.hardening * (chain.laws.any(axis=1) if chain.laws.size else np.zeros(chain.mass.size))
+        for chain in case.chains
+    ]
+    return true.rest * np.column_stack([np.ones(len(true.rest)), 1.0 - np.concatenate(soft)])
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_row_agrees_with_scipy(name: str):
     case = CASES[name]
@@ -72,7 +81,7 @@ def test_row_agrees_with_scipy(name: str):
     np.testing.assert_allclose(run.floors, true.floors, rtol=1e-6, err_msg="u, drift, shear, acceleration by dof")
     # What is left at the end is a small part of what was there.
     drift = true.floors[:, 1:2]
-    assert np.all(np.abs(run.rest - true.rest) <= 1e-6 * drift)
+    assert np.all(np.abs(run.rest[:, :2] - at_rest(case, true)) <= 1e-6 * drift)
     if LAWS[case.meetings[0].law].capped:
         np.testing.assert_array_equal(found["yielding_contacts"], points["yielding_contacts"])
         np.testing.assert_allclose(found["first_yield_time"], points["first_yield_time"], rtol=0, atol=1e-6)
@@ -86,7 +95,7 @@ def test_free_flight_of_a_row_is_direct_integration(name: str):
     true = reference(case.chains, (), acceleration, dt)
     free = rows.free_row(lay_out(case.chains, (), dt), acceleration)
     np.testing.assert_allclose(free.floors, true.floors, rtol=1e-9)
-    assert np.all(np.abs(free.rest - true.rest) <= 1e-9 * true.floors[:, 1:2])
+    assert np.all(np.abs(free.rest[:, :2] - at_rest(case, true)) <= 1e-9 * true.floors[:, 1:2])
 
 
 def test_cases_cover_what_they_should():
