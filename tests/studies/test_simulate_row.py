@@ -202,7 +202,7 @@ def test_the_interpreted_log_is_the_compiled_one():
 
 def test_a_run_that_fails_has_no_motion_past_its_failure():
     """Too stiff for numbers: told by the status, and no floor stands still as if nothing had happened."""
-    wild = simulate(parse_scene(SCENE.replace("2.75e9", "1e80")), pga=3.0)
+    wild = simulate(parse_scene(SCENE.replace("2.75e9", "1e200")), pga=3.0)
     assert wild.attrs["status"].startswith("the step in contact fell below")
     moved = np.isfinite(wild["displacement"].values[:, 0, 0])
     assert 10 < moved.sum() < moved.size and not moved[-1]
