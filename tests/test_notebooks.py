@@ -19,6 +19,11 @@ FEWER = {
         ('set = "fema-p695-farfield"', 'names = ["RSN6-180", "RSN77-164", "RSN753-000", "RSN1690-090"]'),
         ("DRAWS = 400", "DRAWS = 10"),
     ],
+    "contact_law_papers": [
+        ('set = "fema-p695-farfield"', 'names = ["RSN6-180", "RSN77-164", "RSN753-000"]'),
+        ("DRAWS = 400", "DRAWS = 10"),
+        ("[0.3, 0.4, 0.5, 0.65, 0.8, 0.95]", "[0.4, 0.65]"),
+    ],
     "code_gaps": [
         ('set = "fema-p695-farfield"', 'names = ["RSN6-180", "RSN77-164", "RSN753-000"]'),
         ("48, 100", "8, 10"),

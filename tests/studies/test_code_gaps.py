@@ -81,7 +81,8 @@ def test_contact_counts_and_multiples_of_the_study(histories, gaps, root):
     """
     study = functions_of(root / "notebooks" / "code_gaps.ipynb")
     needed, peaks = study["needed_in"](gaps)
-    asked = study["asked_in"](gaps, 0.05, np.median(peaks, axis=(0, 1)))
+    both = gaps["left_period"].values[list(study["pairs_of"](gaps))]
+    asked = study["asked_in"](both, 0.05, np.median(peaks, axis=(0, 1)))
     srss, china = asked["srss"], asked["china"]
     medians = [
         sorted(float(np.abs(histories[name][k]).max()) for name in NAMES)[len(NAMES) // 2] for k in range(len(PERIODS))
