@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from math import atan2, cos, exp, log, pi, sin, sqrt
+from math import asin, atan2, cos, exp, log, pi, sin, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -114,11 +114,15 @@ def test_no_difference_that_remains_is_of_our_solver(outcome):
     """Ours moves by less than a tenth of each difference, between the default tolerance and a thousandth of it.
 
     The samples of generated motions become eight times as fine. Of the sines of SDND102 A and SDND124 A, linear in
-    2,000 parts of a period, that leaves 1e-4; all other motions are exact between their samples.
+    2,000 parts of a period, that leaves 1e-4; all other motions are exact between their samples. The force of SDND105 A
+    falls within 0.1 mm, where steps of a contact at the default tolerance leave 1e-6.
     """
     with_tolerance = [check for check in outcome.checks if check.rungs]
     assert len(with_tolerance) > 40 and all(len(check.rungs) == len(RUNGS) for check in with_tolerance)
-    assert max(check.change for check in with_tolerance if check.case not in ("sdnd102a", "sdnd124a")) < 1e-7
+    assert (
+        max(check.change for check in with_tolerance if check.case not in ("sdnd102a", "sdnd105a", "sdnd124a")) < 1e-7
+    )
+    assert max(check.change for check in with_tolerance if check.case == "sdnd105a") < 1e-6
     assert max(check.change for check in with_tolerance) < 1e-4
     assert [check for check in with_tolerance if check.word == "acceptable" and not check.is_converged] == []
 
@@ -178,6 +182,15 @@ def two_modes(t: float) -> NDArray[np.float64]:
     return shapes @ (np.cos(np.sqrt(roots) * t) * (shapes.T @ np.array([2e5 * 0.1, 0.0])))
 
 
+def buckling_stop() -> tuple[float, float]:
+    """SDND105: 1 kg at 2 m/s on 1 N/m to 1 N, then 0.5 N, back along 0.5 N/m: the set, and where it is once back."""
+    squared = 2.0**2 - 1.0  # of the speed where it buckles
+    crushed = 1.0 + squared / (2.0 * 0.5) - 0.5 / 0.5
+    back = sqrt(0.5) * 1.0  # speed at which the last metre of the way back lets go
+    times = asin(1.0 / 2.0) + sqrt(squared) / 0.5 + pi / 2.0 / sqrt(0.5)
+    return crushed, 1.0 + crushed - back * (pi / 6.0 + 2.0 * sqrt(3.0) + (pi + 6.0) / sqrt(2.0) - times)
+
+
 DEPTH = (5.0 * 570.0 * 0.25 / (4.0 * 2e9)) ** 0.4
 CLOSED_FORMS = {
     "anagnostopoulos_1988": (pi / (sqrt(9.35e7 / 570.0) * sqrt(1.0 - kelvin_voigt_ratio(0.65) ** 2)),),
@@ -196,6 +209,7 @@ CLOSED_FORMS = {
     "saint_venant_1867": (0.5, 2.0 * 10.0 / 3500.0, 0.5 * 3500.0 * 100e3 / (2.0 * 10.0)),
     "schwager_2007": (cut_restitution(0.65),),
     "sdnd101": (1e6 / sqrt(1.01e4), pi / sqrt(1.01e4), 1e6 / sqrt(1.01e4), 1.0),
+    "sdnd105a": buckling_stop(),
     "sdnd108a": spring_flight(0.0),
     "sdnd108b": spring_flight(5.0),
     "thomson_vm65": (sqrt(2.0 / 386.0), sqrt(2.0 * 386.0) * 0.0254, 0.5 * 386.0 * 4.4482216152605 * 0.0254),
