@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import gc
 import importlib
 import json
 import os
@@ -421,3 +422,25 @@ def test_a_file_of_settings_that_switches_compiling_off_is_followed(copy):
 @compiled
 def test_probe_values_are_the_interpreted_ones(filled):
     assert run(PROBE, NUMBA_DISABLE_JIT="1")["values"] == filled[1]["values"]
+
+
+def test_compiling_leaves_the_garbage_collector_as_it_was():
+    """Objects that the process had are frozen while it compiles, unless others froze some, and no longer."""
+    pytest.importorskip("numba")
+    from pounding_risk._jit.lowering.fragments import Garbage
+
+    garbage = Garbage()
+    with garbage.freed():
+        assert not gc.isenabled() and gc.get_freeze_count() > 0
+        for _ in range(garbage.EVERY):
+            garbage.one_more()
+    assert gc.isenabled() and gc.get_freeze_count() == 0
+    gc.freeze()
+    try:
+        frozen = gc.get_freeze_count()
+        with garbage.freed():
+            garbage.one_more()
+            assert gc.isenabled()
+        assert gc.get_freeze_count() == frozen
+    finally:
+        gc.unfreeze()

@@ -147,16 +147,43 @@ class FragmentFlags(Flags):
         return isinstance(other, FragmentFlags) and self._values == other._values
 
 
-@contextmanager
-def uncollected():
-    """Without the search for cyclic garbage, which takes a seventh of the time of compiling and finds little."""
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
+class Garbage:
+    """Cyclic garbage while an entry is compiled: what numba leaves of each fragment, freed every few fragments.
+
+    Python would look for it among all objects that there are, in a seventh of the time of compiling; or leave it to the
+    end, when it is a third of the memory. Objects that were there before, or stayed, are out of the search: frozen.
+    """
+
+    EVERY = 5  # fragments
+
+    def __init__(self) -> None:
+        self.is_ours, self.fragments = False, 0
+
+    @contextmanager
+    def freed(self):
+        """Within this `one_more` frees the garbage; where objects are frozen by others, nothing is changed."""
+        if gc.get_freeze_count() or not gc.isenabled():
+            yield
+            return
+        gc.disable()
+        gc.freeze()
+        self.is_ours = True
+        try:
+            yield
+        finally:
+            self.is_ours = False
+            gc.unfreeze()
             gc.enable()
+
+    def one_more(self) -> None:
+        """A fragment has been compiled."""
+        self.fragments += 1
+        if self.is_ours and self.fragments % self.EVERY == 0:
+            gc.collect()
+            gc.freeze()
+
+
+GARBAGE = Garbage()
 
 
 class FragmentCompiler(Compiler):
@@ -178,7 +205,10 @@ class FragmentCompiler(Compiler):
             described.lookup_module(), described.qualname, "", 0, compiled.environment, (compiled.library,)
         )
         compiled.target_context.insert_user_function(key, described, [compiled.library])
-        return compiled._replace(entry_point=key)
+        GARBAGE.one_more()
+        # Numba's own form of the function, and the types in it, which it leaves out of its cache as well.
+        described.typemap = described.calltypes = None
+        return compiled._replace(entry_point=key, metadata={}, type_annotation=None)
 
 
 class InlinedCompiler(FragmentCompiler):
@@ -196,7 +226,7 @@ class EntryCompiler(_FunctionCompiler):
 
     def _compile_core(self, args, return_type):
         init_all()  # numba's extensions, which a user's law may use
-        with uncollected():
+        with GARBAGE.freed():
             return self._compiled(args)
 
     def _compiled(self, args):
