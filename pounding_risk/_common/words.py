@@ -6,6 +6,13 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 
+def nearest_file(name: str, known: Iterable[str]) -> str:
+    """As `nearest` for names of files, of which what stands before the ending has to be alike."""
+    stems = {other.rpartition(".")[0] or other: other for other in known}
+    near = get_close_matches(name.rpartition(".")[0] or name, stems, 1, 0.75)
+    return f' (did you mean "{stems[near[0]]}"?)' if near else ""
+
+
 def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str:
     """The text ` (did you mean "gap"?)`, or "" where no known word is near."""
     spelt = {name.lower(): name for name in known}

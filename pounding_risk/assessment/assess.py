@@ -21,7 +21,7 @@ from pounding_risk.assessment.annual_rates import AnnualRate, read_target_rate
 from pounding_risk.assessment.demands import Contact, Motions, contact_of, finite_forces, is_linear, yields_of
 from pounding_risk.assessment.fragility import OWN, STRIPES, ContactMotions, Fragility, shown_as
 from pounding_risk.assessment.gmfs import Fields, Scenario, scenario_of
-from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, rate_of
+from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, rate_of, unusual
 from pounding_risk.assessment.intensities import Shaking, check_intensity, intensities, shaking_of
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
 from pounding_risk.assessment.rates import USUAL, GapForRate, RateCriterion, RateOfGaps, RateVerdict, judge_rate
@@ -39,6 +39,7 @@ from pounding_risk.assessment.sensitivity import (
 from pounding_risk.assessment.separations.table import Comparison, separations_of
 from pounding_risk.assessment.verdict import Verdict, judge
 from pounding_risk.motions.levels import read_measure
+from pounding_risk.results.attributes import isolated_buildings
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import open_scan
@@ -280,6 +281,9 @@ def assess(
     shaking = shaking_of(opened, hazard, gmfs, intensity)
     curve, fields = shaking.hazard, shaking.fields
     options, doubts = Options(gap, criterion, level, rate, shaking), opened.record_doubts
+    interfaces = tuple(
+        _interface(name, part, index, options, doubts) for index, (name, part) in enumerate(opened.interfaces)
+    )
     return Assessment(
         title=str(opened.dataset.attrs.get("title", "")),
         **opened.run_counts,
@@ -290,10 +294,8 @@ def assess(
         intensity=shaking.intensity,
         hazard=curve.source or curve.name if curve else "",
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
-        interfaces=tuple(
-            _interface(name, part, index, options, doubts) for index, (name, part) in enumerate(opened.interfaces)
-        ),
-        notes=of_results(opened),
+        interfaces=interfaces,
+        notes=(*of_results(opened), *_of_hazard(curve, interfaces)),
         unused_keys=opened.unused_keys,
         hazard_reading=shaking.reading,
         target_rate=rate.rate if rate else None,
@@ -301,6 +303,17 @@ def assess(
         gmfs=fields.source if fields else "",
         gmfs_reading=" ".join(fields.reading) if fields else "",
     )
+
+
+def _of_hazard(curve: Hazard | None, interfaces: Sequence[InterfaceAssessment]) -> list[str]:
+    """Sentences on a hazard curve that is unusual, or from which no annual rate follows."""
+    if curve is None:
+        return []
+    rates = [rate for each in interfaces for rate in each.rates if rate.what == "contact"]
+    if not rates or any(not rate.fault for rate in rates):
+        return unusual(curve)
+    why = "; ".join(dict.fromkeys(rate.fault for rate in rates))
+    return [*unusual(curve), f"hazard curve {curve.source or curve.name}: no annual rate of contact follows: {why}"]
 
 
 def _interface(name: str, results: Results, index: int, options: Options, doubts: Sequence[str]) -> InterfaceAssessment:
@@ -313,7 +326,7 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     models, forces = tuple(map(str, dataset["contact_model"].values)), tuple(finite_forces(dataset).tolist())
     yield_gap, yields = yields_of(dataset, gap)
     own_force, own_model = results.scene_force, results.scene_model
-    response = responses_at(results.at_level(level).dataset, yield_gap)
+    response = responses_at(results.at_level(level).dataset, yield_gap, isolated_buildings(results.scene))
     sensitivity = contact_influences(contact.motions, contact.touched, gap, criterion)
     if own_force in forces:
         yielding = Yielding(yields[:, level], every.polarities, models, forces)

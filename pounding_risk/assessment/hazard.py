@@ -17,9 +17,11 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import USUAL_DAMPING, read_sa, sa_at
 from pounding_risk.statistics.fragility import fragility_curve
 from pounding_risk.statistics.hazard import annual_rate, in_years, missing_share
+from pounding_risk.units import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
 
+STRONGEST = 5.0  # g, of hazard curves: few reach 3 g at a rate of 1e-5 a year
 COVERED = 0.05  # the share of the failures that a table may leave out and its rate be called the rate
 
 
@@ -90,6 +92,21 @@ class HazardSpectrum:
             between = f"{wanted.words} is read between {low:g} s and {high:g} s, by straight lines in the logarithms at"
             reading = f"{reading} {between} equal rates.".strip()
         return Hazard(intensity, im, self.rate, self.source, reading)
+
+
+def unusual(curve: Hazard) -> list[str]:
+    """Sentences on a curve of accelerations that is most likely in another unit, or is not of annual rates."""
+    if curve.name != "pga" and not curve.name.startswith("sa"):
+        return []
+    strongest = float(np.max(curve.im)) / STANDARD_GRAVITY
+    found = []
+    if strongest > STRONGEST:
+        found.append(f"reaches {strongest:.3g} g, usually {STRONGEST:g} g or less: m/s² or % read as g?")
+    often = curve.rate[curve.im >= 0.05 * STANDARD_GRAVITY]
+    if often.size and often.max() > 1.0:
+        sentence = "usually 1 a year or less: probabilities in %, or return periods in years?"
+        found.append(f"has 0.05 g or more {often.max():.3g} times a year, {sentence}")
+    return [f"hazard curve {curve.source or curve.name}: {sentence}" for sentence in found]
 
 
 @dataclass(frozen=True)

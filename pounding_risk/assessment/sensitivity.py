@@ -10,7 +10,7 @@ model. The response is the largest value of an output over the motions with cont
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from math import inf, isfinite, nan
@@ -70,10 +70,10 @@ class Response:
     motions: int
 
 
-def responses_at(results: xr.Dataset, gap: float) -> tuple[Response, ...]:
+def responses_at(results: xr.Dataset, gap: float, isolated: Collection[str] = ()) -> tuple[Response, ...]:
     """Every output of `OUTPUTS` that a dataset of one interface and amplitude has, by contact model and F_E.
 
-    ``gap`` [m] is one of the grid's.
+    ``gap`` [m] is one of the grid's. Of the ``isolated`` buildings the ductility is that of the storeys above the slab.
     """
     one = results.isel(gap=int(np.abs(results["gap"].values - gap).argmin()))
     touching = by_motion(one["impact_count"], CASES) > 0
@@ -82,7 +82,11 @@ def responses_at(results: xr.Dataset, gap: float) -> tuple[Response, ...]:
         if output not in one:
             continue
         inside = [axis for axis in one[output].dims if axis not in ("record", "polarity", *CASES)]
-        values = np.where(touching, by_motion(one[output].max(inside), CASES), np.nan)
+        outputs = one[output]
+        if output == "storey_ductility" and isolated:
+            words = f"{words} above isolators"
+            outputs = outputs.where(~outputs["building"].isin(list(isolated)) | (outputs["storey"] > 1))
+        values = np.where(touching, by_motion(outputs.max(inside), CASES), np.nan)
         for model, force in np.ndindex(values.shape[1:]):
             known = values[np.isfinite(values[:, model, force]), model, force]
             spread = np.percentile(known, (LOW, MIDDLE, HIGH)) if known.size else np.full(3, np.nan)

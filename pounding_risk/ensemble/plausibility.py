@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from math import isfinite, pi, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quanti
 from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.ground import SHARED
 from pounding_risk.motions.levels import PEAK, Level, driven
-from pounding_risk.motions.record import STILL, site_of
+from pounding_risk.motions.record import STILL, is_vertical, site_of
 from pounding_risk.motions.request import AS_RECORDED
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
 from pounding_risk.scene.ground_motion import parting
@@ -31,6 +31,7 @@ from pounding_risk.units import (
     PERIOD,
     PGA,
     STANDARD_GRAVITY,
+    STOREY_HEIGHT,
     TIME,
     Quantity,
     say,
@@ -38,6 +39,9 @@ from pounding_risk.units import (
 
 if TYPE_CHECKING:
     from pounding_risk.motions.motion import Motion
+
+
+SHARE_OF_WEIGHT = Quantity("1", 0.0, float("inf"), "strength over weight")
 
 
 class Usual(NamedTuple):
@@ -69,6 +73,22 @@ USUAL = {
         "",
         "a decimal point lost, or ms written as s?",
     ),
+    "storey height": Usual(
+        STOREY_HEIGHT,
+        0.5,
+        15.0,
+        "from below the slab of an isolated building to a hall",
+        "mm or cm written for m?",
+        "a decimal point lost, or ft written as m?",
+    ),
+    "strength of a storey over the weight above": Usual(
+        SHARE_OF_WEIGHT,
+        0.005,
+        10.0,
+        "half a percent of the weight is less than any code's base shear, ten times it more than walls hold",
+        "kN written for MN, or N for kN?",
+        "MN written for kN?",
+    ),
     "gap": Usual(
         GAP, 0.0, 2.0, "two buildings of 50 m that lean by 2 % towards each other", "", "m written for mm or cm?"
     ),
@@ -83,6 +103,9 @@ USUAL = {
     "PGA after scaling": Usual(PGA, 0.0, 2.0 * STANDARD_GRAVITY, "few records exceed 2 g", "", "levels too high?"),
     "PGA asked for": Usual(PGA, 0.0, 2.0 * STANDARD_GRAVITY, "few records exceed 2 g", "", "m/s² or % written as g?"),
 }
+# Of the periods of steel frames, 0.0724 h^0.8 with the height in m (ASCE 7-16, equation 12.8-7): a wall, and a building
+# that is much softer than any frame.
+PERIODS_OF_HEIGHT = 0.05, 5.0
 SPEED = 0.5  # m/s, a usual approach speed; the duration of a Hertz contact varies with its power −0.2
 SHARE_OF_PERIOD = 0.1  # of the shorter period that a contact may last: the rule of `advise`
 # The time in which sound crosses 1.75 m of concrete twice at 3500 m/s: no floors separate sooner.
@@ -146,7 +169,30 @@ def _of_buildings(study: Scene) -> Iterator[str]:
         masses = getattr(building, "masses", None) or (building.mass,)
         for mass in dict.fromkeys((min(masses), max(masses))):
             yield from _unusual("mass of a floor", {building.name: mass})
+        yield from _of_storeys(building)
     yield from _unusual("period", {building.name: building.period for building in moving})
+
+
+def _of_storeys(building: Any) -> Iterator[str]:
+    """Notes on heights and strengths of storeys, and on the period beside the height; isolators are left out."""
+    heights, strengths = (getattr(building, name, None) or () for name in ("heights", "strengths"))
+    named = {f"{building.name}, storey {place}": height for place, height in enumerate(heights, 1)}
+    for whose in dict.fromkeys((min(named, key=named.__getitem__), max(named, key=named.__getitem__)) if named else ()):
+        yield from _unusual("storey height", {whose: named[whose]})
+    first = 0 if getattr(building, "isolators", None) is None else 1
+    for storey, strength in list(enumerate(strengths))[first:]:
+        weight = STANDARD_GRAVITY * sum(building.masses[storey:])
+        share = {f"{building.name}, storey {storey + 1}": strength / weight}
+        yield from _unusual("strength of a storey over the weight above", share)
+    if heights and not first and building.period <= USUAL["period"].high:
+        low, high = (share * 0.0724 * sum(heights) ** 0.8 for share in PERIODS_OF_HEIGHT)
+        if len(heights) > 1 and not low <= building.period <= high:
+            usual = f"usually {say(low, PERIOD, 2)} to {say(high, PERIOD, 2)}"
+            yield (
+                f"{building.name}: period {say(building.period, PERIOD)} at a height of "
+                f"{say(sum(heights), STOREY_HEIGHT)}, {usual} (0.05 to 5 times that of a steel frame, ASCE 7-16, "
+                "equation 12.8-7); a decimal point lost, or a stiffness or mass in another unit?"
+            )
 
 
 def _of_gaps(study: Scene) -> Iterator[str]:
@@ -221,6 +267,9 @@ def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
     """Notes on the peaks of motions as recorded, and on the amplitudes that the scene asks for."""
     request = study.records
     grid = study.grid
+    if vertical := [motion.name for motion in motions if is_vertical(motion.record)]:
+        words = "a vertical component, which moves" if len(vertical) == 1 else "vertical components, which move"
+        yield f"{', '.join(vertical)}: {words} the buildings along the row here; name the horizontal ones"
     if grid.measure != PEAK:
         yield from _of_levels(grid, motions)
         return

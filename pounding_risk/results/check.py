@@ -46,6 +46,9 @@ MARKS = {
 
 POLARITIES = ("as recorded", "reversed")
 KINDS = ("floor", "column")  # of contact points
+NOT_WHERE = (
+    "where() of xarray makes floats of whole numbers and fills in NaN: to select records write isel(record=mask.values)"
+)
 REPAIR = "the file was damaged or changed since it was written: take the one that scan wrote, or run the scan again"
 # Attributes that hold JSON, and of what kind: a table, or a list.
 TABLES = ("stiffness", "flags", "options", "motions_sha256", "processing", "versions", "plugins", "level_notes")
@@ -209,11 +212,13 @@ def check_run(run: xr.Dataset, whose: str = "the dataset") -> None:
 
 def _refuse(whose: str, faults: list[str]) -> None:
     """Raise PoundingError with a sentence for each fault, where there are any."""
+    are_floats = all(" of type float" in fault and fault.endswith("not whole numbers") for fault in faults)
+    repair = NOT_WHERE if are_floats else REPAIR
     if len(faults) == 1:
-        raise PoundingError(f"{whose}: {faults[0]}; {REPAIR}")
+        raise PoundingError(f"{whose}: {faults[0]}; {repair}")
     if faults:
         raise PoundingError(
-            "\n".join([f"{whose}: {len(faults)} faults", *(f"  - {fault}" for fault in faults), REPAIR])
+            "\n".join([f"{whose}: {len(faults)} faults", *(f"  - {fault}" for fault in faults), repair])
         )
 
 

@@ -126,6 +126,9 @@ def reading(source: str | Path, kinds: tuple[type[Exception], ...] = (Exception,
     except (PoundingError, MemoryError):
         raise
     except kinds as error:
+        if Path(source).suffix.lower() == ".toml":
+            sentence = "is a scene, not a dataset; run it with `pounding-risk scan` and name what that writes (.nc)"
+            raise PoundingError(f"{source}: {sentence}") from None
         kind = "Zarr store" if Path(source).suffix.lower() == ".zarr" else "netCDF file"
         raise PoundingError(
             f"{source}: is not a readable {kind} ({type(error).__name__}: {error}); run the scan again"

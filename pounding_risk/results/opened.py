@@ -177,9 +177,16 @@ class Results:
         return int((np.ptp(self.gaps.values, axis=0) > 0.0).argmax())
 
     def scene_gap(self, interface: int) -> float:
-        """The scene's own gap [m] at an interface; `[[interface]]` stands once for all or once for each."""
+        """The scene's own gap [m] at an interface, or the one that a selection of the grid's has left there.
+
+        `[[interface]]` stands once for all or once for each.
+        """
         tables = self.scene["interface"]
-        return parse(tables[min(interface, len(tables) - 1)]["gap"], GAP)
+        own = parse(tables[min(interface, len(tables) - 1)]["gap"], GAP)
+        gridded = self.scene.get("grid", {}).get("gap", ())
+        if len(gridded) < 2 or "gap" not in self.dataset.dims or self.dataset.sizes["gap"] > 1:
+            return own
+        return float(self.gaps.values[0, interface] if "interface" in self.dataset.dims else self.dataset["gap"][0])
 
     def has_link(self, interface: int) -> bool:
         """True where a spring or a damper joins the two buildings of an interface."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk._common.inputs import SCENE, cannot_be_read, read_whole
-from pounding_risk._common.words import nearest
+from pounding_risk._common.words import nearest_file
 from pounding_risk.errors import SceneError
 from pounding_risk.units import shown
 
@@ -36,7 +36,7 @@ def read_text(path: Path) -> str:
     except FileNotFoundError:
         folder = path.parent
         others = [entry.name for entry in folder.glob("*.toml")] if folder.is_dir() else []
-        sentence = f"no such file{nearest(path.name, others)}; check the name and the folder"
+        sentence = f"no such file{nearest_file(path.name, others)}; check the name and the folder"
         raise SceneError(str(path), [sentence]) from None
     except IsADirectoryError:
         raise SceneError(str(path), ["this is a folder; name a scene file (.toml) in it"]) from None
@@ -45,6 +45,8 @@ def read_text(path: Path) -> str:
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        if raw.startswith((b"\x89HDF", b"CDF")):
+            raise SceneError(str(path), ["this is a dataset (netCDF), not a scene; name the scene (.toml)"]) from None
         line = raw.count(b"\n", 0, error.start) + 1
         raise SceneError(
             str(path), [f"line {line}: byte 0x{raw[error.start]:02x} is not UTF-8; save the file with that encoding"]

@@ -823,3 +823,23 @@ def test_every_effect_is_known_to_leave_the_free_motion_linear_or_not():
     """One that is neither would count as nonlinear, and a scene with it would lose its scaled fragility."""
     nonlinear = {"inelastic_storeys"}  # twice the motion is not twice the closing
     assert set(EFFECTS) == demands.LINEAR | nonlinear and not demands.LINEAR & nonlinear
+
+
+def test_a_selected_gap_is_the_one_assessed():
+    """One gap left of the grid's is asked about, whatever the scene's own is; of several left the scene's own."""
+    text = scene_text(records={"names": ["RSN6-180", "RSN6-270"], "window": ["0 s", "6 s"], "pga": "0.3 g"})
+    results = scan(parse_scene(text, "scene", ['grid.gap=["10 mm", "20 mm", "60 mm"]']), check_fraction=0.0)
+    own = assess(results).interfaces[0]
+    assert own.gap == 0.01
+    for part in (results.sel(gap=0.06), results.isel(gap=[2])):
+        one = assess(part).interfaces[0]
+        assert one.gap == 0.06 and "a gap of 60 mm" in one.verdict.sentence
+    assert assess(results.isel(gap=[0, 2])).interfaces[0].gap == 0.01
+
+
+def test_where_in_place_of_a_selection_is_told(says):
+    text = scene_text(records={"names": ["RSN6-180", "RSN753-000"], "window": ["0 s", "6 s"], "pga": "0.3 g"})
+    results = scan(parse_scene(text), check_fraction=0.0)
+    with pytest.raises(PoundingError) as caught:
+        assess(results.where(results["record_pga"] > 2.8, drop=True))
+    says(str(caught.value))

@@ -6,14 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import scene_text, storeyed
 from scipy.integrate import quad
 from scipy.stats import chi2, kstest, norm
 from scipy.stats import t as student
 
+from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.fragility import Fragility
-from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, rate_of
+from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, rate_of, unusual
 from pounding_risk.assessment.hazard_table import read_hazard
+from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
+from pounding_risk.scene.reader import parse_scene
 from pounding_risk.statistics.hazard import annual_rate, in_years, median_at_rate, missing_share
 
 K0, K = 2e-3, 2.5
@@ -399,3 +403,27 @@ def test_an_annual_rate_goes_by_several_names(tmp_path, head):
 def test_a_table_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(PoundingError, match="cannot be read"):
         read_hazard(tmp_path / "none.csv")
+
+
+@pytest.mark.parametrize(
+    ("im", "rate", "words"),
+    [
+        ([0.5, 2.0, 8.0], [0.05, 6e-3, 2e-4], "reaches 8 g"),
+        ([0.05, 0.2, 0.8], [50.0, 6.0, 0.2], "has 0.05 g or more 50 times a year"),
+        ([0.01, 0.2, 3.0], [5.0, 0.01, 1e-6], ""),
+    ],
+)
+def test_an_unusual_curve_is_told(im, rate, words):
+    """In g and a year; often at 0.01 g is usual."""
+    told = unusual(Hazard("pga", 9.80665 * np.array(im), np.array(rate), "haz.csv"))
+    assert len(told) == bool(words) and all(words in sentence and "haz.csv" in sentence for sentence in told)
+
+
+def test_a_curve_from_which_no_rate_follows_is_told_at_the_top():
+    """Buildings that yield, at one PGA: neither several intensities nor motions that may be scaled."""
+    sides = (storeyed(name, ["250 t"], ["30 MN/m"], ["3 m"], storey_strengths=["400 kN"]) for name in ("A", "B"))
+    records = {"names": ["RSN6-180", "RSN6-270"], "window": ["0 s", "6 s"], "pga": "0.3 g"}
+    results = scan(parse_scene(scene_text(*sides, records=records, effects={"inelastic_storeys": {}})))
+    curve = Hazard("pga", 9.80665 * np.array([0.05, 0.3, 0.9]), np.array([0.1, 0.01, 1e-3]), "haz.csv")
+    (note,) = (one for one in assess(results, hazard=curve).notes if "hazard curve" in one)
+    assert note.startswith("hazard curve haz.csv: no annual rate of contact follows: all motions have one intensity")

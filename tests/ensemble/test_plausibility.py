@@ -97,6 +97,27 @@ def test_each_unusual_number_has_a_sentence_with_range_and_slip(override, says):
     says(told)
 
 
+STOREYS = {
+    "a strength in another unit": 'building.B.storey_strengths=["2.6 kN", "2500 kN", "2300 kN"]',
+    "a tall storey": 'building.B.storey_heights=["45 m", "3.2 m", "3.2 m"]',
+    "a period of three storeys ten times too long": 'building.A.period="6 s"',
+    "a vertical component": 'records.names=["RSN6-UP"]',
+}
+
+
+@pytest.mark.parametrize("override", STOREYS.values(), ids=STOREYS)
+def test_an_unusual_number_of_storeys_has_a_sentence(override, says):
+    sides = [
+        storeyed(name, "250 t", None, ["3.2 m"] * 3, period=period, storey_strengths=["2.6 MN", "2.5 MN", "2.3 MN"])
+        for name, period in (("A", "0.4 s"), ("B", "0.5 s"))
+    ]
+    text = scene_text(*sides, records={"pga": "0.3 g"}, stiffness="2.75e10 N/m^1.5", effects={"inelastic_storeys": {}})
+    assert notes(text=text) == ()
+    told = notes(override, text=text)
+    assert told
+    says("\n".join(told))
+
+
 @pytest.mark.parametrize(("given", "meant"), [("mm/s^2", "cm/s^2"), ("g", "m/s^2")])
 def test_a_record_read_in_the_wrong_unit_is_told(tmp_path, given, meant, says):
     """El Centro, 0.281 g = 2.754 m/s² = 275.4 cm/s², in a file that says another unit than it has."""

@@ -37,10 +37,31 @@ def text(isolation: dict[str, Any], building: dict[str, Any] | None = None, **ta
     return scene_text(rigid(height="1.5 m"), above | {"isolation": isolation}, **given)
 
 
-def test_the_scene_of_the_page_runs_yields_and_strikes_the_wall_with_its_slab_alone():
-    (block,) = (
-        one for one in re.findall(r"^```toml\n(.*?)^```", PAGE.read_text("utf-8"), re.M | re.S) if "moat" in one
+def blocks() -> list[str]:
+    """The scene of the page, and the wall that gives in place of its rigid one."""
+    return [one for one in re.findall(r"^```toml\n(.*?)^```", PAGE.read_text("utf-8"), re.M | re.S) if "moat" in one]
+
+
+def test_a_wall_that_gives_takes_the_forces_that_the_page_says():
+    """Largest forces of contact and accelerations of the slab at a gap of 60 mm, to the digits printed there."""
+    block, wall = blocks()
+    rigid, rest = block.index("[[building]]"), block.index("[[building]]", block.index('name = "moat"'))
+    given, effects = wall.split("[effects.")
+    found = []
+    for text in (block, f"{block[:rigid]}{given}{block[rest:]}\n[effects.{effects}"):
+        run = pr.scan(parse_scene(text, "scene", ['interface.gap="60 mm"']), check_fraction=0.0)
+        slab = run["peak_floor_acceleration"].sel(building="hospital")
+        found += [round(float(run["peak_contact_force"].max()) / 1e6), round(float(slab.max()))]
+    said = re.search(
+        r"is then (\d+) MN in place of (\d+) MN.*?acceleration (\d+) m/s² in place of (\d+)",
+        PAGE.read_text("utf-8"),
+        re.S,
     )
+    assert said is not None and [int(said[place]) for place in (2, 4, 1, 3)] == found
+
+
+def test_the_scene_of_the_page_runs_yields_and_strikes_the_wall_with_its_slab_alone():
+    block, _ = blocks()
     run = pr.simulate(parse_scene(block), record="RSN6-180")
     assert int(run["contact_point_impact_count"].item()) > 0  # one contact point alone, or item() refuses
     assert run["contact_point_level"].item() == 1.5
