@@ -43,6 +43,7 @@ from pounding_risk.solver.row.outputs import (
 
 MOTIONS = 128  # of which the peaks without contact are kept
 CASES = 16  # motions under a contact model that are kept, with the runs that their cases share
+SOLVED = 1e-9  # m, of a gap that counts as closed: its case is solved
 CLOSINGS = ("contact_point_peak_closing", "peak_closing")  # in the order of `closing`
 # How the parts of a case were answered: a key of each run, zero beyond the last, and whether the run was known before.
 KEYS, ANSWERS = f"keys{RAGGED}", f"answers{RAGGED}"
@@ -115,6 +116,8 @@ class RowJob(GridJob):
             # A response that fails is the result of its cases.
             is_whole = free.status == COMPLETE
             closed = (free.points[:, HIGHEST] - gaps).max(axis=1) if is_whole else np.zeros(len(gaps))
+            if model.has_laws_of_links:  # solved as a whole, whether or not a gap is closed
+                closed = np.maximum(closed, SOLVED)
             return closed, (response, under)
 
         return respond

@@ -9,6 +9,8 @@ from scenes import BOTH, FRAME, rigid, scene_text
 from sentences import refusal
 
 from pounding_risk.ensemble.plan.plan import Plan, _scatter, validate
+from pounding_risk.ensemble.plan.plan import plan as planned_with_times
+from pounding_risk.ensemble.scan import scan
 from pounding_risk.scene.reader import parse_scene
 
 SCENE = scene_text(
@@ -98,3 +100,13 @@ def test_the_error_of_a_mean_time_is_that_of_a_sample_of_a_finite_population():
     """Cochran (1977), eq. 2.20: s sqrt((1 - n/N) / n); none where all are known, or where one is."""
     assert _scatter([1.0, 2.0, 3.0], 12) == pytest.approx(sqrt((1.0 - 3.0 / 12.0) / 3.0), rel=1e-14)
     assert _scatter([1.0, 2.0, 3.0], 3) == 0.0 and _scatter([1.0], 12) == 0.0
+
+
+@pytest.mark.parametrize(("exponent", "solved"), [({}, 0), ({"link_exponent": 0.5}, 2)], ids=["linear", "a law"])
+def test_rows_with_laws_of_links_are_solved_whether_or_not_a_gap_closes(exponent, solved):
+    """What is planned is what the scan does: without laws of links no case of an open gap is simulated."""
+    records = {"names": ["RSN6-180", "RSN6-270"], "window": ["0 s", "6 s"], "pga": "0.1 g"}
+    study = parse_scene(scene_text(records=records, gap="900 mm", link_damping="500 kN s/m", **exponent))
+    planned = planned_with_times(study)
+    assert planned.batches - (planned.screened or 0) == solved
+    assert int(scan(study, check_fraction=0.0)["simulated"].sum()) == solved
