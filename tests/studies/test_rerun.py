@@ -169,7 +169,7 @@ def test_what_cannot_be_run_again_is_refused(folder):
         (with_attribute("options", '{"screening": 1}'), "holds no screening and check_fraction"),
         (with_attribute("records", "[1]"), "records has an entry without a name"),
         (changed(results, law), "was run under hunt_crossley, which is no contact model here"),
-        (folder / "scene.toml", "is not a readable netCDF file"),
+        (folder / "scene.toml", "is a scene, not a dataset"),
         (folder / "nothing.nc", "no such results file"),
     ):
         refused = command(path)
