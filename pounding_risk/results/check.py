@@ -147,7 +147,8 @@ def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), at
     faults = [*_missing(dataset, names, attrs), *_form_faults(dataset), *_attribute_faults(dataset)]
     # What is looked at next relies on dimensions and kinds of values.
     late = (_axis_faults, _status_faults, _flag_faults, _scene_faults)
-    _refuse(whose, faults or [fault for of in late for fault in of(dataset)])
+    masked = "status" in dataset and dataset["status"].dtype.kind == "f"
+    _refuse(whose, faults or [fault for of in late for fault in of(dataset)], NOT_WHERE if masked else REPAIR)
 
 
 def check_dataset(results: xr.Dataset, whose: str = "") -> None:
@@ -210,10 +211,8 @@ def check_run(run: xr.Dataset, whose: str = "the dataset") -> None:
     _refuse(whose, [*lost, *(f"the attribute {name} is {run.attrs[name]!r}, not a number" for name in wrong)])
 
 
-def _refuse(whose: str, faults: list[str]) -> None:
+def _refuse(whose: str, faults: list[str], repair: str = REPAIR) -> None:
     """Raise PoundingError with a sentence for each fault, where there are any."""
-    are_floats = all(" of type float" in fault and fault.endswith("not whole numbers") for fault in faults)
-    repair = NOT_WHERE if are_floats else REPAIR
     if len(faults) == 1:
         raise PoundingError(f"{whose}: {faults[0]}; {repair}")
     if faults:
