@@ -79,7 +79,7 @@ USUAL = {
         15.0,
         "from below the slab of an isolated building to a hall",
         "mm or cm written for m?",
-        "a decimal point lost, or ft written as m?",
+        "a decimal point lost?",
     ),
     "strength of a storey over the weight above": Usual(
         SHARE_OF_WEIGHT,
@@ -176,23 +176,30 @@ def _of_buildings(study: Scene) -> Iterator[str]:
 def _of_storeys(building: Any) -> Iterator[str]:
     """Notes on heights and strengths of storeys, and on the period beside the height; isolators are left out."""
     heights, strengths = (getattr(building, name, None) or () for name in ("heights", "strengths"))
-    named = {f"{building.name}, storey {place}": height for place, height in enumerate(heights, 1)}
-    for whose in dict.fromkeys((min(named, key=named.__getitem__), max(named, key=named.__getitem__)) if named else ()):
-        yield from _unusual("storey height", {whose: named[whose]})
-    first = 0 if getattr(building, "isolators", None) is None else 1
-    for storey, strength in list(enumerate(strengths))[first:]:
-        weight = STANDARD_GRAVITY * sum(building.masses[storey:])
-        share = {f"{building.name}, storey {storey + 1}": strength / weight}
-        yield from _unusual("strength of a storey over the weight above", share)
-    if heights and not first and building.period <= USUAL["period"].high:
-        low, high = (share * 0.0724 * sum(heights) ** 0.8 for share in PERIODS_OF_HEIGHT)
-        if len(heights) > 1 and not low <= building.period <= high:
-            usual = f"usually {say(low, PERIOD, 2)} to {say(high, PERIOD, 2)}"
-            yield (
-                f"{building.name}: period {say(building.period, PERIOD)} at a height of "
-                f"{say(sum(heights), STOREY_HEIGHT)}, {usual} (0.05 to 5 times that of a steel frame, ASCE 7-16, "
-                "equation 12.8-7); a decimal point lost, or a stiffness or mass in another unit?"
-            )
+    storeys = [f"{building.name}, storey {storey + 1}" for storey in range(len(heights))]
+    isolators = 0 if getattr(building, "isolators", None) is None else 1
+    weights = [STANDARD_GRAVITY * sum(building.masses[storey:]) for storey in range(len(strengths))]
+    shares = {name: force / weight for name, force, weight in zip(storeys, strengths, weights, strict=False)}
+    yield from _unusual("storey height", _ends(dict(zip(storeys, heights, strict=True))))
+    yield from _unusual("strength of a storey over the weight above", _ends(dict(list(shares.items())[isolators:])))
+    if len(heights) < 2 or isolators or building.period > USUAL["period"].high:
+        return
+    of_frame = 0.0724 * sum(heights) ** 0.8
+    low, high = (share * of_frame for share in PERIODS_OF_HEIGHT)
+    if not low <= building.period <= high:
+        shares_of_frame = "{:g} to {:g} times".format(*PERIODS_OF_HEIGHT)
+        yield (
+            f"{building.name}: period {say(building.period, PERIOD)} at a height of "
+            f"{say(sum(heights), STOREY_HEIGHT)}, usually {say(low, PERIOD, 2)} to {say(high, PERIOD, 2)} "
+            f"({shares_of_frame} that of a steel frame, ASCE 7-16, equation 12.8-7); a decimal point lost, or a "
+            "stiffness or mass in another unit?"
+        )
+
+
+def _ends(values: Mapping[str, float]) -> dict[str, float]:
+    """The smallest and the largest of the finite values, with their names: one note for each, not for each storey."""
+    finite = sorted((value, whose) for whose, value in values.items() if isfinite(value))
+    return {whose: value for value, whose in (*finite[:1], *finite[-1:])}
 
 
 def _of_gaps(study: Scene) -> Iterator[str]:
