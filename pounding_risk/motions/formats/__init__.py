@@ -21,7 +21,6 @@ which runs whatever code the file holds. Formats are an allow-list, recognised b
 from __future__ import annotations
 
 from collections.abc import Callable
-from difflib import get_close_matches
 from functools import lru_cache
 from hashlib import sha256
 from importlib import import_module
@@ -31,6 +30,7 @@ from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk._common.inputs import cannot_be_read, read_whole
+from pounding_risk._common.words import nearest_file
 from pounding_risk.errors import RecordError
 from pounding_risk.units import shown
 
@@ -226,9 +226,9 @@ def _bytes(path: Path) -> bytes:
         raise RecordError(f"{path}: is a folder; name a record file in it") from None
     except (FileNotFoundError, NotADirectoryError):
         others = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
-        near = get_close_matches(path.name, others, 3, 0.6)
-        hint = f" (did you mean {' or '.join(near)}?)" if near else ""
-        raise RecordError(f"{path}: no such record file{hint}; check the name and the folder") from None
+        raise RecordError(
+            f"{path}: no such record file{nearest_file(path.name, others)}; check the name and the folder"
+        ) from None
     except OSError as error:
         raise RecordError(f"{path}: {cannot_be_read(error, 'check its permissions')}") from None
     if not raw:

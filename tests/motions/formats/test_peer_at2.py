@@ -129,7 +129,7 @@ def test_a_folder_and_a_missing_file(tmp_path):
     with pytest.raises(RecordError) as caught:
         read_file(tmp_path / "RSN66.at2")
     assert str(caught.value) == (
-        f"{tmp_path}/RSN66.at2: no such record file (did you mean RSN6.at2?); check the name and the folder"
+        f'{tmp_path}/RSN66.at2: no such record file (did you mean "RSN6.at2"?); check the name and the folder'
     )
     with pytest.raises(RecordError, match="cannot be read"):
         _read_at2(tmp_path / "none.at2")
