@@ -21,7 +21,7 @@ from pounding_risk.units import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
 
-STRONGEST = 5.0  # g, of hazard curves: few reach 3 g at a rate of 1e-5 a year
+STRONGEST = 4.0  # g, exceeded once in 2,475 years: more than short periods have beside the most active faults
 COVERED = 0.05  # the share of the failures that a table may leave out and its rate be called the rate
 
 
@@ -98,10 +98,14 @@ def unusual(curve: Hazard) -> list[str]:
     """Sentences on a curve of accelerations that is most likely in another unit, or is not of annual rates."""
     if curve.name != "pga" and not curve.name.startswith("sa"):
         return []
-    strongest = float(np.max(curve.im)) / STANDARD_GRAVITY
+    order = np.argsort(curve.rate)[np.count_nonzero(curve.rate <= 0.0) :]
+    rates, levels = np.log(curve.rate[order]), np.log(curve.im[order])
+    strongest = float(np.exp(np.interp(np.log(1.0 / 2475.0), rates, levels))) / STANDARD_GRAVITY if order.size else 0.0
     found = []
     if strongest > STRONGEST:
-        found.append(f"reaches {strongest:.3g} g, usually {STRONGEST:g} g or less: m/s² or % read as g?")
+        found.append(
+            f"has {strongest:.3g} g once in 2,475 years, usually {STRONGEST:g} g or less: m/s² or % read as g?"
+        )
     often = curve.rate[curve.im >= 0.05 * STANDARD_GRAVITY]
     if often.size and often.max() > 1.0:
         sentence = "usually 1 a year or less: probabilities in %, or return periods in years?"

@@ -408,9 +408,10 @@ def test_a_table_that_is_not_there_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("im", "rate", "words"),
     [
-        ([0.5, 2.0, 8.0], [0.05, 6e-3, 2e-4], "reaches 8 g"),
+        ([0.5, 2.0, 8.0], [0.05, 6e-3, 2e-4], "has 6.01 g once in 2,475 years"),
         ([0.05, 0.2, 0.8], [50.0, 6.0, 0.2], "has 0.05 g or more 50 times a year"),
         ([0.01, 0.2, 3.0], [5.0, 0.01, 1e-6], ""),
+        ([0.01, 0.5, 10.0], [0.1, 4e-3, 1e-9], ""),  # a grid of intensities that goes far, as programs write it
     ],
 )
 def test_an_unusual_curve_is_told(im, rate, words):

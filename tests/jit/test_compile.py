@@ -426,7 +426,6 @@ def test_probe_values_are_the_interpreted_ones(filled):
 
 def test_compiling_leaves_the_garbage_collector_as_it_was():
     """Objects that the process had are frozen while it compiles, unless others froze some, and no longer."""
-    pytest.importorskip("numba")
     from pounding_risk._jit.lowering.fragments import Garbage
 
     garbage = Garbage()
