@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from inspect import get_annotations
-from itertools import accumulate, pairwise
+from itertools import accumulate
 from math import inf, pi, sqrt
 from typing import Annotated, Any, ClassVar
 
@@ -211,6 +211,7 @@ StoreyHeights = Annotated[
         'missing; write storey_heights = "3 m" for all storeys, or a list with one value for each',
     ),
 ]
+Isolated = Annotated[Isolation | None, ISOLATION]
 Rigid = Annotated[bool, flag("rigid", "true for a wall that moves with the ground.")]
 
 
@@ -447,7 +448,7 @@ class OfStoreys(MovingBuilding):
         ),
     ] = inf
     hysteresis: Annotated[HysteresisTable | None, HYSTERESIS] = None
-    isolation: Annotated[Isolation | None, ISOLATION] = None
+    isolation: Isolated = None
     plan: Annotated[PlanTable | None, PLAN] = None
 
     def completed(self, bare: Storeys) -> Storeys:
@@ -538,10 +539,12 @@ class FlooredBuilding(MovingBuilding):
     """A building whose floors are joined by more than storey springs; ``period`` scales all stiffnesses."""
 
     has_storeys = True
+    implied = MovingBuilding.implied | {"isolation"}
     floor_masses: FloorMasses
     storey_heights: StoreyHeights
     period: Period = 0.0
     damping: Damping = 0.05
+    isolation: Isolated = None
 
     @classmethod
     @cache
@@ -552,11 +555,18 @@ class FlooredBuilding(MovingBuilding):
 
     def floors(self, count: int) -> dict[str, Any]:
         """The fields of a structure that have one value for each of ``count`` floors, its name and its support."""
-        keys = ("floor_masses", "storey_heights", *INITIAL)
+        keys = ("floor_masses", "storey_heights")
         lists = {IN_STRUCTURES.get(key, key): self.by_floor(key, count) for key in keys}
         fields = self.fields()
         given = {key: fields[key] for key in ("name", "support", "displacement_history", "damping")}
         return {"stiffnesses": (), **given, **lists}
+
+    def completed(self, bare: Storeys) -> Storeys:
+        """The building at the period of the table, on its isolators, with its initial state."""
+        scaled = self.at_period(bare)
+        building = scaled if self.isolation is None else scaled.isolated(self.isolation.isolators())
+        initial: dict[str, Any] = {key: self.by_floor(key, len(building.masses)) for key in INITIAL}
+        return replace(building, **initial)
 
     def at_period(self, building: Storeys) -> Storeys:
         """The building, stiffer or softer as a whole, so that its first mode has the period of the table."""
@@ -616,10 +626,11 @@ class MatrixBuilding(FlooredBuilding):
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """Lists that have not one value for each floor, and what says the damping twice."""
-        matrix, names = keys.get("stiffness_matrix"), ("floor_masses", "storey_heights", *INITIAL)
+        matrix, names = keys.get("stiffness_matrix"), ("floor_masses", "storey_heights")
         if matrix and ("floor_rows" not in keys or keys.get("floor_rows")):
             count = len(keys.get("floor_rows") or matrix)
             yield from wrong_lengths(keys, names, count, f"{count} floors of stiffness_matrix")
+            yield from wrong_initial(keys, count, f"{count} floors of stiffness_matrix")
         for key in ("damping", "damping_rule"):
             if key in keys and "damping_matrix" in keys:
                 yield keys.fault(key, f"damping_matrix says it all; remove {key}, or damping_matrix")
@@ -636,7 +647,7 @@ class MatrixBuilding(FlooredBuilding):
         rule = BY_MATRIX if self.damping_matrix else self.damping_rule
         values = self.floors(len(stiffness)) | {"damping_rule": rule, "damping_matrix": self.damping_matrix}
         building = Storeys(**values, stiffness_matrix=tuple(map(tuple, stiffness.tolist())))
-        return self.at_period(building)
+        return self.completed(building)
 
 
 class ModalBuilding(FlooredBuilding):
@@ -661,8 +672,8 @@ class ModalBuilding(FlooredBuilding):
         table = keys.get("modes")
         count = len(table.shapes[0]) if table else 0
         if table:
-            names = ("floor_masses", "storey_heights", *INITIAL)
-            yield from wrong_lengths(keys, names, count, f"{count} floors of modes")
+            yield from wrong_lengths(keys, ("floor_masses", "storey_heights"), count, f"{count} floors of modes")
+            yield from wrong_initial(keys, count, f"{count} floors of modes")
             if table.dampings and "damping" in keys:
                 yield keys.fault("damping", "modes has a damping of its own for each; remove one of the two")
 
@@ -677,7 +688,7 @@ class ModalBuilding(FlooredBuilding):
         if dashpots is not None:
             values |= {"damping_rule": BY_MATRIX, "damping": self.modes.dampings[0]}
             values["damping_matrix"] = tuple(map(tuple, dashpots.tolist()))
-        return self.at_period(Storeys(**values, stiffness_matrix=tuple(map(tuple, stiffness.tolist()))))
+        return self.completed(Storeys(**values, stiffness_matrix=tuple(map(tuple, stiffness.tolist()))))
 
 
 class TypologyBuilding(OfStoreys):
@@ -818,10 +829,8 @@ def structure_of(keys: Section) -> Building | Storeys:
     if isinstance(building, Building):
         periods = [] if building.is_rigid else [building.period]
     else:
-        diagonal = [row[floor] for floor, row in enumerate(building.stiffness_matrix)]
-        springs = ((stiffness, 0.0) for stiffness in diagonal) if diagonal else pairwise([*building.stiffnesses, 0.0])
-        pairs = zip(building.masses, springs, strict=True)
-        periods = [2.0 * pi * sqrt(mass / (below + above)) for mass, (below, above) in pairs]
+        diagonal = np.diag(building.elastic_stiffness()).tolist()
+        periods = [2.0 * pi * sqrt(mass / spring) for mass, spring in zip(building.masses, diagonal, strict=True)]
     if periods and min(periods) < LEAST_PERIOD:
         place = "" if isinstance(building, Building) else f"floor {periods.index(min(periods)) + 1} on its storeys "
         raise PoundingError(
@@ -841,8 +850,7 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
         kind = MatrixBuilding
         implied = kind.implied | {"floor_rows", "period"}
         implied |= {"damping", "damping_rule"} if building.damping_matrix else set()
-    is_shear = kind is ShearBuilding
-    stated = {key: getattr(building, key) for key in INITIAL if getattr(building, key)} if is_shear else {}
+    stated = {key: getattr(building, key) for key in INITIAL if getattr(building, key)}
     if isinstance(building, Storeys) and building.isolators is not None:
         stated["isolation"], building = Isolation.of(building.isolators), building.superstructure()
     if isinstance(building, Storeys) and building.hysteresis is not None:

@@ -204,3 +204,23 @@ def test_other_questions_take_it_as_what_yields(says, tmp_path):
     (script,) = pr.export(study, "opensees", tmp_path / "scene.py").files
     assert "'Steel01', 905000.0, 905000000.0" in script.read_text("utf-8").replace("\n", " ")
     says([one.row.note for one in code_table(scanned).rules if one.row.rule == "cqc"])
+
+
+def test_a_building_by_its_matrix_goes_into_the_scene_and_back():
+    """``period`` and damping are of what stands on the slab; initial states have one value more, the slab's."""
+    matrix = {"values": [[1400, -600], [-600, 600]], "unit": "MN/m"}
+    keys = {"name": "A", "floor_masses": ["500 t", "400 t"], "storey_heights": "4 m", "stiffness_matrix": matrix}
+    keys |= {"period": "0.4 s", "initial_displacement": ["1 mm", "2 mm", "3 mm"]}
+    study = parse_scene(text(LEAD, keys))
+    building = study.buildings[1]
+    assert building.superstructure().period == pytest.approx(0.4)
+    soft = building.isolator_law.soft
+    assert building.isolated_period == pytest.approx(2.0 * pi * sqrt(1.5e6 / soft), rel=0.01)  # nearly rigid above
+    assert parse_scene(study.to_toml()).buildings[1] == building
+    dashpots = {"values": [[4, -2], [-2, 2]], "unit": "MN s/m"}
+    damped = parse_scene(text(LEAD, keys | {"damping_matrix": dashpots})).buildings[1]
+    ratio = building.superstructure().period / damped.superstructure().period
+    assert ratio == pytest.approx(1.0) and damped.matrices()[1].sum() == pytest.approx(damped.isolators.damping)
+    assert "2 values for 2 floors of stiffness_matrix and the slab" in refusal(
+        parse_scene, text(LEAD, keys | {"initial_displacement": ["1 mm", "2 mm"]})
+    )

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from scenes import rigid, scene_text, storeyed
 from scipy.integrate import solve_ivp
+from scipy.linalg import eigh
 
 import pounding_risk as pr
 from pounding_risk.scene.reader import parse_scene
@@ -199,6 +200,32 @@ def test_no_energy_is_lost_at_the_wall(isolation, gap):
     run = pr.simulate(scene(isolated(isolation), gap))
     assert int(run["impact_count"].sum()) > 0
     assert np.abs(run["energy_residual"].values).max() < 1e-5
+
+
+def without_springs(form: str) -> dict[str, Any]:
+    """The building of two storeys on fixed ground by its matrix, or by both of its modes."""
+    spring = np.array([[1400e6, -600e6], [-600e6, 600e6]])
+    keys = {"name": "A", "floor_masses": ["500 t", "400 t"], "storey_heights": "4 m"}
+    if form == "matrix":
+        return keys | {"stiffness_matrix": {"values": spring.tolist(), "unit": "N/m"}}
+    squares, shapes = eigh(spring, np.diag([500e3, 400e3]))
+    return keys | {"modes": {"period": [f"{2.0 * pi / sqrt(one)!r} s" for one in squares], "shape": shapes.T.tolist()}}
+
+
+@pytest.mark.parametrize("form", ["matrix", "modes"])
+def test_by_a_matrix_or_modes_it_is_the_building_of_storeys(form):
+    """Within 1e-9, ten times rtol; shears above the isolators, and with them the largest, are not known."""
+    begun = {"initial_displacement": ["5 mm", "10 mm", "15 mm"]}
+    built = without_springs(form) | begun | {"isolation": LEAD}
+    solver = {"rtol": 1e-10}
+    one, other = (pr.simulate(scene(given, "60 mm", solver=solver)) for given in (isolated(LEAD, **begun), built))
+    assert int(one["impact_count"].sum()) > 1 and int(other["impact_count"].sum()) == int(one["impact_count"].sum())
+    for name in ("storey_displacement", "peak_contact_force", "impulse", "storey_ductility", "storey_acceleration"):
+        known = one[name].values
+        np.testing.assert_allclose(other[name].values, known, rtol=0.0, atol=1e-9 * np.nanmax(np.abs(known)))
+    shear = other["storey_shear"].sel(building="A").values
+    assert shear[0] == pytest.approx(float(one["storey_shear"].sel(building="A")[0]), rel=1e-9)
+    assert np.isnan(shear[1:]).all() and np.isnan(other["peak_storey_shear"].sel(building="A"))
 
 
 def test_a_wall_that_gives_is_an_own_integration():

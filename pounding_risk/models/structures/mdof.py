@@ -200,19 +200,21 @@ def _bare(building: Building | Storeys) -> Chain:
     """The chain of a building without any effect."""
     if isinstance(building, Storeys):
         mass, damping, stiffness = building.matrices()
-        given = building.stiffness_matrix and len(mass) > 1  # one mass has one spring, as in any building
+        law, coupling = building.isolator_law, building.coupling()
+        given = coupling.size and len(mass) > 1  # one mass has one spring, as in any building
         springs = np.zeros(len(mass)) if given else np.array(building.stiffnesses or stiffness[0])
+        if given and law is not None:
+            springs[0] = law.stiff
         bare = Chain(
             np.diag(mass).copy(),
             springs,
             springs,
             damping,
             np.full(springs.size, np.inf),
-            coupling=stiffness if given else np.zeros((0, 0)),
+            coupling=coupling if given else np.zeros((0, 0)),
         )
         if building.plan is not None:
             return _begun(_rotating(bare, building.plan, stiffness), *_with_rest(building))
-        law = building.isolator_law
         if law is not None:
             elastic = np.ones(springs.size - 1)
             bare = bare._replace(

@@ -88,7 +88,8 @@ class Storeys:
     ``damping_rule`` "modal": every mode has the ratio ζ, C = M Φ diag(2 ζ ω) Φᵀ M; "rayleigh": C = α M + β K with ζ in
     the first mode and in the one by which the modes carry 95 % of the mass, the second at least; "stiffness": C = β K
     with ζ in the first mode. A ``stiffness_matrix`` stands in place of ``stiffnesses``, and a ``damping_matrix`` is C
-    itself, of the rule "matrix"; ``damping`` is then the ratio of the first mode. ``strengths`` are the storeys' yield
+    itself, of the rule "matrix"; ``damping`` is then the ratio of the first mode. Both are those of the floors above
+    the slab where the building has ``isolators``. ``strengths`` are the storeys' yield
     shears for `inelastic_storeys`; without any the building stays elastic. Without ``initial_displacement`` and
     ``initial_velocity`` it begins at rest. Files of ``displacement_history`` give u without contact in place of the
     equation. Raises PoundingError for numbers that no building has.
@@ -107,7 +108,9 @@ class Storeys:
     initial_displacement: tuple[float, ...] = ()  # m, of each floor relative to the ground when the motion begins
     initial_velocity: tuple[float, ...] = ()  # m/s
     support: Support = SHARED  # what a_g is under it
-    stiffness_matrix: tuple[tuple[float, ...], ...] = ()  # N/m, of the floors; empty where storeys are springs
+    stiffness_matrix: tuple[
+        tuple[float, ...], ...
+    ] = ()  # N/m, of the floors above a slab; empty where storeys are springs
     damping_matrix: tuple[tuple[float, ...], ...] = ()  # N s/m; empty where a rule makes it
     displacement_history: tuple[str, ...] = ()
     isolators: Isolators | None = None  # of its lowest storey, whose floor is their slab
@@ -157,18 +160,24 @@ class Storeys:
                 continue
             try:
                 matrix = symmetric(getattr(self, field), field)
-                if len(matrix) != len(self.masses):
+                masses = np.array(self.masses[self._slabs :])
+                if len(matrix) != masses.size:
                     raise PoundingError(
-                        f"{field} has {len(matrix)} rows for {len(self.masses)} floor_masses; give a row for each "
+                        f"{field} has {len(matrix)} rows for {masses.size} floor_masses; give a row for each "
                         "floor, from the ground up, or name the rows of floors in floor_rows"
                     )
                 if field == "stiffness_matrix":
-                    check_stiff(matrix, np.array(self.masses))
+                    check_stiff(matrix, masses)
                 elif np.linalg.eigvalsh(matrix)[0] < -1e-9 * np.abs(matrix).max():
                     raise PoundingError("damping_matrix adds energy to a motion; check its signs and its rows")
             except PoundingError as error:
                 raise PoundingError(f"{self.name}: {error}") from None
             object.__setattr__(self, field, tuple(map(tuple, matrix.tolist())))
+
+    @property
+    def _slabs(self) -> int:
+        """Number of floors below the building itself: 1 on isolators."""
+        return 0 if self.isolators is None else 1
 
     @property
     def levels(self) -> tuple[float, ...]:
@@ -202,8 +211,9 @@ class Storeys:
         law = self.isolator_law
         if law is None:
             return self.period
-        springs = (law.soft, *self.stiffnesses[1:])
-        return float(2.0 * pi / vibration(np.array(self.masses), np.array(springs)).frequencies[0])
+        springs = np.array((law.soft, *self.stiffnesses[1:]))
+        modes = vibration(np.array(self.masses), springs, self._matrix(law.soft))
+        return float(2.0 * pi / modes.frequencies[0])
 
     @property
     def storey_springs(self) -> tuple[float, ...]:
@@ -219,7 +229,7 @@ class Storeys:
         return replace(
             self,
             masses=(isolators.slab_mass, *self.masses),
-            stiffnesses=(law.stiff, *self.stiffnesses),
+            stiffnesses=(law.stiff, *self.stiffnesses) if self.stiffnesses else (),
             heights=(isolators.height, *self.heights),
             strengths=(inf, *self.strengths) if self.strengths else (),
             initial_displacement=(),
@@ -241,17 +251,31 @@ class Storeys:
 
     def vibration(self) -> Vibration:
         """The modes, on rigid ground and without P-Δ."""
-        return vibration(np.array(self.masses), np.array(self.stiffnesses), self._matrix())
+        law = self.isolator_law
+        matrix = self._matrix(0.0 if law is None else law.stiff)
+        return vibration(np.array(self.masses), np.array(self.stiffnesses), matrix)
 
-    def _matrix(self) -> Array | None:
-        """The stiffness matrix that it is given by, if it is."""
-        return np.array(self.stiffness_matrix) if self.stiffness_matrix else None
+    def _matrix(self, below: float) -> Array | None:
+        """K [N/m] of one given by its matrix, ``below`` the stiffness of its isolators; None of storey springs."""
+        if not self.stiffness_matrix:
+            return None
+        above = np.array(self.stiffness_matrix)
+        return above if self.isolators is None else on_base(above, below)
+
+    def coupling(self) -> Array:
+        """What joins the floors beside the springs of storeys and isolators [N/m]; empty of storey springs alone."""
+        matrix = self._matrix(0.0)
+        return np.zeros((0, 0)) if matrix is None else matrix
+
+    def elastic_stiffness(self) -> Array:
+        """K [N/m] while all is elastic."""
+        law = self.isolator_law
+        matrix = self._matrix(0.0 if law is None else law.stiff)
+        return stiffness_matrix(np.array(self.stiffnesses)) if matrix is None else matrix
 
     def matrices(self) -> tuple[Array, Array, Array]:
         """M [kg], C [N s/m] and K [N/m]."""
-        masses, stiffness = np.array(self.masses), self._matrix()
-        if stiffness is None:
-            stiffness = stiffness_matrix(np.array(self.stiffnesses))
+        masses, stiffness = np.array(self.masses), self.elastic_stiffness()
         return np.diag(masses), self._damping(masses, stiffness), stiffness
 
     def damped_modes(self) -> tuple[int, ...]:
@@ -270,10 +294,10 @@ class Storeys:
 
     def _damping(self, masses: Array, stiffness: Array) -> Array:
         """C [N s/m] by the building's rule; of an isolated one by that of what stands on the slab, and the dashpot."""
-        if self.damping_matrix:
-            return np.array(self.damping_matrix)
         if self.isolators is not None:
             return on_base(self.superstructure().matrices()[1], self.isolators.damping)
+        if self.damping_matrix:
+            return np.array(self.damping_matrix)
         frequencies, shapes = self.vibration()
         if self.damping_rule == "modal":
             weighted = masses[:, None] * shapes
@@ -298,14 +322,14 @@ _LISTS = (
 _NEEDED = ("floor_masses", "storey_stiffnesses", "storey_heights")
 
 
-def on_base(damping: Array, dashpot: float) -> Array:
-    """C of a building on one more mass below it, which a dashpot [N s/m] joins to the ground.
+def on_base(above: Array, below: float) -> Array:
+    """C or K of a building on one more mass below it, which a dashpot [N s/m] or spring [N/m] joins to the ground.
 
-    The building's own damping then acts between its floors and that mass.
+    What the building has itself, ``above``, then acts between its floors and that mass.
     """
-    relative = np.hstack([np.full((len(damping), 1), -1.0), np.eye(len(damping))])
-    whole = relative.T @ damping @ relative
-    whole[0, 0] += dashpot
+    relative = np.hstack([np.full((len(above), 1), -1.0), np.eye(len(above))])
+    whole = relative.T @ above @ relative
+    whole[0, 0] += below
     return np.asarray(0.5 * (whole + whole.T))
 
 

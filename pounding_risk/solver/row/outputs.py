@@ -104,7 +104,7 @@ OF_BUILDINGS = {  # in the same order: the largest of the storeys
     "peak_displacement": Variable("m", "largest displacement of any floor relative to the ground", ("building",)),
     "peak_drift": Variable("m", "largest drift of any storey; NaN for a rigid building", ("building",)),
     "peak_storey_shear": Variable(
-        "N", f"{OF_SPRINGS} of any storey; NaN for a rigid building and without storey springs", ("building",)
+        "N", f"{OF_SPRINGS} of any storey; NaN for a rigid building and where a storey has no spring", ("building",)
     ),
     "peak_floor_acceleration": Variable(
         "m/s2",
@@ -259,6 +259,9 @@ def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
     }
     is_rigid = np.asarray(run.status == counters.COMPLETE)[..., None] & (frame.storeys < 0).all(axis=-1)
     buildings["peak_displacement"] = np.where(is_rigid, 0.0, buildings["peak_displacement"])
+    # Above isolators storeys may have no springs: the force of these alone is not the largest shear of the building.
+    unknown = (np.isnan(storeys["storey_shear"]) & (frame.storeys >= 0)).any(axis=-1)
+    buildings["peak_storey_shear"] = np.where(unknown, np.nan, buildings["peak_storey_shear"])
     ground_peak = np.atleast_1d(pga)
     buildings["peak_floor_acceleration"] = np.where(is_rigid, ground_peak, buildings["peak_floor_acceleration"])
     outputs_of_run = buildings | storeys
