@@ -116,7 +116,7 @@ class RowJob(GridJob):
             # A response that fails is the result of its cases.
             is_whole = free.status == COMPLETE
             closed = (free.points[:, HIGHEST] - gaps).max(axis=1) if is_whole else np.zeros(len(gaps))
-            if model.has_laws_of_links:  # solved as a whole, whether or not a gap is closed
+            if model.is_always_solved:
                 closed = np.maximum(closed, SOLVED)
             return closed, (response, under)
 

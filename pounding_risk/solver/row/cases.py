@@ -119,7 +119,7 @@ class Cases:
 
         free, bounds = self.driven.free, self.model.body_bounds
         shut = free.points[:, HIGHEST] > limits.gaps
-        closed = [self.model.has_laws_of_links or bool(shut[start:stop].any()) for start, stop in pairwise(bounds)]
+        closed = [self.model.is_always_solved or bool(shut[start:stop].any()) for start, stop in pairwise(bounds)]
         runs = settled(tied(closed), solve) if free.status == COMPLETE else {}
         return put_together(free, [(self._part(span), run) for span, run in runs.items()]), answers
 

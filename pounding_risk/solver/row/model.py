@@ -87,9 +87,12 @@ class RowModel:
         return Span(0, len(self.bodies) - 1)
 
     @property
-    def has_laws_of_links(self) -> bool:
-        """True where a link has a law: such a row is solved as a whole."""
-        return any(point.law for point in self.points)
+    def is_always_solved(self) -> bool:
+        """True where a link of three buildings or more has a law: all are solved together, even if no gap closes.
+
+        The free motion of two that are so linked is that of their runs to the bit; of more it is but for rounding.
+        """
+        return len(self.chains) > 2 and any(point.law for point in self.points)
 
     def at_points(self, of_contacts: NDArray[np.float64]) -> NDArray[np.float64]:
         """Forces of the contact points (..., contacts) at all points, with inf at the links."""
