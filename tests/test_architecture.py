@@ -87,18 +87,18 @@ def test_commands_import_what_they_need_when_they_run():
             assert not {module.partition(".")[0] for module in modules} & heavy, f"{name}, line {node.lineno}"
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_public_functions_have_docstrings(name):
-    tree = tree_of(name)
-    assert ast.get_docstring(tree), f"{name} says nothing of itself"
+def test_public_functions_have_docstrings():
     silent = []
-    for node in tree.body:
-        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            continue
-        # The tables of a scene file are lists of keys, told in the scene's own documentation.
-        listing = isinstance(node, ast.ClassDef) and node.name.endswith(("Table", "Tables"))
-        if not node.name.startswith("_") and not listing and not ast.get_docstring(node):
-            silent.append(f"{name}, line {node.lineno}: {node.name}")
+    for name in NAMES:
+        tree = tree_of(name)
+        silent += [] if ast.get_docstring(tree) else [name]
+        for node in tree.body:
+            if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+                continue
+            # The tables of a scene file are lists of keys, told in the scene's own documentation.
+            listing = isinstance(node, ast.ClassDef) and node.name.endswith(("Table", "Tables"))
+            if not node.name.startswith("_") and not listing and not ast.get_docstring(node):
+                silent.append(f"{name}, line {node.lineno}: {node.name}")
     assert silent == []
 
 
@@ -182,11 +182,25 @@ SCENES = Path("pounding_risk/scene/shipped")
     ("words", "heavy"),
     [
         (["--help"], (*DATASETS, *FIGURES, *SCIENCE, "numpy", "numba", "obspy", "pint", "pydantic")),
-        (["rerun", "--help"], (*DATASETS, *FIGURES, *SCIENCE, "numpy", "numba", "obspy", "pint")),
-        (["damage", "--help"], (*DATASETS, *FIGURES, *SCIENCE, "numba", "obspy", "pint")),
-        (["models"], (*DATASETS, *FIGURES, *SCIENCE, "numba", "obspy", "pint")),
+        pytest.param(
+            ["rerun", "--help"],
+            (*DATASETS, *FIGURES, *SCIENCE, "numpy", "numba", "obspy", "pint"),
+            marks=pytest.mark.complete,
+        ),
+        pytest.param(
+            ["damage", "--help"], (*DATASETS, *FIGURES, *SCIENCE, "numba", "obspy", "pint"), marks=pytest.mark.complete
+        ),
+        pytest.param(
+            ["models"],
+            (*DATASETS, *FIGURES, *SCIENCE, "numba", "obspy", "pint"),
+            marks=pytest.mark.complete,
+        ),
         (["validate", str(PACKAGE.parent / SCENES / "paper.toml")], (*DATASETS, *FIGURES, *SCIENCE, "numba", "pint")),
-        (["validate", str(PACKAGE.parent / SCENES / "row.toml")], (*DATASETS, *FIGURES, *SCIENCE, "numba", "pint")),
+        pytest.param(
+            ["validate", str(PACKAGE.parent / SCENES / "row.toml")],
+            (*DATASETS, *FIGURES, *SCIENCE, "numba", "pint"),
+            marks=pytest.mark.complete,
+        ),
         pytest.param(
             ["scan", str(PACKAGE.parent / SCENES / "paper.toml")],
             ("dask", "distributed", "pint", *FIGURES, *SCIENCE),

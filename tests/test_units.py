@@ -207,6 +207,7 @@ def test_usual_units_of_another_dimension_are_refused_as_pint_refuses_them(targe
 
 @settings(deadline=None, max_examples=300)
 @given(text=st.one_of(st.text(max_size=20), st.text("0123456789.eE+-^*/()%gmskNt ²µ_", max_size=14).map("5 {}".format)))
+@pytest.mark.complete
 def test_any_text_is_a_value_or_a_sentence(text):
     for quantity in (MASS, PGA, DAMPING):
         try:
@@ -232,6 +233,7 @@ def test_values_are_shown_as_in_a_file_and_short():
     assert shown(list(range(20))) == "[0, 1, 2, 3, 4, 5, 6, 7, ...]"
 
 
+@pytest.mark.complete
 def test_pint_is_not_imported_before_it_is_needed():
     code = (
         "import sys, pounding_risk.units as q\n"
@@ -243,6 +245,7 @@ def test_pint_is_not_imported_before_it_is_needed():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+@pytest.mark.complete
 def test_pint_is_found_where_the_command_line_keeps_it_from_other_libraries():
     code = (
         "import sys\n"

@@ -408,6 +408,7 @@ def scaled_to_sa(value: float, period: float, closing: np.ndarray, apart: float)
     return results
 
 
+@pytest.mark.complete
 def test_an_ensemble_scaled_to_sa_has_no_curve_of_yielding_and_no_rate(tmp_path):
     """What a study was told of before: "dispersion 0.000" from intensities 1.5e-9 apart, and a rate from it."""
     file = tmp_path / "site.csv"
@@ -614,6 +615,7 @@ def test_options_out_of_range_are_refused(dataset):
         assess(made_up(lognormal(4)), pga=2.0)
 
 
+@pytest.mark.complete
 def test_a_fraction_is_the_percentile_that_it_means(dataset):
     """0.9 once was the percentile of 0.9 %, with a target of 99 % that every gap keeps."""
     assert assess(dataset, percentile=0.9) == assess(dataset, percentile="90 %") == assess(dataset, target="10 %")
@@ -664,6 +666,7 @@ def test_one_record_is_assessed_with_its_limits_told():
     assert assessment_figure(found).axes
 
 
+@pytest.mark.complete
 def test_the_command_prints_writes_and_draws(dataset, tmp_path):
     file, out, figure = tmp_path / "scan.nc", tmp_path / "found.json", tmp_path / "found.png"
     site = tmp_path / "site.csv"
@@ -736,6 +739,7 @@ def drawn_rules(found: object) -> dict[str, tuple[float, str]]:
     }
 
 
+@pytest.mark.complete
 def test_what_a_rule_asks_is_drawn_where_it_is_or_as_an_arrow():
     """Buildings that move together: rules ask for more than the motions need, here 1.5 and 10 times."""
     for factor, arrow in ((1.5, False), (10.0, True)):

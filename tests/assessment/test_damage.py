@@ -75,6 +75,7 @@ def flat(values: xr.DataArray) -> np.ndarray:
     return values.transpose("record", "polarity", ...).values.reshape(len(NAMES) * 2, -1)
 
 
+@pytest.mark.complete
 def test_without_any_touch_pounding_changes_nothing(scan):
     """At a gap that no motion closes, both curves are one, and so are all samples of recordings."""
     apart = pr.damage(scan, states=STATES[:3], gap="900 mm", method="ida")
@@ -181,6 +182,7 @@ def test_percentiles_of_demands_are_numpys(ida):
     np.testing.assert_allclose(found, np.percentile(flat(values), 84, axis=0))
 
 
+@pytest.mark.complete
 def test_a_mirrored_scene_has_the_same_curves(ida):
     """Buildings exchanged and polarities turned: each motion does in the mirror what it does here."""
     turned = scene_text(*reversed(MASSES), law="linear", records=RECORDS, grid={**GRID, "gap": ["10 mm"]})
@@ -230,6 +232,7 @@ def test_without_contact_a_contact_force_is_said_to_be_impossible(ida):
     assert not any("blow, without" in note and "levels" in note for note in json.loads(ida.attrs["told"]))
 
 
+@pytest.mark.complete
 def test_levels_of_a_measure_are_those_of_the_curves():
     """Of PGV, whose unit is another; the capacity of a linear mass is again that of scaling."""
     levels = [0.1, 0.2, 0.4, 0.8, 1.6]

@@ -166,6 +166,7 @@ def test_what_is_said_is_that_of_the_samples_themselves(scanned):
     assert any("bounds count recordings" in one for one in json.loads(part.attrs["assumptions"]))
 
 
+@pytest.mark.complete
 def test_a_scene_without_contact_says_what_its_scan_says(scanned, of_scene):
     of_scan = pr.uncertainty(scanned)
     for name in ("contact_probability", "contact_probability_high", "required_gap", "dispersion", "first_order"):

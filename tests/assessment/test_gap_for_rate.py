@@ -113,6 +113,7 @@ def test_the_bounds_of_a_gap_are_where_those_of_the_rate_pass_the_target():
 
 
 @pytest.mark.parametrize(("recordings", "each", "likeness"), [(8, 1, 0.0), (12, 4, 0.6)])
+@pytest.mark.complete
 def test_bounds_hold_the_true_gap_as_often_as_they_say(recordings, each, likeness):
     """150 ensembles of a lognormal population whose gap is known: no side is missed in more than 2.5 % + 3 errors."""
     rng = np.random.default_rng(11)
@@ -289,6 +290,7 @@ def test_spectra_are_joined_with_the_fragility_at_one_period(tmp_path, asked, pe
     assert curve.median == pytest.approx(0.02 * median * period**-0.5, rel=1e-5)
 
 
+@pytest.mark.complete
 def test_a_curve_is_taken_at_its_own_intensity_unless_another_is_asked_for(tmp_path):
     file = site(tmp_path, head="Sa(1.2 s) [m/s^2],annual rate")
     results = with_spectra()

@@ -101,6 +101,7 @@ def test_files_and_sites_that_cannot_be_used(fields, site, old, new, words):
     assert words in str(caught.value)
 
 
+@pytest.mark.complete
 def test_damaged_files_are_read_soundly_or_refused_by_name(fields):
     def check(read):
         assert all(np.isfinite(levels).all() and (levels >= 0.0).all() for levels in read.levels.values())

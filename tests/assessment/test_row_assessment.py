@@ -207,6 +207,7 @@ def test_equal_counts_with_another_verdict_say_why(results):
     assert not replace(found, interfaces=(one, replace(alike, verdict=one.verdict))).unlike_verdicts
 
 
+@pytest.mark.complete
 def test_an_infinite_force_is_not_called_no_yielding_where_columns_yield(results, capsys):
     print_sheet(sheet(assess(results)))
     tables = capsys.readouterr().out.split("response against F_E")[1:]

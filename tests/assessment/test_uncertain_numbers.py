@@ -139,6 +139,7 @@ def test_a_gap_that_is_uncertain_moves_what_is_required_by_as_much():
     assert float(part["judged_gap"]) == pytest.approx(0.08)
 
 
+@pytest.mark.complete
 def test_a_gap_that_is_uncertain_scales_the_intensity_that_closes_it():
     """A motion closes 60 mm at 0.75 times the intensity at which it closes 80 mm."""
     gaps = {"interface.gap": {"distribution": "lognormal", "median": "80 mm", "dispersion": 0.2}}
@@ -283,6 +284,7 @@ def test_the_figure_draws_the_dataset(of_scene, scanned):
         uncertainty_figure(scanned)
 
 
+@pytest.mark.complete
 def test_a_report_has_a_section_of_it_beside_the_scan(of_scene, tmp_path):
     stated = pr.scan(uncertain_pulses().replace("uncertain.samples=0"))
     page = pr.report(stated, tmp_path / "r.html", also=[of_scene]).read_text(encoding="utf-8")

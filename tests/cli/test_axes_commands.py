@@ -100,6 +100,7 @@ def test_separations_of_one_place(folder):
     assert told.exit_code == 0, told.output
 
 
+@pytest.mark.complete
 def test_the_figure_of_a_scan_of_several_scenes_is_along_the_axes(folder):
     (folder / "q.toml").write_text(pair_text({"building.left.period": ["0.3 s", "0.6 s"]}), encoding="utf-8")
     told = run("scan", folder / "q.toml", "-o", folder / "q.nc", "--figure", folder / "q.svg")

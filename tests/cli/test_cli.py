@@ -333,6 +333,7 @@ def test_an_approach_past_the_range_of_a_relation_is_noted():
     assert result.stdout.splitlines()[-1] == f"note: 2 cases have contacts {note}", result.output
 
 
+@pytest.mark.complete
 def test_impact_draws_what_it_printed(folder):
     result = run("impact", "--law", "hertz", "--figure", "f.svg")
     assert result.exit_code == 0, result.stderr
@@ -583,6 +584,7 @@ def test_accuracy_prints_settings_and_the_finding():
     assert run("accuracy", "scene.toml", "-o", "a.txt").exit_code == 2
 
 
+@pytest.mark.complete
 def test_scan_tells_how_far_runs_move_when_made_again():
     text = run("scan", "scene.toml", "--check-fraction", "1").output
     words = dict(rows(text)[:-1])["recomputed"]

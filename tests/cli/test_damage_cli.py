@@ -55,6 +55,7 @@ def run(folder: Path, monkeypatch, *words: str):
     return CliRunner().invoke(cli.app, ["damage", *words], prog_name="pounding-risk")
 
 
+@pytest.mark.complete
 def test_a_scan_gives_tables_a_dataset_and_figures(folder, monkeypatch):
     asked = ["scan.nc", "--method", "ida", "--hazard", "hazard.csv", "--at", "0.1 g", "-o", "d.nc"]
     done = run(folder, monkeypatch, *asked, "--figure", "d.svg", "--ida-figure", "i.svg")

@@ -328,6 +328,7 @@ def test_what_is_drawn(words, kind, monkeypatch):
 CODE = "asce7:sds=1.0,sd1=0.6,tl=8"
 
 
+@pytest.mark.complete
 def test_a_choice_is_printed_written_and_drawn():
     """The closest of the catalogue, as the call of the same name finds them, and its manifest read again."""
     words = ("--target", CODE, "--range", "0.3s", "1.5s", "--count", "2", "--factor", "0.2", "8")
@@ -475,6 +476,7 @@ def test_a_damaged_file_stops_everything_but_a_list():
     assert "note: excluded: quakes/B.AT2, line 4: the header promises 1000 samples, " in result.stdout
 
 
+@pytest.mark.complete
 def test_verticals_do_not_enter_a_median():
     """They are left out of spectra, and told; processed as any other; and drawn where they are asked for alone."""
     Path("quakes/AUP.AT2").write_text(at2("UP"))

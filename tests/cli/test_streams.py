@@ -54,6 +54,7 @@ def test_a_reader_that_has_gone_is_no_fault(tmp_path):
 
 
 @posix
+@pytest.mark.complete
 def test_a_nonsense_backend_of_windows_does_not_matter(tmp_path):
     line = MODELS.replace(
         " models", " impact --law hertz --stiffness '2.75e9 N/m^1.5' --mass '570 kg' --speed '0.5 m/s'"

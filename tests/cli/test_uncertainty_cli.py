@@ -81,6 +81,7 @@ def test_what_is_refused_is_told(folder, words, sentence, monkeypatch):
     assert told.exit_code == 2 and sentence in told.stderr
 
 
+@pytest.mark.complete
 def test_every_interface_of_a_row_has_its_own_part(folder):
     buildings = (storeyed("A", "200 t", "9e7 N/m", storeys=2), storeyed("B", "300 t", "3e7 N/m", storeys=2))
     row = scene_text(*buildings, storeyed("C", "150 t", "3e8 N/m", storeys=2), **SCENE)

@@ -79,6 +79,7 @@ def test_a_dataset_with_such_a_label_or_title_is_refused(dataset):
         check_scan(dataset.assign_attrs(title="a\u202eb"), "it")
 
 
+@pytest.mark.complete
 def test_a_refused_scene_steers_no_terminal(tmp_path):
     """A name that is refused, a key that is quoted, and a file's own name, by a process of its own."""
     (tmp_path / "s\x1b[2J.toml").write_text(text("\u202ea\u009b") + '\n["\u009b\u202e"]\nx = 1\n', encoding="utf-8")

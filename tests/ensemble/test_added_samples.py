@@ -44,6 +44,7 @@ def test_eight_and_eight_samples_are_sixteen(tmp_path, name, first, whole):
     same_scan(open_results(target), at_once)
 
 
+@pytest.mark.complete
 def test_only_the_missing_samples_are_solved(tmp_path, solved):
     target = tmp_path / "r.nc"
     scan(asked(4), target, check_fraction=0.0)
@@ -53,6 +54,7 @@ def test_only_the_missing_samples_are_solved(tmp_path, solved):
     assert not list((tmp_path / "r.study" / "parts").iterdir())
 
 
+@pytest.mark.complete
 def test_samples_beside_an_axis_are_added(tmp_path):
     """The axis of the restitution is faster than the samples, that of damping slower."""
     axes = {"interface.restitution": [0.5, 0.8], "building.right.damping": [0.02, 0.05]}
@@ -98,6 +100,7 @@ def test_what_is_another_study_is_not_added_to(tmp_path, says):
     says(refusal(scan, asked(8), part, check_fraction=0.0))
 
 
+@pytest.mark.complete
 def test_a_latin_hypercube_cannot_be_added_to(tmp_path, says):
     numbers, target = THREE | {"method": "latin hypercube"}, tmp_path / "r.nc"
     scan(asked(2, numbers), target, check_fraction=0.0)

@@ -129,6 +129,7 @@ ranges_of_batches = st.lists(
 
 @given(ranges_of_batches, st.lists(st.integers(1, 39), max_size=6))
 @settings(max_examples=25)
+@pytest.mark.complete
 def test_any_chunks_that_cover_the_batches_give_the_same_numbers(chunks, cuts):
     """Overlapping, of any length, in any order; and any blocks."""
     missing = [range(batch, batch + 1) for batch in range(40) if not any(batch in batches for batches in chunks)]
@@ -146,6 +147,7 @@ def test_any_chunks_that_cover_the_batches_give_the_same_numbers(chunks, cuts):
 
 
 @given(ranges_of_batches)
+@pytest.mark.complete
 def test_no_batch_is_taken_twice(chunks):
     """The choice among overlapping chunks against counting batch by batch."""
     batches = sorted({batch for chunk in chunks for batch in chunk})
@@ -380,6 +382,7 @@ def holder(others: list, path: Path, shared: bool, batches: tuple[int, int]) -> 
 
 
 @pytest.mark.skipif(os.name != "posix", reason="without flock there is no lock")
+@pytest.mark.complete
 def test_a_second_start_is_refused_and_told_who_runs(path, others):
     first = holder(others, path, False, (0, 10))
     for choices in ({}, {"new": True}):
@@ -411,6 +414,7 @@ def test_shards_share_a_folder_and_nobody_takes_it_from_them(path, others):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="without flock there is no lock")
+@pytest.mark.complete
 def test_shards_that_start_at_once_share_a_new_folder(path, others):
     """As a batch system starts them: one begins the study, and the others wait for it and find it."""
     for first in (0, 10, 20):
@@ -524,6 +528,7 @@ print(folder.done())
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits on files are of POSIX systems")
+@pytest.mark.complete
 def test_a_limit_on_files_is_told_as_what_it_is(path):
     """A real refusal of the system in the middle of a write, where no file system can be mounted either."""
     out, err = child(LIMITED, path=str(path)).communicate(timeout=60)

@@ -97,6 +97,7 @@ def test_added_samples_equal_those_drawn_at_once(tmp_path):
     same_scan(open_results(target), at_once)
 
 
+@pytest.mark.complete
 def test_a_row_of_storeys_under_drawn_motions(tmp_path):
     """Shards, a file and a second run of it have the same bits, and each sample those of a scan of its own."""
     text = row_text({})

@@ -183,6 +183,7 @@ def test_the_digest_of_the_package_covers_what_computes(tmp_path, monkeypatch):
     assert digests[0] == digests[1] and len(set(digests)) == 3
 
 
+@pytest.mark.complete
 def test_a_comment_in_a_report_does_not_stop_a_half_done_scan(tmp_path, monkeypatch):
     """One in the ensemble does, with a reason that a user can read."""
     source = tmp_path / "pounding_risk"

@@ -171,6 +171,7 @@ def test_histories_of_unlike_time_steps_are_straight_between_their_samples(sines
     assert (run["status"] == 0).all() and (run["impact_count"] == 0).all()
 
 
+@pytest.mark.complete
 def test_no_amplitude_scales_a_history(sines):
     """One amplitude is that of the records that the model was run with; a computed neighbour feels it."""
     folder, frame, hall, _ = sines
@@ -217,6 +218,7 @@ def test_a_row_with_one_known_building_computes_the_others(sines):
     assert (known["status"].isel(gap=0) == UNPUSHED).all() and (known["status"].isel(gap=-1) == 0).all()
 
 
+@pytest.mark.complete
 def test_neighbours_vary_along_axes_beside_a_known_motion(sines):
     folder, frame, _, _ = sines
     text = text_of(frame, HALL) + '"building.hall.period" = ["0.3 s", "0.5 s"]\n'  # [grid] stands last

@@ -87,6 +87,7 @@ def test_levels_of_other_measures_are_scans_times_their_factors(scanned, name):
         assert_alike(scanned[name].sel(record=[record]).isel(intensity=1), one)
 
 
+@pytest.mark.complete
 def test_levels_of_pga_are_the_grid_of_pga():
     levels = ["0.1 g", "0.4 g"]
     one = pr.scan(scene(intensity={"measure": "pga", "levels": levels}), check_fraction=0.0)
@@ -146,6 +147,7 @@ def test_a_plan_counts_levels():
 # ------------------------------------------------------------------------------------------------ reading
 
 
+@pytest.mark.complete
 def test_a_file_keeps_the_measure(scanned, tmp_path):
     for name, dataset in scanned.items():
         pr.save(dataset, tmp_path / f"{name}.nc")
@@ -216,6 +218,7 @@ def test_one_run_is_that_of_the_scan(scanned, name):
     )
 
 
+@pytest.mark.complete
 def test_histories_are_of_the_levels_asked_for(tmp_path):
     study = scene(intensity=SA)
     out = pr.histories(study, tmp_path / "runs.nc", records=["RSN6-180"], intensity_levels=["0.4 g"], gaps=[0.005])
@@ -227,6 +230,7 @@ def test_histories_are_of_the_levels_asked_for(tmp_path):
         assert np.nanmax(force) > 0.0
 
 
+@pytest.mark.complete
 def test_the_verdict_is_at_one_level(along_sa):
     strongest = pr.assess(along_sa).interfaces[0]
     assert (strongest.amplitude, strongest.intensity, strongest.at) == (0.4 * G, "sa(0.5 s)", "at Sa(0.5 s) = 0.4 g")
@@ -244,6 +248,7 @@ def test_a_level_of_a_grid_of_pga_is_its_pga(says):
     says(refusal(pr.assess, dataset, pga="0.1 g", intensity_level="0.1 g"))
 
 
+@pytest.mark.complete
 def test_one_level_may_be_squeezed(along_sa):
     one = pr.scan(scene(intensity=SA | {"levels": ["0.4 g"]}), check_fraction=0.0)
     assert "intensity" not in one.dims
@@ -255,6 +260,7 @@ def test_one_level_may_be_squeezed(along_sa):
         np.testing.assert_array_equal(intensities(opened, opened.usual_intensity), np.full((4, 1), 0.4 * G))
 
 
+@pytest.mark.complete
 def test_other_calls_read_levels(along_sa, tmp_path):
     """Summary, display, report, page and figure are made of such a dataset."""
     assert pr.summary(along_sa).counts["cases"] == 32
@@ -274,6 +280,7 @@ def test_compare_runs_along_levels():
     assert dataset["history"].attrs["record"] == "RSN6-180"
 
 
+@pytest.mark.complete
 def test_axes_of_numbers_stand_beside_levels():
     periods = {'"building.left.period"': ["0.4 s", "0.6 s"]}
     dataset = pr.scan(scene(periods, intensity=SA, names=["RSN6-180"]), check_fraction=0.0)

@@ -82,6 +82,7 @@ BEYOND = {
 
 
 @pytest.mark.parametrize("override", BEYOND.values(), ids=BEYOND)
+@pytest.mark.complete
 def test_values_beyond_physics_are_refused(scene, override, says):
     ended, words = command("validate", scene, "--set", override)
     assert ended == 2 and "Traceback" not in words and len(words) < 2000
@@ -99,6 +100,7 @@ def test_a_building_faster_than_any_is_refused_by_its_stiffness_too():
         parse_scene(storeys, "scene.toml")
 
 
+@pytest.mark.complete
 def test_a_grid_that_no_disk_holds_is_refused(scene):
     ended, words = command("validate", scene, *with_overrides(HUGE))
     assert ended == 2 and "cases, and their dataset" in words and "no disk holds that" in words
@@ -111,6 +113,7 @@ def test_a_large_grid_is_planned_from_some_of_its_batches(scene):
     assert "; about " in next(line for line in words.splitlines() if line.startswith("batches"))
 
 
+@pytest.mark.complete
 def test_a_dotted_key_of_a_file_is_refused(tmp_path):
     file = tmp_path / "scene.toml"
     file.write_text(SCENE + "a." * 20_000 + "b = 1\n")

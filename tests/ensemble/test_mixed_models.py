@@ -62,6 +62,7 @@ def test_both_touch_and_screened_runs_are_the_same():
     assert reached[0] == 1
 
 
+@pytest.mark.complete
 def test_a_comparison_is_calibrated_to_the_model_of_each_interface():
     """Where the other interface never closes, it is the comparison of a row of the one model."""
     for place, own in enumerate(MODELS):

@@ -237,6 +237,7 @@ def test_a_part_of_a_dataset_has_notes_too(results):
     assert len(of_results(Results(part))) == 2
 
 
+@pytest.mark.complete
 def test_every_command_tells_them(odd, results, tmp_path, capsys):
     whole = of_results(Results(results))
     print_scan(results, 1.0, tmp_path / "x.nc")
@@ -258,6 +259,7 @@ def test_every_command_tells_them(odd, results, tmp_path, capsys):
     assert "floors push rather than collide" in page
 
 
+@pytest.mark.complete
 def test_a_single_run_tells_them(odd, capsys):
     run = simulate(odd, gap=0.0)
     told = json.loads(run.attrs["notes"])

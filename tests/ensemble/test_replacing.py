@@ -34,6 +34,7 @@ def bytes_of(target: Path) -> dict[str, bytes]:
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize("with_study", [True, False])
+@pytest.mark.complete
 def test_another_study_is_refused_with_the_differences(tmp_path, suffix, with_study, says):
     """Whether or not the folder of the study is still beside it; and nothing is touched."""
     target = tmp_path / f"results{suffix}"
@@ -50,6 +51,7 @@ def test_another_study_is_refused_with_the_differences(tmp_path, suffix, with_st
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.complete
 def test_the_same_study_is_made_again_and_a_title_does_not_count(tmp_path, suffix):
     target = tmp_path / f"results{suffix}"
     first = scan(parse_scene(SMALL), target)
@@ -58,6 +60,7 @@ def test_the_same_study_is_made_again_and_a_title_does_not_count(tmp_path, suffi
     assert renamed.attrs["title"] == "Another title"
 
 
+@pytest.mark.complete
 def test_a_new_program_a_new_library_and_other_records_are_differences(tmp_path):
     """As the file's own attributes tell them."""
     target = tmp_path / "results.nc"
@@ -172,6 +175,7 @@ def test_the_commands(tmp_path, monkeypatch):
     assert run("scan", "a.toml", "--new").exit_code == 0
 
 
+@pytest.mark.complete
 def test_a_conversion_replaces_nothing_but_the_same_results(tmp_path):
     first, other = tmp_path / "a.nc", tmp_path / "b.nc"
     scan(parse_scene(SMALL), first)

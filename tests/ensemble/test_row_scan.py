@@ -73,6 +73,7 @@ def test_contact_is_where_the_gap_is_smaller_than_the_motion_needs_or_pounding_p
     assert 0 < int(touched.sum()) < touched.size
 
 
+@pytest.mark.complete
 def test_only_the_named_interface_has_the_gaps_of_the_grid(screened):
     named = scan(parse_scene(NAMED), check_fraction=0.0)
     gaps = named["interface_gap"]
@@ -182,6 +183,7 @@ def test_storeys_that_yield_have_ductility_and_residual_drift():
         assert ((remains > 0.0) == (yields > 1.0)).all()
 
 
+@pytest.mark.complete
 def test_levels_that_barely_decide_are_in_the_dataset_and_in_the_evidence():
     """Floors of A and B at 3 and 3.24 m overlap by 10 mm of a slab of 250 mm, the others do not."""
     near = FOUR_IN_A_ROW.replace('"3.9 m"', '"3.24 m"').replace(

@@ -90,6 +90,7 @@ ADDRESSES = {
 
 @settings(max_examples=8, phases=[Phase.generate])
 @given(st.data())
+@pytest.mark.complete
 def test_any_address_equals_a_loop_of_set(data):
     """Two addresses drawn from those of buildings, interfaces and effects, with two values each."""
     keys = data.draw(st.lists(st.sampled_from(sorted(ADDRESSES)), min_size=1, max_size=2, unique=True))
@@ -156,6 +157,7 @@ def _counting(function, calls):
     return counted
 
 
+@pytest.mark.complete
 def test_a_plan_counts_every_case_and_times_some_scenes(monkeypatch):
     planned = plan(parse_scene(pair_text(AXES)))
     assert planned.shape["building.left.period"] == 3 and planned.cases == COUNT * 2 * 2
@@ -165,6 +167,7 @@ def test_a_plan_counts_every_case_and_times_some_scenes(monkeypatch):
     assert planned.bytes >= sum(whole[name].nbytes for name in whole.data_vars)
 
 
+@pytest.mark.complete
 def test_ten_thousand_scenes_are_validated_without_making_each(monkeypatch):
     """Each axis alone: 100 + 100 scenes, beside the few that are told."""
     made = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import numpy as np
+import pytest
 from axes import equals_the_loop, row_text, same_scan
 from scenes import scene_text
 from sentences import refusal
@@ -36,6 +37,7 @@ def test_a_scan_of_samples_equals_a_loop_of_set():
     assert kind_of(whole) == "scan"
 
 
+@pytest.mark.complete
 def test_samples_stand_beside_axes_and_are_chosen_by_number(says):
     text = uncertain_text(
         {"building.left.damping": {"distribution": "uniform", "low": 0.02, "high": 0.1}},
@@ -49,6 +51,7 @@ def test_samples_stand_beside_axes_and_are_chosen_by_number(says):
     says(refusal(selected, whole, ["sample=2"]), refusal(pr.assess, whole))
 
 
+@pytest.mark.complete
 def test_gaps_that_are_drawn_equal_a_loop_of_set():
     """The label of the gap is the stated one, beside that of each sample; of one sample it is its own."""
     gap = '[uncertain]\nsamples = 3\n"interface.gap" = {distribution = "uniform", low = "8 mm", high = "12 mm"}\n'
@@ -82,6 +85,7 @@ def test_files_and_shards_have_the_same_bits_and_are_run_again(tmp_path):
     assert rerun(target).same
 
 
+@pytest.mark.complete
 def test_a_plan_counts_the_samples_and_tells_the_distributions():
     study = parse_scene(uncertain_text(THREE | {"method": "random", "seed": 4}, samples=300))
     checked = validate(study)
@@ -99,6 +103,7 @@ def test_calls_of_one_scene_say_how_they_take_the_stated_values(says):
     says(note, [refusal(call, study) for call in (pr.compare, pr.effects, pr.accuracy)])
 
 
+@pytest.mark.complete
 def test_a_row_of_samples_counts_its_parts():
     numbers = {"building.A.storey_stiffnesses": {"distribution": "lognormal", "dispersion": 0.2}}
     numbers |= {"interface.restitution": RESTITUTION}

@@ -84,6 +84,7 @@ def serial(scan_input):
     cost=st.floats(0.0, 3.0),
     data=st.data(),
 )
+@pytest.mark.complete
 def test_every_batch_is_solved_once(batches, laws, run, workers, length, cost, data):
     """Whatever comes back when, in whole or in part: chunks are apart, and together what was asked for."""
     job = Numbers(ScanInput(batches, laws, run))
@@ -353,6 +354,7 @@ except KeyboardInterrupt:
 """
 
 
+@pytest.mark.complete
 def test_an_interrupt_does_not_wait_for_a_kernel():
     """A process with minutes of work in two kernels is gone at Ctrl-C, in good order."""
     process = python("-c", IN_A_KERNEL)

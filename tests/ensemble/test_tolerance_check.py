@@ -166,6 +166,7 @@ def test_a_share_outside_its_range_is_refused(fraction):
         scan(study(), check_fraction=fraction)
 
 
+@pytest.mark.complete
 def test_failed_runs_are_counted_and_not_made_again():
     stiff = study(law="jankowski", stiffness="1e30 N/m^1.5", forces=(), length="2 s")
     dataset = scan(stiff, check_fraction=1.0)

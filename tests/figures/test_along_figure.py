@@ -37,6 +37,7 @@ def assessed(whole):
     return pr.assess_along(whole, gap="60 mm")
 
 
+@pytest.mark.complete
 def test_along_one_axis_lines_with_their_bounds(whole):
     one = pr.assess_along(whole.isel({DAMPING: [2], MASS: [0]}), gap="60 mm")
     figure = along_figure(one)

@@ -169,6 +169,7 @@ FILES = list(product(TITLES, (".png", ".pdf")))
 
 
 @pytest.mark.parametrize(("name", "suffix"), sweep(FILES, ("ratio", ".png"), ("lines over gap", ".pdf")))
+@pytest.mark.complete
 def test_files_are_the_same_for_the_same_data(gallery, name, suffix, tmp_path):
     first = figures.write(gallery[name], tmp_path / f"a{suffix}").read_bytes()
     assert figures.write(gallery[name], tmp_path / f"b{suffix}").read_bytes() == first

@@ -221,6 +221,7 @@ def test_one_record_has_no_median():
 
 
 @pytest.mark.filterwarnings("error")
+@pytest.mark.complete
 def test_motions_at_the_edge(says):
     """Two samples, and zeros throughout: drawn without a warning, but for a spectrum that no scale can show."""
     two, still = (Motion("R", np.array(each), DT, {"state": "raw"}) for each in ([0.1, -0.1], [0.0] * 50))
@@ -301,6 +302,7 @@ def test_axes_have_units_and_nothing_leaves_the_page(name, processed, ensemble, 
     assert title.get_window_extent().width <= figure.bbox.width
 
 
+@pytest.mark.complete
 def test_files_are_the_same_for_the_same_data(ensemble, tmp_path):
     once, again = (
         figures.write(figures.spectra_figure(ensemble, TARGET), tmp_path / f"{name}.svg").read_bytes() for name in "ab"

@@ -74,6 +74,7 @@ def test_shares_count_complete_runs_only(results):
     assert np.isfinite(any_of_building(first, "impact_count", 2)[1:]).all()
 
 
+@pytest.mark.complete
 def test_two_single_masses_are_drawn_with_the_contact_of_their_interface(tmp_path, says):
     """Their one contact point is their interface; nothing is known of storeys."""
     text = scene_text(single("A", "44 t", "0.2 s", height="6 m"), single("B", "80 t", "0.1 s"), law="hertz", gap="1 mm")
@@ -127,6 +128,7 @@ def test_the_elevation_draws_each_contact_point_at_its_level_in_its_share(case, 
     assert f"{round(12 * shares.max())} of 12 motions" in finding
 
 
+@pytest.mark.complete
 def test_a_long_row_is_drawn_in_lines_that_share_a_building(case):
     long = _repeated(case, 4)
     figure = elevation_figure(long)
@@ -239,6 +241,7 @@ def test_a_line_that_breaks_leaves_no_single_word():
 
 
 @pytest.mark.parametrize("draws", sweep([elevation_figure, plan_figure, profiles_figure], plan_figure))
+@pytest.mark.complete
 def test_the_legend_stands_above_the_caption(case, draws):
     """The layout gives both one place; here no line of the caption reaches into the legend."""
     figure = draws(case, note="a note that stands on a line of its own")
@@ -253,6 +256,7 @@ def test_the_legend_stands_above_the_caption(case, draws):
     assert legend.get_window_extent().y1 <= panels + 1.0
 
 
+@pytest.mark.complete
 def test_a_city_is_coloured_without_names(case):
     """More buildings than can be read: each in its own share still, and nothing is written on them."""
     rows = [case] * (LABELLED // len(case.buildings) + 1)

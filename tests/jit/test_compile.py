@@ -195,6 +195,7 @@ def test_without_a_home_the_cache_is_in_the_temporary_folder(blocked, filled, tm
 
 
 @compiled
+@pytest.mark.complete
 def test_without_any_place_nothing_is_cached(blocked, filled):
     found = run(PROBE, NUMBA_CACHE_DIR=blocked)
     assert (found["cache"], found["hits"]) == (None, 0)
@@ -202,6 +203,7 @@ def test_without_any_place_nothing_is_cached(blocked, filled):
 
 
 @compiled
+@pytest.mark.complete
 def test_a_cache_is_read_from_wherever_the_package_is_installed(copy, filled):
     """Machines of a cluster may share a cache: it knows kernels by their module and the digest of all of them."""
     folder, first = filled
@@ -390,6 +392,7 @@ def test_compiled_and_interpreted_runs_are_the_same_bits(name, interpreted):
 
 @compiled
 @pytest.mark.parametrize("name", FIRST)
+@pytest.mark.complete
 def test_whole_numbers_compile_nothing_new(name, interpreted):
     """A stiffness of 10**8 is another type than 1e8: it must not cost a compilation of its own."""
     outputs = exact(case(name))
@@ -403,6 +406,7 @@ def test_whole_numbers_are_the_same_law(interpreted):
         assert as_int == as_float, name
 
 
+@pytest.mark.complete
 def test_interpreted_kernels_are_ordinary_functions():
     """For the debugger and for coverage; and nothing is cached then."""
     found = run(PROBE, NUMBA_DISABLE_JIT="1")
@@ -412,6 +416,7 @@ def test_interpreted_kernels_are_ordinary_functions():
     assert run(code, NUMBA_DISABLE_JIT="1") == {"plain": True}
 
 
+@pytest.mark.complete
 def test_a_file_of_settings_that_switches_compiling_off_is_followed(copy):
     """Numba reads it in the present folder, where PyYAML is installed."""
     pytest.importorskip("yaml")

@@ -106,6 +106,7 @@ print([name for name, symbol in names.items() if llvm.address_of_symbol(symbol) 
 """
 
 
+@pytest.mark.complete
 def test_functions_for_arrays_have_the_names_that_numba_gives_them():
     """`cache._add_array_functions` names them for machine code that is read back; in a process where it did not."""
     run = subprocess.run([sys.executable, "-c", NAMED_BY_NUMBA], capture_output=True, text=True, timeout=120)

@@ -69,6 +69,7 @@ def test_a_cache_is_private_whatever_the_umask(cache):
 
 @compiled
 @pytest.mark.parametrize(("mode", "depth"), sweep(product([0o777, 0o770, 0o702], range(3)), (0o770, 1)))
+@pytest.mark.complete
 def test_a_folder_that_others_can_write_is_not_used(cache, depth, mode):
     folder = sorted((path for path in below(cache) if path.is_dir()), key=lambda path: len(path.parts))[depth]
     folder.chmod(mode)
@@ -93,6 +94,7 @@ def test_a_subfolder_that_others_can_write_is_not_read(cache):
 
 @compiled
 @pytest.mark.parametrize("suffix", sweep(["nbi", "nbc"], "nbc"))
+@pytest.mark.complete
 def test_a_file_that_others_can_write_is_compiled_anew_once(cache, suffix):
     file = next(cache.rglob(f"*.{suffix}"))
     file.chmod(0o666)
@@ -105,6 +107,7 @@ def test_a_file_that_others_can_write_is_compiled_anew_once(cache, suffix):
 @compiled
 @as_root
 @pytest.mark.parametrize("what", sweep(["folder", "file"], "file"))
+@pytest.mark.complete
 def test_what_another_user_owns_is_not_used(cache, what):
     os.chown(cache / "pounding_risk" if what == "folder" else next(cache.rglob("*.nbc")), STRANGER, STRANGER)
     counts, said = run(cache)
@@ -164,6 +167,7 @@ def test_without_owners_nothing_is_checked(tmp_path, monkeypatch):
 
 
 @compiled
+@pytest.mark.complete
 def test_a_command_says_it_once(tmp_path):
     tmp_path.chmod(0o777)
     done = subprocess.run(

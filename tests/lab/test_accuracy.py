@@ -260,6 +260,7 @@ def test_a_target_that_cannot_be_written_is_refused_first(study, says, tmp_path)
     says(refusal(accuracy, study, tmp_path / "no" / "a.nc"))
 
 
+@pytest.mark.complete
 def test_the_figure_shows_every_output_and_method(dataset):
     from pounding_risk.figures import accuracy_figure
 

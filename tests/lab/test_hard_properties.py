@@ -153,6 +153,7 @@ HARD_ON_A_WALL = TrialScene(
 @example(name="hertz", scene=HEAVY_ON_A_WALL)
 @example(name="hertz_damp", scene=STIFF_BESIDE_LIGHT)
 @example(name="modified_kelvin_voigt", scene=PRESSED_AND_STIFF)
+@pytest.mark.complete
 def test_a_run_is_sound_or_says_why_not(name: str, scene: TrialScene):
     """Never silent: closed energy and finite outputs, or a named status and no number at all.
 

@@ -107,6 +107,7 @@ TWO_AND_A_WALL = scene_text(
 )
 
 
+@pytest.mark.complete
 def test_a_row_that_takes_too_much_work_ends_and_the_scan_goes_on(tmp_path: Path):
     """The case with contacts has its status and no outputs, the other all of them."""
     (tmp_path / "row.toml").write_text(TWO_AND_A_WALL)

@@ -473,6 +473,7 @@ def test_a_damaged_case_of_a_recording(tmp_path, says, damage: str):
     says(refusal(pr.verify, written(tmp_path, MOTION.replace(old, new, 1))))
 
 
+@pytest.mark.complete
 def test_a_row_has_its_interfaces_and_storeys(tmp_path):
     """What a case reads is the output of `simulate` there."""
     buildings = "".join(

@@ -142,6 +142,7 @@ class Pad(NamedTuple):
 """
 
 
+@pytest.mark.complete
 def test_an_edited_module_answers_with_its_own_numbers(tmp_path):
     """Two sessions with one compile cache: nothing of a law from outside the package is kept there."""
     code = (

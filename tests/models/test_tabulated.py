@@ -18,7 +18,7 @@ from processes import compiled
 from scenes import scene_text, single, storeyed
 from scipy.interpolate import PchipInterpolator
 from sentences import refusal
-from sweeps import sweep
+from sweeps import examples, many, sweep
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -263,8 +263,7 @@ def made_tables(draw):
     return x, y, back, None
 
 
-@settings(max_examples=150, deadline=None)
-@given(made_tables(), st.lists(st.floats(0.05, 1.5), min_size=1, max_size=5))
+@examples(30, made_tables(), st.lists(st.floats(0.05, 1.5), min_size=1, max_size=5))
 def test_no_cycle_gives_back_more_than_it_takes(columns, turns):
     """Of every table that is taken, to within the quadrature."""
     try:
@@ -275,6 +274,9 @@ def test_no_cycle_gives_back_more_than_it_takes(columns, turns):
     end, scale = law.table.end, float(np.max(columns[1]) * law.table.end)
     for lost in work(law, [turn * end for turn in turns]):
         assert lost >= -2e-4 * scale
+
+
+test_no_cycle_of_many_gives_back_more = many(test_no_cycle_gives_back_more_than_it_takes, 150)
 
 
 @settings(max_examples=60, deadline=None)

@@ -64,6 +64,7 @@ def test_files_that_cannot_be_used(tmp_path, says, words):
 
 
 @pytest.mark.parametrize(("text", "poe"), [(WIDE, "val1"), (LONG, "0.02")])
+@pytest.mark.complete
 def test_damaged_files_are_read_soundly_or_refused_by_name(tmp_path, text, poe):
     path = tmp_path / "cs.csv"
     path.write_text(text)

@@ -105,6 +105,7 @@ def test_rounding_makes_no_other_record_and_a_filter_does():
     assert copies([(samples, 0.01), (filtered, 0.01)]) == ()
 
 
+@pytest.mark.complete
 def test_the_same_motion_is_used_once_and_what_differs_shares_a_recording(folder, says):
     found = read_ensemble(PLAIN._replace(files=(".",)), folder)
     assert [motion.name for motion in found.motions] == ["a", "d", "e", "f", "g"]

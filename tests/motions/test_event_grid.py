@@ -159,6 +159,7 @@ def test_damaged_files_are_refused_with_their_line(grid, says, words):
     says(refusal(read_ensemble, HERE, grid.parent))
 
 
+@pytest.mark.complete
 def test_thousands_of_damaged_grids_end_in_a_sentence_or_in_places(grid):
     def check(sites):
         assert all(abs(one.place.latitude) <= 90.0 and np.isfinite(one.place).all() for one in sites)

@@ -382,6 +382,7 @@ def test_noise_is_stationary_from_its_first_sample(name):
 
 
 @FILTERED
+@pytest.mark.complete
 def test_the_spectrum_of_samples_is_within_its_sampling_bounds(name):
     """Periodograms of 30 seeds, averaged over bands: each ratio to the spectrum is chi-square, 99.99 % of cases.
 
@@ -446,6 +447,7 @@ def test_an_oscillator_under_white_noise_has_the_variance_of_the_books():
     assert high - low < 0.3
 
 
+@pytest.mark.complete
 def test_a_seed_gives_its_motion_and_another_seed_another_one():
     one, again, other = (stationary("clough_penzien", seed) for seed in (3, 3, 4))
     assert np.array_equal(one, again)

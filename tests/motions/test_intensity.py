@@ -301,6 +301,7 @@ def bits() -> list[str]:
 
 
 @pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
+@pytest.mark.complete
 def test_interpreted_spectra_are_the_same_bits():
     code = "import json, test_intensity; print(json.dumps(test_intensity.bits()))"
     assert interpreted(code) == bits()

@@ -396,6 +396,7 @@ OPTIONS = {
     st.sampled_from(["noise", "nothing", "level", "pulse", "sudden", "wandering"]),
     st.integers(0, 99),
 )
+@pytest.mark.complete
 def test_no_step_fails_without_a_sentence(count, dt, kind, seed):
     """Records of any length, step and shape: new samples, all finite, or a RecordError; no warning either."""
     random = np.random.default_rng(seed).normal(size=count)

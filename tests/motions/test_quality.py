@@ -100,6 +100,7 @@ def test_a_record_of_nothing_is_told():
 
 @settings(max_examples=25)
 @given(st.floats(1e-3, 1e3), st.booleans(), st.sampled_from([clipped, spiked, with_a_level(0.06), lambda a: a]))
+@pytest.mark.complete
 def test_unit_and_polarity_do_not_matter(factor, turned, damage):
     """Findings are ratios: the same record in another unit, or upside down, fails the same checks."""
     a, dt = samples()
@@ -109,6 +110,7 @@ def test_unit_and_polarity_do_not_matter(factor, turned, damage):
 
 @settings(max_examples=40)
 @given(st.integers(10, 5300), st.sampled_from([-1.0, 1.0]), st.floats(1.0, 50.0))
+@pytest.mark.complete
 def test_a_spike_is_found_wherever_it_is(place, side, size):
     """From the record's PGA on, on top of whatever the motion does there."""
     a, dt = samples()

@@ -129,6 +129,7 @@ def test_pga_is_a_filter_with_units(twelve):
 
 
 @given(st.permutations(range(12)))
+@pytest.mark.complete
 def test_the_order_given_does_not_matter(order):
     motions = [noise(seed) for seed in range(12)]
     again = noise(3)

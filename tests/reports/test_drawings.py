@@ -34,6 +34,7 @@ def file(tmp_path_factory) -> Path:
     return save(made_row(records=3), tmp_path_factory.mktemp("row") / "row.nc")
 
 
+@pytest.mark.complete
 def test_draw_writes_what_is_asked_for(file, tmp_path):
     words = [word for name, path in PICTURES.items() for word in (f"--{name}", tmp_path / path)]
     told = run("draw", file, *words, "--gap", "50 mm", "--building", "Tower", "--yield-force", "inf")
@@ -71,6 +72,7 @@ def test_draw_refuses_in_words_and_writes_nothing(file, case, says, tmp_path, mo
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.complete
 def test_any_figure_is_drawn_by_its_name(file, tmp_path):
     """The same file as by its function."""
     drawn, expected = tmp_path / "r.svg", tmp_path / "expected.svg"

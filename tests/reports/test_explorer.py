@@ -108,6 +108,7 @@ def test_the_same_results_make_the_same_page(results, written, tmp_path):
     assert explorer.view(results, tmp_path / "again.html").read_bytes() == written.read_bytes()
 
 
+@pytest.mark.complete
 def test_a_part_is_chosen_by_record_model_and_amplitude(results, tmp_path):
     part = {"records": ["RSN6-180"], "contact_models": ["jankowski"], "pgas": [0.5 * G]}
     model = embedded(explorer.view(results, tmp_path / "part.html", **part))

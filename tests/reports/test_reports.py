@@ -599,6 +599,7 @@ def test_the_commands_make_the_same_report(scan, tmp_path):
     assert "pounding-risk report results.nc -o report.html" in plain
 
 
+@pytest.mark.complete
 def test_the_command_writes_and_replaces_nothing_unasked(made, tmp_path, monkeypatch):
     from typer.testing import CliRunner
 

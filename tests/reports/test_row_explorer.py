@@ -26,6 +26,7 @@ def written(results, tmp_path_factory):
     return explorer.view(results, tmp_path_factory.mktemp("page") / "row.html")
 
 
+@pytest.mark.complete
 def test_the_page_of_a_row_holds_its_interfaces_and_storeys(results, written):
     model = embedded(written)
     assert model["pickers"][-1] == "interface"

@@ -65,6 +65,7 @@ def run() -> xr.Dataset:
     return pr.simulate(SCENE, pga="0.5 g")
 
 
+@pytest.mark.complete
 def test_a_dataset_that_is_opened_has_it_without_another_import(results, tmp_path):
     path = pr.save(results, tmp_path / "results.nc")
     code = f"import pounding_risk as pr; print(pr.open_results({str(path)!r}).pounding)"
@@ -136,6 +137,7 @@ def test_the_scene_s_own_value_is_not_replaced_by_a_near_one(results, run, says)
     )
 
 
+@pytest.mark.complete
 def test_each_dataset_has_its_usual_figure(results, row, run):
     usual = {
         "scan": (results, pr.figures.scan_figure),

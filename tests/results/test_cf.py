@@ -102,6 +102,7 @@ def looked_at_once(monkeypatch) -> None:
 
 
 @pytest.mark.parametrize("command", [*QUICK, *(pytest.param(one, marks=pytest.mark.complete) for one in ALL)])
+@pytest.mark.complete
 def test_the_checker_has_nothing_against_it(command, tmp_path):
     file = written_by(command, tmp_path)
     dataset = open_results(file)
@@ -114,6 +115,7 @@ def test_the_checker_has_nothing_against_it(command, tmp_path):
             assert (steps > 0.0).all() or (steps < 0.0).all(), axis
 
 
+@pytest.mark.complete
 def test_the_checker_sees_faults(tmp_path):
     """A unit that is none, a variable without a name for people, and flags without meanings."""
     file = written_by("simulate pair", tmp_path)

@@ -139,6 +139,7 @@ ALL = pytest.mark.parametrize("share", [0.04, pytest.param(1.0, marks=complete)]
 
 @ALL
 @pytest.mark.parametrize("kind", ["pair", "row"])
+@pytest.mark.complete
 def test_no_mutant_ends_in_a_traceback(sound, kind, share, tmp_path):
     """Any other exception than PoundingError fails here, with the mutant and the command in its notes.
 
@@ -187,6 +188,7 @@ NEEDED = ["peak_closing_free", "building_mass", "peak_storey_shear_free", "peak_
 
 @ALL
 @pytest.mark.parametrize("kind", ["pair", "storeys"])
+@pytest.mark.complete
 def test_a_report_without_one_variable_is_a_page_or_a_sentence(sound, storeys, kind, share, tmp_path):
     """Each variable of a scan's dataset is left out in turn; the sentence names it, or what stands beside it."""
     dataset = storeys if kind == "storeys" else sound[kind]
@@ -207,6 +209,7 @@ def test_an_error_of_a_key_that_is_no_variable_stays_one():
 
 
 @ALL
+@pytest.mark.complete
 def test_what_a_second_run_is_held_against_may_be_damaged(sound, share):
     """What is missing, and every other difference, is told of the damaged file; of the sound one there is none."""
     assert compared(sound["pair"], sound["pair"], []).same
@@ -267,6 +270,7 @@ def test_the_damage_is_named(sound, damage, says, tmp_path):
 
 
 @pytest.mark.parametrize("count", [3, pytest.param(30, marks=complete)])
+@pytest.mark.complete
 def test_damaged_zarr_stores_are_a_sentence_or_do_no_harm(sound, count, tmp_path):
     """Mutants of a pair's scan as Zarr stores, written without the checks of this package."""
     zarr = pytest.importorskip("zarr")
@@ -314,6 +318,7 @@ def test_bytes_that_are_damaged_are_told_or_do_no_harm(sound, place, damage, tmp
 
 
 @pytest.mark.parametrize("count", [12, pytest.param(60, marks=complete)])
+@pytest.mark.complete
 def test_damaged_bytes_are_a_sentence_before_any_work(sound, count, tmp_path, monkeypatch):
     """Single bytes of a file's compressed values changed: what reads them late says what all others say."""
     whole = save(sound["pair"], tmp_path / "whole.nc").read_bytes()

@@ -118,6 +118,7 @@ def test_a_rigid_building_has_no_period():
     assert np.isnan(found["building_period"].values).tolist() == [False, True]
 
 
+@pytest.mark.complete
 def test_the_command_line_stays_with_the_results(tmp_path):
     (tmp_path / "s.toml").write_text(SCENE)
     words = ["scan", "s.toml", "-o", "r.nc", "--set", "interface.gap=30 mm"]
@@ -133,6 +134,7 @@ print([name for name in sys.modules if name.startswith("pounding_risk.solver.row
 """
 
 
+@pytest.mark.complete
 def test_a_pair_loads_no_solver_of_rows():
     """Its import alone takes as long as the rest of a short scan."""
     assert output("-c", PAIR_ALONE).strip() == "[]"

@@ -19,6 +19,7 @@ shapes = st.tuples(*[st.integers(1, 7)] * 5, st.integers(1, 4))
 
 @settings(max_examples=30)
 @given(shapes, st.integers(1, 40_000))
+@pytest.mark.complete
 def test_blocks_cover_every_line_once_as_boxes(shape, most):
     template = made_template(shape)
     with pytest.MonkeyPatch.context() as patch:

@@ -12,6 +12,7 @@ from figure_words import words_of
 from matplotlib.figure import Figure
 from scenes import BOTH, scene_text, single
 from sentences import refusal
+from sweeps import sweep
 
 from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.separations.table import code_table
@@ -82,6 +83,7 @@ def test_several_axes_come_back_in_their_order(dataset):
 @pytest.mark.parametrize(
     "axis", ["gap", *(pytest.param(axis, marks=pytest.mark.complete) for axis in AXES if axis != "gap")]
 )
+@pytest.mark.complete
 def test_readers_say_the_same_of_both(dataset, axis, tmp_path):
     one, whole = dataset.isel({axis: 1}), dataset.isel({axis: [1]})
     # As text, in which a NaN equals a NaN.
@@ -131,7 +133,7 @@ def test_what_cannot_come_back_is_named(dataset, says):
     says([refusal(assess, one) for one in lost])
 
 
-@pytest.mark.parametrize("version", [3, 1, "two", 0])
+@pytest.mark.parametrize("version", sweep([3, 1, "two", 0], 1))
 def test_a_dataset_of_another_version_is_refused(dataset, tmp_path, version, says):
     """In memory and on disk, as netCDF and lazily."""
     other = dataset.assign_attrs({VERSION: version})

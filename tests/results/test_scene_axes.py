@@ -34,6 +34,7 @@ def alone():
     return pr.scan(parse_scene(pair_text(AXES), overrides=values), check_fraction=0.2)
 
 
+@pytest.mark.complete
 def test_every_way_of_choosing_gives_the_scan_of_the_place(whole, alone, tmp_path):
     """By label, by index, by text, from a file: that of the scene with the values set, but for how they are spelt."""
     path = pr.save(whole, tmp_path / "r.nc")

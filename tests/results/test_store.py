@@ -186,6 +186,7 @@ store.finish({"later": 1})
 
 
 @pytest.mark.parametrize("suffix", [".nc", pytest.param(".zarr", marks=pytest.mark.complete)])
+@pytest.mark.complete
 def test_bytes_follow_from_the_values_alone(tmp_path, suffix):
     """Two processes, at another second: no time and no name is in the bytes."""
     template, start = made_template(), int(time.time())
@@ -382,6 +383,7 @@ def test_only_what_was_left_of_the_target_itself_is_removed(tmp_path):
     assert names(tmp_path) == sorted(theirs)
 
 
+@pytest.mark.complete
 def test_a_crash_between_two_names_is_told(tmp_path):
     """The older store is whole under the name that the sentence gives."""
     template, target = made_template(), tmp_path / "results.zarr"
@@ -422,6 +424,7 @@ def test_lazy_results(tmp_path):
         xr.testing.assert_identical(found, dataset)
 
 
+@pytest.mark.complete
 def test_without_the_extra_it_is_named(tmp_path):
     code = (
         "import sys\nsys.modules['zarr'] = None\nfrom pounding_risk.errors import PoundingError\n"

@@ -9,6 +9,7 @@ from made_row import made_row
 from processes import output
 from scenes import two_records
 from sentences import refusal
+from sweeps import sweep
 from typer.testing import CliRunner
 
 import pounding_risk
@@ -58,7 +59,7 @@ def run(*words):
     return CliRunner().invoke(cli.app, [str(word) for word in words])
 
 
-@pytest.mark.parametrize("name", ["pair", "row", "history"])
+@pytest.mark.parametrize("name", sweep(["pair", "row", "history"], "history"))
 def test_there_and_back_is_the_same_dataset(files, tmp_path, small_blocks, name):
     """Values, the order of the variables, and the types of numbers in values and attributes."""
     first = open_results(files / f"{name}.nc")
@@ -107,6 +108,7 @@ def test_a_summary_is_what_the_whole_dataset_says(files, small_blocks, name, suf
     assert found.units["peak_contact_force" if name == "pair" else "peak_floor_acceleration"] in ("N", "m/s2")
 
 
+@pytest.mark.complete
 def test_blocks_change_nothing_that_is_told(files, monkeypatch):
     whole = summary(files / "pair.nc")
     monkeypatch.setattr(layout, "BLOCK_BYTES", 2000)
@@ -145,6 +147,7 @@ def test_a_summary_is_of_a_scan_only(files, says):
     says(refusal(summary, open_results(files / "pair.nc").drop_attrs()))
 
 
+@pytest.mark.complete
 def test_the_commands_print_and_write(files, tmp_path):
     told = [run("summary", files / f"pair{suffix}") for suffix in (".nc", ".zarr")]
     assert told[0].exit_code == 0, told[0].stderr
@@ -174,6 +177,7 @@ def test_everything_that_reads_results_reads_both(files, tmp_path):
     assert checksum(both[1]) in page
 
 
+@pytest.mark.complete
 def test_results_are_summed_up_without_a_solver(files):
     code = (
         "import sys\nsys.modules['numba'] = None\nfrom pounding_risk.results.summary import summary\n"

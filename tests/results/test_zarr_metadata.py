@@ -172,6 +172,7 @@ def _without(store: Path, key: str) -> None:
     (store / ".zmetadata").write_text(json.dumps(every))
 
 
+@pytest.mark.complete
 def test_damaged_metadata_end_in_a_sentence_or_do_no_harm(store, tmp_path):
     sound = open_results(store)
     refusals = 0

@@ -300,6 +300,7 @@ def written(rows: list[Building | Storeys], gaps: list[float]) -> dict:
 
 @settings(deadline=None, max_examples=40)
 @given(data=st.data(), count=st.integers(2, 6))
+@pytest.mark.complete
 def test_round_trip_of_any_row(data, count):
     """With floors of the usual depth or a given one, below half of the lowest storey, and with a tolerance."""
     rows = [data.draw(buildings(str(place))) for place in range(count)]
@@ -329,6 +330,7 @@ JUNK = st.sampled_from([*POINTS, *NUMBERS, "hertz", "merged", "storey 2", "flats
 
 @settings(deadline=None, max_examples=100)
 @given(data=st.data())
+@pytest.mark.complete
 def test_any_row_is_a_study_or_sentences(data):
     tables = parse_scene(ROW).resolved()
     for _ in range(data.draw(st.integers(1, 3))):

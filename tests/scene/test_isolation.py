@@ -161,6 +161,7 @@ def test_faults_are_told_together(says):
     says(refusal(parse_scene, text(LEAD, single("A", "500 t", "0.4 s"))))
 
 
+@pytest.mark.complete
 def test_its_numbers_are_axes_and_uncertain_numbers():
     axis = {'"building.A.isolation.friction"': [0.03, 0.08]}
     whole = equals_the_loop(text(SLIDER, grid=axis), check_fraction=0.0)

@@ -261,6 +261,7 @@ def test_the_schema_has_the_options_of_every_effect():
 
 
 @pytest.mark.parametrize("name", ["paper", "row", "compare", "ensemble"])
+@pytest.mark.complete
 def test_the_schema_takes_the_scenes_that_come_with_the_package(name, root):
     """By an independent implementation of JSON schema, as an editor has one."""
     jsonschema.Draft202012Validator.check_schema(scene_schema())

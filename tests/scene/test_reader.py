@@ -227,6 +227,7 @@ def test_a_law_that_the_scene_cannot_give(says):
     gaps=st.sets(st.floats(0.0, 10.0), min_size=1, max_size=6),
     name=st.text(st.characters(codec="utf-8"), min_size=1).filter(str.strip).filter(lambda name: not refused(name)),
 )
+@pytest.mark.complete
 def test_round_trip_of_any_numbers(numbers, fraction, gaps, name):
     base = parse_scene(DESIGN)
     mass, period, stiffness, force, tail = numbers

@@ -45,6 +45,7 @@ def test_the_scene_s_own_value_stands_in_for_a_centre_that_is_left_out(says):
 @pytest.mark.parametrize(
     "spelling", ['building.left.period = {distribution = "lognormal", dispersion = 0.2}', '"building.1.period" = {P}']
 )
+@pytest.mark.complete
 def test_every_spelling_of_an_address_is_read(spelling):
     body = spelling.replace("{P}", '{distribution = "lognormal", dispersion = 0.2}')
     text = f"{pair_text({})}\n[uncertain]\n{body}\n"
@@ -245,6 +246,7 @@ KINDS = st.one_of(
     method=st.sampled_from(["sobol", "latin hypercube", "random"]),
     value=st.floats(-0.99, 0.99),
 )
+@pytest.mark.complete
 def test_a_scene_with_uncertain_numbers_is_written_and_read_back(kinds, samples, method, value):
     numbers = dict(zip(("building.left.period", "building.right.period"), kinds, strict=True))
     numbers |= {"method": method, "correlations": [{"between": [*numbers], "value": value}]}

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from oracle_grounds import Body, Touch, follow_grounds
 from row_cases import contacts_of, meeting, points_of
+from sweeps import sweep
 
 from pounding_risk.lab.stability.trial import shaking
 from pounding_risk.models.contact.impulsive import Stereomechanical
@@ -133,7 +134,7 @@ def test_a_touch_is_when_the_grounds_have_closed_the_gap():
 
 @pytest.mark.parametrize("law", [HERTZ, pytest.param(LINEAR, marks=pytest.mark.complete)], ids=["hertz", "linear"])
 @pytest.mark.parametrize("right", [SHED, pytest.param(ROCK, marks=pytest.mark.complete)], ids=["mass", "wall"])
-@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("name", sweep(PAIRS, "own record, later, moving", "reversed, later by part of a step"))
 def test_a_pair_by_an_independent_integrator(name: str, right: Building, law):
     """Displacements in space at every sample of the flights, to 1e-9 of the largest."""
     supports, own = PAIRS[name]

@@ -15,6 +15,7 @@ from scenes import single as mass
 from scipy.integrate import solve_ivp
 from scipy.linalg import block_diag, expm
 from sentences import refusal
+from sweeps import sweep
 from test_links import LINEAR, model, run
 
 import pounding_risk as pr
@@ -168,8 +169,8 @@ def smooth(chains: Any, touching: Any, link: Link, gap: float, count: int) -> tu
     )
 
 
-@pytest.mark.parametrize("exponent", [0.3, 1.0, 1.8])
-@pytest.mark.parametrize("gap", [0.006, 9.0], ids=["contact", "none"])
+@pytest.mark.parametrize("exponent", sweep([0.3, 1.0, 1.8], 0.3))
+@pytest.mark.parametrize("gap", sweep([0.006, 9.0], 0.006), ids=["contact", "none"])
 @pytest.mark.parametrize("name", ["damper", "damper on a brace"])
 def test_a_damper_of_a_power_law_is_that_of_dop853(name: str, exponent: float, gap: float):
     """Chords are off the force by 2e-4 at most, above it as below, and the motion by far less."""
@@ -190,7 +191,7 @@ def test_a_damper_of_a_power_law_is_that_of_dop853(name: str, exponent: float, g
         np.testing.assert_allclose(one, other, atol=tolerance * other.max(), rtol=0.0)
 
 
-@pytest.mark.parametrize("exponent", [0.2, 0.5, 1.0, 2.0])
+@pytest.mark.parametrize("exponent", sweep([0.2, 0.5, 1.0, 2.0], 0.5))
 @pytest.mark.parametrize("brace", [0.0, 2e6], ids=["alone", "on a brace"])
 def test_what_a_damper_takes_is_what_the_masses_lose(exponent: float, brace: float):
     """½ m v² of what moves at the end, springs of 400 s and the brace and all: with an impact without loss in it."""

@@ -196,6 +196,7 @@ print(json.dumps([run.status, run.points.tolist(), run.floors.tolist(), solved])
 """
 
 
+@pytest.mark.complete
 def test_mirror_images_creep_alike_to_the_last_bit():
     """As `test_rows_hold_together` has it for explicit steps: two contacts' equations are solved from both sides."""
     status, points, floors, solved = interpreted(f"import sys\nsys.path += {[str(Path(__file__).parent)]}\n{MIRRORED}")

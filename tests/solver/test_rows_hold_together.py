@@ -133,6 +133,7 @@ def test_single_masses_are_the_pair(yield_force: float):
         assert peaks[[0, 2, 3]] == pytest.approx(expected, rel=1e-8)
 
 
+@pytest.mark.complete
 def test_a_record_may_end_while_a_storey_yields():
     """The elastic range at the end is where the storey has dragged it by then."""
     chain = jankowski(YIELDS)[0]

@@ -258,6 +258,7 @@ print(json.dumps(found))
 """
 
 
+@pytest.mark.complete
 def test_neighbours_that_begin_alike_do_not_press_each_other_by_rounding():
     """The wall stands still and is pressed at once; both masses have the ground's acceleration, and touch later."""
     for wall, between in interpreted(SETUP + ALIKE):

@@ -98,6 +98,7 @@ def test_bounds_without_contact_are_those_of_the_recordings_or_of_the_samples():
         (12, 12, (0.1, 0.1, 0.4), 1),
     ],
 )
+@pytest.mark.complete
 def test_bounds_hold_the_true_probability_and_the_true_gap(samples, recordings, deviations, of_one):
     rng = np.random.default_rng(6)
     repeats, percentiles = 120, (50.0, 84.0)
@@ -133,6 +134,7 @@ def test_bounds_of_the_motions_alone_would_not_hold():
     assert held < 0.6 * 60
 
 
+@pytest.mark.complete
 def test_bounds_hold_where_few_samples_close_much_more():
     """Not lognormal: 20 % of the samples close five times as much, which the logarithms alone do not show."""
     rng = np.random.default_rng(8)
@@ -169,6 +171,7 @@ def test_outcomes_that_a_sample_or_a_motion_decides():
     np.testing.assert_allclose(motions, (0.0, 1.0, 0.0), atol=1e-12)
 
 
+@pytest.mark.complete
 def test_bounds_of_deviations_hold_the_true_ones():
     rng = np.random.default_rng(9)
     repeats, held = 120, np.zeros(3)

@@ -207,6 +207,7 @@ def test_samples_are_of_whole_recordings():
 
 
 @pytest.mark.parametrize("groups", [7, 22])
+@pytest.mark.complete
 def test_bounds_of_a_ratio_hold_it_as_often_as_they_say(groups):
     """150 made ensembles of recordings with two components each, whose true ratio of medians is 0.8."""
     random, levels, truth = np.random.default_rng(0), np.geomspace(1.0, 12.0, 12), np.log(0.8)

@@ -91,6 +91,7 @@ def overlap(one: np.ndarray, other: np.ndarray) -> bool:
 
 
 @given(stars(), stars(), st.floats(-8.0, 8.0))
+@pytest.mark.complete
 def test_moved_together_by_their_clear_distance_two_outlines_touch(left, right, across):
     """Less by 10 µm leaves them apart, more by that lets them overlap; matplotlib tells which."""
     right = right + np.array([40.0, across])
@@ -113,6 +114,7 @@ def test_a_building_in_a_court_is_clear_and_one_within_the_walls_is_not():
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 60.0), st.floats(0.0, 60.0)), min_size=2, max_size=12))
+@pytest.mark.complete
 def test_no_close_pair_is_missed(places):
     """Squares of 6 m anywhere: their distance is that of two intervals on each axis."""
     pairs, distances = close_pairs([rectangle(6.0, 6.0, place) for place in places], 2.0)
@@ -147,6 +149,7 @@ def test_the_shared_face_is_along_the_walls_of_the_two(at, face, angle):
 
 @settings(max_examples=30)
 @given(stars(), stars(), st.floats(-20.0, 20.0), st.floats(0.5, 60.0))
+@pytest.mark.complete
 def test_the_faced_length_is_that_of_lines_along_the_street(left, right, across, reach):
     """Lines a step apart in v, cut with both outlines by hand: each of some forty corners is off by a step at most."""
     right = right + np.array([40.0, across])
@@ -193,6 +196,7 @@ def test_parts_that_do_not_reach_a_line_do_not_count():
 
 
 @given(st.floats(-pi, pi), st.lists(st.tuples(st.floats(5.0, 25.0), st.floats(8.0, 30.0)), min_size=2, max_size=6))
+@pytest.mark.complete
 def test_the_axis_turns_with_the_street(angle, sizes):
     """Rectangles with one front line, some 20 mm apart: the axis is that line, whatever their depths."""
     place, street = 0.0, []

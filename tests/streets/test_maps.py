@@ -286,6 +286,7 @@ def only_scene(block: Block, **options: Any) -> str:
     return text
 
 
+@pytest.mark.complete
 def test_gaps_that_were_measured_otherwise_are_known(tmp_path):
     shapes = in_degrees(made_street(), 15.0, 40.0)
     path = write(tmp_path / "street.gpkg", shapes, "EPSG:4326", **{"gap [mm]": [20.0, None, None, None, None]})

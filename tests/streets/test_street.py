@@ -119,6 +119,7 @@ def folder(tmp_path_factory) -> Path:
 
 @settings(max_examples=50)
 @given(streets(), st.floats(-3.14, 3.14))
+@pytest.mark.complete
 def test_a_table_and_the_footprints_of_a_street_are_the_same_rows(folder, street, turn):
     """However the footprints are turned; in metres, and in degrees near the equator, where 1e-5 degrees are 1.1 m."""
     table = read(folder, as_csv(street))
@@ -130,6 +131,7 @@ def test_a_table_and_the_footprints_of_a_street_are_the_same_rows(folder, street
 
 @settings(max_examples=30)
 @given(streets(), st.floats(-3.14, 3.14))
+@pytest.mark.complete
 def test_degrees_are_as_good_as_metres(folder, street, turn):
     """At the equator, by 110.574 km a degree north and 111.320 km east, the ellipsoid's own (Snyder 1987, table 3)."""
     scale = (1.0 / 111.320e3, 1.0 / 110.574e3)
@@ -142,6 +144,7 @@ def test_degrees_are_as_good_as_metres(folder, street, turn):
 
 @settings(max_examples=30)
 @given(streets())
+@pytest.mark.complete
 def test_a_mirrored_street_is_the_mirrored_rows(folder, street):
     """Walls seen from behind reverse the rows, as do footprints listed the other way; footprints turned over do not."""
     rows = read(folder, as_csv(street)).rows
@@ -431,6 +434,7 @@ def test_tags_of_openstreetmap_are_read(folder, says):
     st.integers(0, 12),
     st.sampled_from(["", "0", "-1", "1e400", "nan", "null", "[]", '"', ",", "\n", "\0", "12 m", "gap [mm]"]),
 )
+@pytest.mark.complete
 def test_a_damaged_file_is_read_or_refused_in_words(folder, name, place, taken, put):
     """Anything but a block, or sentences, would be a fault of the reader."""
     text = (STREETS / name).read_text(encoding="utf-8")
@@ -600,6 +604,7 @@ def test_every_scene_of_the_shipped_street_is_read(shipped):
 
 @settings(max_examples=25)
 @given(streets())
+@pytest.mark.complete
 def test_every_scene_of_a_street_is_read(folder, street):
     assert_read(read(folder, as_csv(street)))
 

@@ -136,6 +136,7 @@ def test_a_column_strikes_with_the_mass_of_the_floors_that_hold_it():
         assert floor_at(building, floor, 20.0).mass == pytest.approx(1.0 / inverse, rel=1e-12)
 
 
+@pytest.mark.complete
 def test_published_values_are_converted_from_kip_and_inch(soft):
     published = {rule.name: (rule.published, rule.unit) for rule in soft.ranges[0].rules}
     assert published["50 000 kip/in, floors of buildings"][0] == pytest.approx(8.756e9, rel=1e-3)
@@ -160,6 +161,7 @@ def test_the_line_gives_a_contact_within_both_limits(advice, request):
 
 
 @pytest.mark.parametrize("name", ["row", "compare"])
+@pytest.mark.complete
 def test_a_scene_with_the_lines_is_told_to_keep_them(name):
     """The lines are values of a scene file, and advice on the new scene agrees with the first."""
     first = pr.advise(pr.read_scene(SHIPPED / f"{name}.toml", TOO_SOFT))
@@ -380,6 +382,7 @@ def test_progress_counts_every_scan_and_ends_with_all():
     assert reported == [(done, 12) for done in range(1, 13)]
 
 
+@pytest.mark.complete
 def test_a_contact_that_does_not_yield_is_tried_with_shares_of_its_force():
     scene = parse_scene(scene_text(FRAME, rigid(), law="viscous_elastoplastic", gap="2 mm", yield_force="inf"))
     advice = pr.advise(scene)
@@ -424,6 +427,7 @@ def test_advice_is_short_at_a_prompt(soft):
     assert repr(soft.influences[0]).startswith("<Influence>")
 
 
+@pytest.mark.complete
 def test_the_command_prints_the_lines_and_the_page_shows_what_it_prints(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(app, ["advise", str(SHIPPED / "paper.toml"), "--figure", "advice.png"])

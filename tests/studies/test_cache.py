@@ -83,6 +83,7 @@ def folder(tmp_path) -> Path:
 
 
 @compiled
+@pytest.mark.complete
 def test_it_is_looked_into_and_rid_of_other_versions_only(folder):
     place = {"NUMBA_CACHE_DIR": str(folder / "cache")}
     below = folder / "cache" / "pounding_risk"
@@ -99,6 +100,7 @@ def test_it_is_looked_into_and_rid_of_other_versions_only(folder):
     assert (below / "notes" / "solver" / "kernel.nbc").stat().st_size == 500_000
 
 
+@pytest.mark.complete
 def test_what_cannot_be_is_refused_in_a_sentence(tmp_path):
     (tmp_path / "scene.toml").write_text(PAIR, encoding="utf-8")
     (tmp_path / "file").write_text("")

@@ -59,6 +59,7 @@ def test_generated_storeys_have_it_and_validate_tells_each(says):
     says("\n".join(line for line in str(validate(study)).splitlines() if "contact points" in line))
 
 
+@pytest.mark.complete
 def test_advise_varies_the_strengths_of_buildings_as_forces():
     """With 50 kN of the buildings or of the interface every number of the advice is one."""
     one, other = pr.advise(row("50 kN", "50 kN")), pr.advise(row(column_yield_force="50 kN"))

@@ -363,6 +363,7 @@ def test_the_typical_case_has_the_median_spread():
 
 
 # ------------------------------------------------------------------------------------------------ rows
+@pytest.mark.complete
 def test_a_comparison_is_summarised_as_the_scan_that_it_is(of_row):
     summed = summary(of_row)
     assert summed.title == of_row.attrs["title"]
@@ -558,6 +559,7 @@ def test_two_laws_have_panels_with_room_for_their_words(dataset):
 
 
 @pytest.mark.filterwarnings("error")
+@pytest.mark.complete
 def test_a_law_without_force_and_stiffness_is_drawn_where_it_can(dataset, tmp_path):
     """As an instant law would be; no empty curve, no "nan" in a figure's words."""
     made = dataset.copy(deep=True)

@@ -238,6 +238,7 @@ def test_a_row_floor_by_floor(tmp_path):
     assert found["interface_gap"].values.tolist() == [[3e-3, 3e-3], [9e-3, 3e-3]]
 
 
+@pytest.mark.complete
 def test_the_command_tells_the_size_and_writes(results, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     words = [

@@ -63,6 +63,7 @@ def changed(path, change):
     return pr.save(dataset if made is None else made, path.with_name(f"changed{count}.nc"))
 
 
+@pytest.mark.complete
 def test_results_run_again_from_another_folder(folder, tmp_path, monkeypatch):
     """To the last bit, with the change from outside and the share of runs made again; the new file says the same."""
     away = tmp_path / "away"
@@ -104,6 +105,7 @@ def test_a_record_that_changed_is_named_before_any_run(folder):
     assert "two was among them and is not" in command(folder / "results.nc").stderr
 
 
+@pytest.mark.complete
 def test_what_differs_is_told_value_by_value(folder):
     """One value moved by its last bit, one count by two, one variable gone, one new."""
 
@@ -190,6 +192,7 @@ def test_another_processing_of_the_same_record_is_told(folder):
     assert "was f00" in found.notes[0]
 
 
+@pytest.mark.complete
 def test_a_manifest_without_screening(folder, tmp_path, monkeypatch):
     write_manifest([read_motion(path) for path in sorted((folder / "motions").iterdir())], folder / "chosen.csv")
     scene = SCENE.replace('files = ["motions/*.AT2"]', 'manifest = "chosen.csv"')
@@ -222,6 +225,7 @@ def test_a_set_of_records(tmp_path):
     assert found.dataset.sizes["record"] == 28
 
 
+@pytest.mark.complete
 def test_a_study_that_was_changed_in_memory_as_the_demo_does(tmp_path):
     """What was run counts, not the text that it came from; numpy's numbers are written as any others."""
     study = demo.scene("paper")

@@ -259,6 +259,7 @@ def test_between_its_instants_a_floor_is_on_a_cubic():
     np.testing.assert_array_equal(found[np.isin(instants.every, nodes)], states)
 
 
+@pytest.mark.complete
 def test_the_figure_shows_what_the_run_has(run, tmp_path):
     drawn = figures.simulation_figure(run)
     roofs = roofs_of(run)
@@ -275,6 +276,7 @@ def test_the_figure_shows_what_the_run_has(run, tmp_path):
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
+@pytest.mark.complete
 def test_the_command_prints_draws_and_moves(tmp_path, run):
     path, picture, moving = (tmp_path / name for name in ("row.toml", "run.png", "run.html"))
     path.write_text(SCENE, "utf-8")

@@ -223,6 +223,7 @@ PROMISED = {  # samples, by the header as this test reads it
 @pytest.mark.parametrize("name", MODULES)
 @settings(max_examples=200, deadline=None)
 @given(data=st.data())
+@pytest.mark.complete
 def test_damage_is_refused_or_leaves_finite_samples_of_the_right_number(name, data):
     """Bytes of the short files changed, removed or added at random places."""
     raw = bytearray(data.draw(st.sampled_from(ORIGINALS[name])))

@@ -86,6 +86,7 @@ def test_files_that_do_not_say_enough_are_not_claimed(tmp_path):
     form=st.sampled_from(["{:.4f}", "{:.6f}", "{:.7e}", "{!r}", "{:.9g}"]),
     count=st.integers(3, 3000),
 )
+@pytest.mark.complete
 def test_times_give_the_step_however_they_are_printed(dt, start, form, count):
     times = start + np.arange(count) * dt
     text = "# unit = g\n" + "\n".join(f"{form.format(float(time))} 0.1" for time in times)
@@ -195,6 +196,7 @@ def test_a_motion_comes_back_bit_for_bit(tmp_path):
     assert [each.name for each in tmp_path.iterdir()] == ["El Centro.csv"]
 
 
+@pytest.mark.complete
 def test_a_raw_trace_stays_raw_until_it_is_processed(tmp_path):
     trace = catalogue.load("NAPA-HNE")[0]
     trace.stats.record = {"state": "raw"}
@@ -209,6 +211,7 @@ def test_a_raw_trace_stays_raw_until_it_is_processed(tmp_path):
 @given(
     samples=st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=50), dt=st.sampled_from([1 / 128, 0.0024, 1 / 3, 0.02])
 )
+@pytest.mark.complete
 def test_any_samples_come_back_bit_for_bit(tmp_path_factory, samples, dt):
     trace = obspy.Trace(np.array(samples), header={"delta": dt})
     back = _read_columns(write_columns(trace, tmp_path_factory.getbasetemp() / "any.csv"))[0]

@@ -133,6 +133,7 @@ def test_at_a_gap_without_runs_contact_is_known_and_the_rest_is_empty(row, tmp_p
     assert any("the nearest are at 20 mm: yielding, impacts" in sentence for sentence in written.told)
 
 
+@pytest.mark.complete
 def test_without_footprints_places_are_nominal_and_so_told(row, tmp_path):
     other = made_row(**ROW, seed=3)
     other.attrs["title"] = "Another street"

@@ -59,6 +59,7 @@ def test_medians_and_dispersions_are_those_of_the_assessment(results, damaged, w
     assert "with pounding" in words[f"{FRAME}.with"]["LimitStates"]["LS2"]["DS2"]["Description"]
 
 
+@pytest.mark.complete
 def test_the_demand_of_fragilities_is_in_every_file_of_demands(results, written, tmp_path):
     for name in ("a-frame-with-contact.csv", "wall-without-contact.csv"):
         units, *rows = rows_of(written, name)
@@ -85,6 +86,7 @@ def test_damage_states_alone(results, damaged, tmp_path):
 
 
 @pytest.mark.parametrize("to", ["nrml", "pelicun"])
+@pytest.mark.complete
 def test_the_method_of_damage_states_is_an_option_and_is_said(results, to, tmp_path):
     """Both formats alike: the method that `damage` was run with, and no amplitude, which such curves need not."""
     name = "f.xml" if to == "nrml" else "folder"
