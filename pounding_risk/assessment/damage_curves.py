@@ -148,7 +148,7 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     """
     of_place = _of_interfaces if state.demand.interfaces else _of_buildings
     both = [of_place(case, state, without) for without in (False, True)]
-    jumps = bool(state.demand.interfaces) or (state.demand.key == "storey_shear" and "storey_ductility" in case)
+    jumps = bool(state.demand.interfaces) or (state.demand.key == "storey_shear" and _may_yield(case, state))
     ratios = [np.where(np.isfinite(values), values, np.nan) / state.threshold for values in both]
     if state.demand.of_structure and (fell := by_amplitude(collapsed(case)).astype(bool)).any():
         # Where no run without contact is known, the building has collapsed in it too: the cases take its status.
@@ -157,6 +157,18 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     if jumps:  # a demand that is capped at the threshold may be less than it by rounding
         ratios = [np.where(np.isclose(values, 1.0, rtol=0.0, atol=ROUNDED), 1.0, values) for values in ratios]
     return Demands(ratios[0], ratios[1], jumps)
+
+
+def _may_yield(case: xr.Dataset, state: Any) -> bool:
+    """True where a storey that the state is of has a strength."""
+    if "storey_ductility" not in case:
+        return False
+    ductility = case["storey_ductility"]
+    if state.building:
+        ductility = ductility.sel(building=state.building)
+    if state.storey:
+        ductility = ductility.isel(storey=state.storey - 1)
+    return bool(np.isfinite(ductility.values).any())
 
 
 def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:

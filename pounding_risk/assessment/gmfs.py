@@ -111,9 +111,9 @@ def scenario_of(levels: Array, fragility: Fragility, confidence: float) -> Scena
     low = high = nan
     medians, dispersions = fragility.draws()
     if medians.size:
-        drawn = np.array([_probabilities(levels, *pair) for pair in zip(medians, dispersions, strict=True)])
-        spread = drawn.std(axis=1, ddof=1) / sqrt(levels.size) if levels.size > 1 else np.zeros(len(drawn))
-        means = drawn.mean(axis=1) + spread * np.random.default_rng(SEED).standard_normal(len(drawn))
+        drawn = (_probabilities(levels, *pair) for pair in zip(medians, dispersions, strict=True))
+        means, deviations = np.array([(one.mean(), one.std(ddof=levels.size > 1)) for one in drawn]).T
+        means += deviations / sqrt(levels.size) * np.random.default_rng(SEED).standard_normal(len(means))
         tail = 50.0 * (1.0 - confidence)
         low, high = np.clip(np.percentile(means, (tail, 100.0 - tail)), 0.0, 1.0)
         high = min(high + left_out, 1.0)

@@ -103,6 +103,7 @@ def _interface(
     components = PARTS_DRAWN if closings.is_drawn else PARTS
     analysis = outputs[chosen].analysis or closings.analysis
     deviation = described("m", "standard deviation of the gap over the samples; 0 where it is known")
+    below = described("1", "outcomes whose closing, less what the gap has more than the scene's own, is 0")
     parts: dict[str, Any] = {
         **_contact(closings, gap, gaps, criterion),
         **_required(closings, percentiles, confidence),
@@ -112,6 +113,7 @@ def _interface(
         **subject.moved(index, gap, request),
         "scene_gap": ((), subject.gap(index), described("m", "gap of the scene")),
         "gap_deviation": ((), subject.gap_deviation(index), deviation),
+        "outcomes_without_closing": ((), int((closings.closing <= 0.0).sum()), below),
     }
     coords = {
         "gap": ("gap", gaps, described("m", "gap") | {"description": GAPS_WORDS}),

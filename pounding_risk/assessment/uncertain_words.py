@@ -114,7 +114,9 @@ def parts_words(part: xr.Dataset) -> str:
         if "interaction" not in share:
             return "No motion was drawn twice, or all are of one recording: draw more samples for the motions' share."
         return "One recording, or one sample, does not show what motions and parameters contribute."
-    whose = "ln closing" if str(part["chosen_output"].item()) in OUTPUT_WORDS else "the output"
+    is_of_closing = str(part["chosen_output"].item()) in OUTPUT_WORDS
+    scatter = gap_scatter(part) > 0.0
+    whose = ("ln (closing less the scatter of the gap)" if scatter else "ln closing") if is_of_closing else "the output"
     words = {"motions": "the motions", "parameters": "the uncertain numbers", "interaction": "both together"}
     words["parameters and interaction"] = "the uncertain numbers, alone and together with the motions"
     ordered = sorted((name for name in words if name in share), key=lambda name: -share[name])
@@ -123,7 +125,19 @@ def parts_words(part: xr.Dataset) -> str:
     )
     unit = str(part["dispersion"].attrs["units"])
     total = f"{deviation['total']:.2g}" if unit == "1" else _said(deviation["total"], unit)
-    return f"Of the variance of {whose} {parts} (deviation {total} in all)."
+    sentence = f"Of the variance of {whose} {parts} (deviation {total} in all)."
+    beyond = int(part.get("outcomes_without_closing", 0))
+    if is_of_closing and beyond:
+        sentence += (
+            f" {counted(beyond, 'outcome')} in which the scatter is the larger {'counts' if beyond == 1 else 'count'} "
+            "as the least of the others."
+        )
+    return sentence
+
+
+def closing_words(part: xr.Dataset) -> str:
+    """What the variance is split of, where it is that of closings."""
+    return "the closing without contact" + " less the scatter of the gap" * (gap_scatter(part) > 0.0)
 
 
 def narrowing(part: xr.Dataset, closings: CrossedClosings, gap: float, criterion: Criterion) -> list[str]:
@@ -218,9 +232,10 @@ def _dispersion(part: xr.Dataset) -> Iterator[str]:
     left = float(np.sqrt(max(deviation["total"] ** 2 - gone, 0.0)))
     name = str(part["uncertain_number"].values[lead])
     total, narrowed = f"{deviation['total']:.2g}", f"{left:.2g}"
+    whose = "the closing" + " less the scatter of the gap" * (gap_scatter(part) > 0.0)
     change = f"fall to {narrowed}" if narrowed != total else "hardly change"
     yield (
-        f"The total dispersion of the closing, {total}, would {change} were {name} known; "
+        f"The total dispersion of {whose}, {total}, would {change} were {name} known; "
         f"{deviation['motions']:.2g} is that of the motions, which no such knowledge narrows."
     )
 

@@ -15,6 +15,7 @@ from pounding_risk.assessment.uncertain import assessed
 from pounding_risk.assessment.uncertain_samples import ALL_MOTIONS, Request, Samples, opened_samples, sampled_scene
 from pounding_risk.assessment.uncertain_words import (
     OUTPUT_WORDS,
+    closing_words,
     gap_scatter,
     indices_words,
     parts_words,
@@ -257,7 +258,8 @@ def _contact(part: xr.Dataset) -> Block:
 
 def _parts(part: xr.Dataset) -> Block:
     unit, output = str(part["dispersion"].attrs["units"]), str(part["chosen_output"].item())
-    whose = "the logarithm of the closing without contact" if output in OUTPUT_WORDS else output.replace("_", " ")
+    is_of_closing = output in OUTPUT_WORDS
+    whose = f"the logarithm of {closing_words(part)}" if is_of_closing else output.replace("_", " ")
     rows: list[Row] = []
     for name in part["component"].values:
         one = part.sel(component=name)

@@ -15,7 +15,8 @@ Array = NDArray[np.float64]
 Rates = TypeVar("Rates", float, NDArray[np.float64])
 
 YEARS = 50.0  # of probabilities where no other number of years is given
-DRAWS, SEED = 400, 20110314
+DRAWS = 2**12  # of the fit: bounds of 95 % of a rate are then good to 1 % with 3 recordings, to 0.5 % with 20
+SEED = 20110314
 WIDEST = 6.0  # of ln θ and ln β about the fit: a factor of 400, beyond every hazard curve
 LARGEST = 700.0  # exponent of a number that there is
 HALVINGS = 50  # of the range in which a median is looked for: 1e-15 of it is left
@@ -133,18 +134,30 @@ def draws(
     spread = np.array([errors[0], errors[1] / estimates[1]])
     if not np.isfinite([*spread, correlation]).all():
         return np.empty(0), np.empty(0)
-    rng = np.random.default_rng(SEED)
+    from scipy.special import gammaincinv, ndtri
+
     middle = np.log(estimates)
+    one, other = _hammersley(DRAWS)
     if independent > 1.0:
         count = independent
-        dispersion = middle[1] + 0.5 * np.log(count / rng.chisquare(count - 1.0, DRAWS))
-        median = middle[0] + np.exp(dispersion) / np.sqrt(count) * rng.standard_normal(DRAWS)
-        drawn = np.stack([median, dispersion], axis=1)
+        dispersion = middle[1] + 0.5 * np.log(count / (2.0 * gammaincinv(0.5 * (count - 1.0), one)))
+        median = middle[0] + np.exp(dispersion) / np.sqrt(count) * ndtri(other)
     else:
-        together = np.outer(spread, spread) * [[1.0, correlation], [correlation, 1.0]]
-        drawn = rng.multivariate_normal(middle, together, DRAWS, method="eigh")
+        first, second = ndtri(one), ndtri(other)
+        median = middle[0] + spread[0] * first
+        dispersion = middle[1] + spread[1] * (correlation * first + np.sqrt(max(1.0 - correlation**2, 0.0)) * second)
+    drawn = np.stack([median, dispersion], axis=1)
     drawn = np.exp(np.clip(drawn, middle - WIDEST, middle + WIDEST))
     return drawn[:, 0], drawn[:, 1]
+
+
+def _hammersley(count: int) -> tuple[Array, Array]:
+    """Points that fill the unit square evenly (Hammersley 1960), in the middle of their cells; a power of 2 of them."""
+    places = np.arange(count)
+    mirrored = np.zeros(count, dtype=int)
+    for digit in range(count.bit_length() - 1):
+        mirrored = 2 * mirrored + (places >> digit & 1)
+    return (places + 0.5) / count, (mirrored + 0.5) / count
 
 
 def counted_gap(hazard: Curve, unit: Array, rate: float) -> float:

@@ -14,6 +14,7 @@ from scipy.optimize import minimize
 from scipy.stats import norm
 
 import pounding_risk as pr
+from pounding_risk.assessment.damage_curves import demands_of
 from pounding_risk.assessment.damage_words import finding
 from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError, SceneError
@@ -314,6 +315,19 @@ def test_demands_of_storeys_and_columns(row):
     force = own["contact_point_peak_contact_force"].values[..., columns].max(axis=-1)
     np.testing.assert_allclose(found[4, 0], force / 1e3)
     assert float(found[4, 0].max()) > 0.0 and (found[4, 1] == 0.0).all()
+
+
+def test_shears_are_capped_by_strengths_of_their_own_storeys_alone(row):
+    """Beside a building that yields the shear of an elastic one is no capped demand, of which a fit knows less."""
+    case = row.isel(gap=0, contact_model=0, yield_force=0)
+    ductility = case["storey_ductility"]
+    beside = case.assign(storey_ductility=ductility.where(case["building"] != "A"))
+    upper = case.assign(storey_ductility=ductility.where(case["storey"] > 1))
+    first = pr.DamageState("first", building="A", storey=1, storey_shear="80 kN")
+    shear = pr.DamageState("shear", building="A", storey_shear="80 kN")
+    every = pr.DamageState("every", storey_shear="80 kN")
+    found = [demands_of(one, state).jumps for one in (case, beside, upper) for state in (first, shear, every)]
+    assert found == [True, True, True, False, False, True, False, True, True]
 
 
 def test_states_of_one_interface_or_contact_point(row):
