@@ -222,6 +222,7 @@ def run_of(model: RowModel, gaps, law, rtol: float, own=(), restitution=HALF):
     return cases, Limits(np.asarray(gaps, dtype=float), never, never)
 
 
+@pytest.mark.complete  # on grounds of their own rows are compiled once more
 @pytest.mark.parametrize("law", [LAW, Stereomechanical()], ids=["force", "jump"])
 @pytest.mark.parametrize("right", [SHED, ROCK], ids=["mass", "wall"])
 @pytest.mark.parametrize("name", PAIRS)
@@ -238,6 +239,7 @@ def test_a_row_of_two_is_the_pair(name: str, right: Building, law):
     np.testing.assert_allclose(found.points[0, -2:], [raw[HIGH], raw[LOW]], rtol=1e-8)
 
 
+@pytest.mark.complete
 def test_a_row_by_an_independent_integrator():
     """Storeys, a mass and a wall on three grounds; every floor in space at the samples, to 1e-9 of the largest."""
     storeys = Storeys("storeys", (200e3, 150e3), (9e7, 7e7), (3.0, 3.0), 0.05, "rayleigh")

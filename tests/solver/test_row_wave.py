@@ -54,6 +54,7 @@ def run_of(chains, meetings, lags, ground=GROUND, rtol: float = 1e-9, **more: An
 
 # -------------------------------------------------------------------------------------------------- the motion
 @pytest.mark.parametrize("lag", [0.004, LAG, -LAG, 0.0137])
+@pytest.mark.complete
 def test_the_motions_are_those_of_the_pair(lag: float):
     """Both grounds and w at all nodes, to the bit, from the function that the pair's solver uses."""
     pair, table = delayed(GROUND, STEP, lag), arriving(GROUND, STEP, arrivals_of(arrivals(lag), STEP))
@@ -96,6 +97,7 @@ def test_when_a_wave_arrives(says):
 # -------------------------------------------------------------------------------------------------- other models
 @pytest.mark.parametrize(("lag", "e"), [(LAG, 0.5), (-LAG, 0.5), (0.02, 0.5), (LAG, 0.005)])
 @pytest.mark.parametrize("pair", [(FRAME, SHED), (FRAME, ROCK), (ROCK, SHED)], ids=["masses", "right", "left"])
+@pytest.mark.complete
 def test_two_single_masses_are_the_pair(pair, lag: float, e: float):
     """With an e of 0.005 both take implicit steps."""
     known = solve(
@@ -145,6 +147,7 @@ def place_of(chains, building: int, floor: float):
 
 
 @pytest.mark.parametrize("name", sweep(ROWS, "to the left, past a rigid one"))
+@pytest.mark.complete
 def test_an_independent_run(name: str):
     """SciPy in absolute displacements, which knows neither w nor own grounds as something relative."""
     chains, meetings, lags = ROWS[name]
@@ -174,6 +177,7 @@ def test_an_independent_run(name: str):
 
 # -------------------------------------------------------------------------------------------------- limits
 @pytest.mark.parametrize("name", CASES)
+@pytest.mark.complete
 def test_a_wave_in_no_time_is_no_wave(name: str):
     """0.1 ns between neighbours: the ground moves them by some 1e-11 m, and the kernels are those of a wave."""
     case = CASES[name]
@@ -190,6 +194,7 @@ def test_a_wave_in_no_time_is_no_wave(name: str):
 
 
 @pytest.mark.parametrize("wave", [WavePassage(0.0), WavePassage.on(400.0, [0.0, 0.0])])
+@pytest.mark.complete
 def test_no_distance_is_no_wave_to_the_bit(wave: WavePassage):
     chains, meetings, _ = ROWS["storeys, single, storeys"]
     models = RowModel(chains, points_of(meetings)), RowModel(chains, points_of(meetings), wave.supports(3))
@@ -199,6 +204,7 @@ def test_no_distance_is_no_wave_to_the_bit(wave: WavePassage):
     np.testing.assert_array_equal(one.floors, other.floors)
 
 
+@pytest.mark.complete
 def test_what_is_later_moves_as_what_is_prompt():
     """Equal buildings that never touch, whatever part of a sample the lags end in; before its arrival none moves."""
     chain = storeys(3, 70e3, 4e7)
@@ -211,6 +217,7 @@ def test_what_is_later_moves_as_what_is_prompt():
     np.testing.assert_allclose(free.states[5:, :, 3:6], free.states[:-5, :, :3], rtol=0.0, atol=1e-13)
 
 
+@pytest.mark.complete
 def test_seen_from_behind():
     """Left and right, the sign of the motion and the way of the wave changed: the same run, to its tolerance."""
     chains, meetings, lags = ROWS["storeys, single, storeys"]
@@ -229,6 +236,7 @@ def test_seen_from_behind():
     np.testing.assert_allclose(one.floors, floors, rtol=1e-6)
 
 
+@pytest.mark.complete
 def test_histories_are_those_of_the_masses():
     """A recorded run is the same run; its states, log and grounds know the masses, and u − w closes the gap."""
     chains, meetings, lags = ROWS["to the left, past a rigid one"]
@@ -252,6 +260,7 @@ def test_histories_are_those_of_the_masses():
 
 
 @pytest.mark.parametrize("law", [LAW, Linear(2e8)])
+@pytest.mark.complete
 def test_parts_are_the_whole_row_to_the_bit(law):
     """Five buildings, of which some touch: their arrivals are part of what equal parts have to share."""
     chains = (single(90e3, 0.2), storeys(2, 100e3, 1e8), single(60e3, 0.5), storeys(2, 100e3, 1e8), single(60e3, 0.5))
@@ -289,6 +298,7 @@ def scene(distance: str, towards: str = "right"):
     return parse_scene(text.replace('"DISTANCE"', distance))
 
 
+@pytest.mark.complete
 def test_a_scene_of_a_row_with_a_wave():
     """One distance, or one for each interface: read, written back, scanned with and without screening."""
     one, several = scene('"30 m"'), scene('["30 m", "30 m"]')

@@ -35,7 +35,7 @@ CHOICES = {
 }
 
 
-@pytest.fixture(scope="module", params=CHOICES)
+@pytest.fixture(scope="module", params=sweep(CHOICES, "pair", "row"))
 def scene_and_run(request):
     text, choice = CHOICES[request.param]
     study = parse_scene(text)
@@ -96,7 +96,10 @@ def test_attributes_are_alike():
     assert runs[2]["interface_gap"].values.tolist() == [0.009, 0.003]
 
 
-@pytest.mark.parametrize("effects", ["", '[effects]\nwave_passage = {velocity = "500 m/s", distance = "9 m"}\n'])
+PASSING = '[effects]\nwave_passage = {velocity = "500 m/s", distance = "9 m"}\n'
+
+
+@pytest.mark.parametrize("effects", ["", pytest.param(PASSING, marks=pytest.mark.complete)], ids=["", "a wave"])
 def test_either_solver_gives_the_same_histories(effects):
     """Two single masses by the solver of pairs and by that of rows, which integrates in another way."""
     study = parse_scene(PAIR + effects).updated(rtol=1e-10)
