@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scenes import FRAME, TWO_AND_A_WALL, rigid, scene_text, single, storeyed
+from sweeps import sweep
 
 import pounding_risk as pr
 from pounding_risk import figures
