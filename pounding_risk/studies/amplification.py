@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.order import ROUNDING
 from pounding_risk._common.progress import Progress
 from pounding_risk.ensemble.chunks import Chunk, joined
 from pounding_risk.ensemble.job import ScanInput
@@ -267,11 +268,15 @@ def amplification_dataset(
 
 
 def _percentiles(flat: Array, percentiles: Sequence[float]) -> Array:
-    """Percentiles over the first axis, of the values that are known; NaN where none is."""
-    if np.isfinite(flat).all():
-        return np.percentile(flat, percentiles, axis=0)
-    unknown = ~np.isfinite(flat).any(axis=0)
-    return np.where(unknown, np.nan, np.nanpercentile(np.where(unknown, 1.0, flat), percentiles, axis=0))
+    """The least of the known values along the first axis that so many % of them do not exceed; NaN where none is known.
+
+    As `enough_for`, whose values are all known.
+    """
+    known = np.isfinite(flat)
+    shares = np.array(percentiles).reshape(-1, *[1] * (flat.ndim - 1)) / 100.0
+    ranks = np.ceil(shares * known.sum(axis=0) - ROUNDING).astype(int)
+    rising = np.sort(np.where(known, flat, np.nan), axis=0)
+    return np.take_along_axis(rising, np.maximum(ranks, 1) - 1, axis=0)
 
 
 def _coordinates(study: Scene, shaking: Shaking, chart: Chart, percentiles: Sequence[float]) -> dict[str, Any]:
