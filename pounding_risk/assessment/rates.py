@@ -247,7 +247,8 @@ def _finding(here: Rate, target: AnnualRate, confidence: str) -> str:
     least = "at least " if here.at_least else ""
     shares = [in_years(rate, target.years) for rate in (here.annual, here.low, here.high)]
     chance, *ends = (f"{100.0 * share:.2g} %" for share in shares)
-    bounds = f" ({confidence} bounds {ends[0]} to {ends[1]})" if isfinite(here.low) else ""
+    held = ", of what the curve holds" if here.at_least else ""
+    bounds = f" ({confidence} bounds {ends[0]} to {ends[1]}{held})" if isfinite(here.low) else ""
     often = return_period_words(here.annual) if here.annual > 0.0 else "never"
     span = "1 year" if target.years == 1.0 else f"{target.years:g} years"
     return f"at a gap of {gap} contact comes {least}{often}, {least}{chance} in {span}{bounds}"

@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     from pounding_risk.assessment.hazard import Rate
     from pounding_risk.assessment.rates import GapForRate
 
-AT_LEAST = "At least: the hazard curve ends where failures do not; give one that reaches further. "
+AT_LEAST = (
+    "At least: the hazard curve ends where failures do not, and the bounds count what it holds alone; give one that "
+    "reaches further. "
+)
 
 
 def annual_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
