@@ -13,9 +13,10 @@ from uncertain import LEFT, PERIODS, PULSES, RIGHT, uncertain_pulses
 import pounding_risk as pr
 from pounding_risk.assessment.options import read_criterion
 from pounding_risk.assessment.uncertain_samples import independent_points
-from pounding_risk.assessment.uncertain_words import words_of_number
+from pounding_risk.assessment.uncertain_words import parts_words, words_of_number
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.uncertainty import uncertainty_figure
+from pounding_risk.questions.uncertainty import sheet
 from pounding_risk.scene.reader import parse_scene
 
 
@@ -127,7 +128,8 @@ def test_a_linear_scene_has_the_variance_that_is_known():
 
 def test_a_gap_that_is_uncertain_moves_what_is_required_by_as_much():
     gaps = {"interface.gap": {"distribution": "normal", "mean": "80 mm", "deviation": "10 mm"}}
-    part = pr.uncertainty(uncertain_pulses(gaps | {LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 128)).isel(interface=0)
+    whole = pr.uncertainty(uncertain_pulses(gaps | {LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 128))
+    part = whole.isel(interface=0)
     one = part.sel(output="required_gap")
     assert float(one["output_deviation"]) == pytest.approx(0.01, rel=0.05)
     # A fit of 11 coefficients to 128 samples has up to 9 % of the variance by chance.
@@ -137,6 +139,12 @@ def test_a_gap_that_is_uncertain_moves_what_is_required_by_as_much():
     middle = float(part["required_gap_moved"][0, 1])
     np.testing.assert_allclose(part["required_gap_moved"][0], middle + np.array([z, 0.0, -z]) * 0.01, rtol=1e-6)
     assert float(part["judged_gap"]) == pytest.approx(0.08)
+    # The variance is that of the closing less the scatter, and is called so.
+    captions = str(sheet(whole))
+    assert (
+        "Parts of the variance of the logarithm of the closing without contact less the scatter of the gap" in captions
+    )
+    assert parts_words(part).startswith("Of the variance of ln (closing less the scatter of the gap)")
 
 
 @pytest.mark.complete
