@@ -34,7 +34,7 @@ from pounding_risk.units import GAP, say
 Array = NDArray[np.float64]
 
 USUAL = tuple(read_rate(f"{percent} % in 50 years") for percent in (20, 10, 5, 2, 1))
-DRAWN_HALVINGS = 28  # of bounds, of which 400 draws give no more digits
+DRAWN_HALVINGS = 28  # of bounds, of which the draws give no more digits
 MOST_GAPS = 100  # at which curves are fitted where capacities are not known
 SHAPE = "Scaling a motion keeps the shape of its spectrum; that of motions as rare as the hazard curve says may differ."
 TOO_SHORT = "the hazard curve ends where contact does not"

@@ -141,9 +141,8 @@ def test_a_gap_that_is_uncertain_moves_what_is_required_by_as_much():
     assert float(part["judged_gap"]) == pytest.approx(0.08)
     # The variance is that of the closing less the scatter, and is called so.
     captions = str(sheet(whole))
-    assert (
-        "Parts of the variance of the logarithm of the closing without contact less the scatter of the gap" in captions
-    )
+    of_scatter = "the logarithm of the closing without contact less the scatter of the gap"
+    assert f"Parts of the variance of {of_scatter}" in captions
     assert parts_words(part).startswith("Of the variance of ln (closing less the scatter of the gap)")
 
 
