@@ -34,6 +34,7 @@ from pounding_risk.units import GAP, say
 Array = NDArray[np.float64]
 
 USUAL = tuple(read_rate(f"{percent} % in 50 years") for percent in (20, 10, 5, 2, 1))
+EVERY = 8  # of the drawn dispersions gets the median of a rate; between them it is as good as straight
 DRAWN_HALVINGS = 28  # of bounds, of which the draws give no more digits
 MOST_GAPS = 100  # at which curves are fitted where capacities are not known
 SHAPE = "Scaling a motion keeps the shape of its spectrum; that of motions as rare as the hazard curve says may differ."
@@ -104,7 +105,9 @@ class RateOfGaps:
         low, high = nan, nan
         if medians.size:
             tail = 50.0 * (1.0 - self.confidence)
-            drawn = gap * median_at_rate(hazard, dispersions, rate, DRAWN_HALVINGS) / medians
+            some = np.append(np.sort(dispersions)[::EVERY], dispersions.max())
+            unit_gaps = np.log(median_at_rate(hazard, some, rate, DRAWN_HALVINGS))
+            drawn = gap * np.exp(np.interp(dispersions, some, unit_gaps)) / medians
             low, high = np.percentile(drawn, (tail, 100.0 - tail), method="nearest").tolist()  # inf is no number to add
         here = rate_of(hazard, curve, self.confidence)
         by_count = counted_gap(hazard, self.motions.unit_capacities, rate)

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 Rates = TypeVar("Rates", float, NDArray[np.float64])
 
 YEARS = 50.0  # of probabilities where no other number of years is given
-DRAWS = 2**12  # of the fit: bounds of 95 % of a rate are then good to 1 % with 3 recordings, to 0.5 % with 20
+DRAWS = 2**11  # of the fit: bounds of 95 % of a rate are then good to 2 % with 3 recordings, to 1 % with 6 and more
 SEED = 20110314
 WIDEST = 6.0  # of ln θ and ln β about the fit: a factor of 400, beyond every hazard curve
 LARGEST = 700.0  # exponent of a number that there is
