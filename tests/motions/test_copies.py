@@ -148,6 +148,7 @@ def test_a_component_that_is_its_partners_copy_is_named_where_the_partner_is_mis
         read_ensemble(request, folder)
 
 
+@pytest.mark.complete
 def test_scan_and_assessment_count_a_record_once(folder, tmp_path):
     """Two recordings, whatever lies beside them in the folder, and the evidence says so."""
     study = parse_scene(SCENE, str(folder / "scene.toml"))

@@ -42,6 +42,7 @@ def blocks() -> list[str]:
     return [one for one in re.findall(r"^```toml\n(.*?)^```", PAGE.read_text("utf-8"), re.M | re.S) if "moat" in one]
 
 
+@pytest.mark.complete
 def test_a_wall_that_gives_takes_the_forces_that_the_page_says():
     """Largest forces of contact and accelerations of the slab at a gap of 60 mm, to the digits printed there."""
     block, wall = blocks()

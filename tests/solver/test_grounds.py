@@ -264,6 +264,7 @@ def test_a_row_by_an_independent_integrator():
     np.testing.assert_allclose(moved, masses, rtol=0.0, atol=1e-9 * np.abs(masses).max())
 
 
+@pytest.mark.complete
 def test_parts_are_the_whole_row():
     """Equal buildings on unlike grounds are no equal parts, in a row of which some buildings touch."""
     buildings = (FRAME, *(FRAME, SHED, FRAME) * 3)
