@@ -184,14 +184,14 @@ def test_the_users_interrupt_while_a_plugin_is_imported_stops(install):
 @pytest.mark.parametrize(
     "value", ["", ":", "extra:", ":ONE", "extra:ONE.", "..extra:ONE", "ex tra:1", "extra:ONE:TWO", "\x00"]
 )
-@pytest.mark.parametrize("group", sorted(plugins.GROUPS))
-def test_a_malformed_entry_point_is_one_plugin_less(install, group, value):
-    install("extra", {group: f"one = {value}"}, "ONE = 1")
-    registry = Registry(group, {"zero": 0}, lambda name, target: target)
-    assert registry["zero"] == 0
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PluginWarning)
-        assert dict(registry.items()).get("zero") == 0
+def test_a_malformed_entry_point_is_one_plugin_less(install, value):
+    install("extra", {group: f"one = {value}" for group in plugins.GROUPS}, "ONE = 1")
+    for group in plugins.GROUPS:
+        registry = Registry(group, {"zero": 0}, lambda name, target: target)
+        assert registry["zero"] == 0
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PluginWarning)
+            assert dict(registry.items()).get("zero") == 0
 
 
 def test_a_name_that_two_plugins_have_is_refused(install):

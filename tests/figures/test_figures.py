@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from importlib import import_module
-from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,7 +12,6 @@ import pytest
 import xarray as xr
 from figure_words import words_of
 from sentences import refusal
-from sweeps import sweep
 
 from pounding_risk import figures
 from pounding_risk.figures.simulate import parting
@@ -138,12 +136,8 @@ TITLES = {
 
 
 @pytest.mark.parametrize("name", TITLES)
-def test_titles(gallery, name):
+def test_titles_say_what_is_drawn_and_axes_have_units(gallery, name):
     assert words_of(gallery[name]).splitlines()[0] == TITLES[name]
-
-
-@pytest.mark.parametrize("name", TITLES)
-def test_axes_have_units(gallery, name):
     for axes in gallery[name].axes:
         told = [*axes.get_shared_x_axes().get_siblings(axes), *axes.get_shared_y_axes().get_siblings(axes)]
         assert any("[" in each.get_ylabel() for each in told)
@@ -165,14 +159,10 @@ def test_nothing_written_leaves_the_page(gallery, name):
             assert inside or text.axes is None or not text.axes.bbox.padded(40).overlaps(box), text.get_text()
 
 
-FILES = list(product(TITLES, (".png", ".pdf")))
-
-
-@pytest.mark.parametrize(("name", "suffix"), sweep(FILES, ("ratio", ".png"), ("lines over gap", ".pdf")))
-@pytest.mark.complete
-def test_files_are_the_same_for_the_same_data(gallery, name, suffix, tmp_path):
-    first = figures.write(gallery[name], tmp_path / f"a{suffix}").read_bytes()
-    assert figures.write(gallery[name], tmp_path / f"b{suffix}").read_bytes() == first
+@pytest.mark.parametrize("suffix", [".png", ".pdf"])
+def test_files_are_the_same_for_the_same_data(gallery, suffix, tmp_path):
+    first = figures.write(gallery["lines over gap"], tmp_path / f"a{suffix}").read_bytes()
+    assert figures.write(gallery["lines over gap"], tmp_path / f"b{suffix}").read_bytes() == first
     assert b"CreationDate" not in first and b"Matplotlib" not in first
 
 
@@ -232,17 +222,12 @@ def test_many_records_are_put_together(forces):
     figure = figures.scan_figure(many)
     assert figure.get_size_inches()[0] <= 10.0
     if len(forces) > 1:
-        maps = [
-            axes for axes in figure.axes if axes.collections and axes.get_ylabel() != "peak relative displacement [mm]"
-        ]
+        maps = [each for each in figure.axes if each.collections and "displacement [mm]" not in each.get_ylabel()]
         median = np.asarray(maps[1].collections[0].get_array())
         expected = np.median(many["peak_relative_displacement"].values * 1e3, axis=(0, 1))[0].T
         np.testing.assert_allclose(median, expected, rtol=1e-12)  # rounding of the quantile's interpolation
-        assert [axes.get_title().split("\n")[0] for axes in maps[:3]] == [
-            "16th percentile",
-            "median",
-            "84th percentile",
-        ]
+        heads = [axes.get_title().split("\n")[0] for axes in maps[:3]]
+        assert heads == ["16th percentile", "median", "84th percentile"]
 
 
 def test_a_figure_is_a_function_of_a_module_of_its_folder():

@@ -1,4 +1,4 @@
-"""A browser for the tests of pages."""
+"""Reports without pictures, and a browser for the tests of pages."""
 
 from __future__ import annotations
 
@@ -6,7 +6,13 @@ import pytest
 from explorer_page import BROWSER, DRIVER
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
+def no_pictures(monkeypatch) -> None:
+    """A word in place of each picture, whose drawing takes longer than the rest of a report."""
+    monkeypatch.setattr("pounding_risk.reports.document.svg_text", lambda figure: "<svg/>")
+
+
+@pytest.fixture(scope="session")
 def driver():
     """Headless Chromium; what it logs and asks for is kept."""
     webdriver = pytest.importorskip("selenium.webdriver")

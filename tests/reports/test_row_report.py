@@ -79,8 +79,7 @@ def test_ends_and_interiors_stand_apart(results, blocks):
     assert rows[-1][0]["text"].startswith("2 interiors:")
 
 
-@pytest.mark.complete
-def test_every_interface_has_its_verdict_figures_and_tables(data):
+def test_every_interface_has_its_verdict_figures_and_tables(data, no_pictures):
     """And nothing says that it is a pair's report."""
     built = model.build(data)
     told = {section["name"]: section["blocks"] for section in built["sections"]}

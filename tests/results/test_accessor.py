@@ -5,15 +5,14 @@ from __future__ import annotations
 import inspect
 import tomllib
 import xml.etree.ElementTree as ElementTree
-from math import inf
 
-import numpy as np
 import pytest
 import xarray as xr
 from figure_words import words_of
 from processes import output
 from scenes import BOTH, scene_text, single
 from sentences import refusal
+from sweeps import sweep
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError
@@ -67,10 +66,12 @@ def run() -> xr.Dataset:
 
 @pytest.mark.complete
 def test_a_dataset_that_is_opened_has_it_without_another_import(results, tmp_path):
+    """And no solver is needed to sum it up."""
     path = pr.save(results, tmp_path / "results.nc")
-    code = f"import pounding_risk as pr; print(pr.open_results({str(path)!r}).pounding)"
-    told = output("-c", code)
+    code = "import sys; sys.modules['numba'] = None; import pounding_risk as pr; path = sys.argv[1]; "
+    told = output("-c", code + "print(pr.open_results(path).pounding, pr.summary(path).counts['cases'])", path)
     assert told.startswith("<results of scan>\n") and NAME in told
+    assert told.endswith(f" {results['status'].size}\n")
 
 
 @pytest.mark.parametrize("name", CALLS)
@@ -153,7 +154,7 @@ def test_each_dataset_has_its_usual_figure(results, row, run):
     assert words_of(assessed) == words_of(pr.figures.assessment_figure(pr.assess(results, gap="90 mm", pga="0.3 g")))
 
 
-@pytest.mark.parametrize("kind", ["scan", "ratio", "assessment", "separations", "elevation", "plan", "profiles"])
+@pytest.mark.parametrize("kind", sweep(["scan", "ratio", "separations", "elevation", "plan"], "ratio"))
 def test_each_figure_of_a_row_can_be_drawn_by_its_name(row, kind):
     assert words_of(row.pounding.figure(kind))
 
@@ -264,7 +265,3 @@ def test_the_text_of_a_scene_is_a_scene():
     with pytest.raises(PoundingError, match=r"no such file|does not exist|cannot be read"):
         pr.read_scene("scene-that-is-not-there.toml")
     assert pr.read_scene(SCENE, "interface.gap='5 mm'").gap == 0.005
-    assert (
-        np.isinf(pr.read_scene(SCENE).grid.yield_forces[-1])
-        and inf in pr.scan(SCENE, check_fraction=0.0)["yield_force"]
-    )

@@ -12,7 +12,6 @@ from figure_words import words_of
 from matplotlib.figure import Figure
 from scenes import BOTH, scene_text, single
 from sentences import refusal
-from sweeps import sweep
 
 from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.separations.table import code_table
@@ -43,8 +42,7 @@ PAIR = scene_text(
 ROW = PAIR.replace(
     "[[interface]]", '[[building]]\nname = "C"\nmass = "90 t"\nperiod = "0.3 s"\n[[interface]]'
 )  # one interface's table stands for both
-OTHER_AXES = ("record", "polarity", "contact_model", "yield_force")
-AXES = ("gap", *OTHER_AXES)
+AXES = ("gap", "record", "polarity", "contact_model", "yield_force")
 
 
 def drawn(figure: Figure) -> str:
@@ -67,25 +65,19 @@ def dataset(request) -> xr.Dataset:
     return scan(parse_scene(request.param, "scene.toml"), check_fraction=0.2)
 
 
-@pytest.mark.parametrize("axis", AXES)
-def test_an_axis_selected_away_comes_back(dataset, axis):
-    for place in (0, 1):
-        xr.testing.assert_identical(with_axes(dataset.isel({axis: place})), dataset.isel({axis: [place]}))
+def test_axes_selected_away_come_back_in_their_order(dataset):
+    for axis in AXES:
+        xr.testing.assert_identical(with_axes(dataset.isel({axis: 1})), dataset.isel({axis: [1]}))
     assert with_axes(dataset) is dataset
-
-
-def test_several_axes_come_back_in_their_order(dataset):
     chosen = dict.fromkeys(AXES, 1)
     whole = dataset.isel({axis: [place] for axis, place in chosen.items()})
     xr.testing.assert_identical(with_axes(dataset.isel(chosen)), whole)
 
 
-@pytest.mark.parametrize(
-    "axis", ["gap", *(pytest.param(axis, marks=pytest.mark.complete) for axis in AXES if axis != "gap")]
-)
 @pytest.mark.complete
-def test_readers_say_the_same_of_both(dataset, axis, tmp_path):
-    one, whole = dataset.isel({axis: 1}), dataset.isel({axis: [1]})
+def test_readers_say_the_same_of_both(dataset, tmp_path):
+    """All of them put axes back alike, so that one axis tells of every reader."""
+    one, whole = dataset.isel(gap=1), dataset.isel(gap=[1])
     # As text, in which a NaN equals a NaN.
     assert repr(assess(one).as_dict()) == repr(assess(whole).as_dict())
     assert repr(summary(one)) == repr(summary(whole))
@@ -98,7 +90,7 @@ def test_readers_say_the_same_of_both(dataset, axis, tmp_path):
         assert pictures[0] == pictures[1]
 
 
-def test_a_squeezed_dataset_is_read_as_the_whole(dataset, tmp_path):
+def test_a_squeezed_dataset_is_read_as_the_whole(dataset):
     """Records, gaps and places of one value lose their axes; those of places come back too."""
     part = dataset.isel(record=[0], gap=[1], contact_model=[1], yield_force=[0])
     flat = part.squeeze()
@@ -106,8 +98,7 @@ def test_a_squeezed_dataset_is_read_as_the_whole(dataset, tmp_path):
     assert ("interface" in flat.dims) == (dataset.sizes["interface"] > 1)
     xr.testing.assert_identical(with_axes(flat), part)
     assert repr(assess(flat).as_dict()) == repr(assess(part).as_dict())
-    pages = [report(each, tmp_path / "page.html").read_text() for each in (flat, part)]
-    assert pages[0] == pages[1]
+    assert repr(summary(flat)) == repr(summary(part))
     if dataset.sizes["interface"] == 1:
         bare = dataset.squeeze("interface", drop=True)
         assert repr(assess(bare).as_dict()) == repr(assess(dataset).as_dict())
@@ -133,15 +124,14 @@ def test_what_cannot_come_back_is_named(dataset, says):
     says([refusal(assess, one) for one in lost])
 
 
-@pytest.mark.parametrize("version", sweep([3, 1, "two", 0], 1))
-def test_a_dataset_of_another_version_is_refused(dataset, tmp_path, version, says):
+def test_a_dataset_of_another_version_is_refused(dataset, tmp_path, says):
     """In memory and on disk, as netCDF and lazily."""
-    other = dataset.assign_attrs({VERSION: version})
-    told = refusal(open_scan, other)
-    file = save(other, tmp_path / "other.nc")
-    for read in (open_results, assess, summary, lambda path: open_results(path, lazy=True)):
-        assert refusal(read, file) == told.replace("the dataset", str(file))
+    versions = [dataset.assign_attrs({VERSION: version}) for version in (0, 1, 3, "two")]
+    told = [refusal(open_scan, other) for other in versions]
     says(told)
+    file = save(versions[1], tmp_path / "other.nc")
+    for read in (open_results, assess, summary, lambda path: open_results(path, lazy=True)):
+        assert refusal(read, file) == told[1].replace("the dataset", str(file))
 
 
 def test_datasets_of_other_commands_have_no_version(tmp_path):

@@ -62,9 +62,7 @@ def peaks_of(script: Path, step: float) -> dict[str, tuple[float, float]]:
     return {line[:40].strip(): tuple(map(float, line[40:].split())) for line in lines}
 
 
-@pytest.mark.parametrize(
-    "name", sweep(SCENES, "a rigid wall", "a row with storeys", "pinched storeys and a link that slips")
-)
+@pytest.mark.parametrize("name", sweep(SCENES, "a rigid wall"))
 def test_the_script_agrees_as_its_step_shrinks(name, tmp_path):
     pytest.importorskip("openseespy.opensees", exc_type=ImportError)
     scene = pr.read_scene(SCENES[name])

@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 from scipy import stats
+from sweeps import sweep
 
 import pounding_risk as pr
 from pounding_risk.units import STANDARD_GRAVITY
@@ -85,25 +86,18 @@ def test_damage_states_alone(results, damaged, tmp_path):
     assert any(sentence.startswith("damage without pounding: the results hold no fragility") for sentence in told)
 
 
-@pytest.mark.parametrize("to", ["nrml", "pelicun"])
-@pytest.mark.complete
-def test_the_method_of_damage_states_is_an_option_and_is_said(results, to, tmp_path):
+@pytest.mark.parametrize(("to", "name"), sweep([("nrml", "f.xml"), ("pelicun", "folder")], ("pelicun", "folder")))
+def test_the_method_of_damage_states_is_an_option_and_is_said(results, damaged, to, name, tmp_path):
     """Both formats alike: the method that `damage` was run with, and no amplitude, which such curves need not."""
-    name = "f.xml" if to == "nrml" else "folder"
-    for method, words in (
-        ("ida", "ida, maximum likelihood of the intensity"),
-        (None, "stripes, maximum likelihood of"),
-    ):
-        asked = {"of": "damage", "intensity": "pga", "method": method}
-        written = pr.export(results, to, tmp_path / f"{method}-{name}", **asked)
-        assert any(sentence.startswith(f"curves of damage states: {words}") for sentence in written.told), written.told
+    written = pr.export(results, to, tmp_path / name, of="damage", intensity="pga", method="ida")
+    said = "curves of damage states: ida, maximum likelihood of the intensity"
+    assert any(sentence.startswith(said) for sentence in written.told), written.told
+    usual = pr.export(damaged, to, tmp_path / f"usual-{name}", of="damage").told
+    assert any(sentence.startswith("curves of damage states: stripes, maximum likelihood of") for sentence in usual)
     if to == "pelicun":
-        assert any(
-            sentence.startswith("no demands are written") and "--pga" not in sentence for sentence in written.told
-        )
+        assert any(each.startswith("no demands are written") and "--pga" not in each for each in written.told)
         curve = pr.damage(results, intensity="pga", method="ida").sel(state="moderate", pounding="with")
-        ida = pr.export(results, to, tmp_path / "again", of="damage", intensity="pga", method="ida")
-        (row,) = (row for row in rows_of(ida) if row["ID"] == f"{FRAME}.with")
+        (row,) = (row for row in rows_of(written) if row["ID"] == f"{FRAME}.with")
         assert float(row["LS2-Theta_0"]) * STANDARD_GRAVITY == pytest.approx(float(curve["median"]), rel=1e-14)
 
 
