@@ -250,7 +250,7 @@ def logarithmic(axis: Any, side: str, low: float, high: float, ticks: Sequence[f
 
 def ratio_axis(axis: Any, side: str, values: Any) -> None:
     """The axis of these rising values, such as periods; logarithmic where they span more than three times the first."""
-    if values[-1] > 3.0 * values[0]:
+    if 0.0 < 3.0 * values[0] < values[-1]:
         logarithmic(axis, side, values[0], values[-1])
     getattr(axis, f"set_{side}lim")(values[0], values[-1])
 

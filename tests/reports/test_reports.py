@@ -335,6 +335,11 @@ def test_what_is_not_signed_is_not_there(html):
     assert "<dl>" not in html and 'name="author"' not in html
 
 
+def test_the_model_is_json(built):
+    """Without NaN or infinity, which JSON has not."""
+    assert json.loads(json.dumps(built, allow_nan=False)) == built
+
+
 def test_the_probability_of_contact_is_drawn_once_as_its_steps(scan, built):
     """Steps at what each motion closes, counted by hand; target, required gap and the gap judged stand in it."""
     names = [block["name"] for part in built["sections"] for block in part["blocks"] if block["kind"] == "figure"]
