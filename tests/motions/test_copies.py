@@ -165,6 +165,7 @@ def test_scan_and_assessment_count_a_record_once(folder, tmp_path):
     assert (interface.verdict.motions, interface.verdict.recordings) == (2, 1)
 
 
+@pytest.mark.complete
 def test_a_dataset_of_an_older_version_that_holds_a_record_twice_tells_it():
     """Its motions have the same digest; the records' facts do not tell."""
     names = ["RSN6-180", "RSN753-000", "RSN77-164"]

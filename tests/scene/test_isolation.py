@@ -61,6 +61,7 @@ def test_a_wall_that_gives_takes_the_forces_that_the_page_says():
     assert said is not None and [int(said[place]) for place in (2, 4, 1, 3)] == found
 
 
+@pytest.mark.complete
 def test_the_scene_of_the_page_runs_yields_and_strikes_the_wall_with_its_slab_alone():
     block, _ = blocks()
     run = pr.simulate(parse_scene(block), record="RSN6-180")

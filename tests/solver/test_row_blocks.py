@@ -91,7 +91,7 @@ def test_passing_over_blocks_is_walking_every_node(kinds, shares, quiet, factor)
     assert run.status == COMPLETE
 
 
-@pytest.mark.parametrize("lags", [None, (0.0437, 0.0163, -0.02)])
+@pytest.mark.parametrize("lags", [None, pytest.param((0.0437, 0.0163, -0.02), marks=pytest.mark.complete)])
 def test_so_it_is_beside_yielding_storeys_and_in_a_wave(lags):
     chains = (CHAINS[3], LIMP, CHAINS[1], CHAINS[2])
     laid, contacts = laid_row(chains, [1.0] * 3, lags)
