@@ -19,6 +19,7 @@ from typing import Any, TypeVar, cast
 import netCDF4
 import numpy as np
 import xarray as xr
+from xarray.backends import NetCDF4DataStore
 
 from pounding_risk._common.files import discard, move_into_place, not_written, partial_of
 from pounding_risk.errors import PoundingError
@@ -223,8 +224,9 @@ class Netcdf(OnDisk):
     @_one_at_a_time
     def _begin(self) -> None:
         skeleton = self.template.skeleton
-        skeleton.to_netcdf(self.partial, format="NETCDF4", engine="netcdf4", encoding=netcdf_encoding(skeleton))
-        self._file = netCDF4.Dataset(self.partial, "a")
+        # Opened once: HDF5 2.2 ends the process where attributes are added to a file that was closed and opened again.
+        self._file = netCDF4.Dataset(self.partial, "w", format="NETCDF4")
+        skeleton.dump_to_store(NetCDF4DataStore(self._file), encoding=netcdf_encoding(skeleton))
         self._file.set_auto_maskandscale(False)
         for name in self.template.cases:
             self._create(name)

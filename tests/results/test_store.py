@@ -108,6 +108,34 @@ def test_a_netcdf_file_is_as_xarray_writes_it(tmp_path):
         assert pieces_["count"].chunking() == [3, 2, 2, 5, 3]
 
 
+MANY_ATTRIBUTES = """
+import sys
+from made_forms import made_template, pieces
+from pounding_risk.results.store import Netcdf
+import xarray as xr
+names = "Conventions title source dataset_version scene scene_resolved overrides rtol records processing versions "
+names += "references stiffness restitution restitution_relation flags scene_axes scene_variants notes"
+lengths = [7, 23, 38, 1, 689, 820, 2, 5, 2529, 675, 189, 93, 43, 4, 9, 2, 98, 468, 101]
+first = {name: "x" * length for name, length in zip(names.split(), lengths)}
+first["processing"] = "m/s²" * 168 + "m/s"
+names = "parts scene_variants scene_file scene_sha256 options motions_sha256 kernels_digest date_created history"
+later = {name: "y" * length for name, length in zip(names.split(), [14, 562, 9, 64, 43, 241, 16, 25, 85])}
+template = made_template()
+template = template._replace(skeleton=template.skeleton.drop_attrs(deep=False).assign_attrs(first))
+store = Netcdf(template, sys.argv[1])
+for block, values in pieces(template):
+    store.write(block, values)
+store.finish(later)
+with xr.open_dataset(sys.argv[1]) as written:
+    assert dict(written.attrs) | first | later == dict(written.attrs)
+"""
+
+
+def test_attributes_that_come_late_are_written_beside_many(tmp_path):
+    # HDF5 2.2 ends the process with these sizes where the file is closed and opened again in between.
+    output("-c", MANY_ATTRIBUTES, str(tmp_path / "many.nc"))
+
+
 @pytest.mark.parametrize("suffix", sweep(SUFFIXES, ".nc"))
 def test_a_link_is_written_through_and_stays(tmp_path, suffix):
     """Beside the file that it leads to, so that the file is whole or not there, and the link is never replaced."""
