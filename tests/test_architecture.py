@@ -39,6 +39,13 @@ def tree_of(name: str) -> ast.Module:
     return ast.parse((PACKAGE / name).read_text(encoding="utf-8"))
 
 
+@pytest.fixture(scope="module", autouse=True)
+def trees_are_let_go():
+    """The trees of all modules take 130 MB."""
+    yield
+    tree_of.cache_clear()
+
+
 @pytest.fixture(scope="module")
 def graph():
     """Every import of the package, those for type checks too."""
