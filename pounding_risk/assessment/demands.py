@@ -47,8 +47,10 @@ class Motions(NamedTuple):
 def is_linear(results: Results) -> bool:
     """True where the closing without contact is proportional to the motion, as no effect and no building yields.
 
-    A known motion is that of a model of which nothing is known.
+    A known motion is that of a model of which nothing is known. Bumpers are a part of the closing that does not grow.
     """
+    if np.any(results.dataset.coords.get("interface_bumper", 0.0) > 0.0):
+        return False
     yields = has_histories(results.scene) or isolated_buildings(results.scene) or has_laws_of_links(results.scene)
     return set(results.scene.get("effects", {})) <= LINEAR and not yields
 

@@ -152,7 +152,7 @@ class KnownJob(RowJob):
     @classmethod
     def closing(cls, study: Scene) -> Callable[[Motion], tuple[Array, Any]]:
         respond, model = super().closing(study), model_of(study)
-        gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])[:, model.interfaces]
+        gaps = model.gaps(np.array([study.interface_gaps(gap) for gap in study.grid.gaps]))
 
         def respond_known(motion: Motion) -> tuple[Array, Any]:
             closed, (response, under) = respond(motion)

@@ -204,6 +204,8 @@ def _ends(values: Mapping[str, float]) -> dict[str, float]:
 
 def _of_gaps(study: Scene) -> Iterator[str]:
     own = [interface.gap for interface in study.interfaces]
+    if any(study.bumpers):
+        yield "gaps are those between the faces: closings and gaps required count the bumpers that stand in them"
     yield from _unusual("gap", dict(zip(study.interface_names, own, strict=True)))
     yield from _unusual("gap", {"grid.gap": max(study.grid.gaps)} if max(study.grid.gaps) > max(own) else {})
 

@@ -38,7 +38,7 @@ def row_grid(study: Scene) -> RowGrid:
 def model_of(study: Scene) -> RowModel:
     """The buildings of a scene, their contact points and what they stand on; raises as `chain_of`."""
     chains = [chain_of(building, study.effects) for building in study.buildings]
-    return RowModel(chains, study.points, study.supports, study.links)
+    return RowModel(chains, study.points, study.supports, study.links, study.bumpers)
 
 
 def mechanics_of(study: Scene, model: RowModel, name: str, levels: Array) -> Mechanics:

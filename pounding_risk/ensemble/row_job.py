@@ -21,7 +21,7 @@ from pounding_risk.ensemble.tolerance_check import SENSITIVE, AtLeastOne, differ
 from pounding_risk.models.effects import acts_on_law
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.attributes import as_text
-from pounding_risk.results.labels import kept_as
+from pounding_risk.results.labels import WITH_BUMPERS, kept_as
 from pounding_risk.results.layout import Slab
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE
 from pounding_risk.scene.scene import Scene
@@ -39,6 +39,7 @@ from pounding_risk.solver.row.outputs import (
     moving_variables,
     outputs,
     variables,
+    with_bumpers,
 )
 
 MOTIONS = 128  # of which the peaks without contact are kept
@@ -87,7 +88,11 @@ class RowJob(GridJob):
 
     @classmethod
     def outputs(cls, study: Scene) -> dict[str, Variable]:
-        return variables(frame_of(model_of(study)))
+        every = variables(frame_of(model_of(study)))
+        if study.bumpers:
+            for name in CLOSINGS:
+                every[name] = every[name]._replace(words=every[name].words + WITH_BUMPERS)
+        return every
 
     @classmethod
     def free_outputs(cls, study: Scene) -> dict[str, Variable]:
@@ -201,14 +206,16 @@ class RowJob(GridJob):
         run = stacked(runs)
         chunk[STATUS][slab.batches] = run.status
         pga = self.free(slab.motion).pga
-        for name, values in outputs(run, self.grid.yield_forces, pga, self.grid.frame).items():
+        every = outputs(run, self.grid.yield_forces, pga, self.grid.frame)
+        for name, values in with_bumpers(every, self.grid.frame).items():
             chunk[name][slab.batches] = values
         return answers
 
     def repeated(self, slab: Slab, strength: int, rtol: float) -> tuple[int, Outputs]:
         """The whole row at once."""
         run = self.cases(slab.motion, slab.law, rtol).whole(self.grid.limits(slab.gaps.start, strength))
-        return run.status, outputs(run, self.grid.yield_forces[strength], 0.0, self.grid.frame)
+        every = outputs(run, self.grid.yield_forces[strength], 0.0, self.grid.frame)
+        return run.status, with_bumpers(every, self.grid.frame)
 
     def moves(self, chunk: Chunk, places: NDArray[np.bool_], second: list[tuple[int, Outputs]]) -> dict[str, Array]:
         """The change of a run is the largest over its interfaces."""
@@ -221,6 +228,7 @@ class RowJob(GridJob):
     def free_values(self) -> dict[str, Array]:
         every = [self._peaks(motion) for motion in np.ndindex(self.motions_shape)]
         stacks = {name: np.array([values[name] for values in every]) for name in every[0]}
+        stacks = with_bumpers(stacks, self.grid.frame)
         return {name: stack.reshape(*self.motions_shape, *stack.shape[1:]) for name, stack in stacks.items()}
 
     def _peaks(self, motion: Place) -> dict[str, Array]:

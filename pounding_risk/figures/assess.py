@@ -110,7 +110,8 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     steps = contact_steps(closing, one.verdict.independent / closing.size, assessment.confidence)
     percentiles = dict.fromkeys((assessment.percentile, assessment.criterion.target_percentile))
     required = [one.required_at(percentile) for percentile in percentiles]
-    rules = {rule.row.rule: rule.upper for rule in one.separations if rule.upper is not None}
+    rules = {rule.row.rule: rule.upper + rule.bumper for rule in one.separations if rule.upper is not None}
+    bumpers = " and bumpers" if any(rule.bumper for rule in one.separations) else ""
     needed = max(closing[-1], one.gap, 1e-6)
     near = [rules[name] for name in COMBINATIONS if name in rules and rules[name] <= MOST_EMPTY * needed]
     widest = ROOM * max([needed, *near, *(gap.high for gap in required)])
@@ -133,7 +134,7 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     # Combinations as marks along the top; an arrow at the end stands for one beyond the axis.
     for marker, name in zip("v^D", (name for name in COMBINATIONS if name in rules), strict=False):
         is_beyond = rules[name] > widest
-        label = f"{name.upper()}: {say_in(rules[name], 'mm', 3)} of elastic peaks"
+        label = f"{name.upper()}: {say_in(rules[name], 'mm', 3)} of elastic peaks{bumpers}"
         label += ", beyond the axis" if is_beyond else ""
         place, shape = (widest, ">") if is_beyond else (rules[name], marker)
         axis.plot(1e3 * place, 1.08, shape, color=MEANING["rule"], markersize=6, clip_on=False, label=label)

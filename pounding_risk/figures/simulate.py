@@ -145,8 +145,10 @@ def _ground(axis: Axes, run: xr.Dataset) -> None:
 def _closing(axis: Axes, run: xr.Dataset) -> None:
     """Draw the relative displacement, the gap as a line and every contact as a grey band."""
     axis.plot(run["time"], run["relative_displacement"].isel(contact_point=0) * 1e3, color=STYLES[0][0], linewidth=1.1)
-    gap = float(run["interface_gap"][0]) * 1e3
-    axis.axhline(gap, color=STYLES[1][0], linestyle="--", linewidth=1.2, label=f"gap {gap:g} mm")
+    bumper = float(run["interface_bumper"][0]) if "interface_bumper" in run.coords else 0.0
+    gap = (float(run["interface_gap"][0]) - bumper) * 1e3
+    label = f"gap {gap:.6g} mm{' clear of the bumpers' if bumper else ''}"
+    axis.axhline(gap, color=STYLES[1][0], linestyle="--", linewidth=1.2, label=label)
     spans = zip(run["contact_start"].values, run["contact_end"].values, strict=True)
     for index, (start, end) in enumerate(spans):
         axis.axvspan(start, end, color="#bbbbbb", linewidth=0.0, zorder=0.5, label="" if index else "in contact")
@@ -297,6 +299,10 @@ def _run_words(run: xr.Dataset) -> str:
         ends = [f"{one / 1e3:.0f}" if np.isfinite(one) else r"$\infty$" for one in (forces[0], forces[-1])]
         force = f"$F_E$ = {' to '.join(ends)} kN"
     gap = f"gap {' to '.join(f'{1e3 * one:.6g}' for one in dict.fromkeys((gaps[0], gaps[-1])))} mm"
+    if "interface_bumper" in run.coords and (bumpers := np.unique(run["interface_bumper"].values)).any():
+        gap += (
+            f" with bumpers of {' to '.join(f'{1e3 * one:.6g}' for one in dict.fromkeys((bumpers[0], bumpers[-1])))} mm"
+        )
     effects = f", with {run.attrs['effects']}" if run.attrs.get("effects") else ""
     model, motion = plain(law_words(run.attrs["contact_model"])), plain(f"{motion_words(run.attrs)}{effects}")
     return f"{plain(run.attrs['title'])}: {model}, {force}, {gap}, {motion}"

@@ -28,7 +28,8 @@ def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
     one : InterfaceAssessment
         Its separations are shown.
     """
-    motions = sum(closing > 0.0 for closing in one.closing)
+    bumper = max((rule.bumper for rule in one.separations), default=0.0)
+    motions = sum(closing > bumper for closing in one.closing)
     compared = [at for at, rule in enumerate(one.separations) if rule.exceeded is not None]
     notes = [rule.row.note for rule in one.separations]
     common = _common([rule.row.note for rule in one.separations if rule.row.separation is not None])
@@ -60,7 +61,7 @@ def _rule_cells(rule: Comparison, gap: float, motions: int, common: Sequence[str
     row = rule.row
     elsewhere = {*common, *DOUBTS}  # above the table, and in its column of texts
     note = "; ".join(part for part in row.note.split("; ") if part not in elsewhere) or MISSING
-    over = number(gap / rule.upper, digits=3) if rule.exceeded is not None and rule.upper else MISSING
+    over = number((gap - rule.bumper) / rule.upper, digits=3) if rule.exceeded is not None and rule.upper else MISSING
     return [row.title, row.clause, row.verification, *compared(rule, motions), over, note]
 
 

@@ -348,6 +348,7 @@ def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:
         (LEVEL_AXIS, lambda values: np.isfinite(values) & (values > 0.0), "numbers above 0"),
         ("period", lambda values: np.isfinite(values) & (values > 0.0), "periods above 0"),
         ("interface_gap", lambda values: np.isfinite(values) & (values >= 0.0), "distances of 0 or more"),
+        ("interface_bumper", lambda values: np.isfinite(values) & (values >= 0.0), "lengths of 0 or more"),
         ("record_pga", lambda values: np.isfinite(values) & (values >= 0.0), "accelerations of 0 or more"),
         ("record_pgv", lambda values: np.isfinite(values) & (values >= 0.0), "speeds of 0 or more"),
         ("building_period", lambda values: np.isnan(values) | (values > 0.0), "periods above 0"),

@@ -63,6 +63,11 @@ def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
         inf if between.table is None or TABULATED not in (model, between.contact_model) else between.table.end
         for between in study.interfaces
     ]
+    notes += [
+        _beyond_bumper(float(run["peak_penetration"][place]), length)
+        for place, (length, between) in enumerate(zip(study.bumpers, study.interfaces, strict=False))
+        if TABULATED not in (model, between.contact_model)
+    ]
     depths = run["peak_closing"].values - run["interface_gap"].values
     notes += [beyond_end(float(depth), end) for depth, end in zip(depths, ends, strict=True)]
     return tuple(filter(None, notes))
@@ -95,6 +100,7 @@ def _of_contacts(results: xr.Dataset, lengths: list[float], tabulated: dict[int,
     if words := _depth_words(depth, lengths):
         yield words
     yield from _beyond_tables(results, tabulated)
+    yield from _beyond_bumpers(results)
     if lasting is not None:
         yield from lasting.words()
 
@@ -118,6 +124,34 @@ def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[s
             deepest = max(deepest, float(np.nanmax(depth, initial=0.0)))
         if words := beyond_end(deepest, end):
             yield f"{results['interface'].values[place]}, in {count} cases: {words}"
+
+
+def _beyond_bumpers(results: xr.Dataset) -> Iterator[str]:
+    """A note for each interface at which cases go deeper than its bumpers are long, under laws without a table."""
+    if "interface_bumper" not in results.variables or "peak_penetration" not in results.variables:
+        return
+    laws = [at for at, name in enumerate(results["contact_model"].values) if str(name) != TABULATED]
+    depths = results["peak_penetration"].isel(contact_model=laws)
+    for place, name in enumerate(results["interface"].values):
+        length, count, excess = results["interface_bumper"].isel(interface=place), 0, (0.0, 0.0)
+        for gap in range(results.sizes["gap"]):
+            depth = depths.isel(interface=place, gap=gap)
+            past = depth.where((depth > length) & (length > 0.0))
+            count += int(past.notnull().sum())
+            if past.notnull().any():
+                excess = max(excess, (float(past.max()), float(length.where(past.notnull()).max())))
+        if count:
+            yield f"{name}, in {count} cases: {_beyond_bumper(*excess)}"
+
+
+def _beyond_bumper(depth: float, length: float) -> str:
+    """A sentence where a penetration is more than the bumpers are long [m]; "" elsewhere."""
+    if not depth > length or not length:
+        return ""
+    return (
+        f"the penetration of {say(depth, GAP, 3)} is more than the bumpers are long, {say(length, GAP, 3)}: where they "
+        "are solid faces meet faces, which only a table of forces that goes on with the stiffness of the faces says"
+    )
 
 
 def _gaps(results: xr.Dataset, place: int) -> Array:

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra
 CONVENTIONS = "CF-1.11"  # that the datasets follow
 NEEDED = "gap that the motion needs: largest u_left - u_right of the continuous motion without contact"
+WITH_BUMPERS = ", and the length of the bumpers"
 Array = np.ndarray
 Laws = Sequence[Sequence[Any]]  # of each contact model, that of each interface
 
@@ -52,11 +53,12 @@ def skeleton(
 
     from pounding_risk.results import accessor as accessor  # registers it with xarray
 
+    needed = NEEDED + WITH_BUMPERS * bool(study.bumpers)
     variables: dict[str, Any] = {
         f"{name}_free": (
             (*axes_of_motions(study), *own_dims(f"{name}_free")),
             values,
-            described(output.unit, NEEDED if name.endswith("peak_closing") else f"{output.words}; without contact"),
+            described(output.unit, needed if name.endswith("peak_closing") else f"{output.words}; without contact"),
         )
         for name, (output, values) in free.items()
     }
@@ -71,6 +73,7 @@ def places_of(study: Scene, gaps: Array, yield_forces: Array, whole: bool = Fals
     ``whole`` one no coordinate is left out because it is equal to another.
     """
     coords = building_coordinates(study.buildings) | place_coordinates(study.buildings, study.points, yield_forces)
+    coords |= bumper_coordinate(study)
     if whole or (gaps != np.array(study.grid.gaps)[:, None]).any():
         words = "clear distance at rest of each interface; the axis gap is that of "
         of_axis = study.gridded_interface or "the scene's first one"
@@ -103,6 +106,14 @@ def place_coordinates(buildings: Sequence[Any], points: Sequence[Point], yield_f
         "contact_point_yield_force": (("yield_force", "contact_point"), yield_forces, forces),
         **_of_buildings(buildings),
     }
+
+
+def bumper_coordinate(study: Scene) -> dict[str, Any]:
+    """What bumpers take up of the gap of each interface; nothing of a scene without the key."""
+    if not study.bumpers:
+        return {}
+    words = "length of the bumpers in the gap, counted in closings of the gap"
+    return {"interface_bumper": ("interface", list(study.bumpers), described("m", words))}
 
 
 def building_coordinates(buildings: Sequence[Any]) -> dict[str, Any]:

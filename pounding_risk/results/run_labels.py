@@ -19,6 +19,7 @@ from pounding_risk.results.attributes import as_text
 from pounding_risk.results.check import DATASET_VERSION, VERSION
 from pounding_risk.results.labels import (
     building_coordinates,
+    bumper_coordinate,
     case_variable,
     place_coordinates,
     plugin_attributes,
@@ -166,6 +167,7 @@ def run_coordinates(study: Scene, case: Case, time: Array) -> dict[str, Any]:
         **({"link": ("link", names, {"long_name": "link, by the floors at its ends"})} if names else {}),
         "contact_point_yield_force": ("contact_point", forces[0], described(*FORCE_OF_RUN)),
         "interface_gap": ("interface", list(case.gaps), described(*GAP_OF_RUN)),
+        **bumper_coordinate(study),
         "building": ("building", [building.name for building in buildings], dict(BUILDING)),
         "time": ("time", time, described("s", "time since the start of the record")),
     }

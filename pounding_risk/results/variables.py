@@ -98,6 +98,7 @@ COORDINATES |= {
     **_declared(("building",), {"1": "building_storeys"}, WHOLE),
     **_declared(("building",), {"": "building_position"}, TEXT),
     **_declared(("gap", "interface"), {"m": "interface_gap"}),
+    **_declared(("interface",), {"m": "interface_bumper"}),
     **_declared(("contact_point",), {"": "contact_point_interface"}, WHOLE),
     **_declared(("contact_point",), {"m": "contact_point_level"}),
     **_declared(("contact_point",), {"": "contact_point_kind"}, TEXT),

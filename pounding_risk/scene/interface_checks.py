@@ -43,6 +43,7 @@ ROW_KEYS = {"floor_depth", "displacement_history"}  # of buildings, likewise
 OF_POINTS = (
     "contact",
     "tolerance",
+    "bumper_length",
     "column_yield_force",
     "link_stiffness",
     "link_damping",

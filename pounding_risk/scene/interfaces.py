@@ -369,6 +369,16 @@ class Interface(Table):
             schema={"type": "array", "items": {"type": "object", "required": ["left", "right"]}},
         ),
     ] = ()
+    bumper_length: Annotated[
+        float | None,
+        measured(
+            GAP._replace(words="length of a bumper"),
+            "Length of the bumpers on one face, or on both together, at every contact point: it takes up part of the "
+            "gap, and contact begins where the rest has closed.",
+            '"40 mm"',
+            "faces meet faces",
+        ),
+    ] = None
     tolerance: Annotated[
         float | None,
         measured(

@@ -83,6 +83,7 @@ def resolved_interfaces(
     shared_force = {"yield_force": grid.yield_force[0]} if row and len(grid.yield_force) == 1 else {}
     depths = [keys.get("floor_depth") for keys in draft.tables("building")]
     stands_apart = len({repr(side.support) for side in buildings}) > 1 or "wave_passage" in draft.table("effects").raw
+    has_bumper = "bumper_length" in varied(draft) or any("bumper_length" in keys for keys in given)
     for place, sides in enumerate(pairwise(buildings)):
         keys = given[min(place, len(given) - 1)]
         table = Interface.from_values(shared | dict(keys.values) | shared_force)
@@ -100,6 +101,8 @@ def resolved_interfaces(
         faults += wrong
         values = {key: getattr(table, key) for key in Interface.key_names()} | {
             "gap": grid.gap[0] if table.gap is None else table.gap,
+            # As an axis has it, so that all scenes of the axis have one.
+            "bumper_length": 0.0 if table.bumper_length is None and has_bumper else table.bumper_length,
             "contact_model": contact_model,
             "stiffness": stiffness,
             "points": points,

@@ -17,6 +17,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from pounding_risk._common.letters import plain
 from pounding_risk._common.plugins import Plugin, plugin_of
 from pounding_risk._common.short_repr import ShortRepr
@@ -269,6 +271,12 @@ class Scene(ShortRepr):
     def links(self) -> tuple[Link, ...]:
         """The springs and dashpots between neighbours."""
         return tuple(link for interface in self.interfaces for link in interface.links)
+
+    @property
+    def bumpers(self) -> tuple[float, ...]:
+        """How much of the gap of each interface its bumpers take up [m]; none where no table has the key."""
+        lengths = [interface.bumper_length for interface in self.interfaces]
+        return () if lengths[0] is None else tuple(length or 0.0 for length in lengths)
 
     @property
     def supports(self) -> tuple[Support, ...]:
@@ -764,7 +772,9 @@ def between_walls(scene: Scene) -> Fault | None:
             one, other = (scene.buildings[place].support for place in (left, right))
             keys = [key for key, field in OF_GROUND.items() if getattr(one, field) != getattr(other, field)]
             return Fault(("building", right, keys[0]) if keys else ("effects", "wave_passage"), sentence)
-        if right > left + 1 and not all(any(scene.interface_gaps(gap)[left:right]) for gap in scene.grid.gaps):
+        bumpers = scene.bumpers or (0.0,) * len(scene.interfaces)
+        clear = (np.subtract(scene.interface_gaps(gap), bumpers)[left:right] for gap in scene.grid.gaps)
+        if right > left + 1 and not all(gaps.any() for gaps in clear):
             sentence = f"without any gap between {walls} nothing there can move, and no force is determined; write one"
             return Fault(("interface", left, "gap"), sentence)
     return None
@@ -775,14 +785,23 @@ def _overlaps(scene: Scene) -> Iterator[Fault]:
     smallest = scene.interface_gaps(min(scene.grid.gaps))
     for place, (gap, interface) in enumerate(zip(smallest, scene.interfaces, strict=True)):
         left, right = scene.buildings[place : place + 2]
+        bumper = interface.bumper_length or 0.0
+        if bumper > gap:
+            yield Fault(
+                ("interface", place, "bumper_length"),
+                f"{say(bumper, GAP)} do not fit into a gap of {say(gap, GAP)}; write shorter bumpers "
+                "or wider gaps, which are those between the faces",
+            )
+            continue
         closing = max(
             (_initial_place(left, point.left_floor) - _initial_place(right, point.right_floor))
             for point in interface.points
         )
-        if closing > gap:
+        if closing > gap - bumper:
+            of_bumper = f", {say(gap - bumper, GAP)} of them clear of bumpers" if bumper else ""
             yield Fault(
                 ("interface", place, "gap"),
-                f"{say(gap, GAP)}, and the initial_displacement of {left.name} and {right.name} closes "
+                f"{say(gap, GAP)}{of_bumper}, and the initial_displacement of {left.name} and {right.name} closes "
                 f"{say(closing, GAP)}: they would stand in each other when the motion begins; write wider gaps or "
                 "smaller displacements",
             )

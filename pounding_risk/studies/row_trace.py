@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.ensemble.grid_job import peaks_under
 from pounding_risk.ensemble.row_grid import mechanics_of, model_of
+from pounding_risk.ensemble.row_job import RowJob
 from pounding_risk.models.ground import arriving
 from pounding_risk.models.structures.hysteresis import Hysteresis, forces_along
 from pounding_risk.models.structures.links import stretch
@@ -24,7 +25,7 @@ from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.cases import Cases, Driven, Limits
 from pounding_risk.solver.row.layout import RowLayout, nodes_of
 from pounding_risk.solver.row.model import RowModel
-from pounding_risk.solver.row.outputs import Frame, frame_of, outputs, variables
+from pounding_risk.solver.row.outputs import Frame, frame_of, outputs, with_bumpers
 from pounding_risk.solver.row.trace_reader import FACTS, contacts_of, forces_at, impulses_at, instants_of, motion_at
 from pounding_risk.solver.row.workspace import FIRST
 
@@ -49,7 +50,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
     # A motion beyond all numbers is reported by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):
         states = motion_at(run.log, run.states, instants)
-    values = outputs(run, forces, peaks, frame)
+    values = with_bumpers(outputs(run, forces, peaks, frame), frame)
     displacement = _by_storey(frame, states[:, 0])
     known = instants.every[np.isfinite(states).all(axis=(1, 2))]
     return Trace(
@@ -67,7 +68,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
         },
         {name: np.array([touch.facts[column] for touch in touches]) for column, name in enumerate(FACTS)},
         [int(np.searchsorted(contacts, touch.point)) for touch in touches],
-        {name: (output, values[name]) for name, output in variables(frame).items()},
+        {name: (output, values[name]) for name, output in RowJob.outputs(study).items()},
         run.status,
         mechanics.laws[0],
         float(known.max(initial=0.0)),

@@ -231,7 +231,8 @@ class OneByOne(FreeJob):
         self.motions, self.drawn = motions, drawn
         samples: dict[Any, list[int]] = {}
         for number, scene in enumerate(scenes):
-            samples.setdefault((job_kind(scene).alone_key(scene), self._motion(number)), []).append(number)
+            key = job_kind(scene).alone_key(scene), scene.bumpers, self._motion(number)
+            samples.setdefault(key, []).append(number)
         self.places = list(samples.values())
         self.scenes = [scenes[numbers[0]] for numbers in self.places]
         for scene in self.scenes:
@@ -312,6 +313,7 @@ def is_of_masses(study: Scene) -> bool:
             for building in study.buildings
         )
         and not study.supports
+        and not study.bumpers
         and all(acts_on_law(effect.name) for effect in study.effects)
         and all(point.kind == FLOOR for point in study.points)
     )
@@ -388,7 +390,7 @@ def dataset_of(
         one_place |= dict.fromkeys(axes[:-1], 0)
     alone = "largest displacement relative to the ground under the building; without contact"
     for name, values, of, long_name in (
-        ("peak_closing_free", closing, "interface", labels.NEEDED),
+        ("peak_closing_free", closing, "interface", labels.NEEDED + labels.WITH_BUMPERS * bool(study.bumpers)),
         ("peak_displacement_free", peaks, "building", alone),
     ):
         variable = xr.Variable((axis.name, *axes, of), values, described("m", long_name)).isel(one_place)

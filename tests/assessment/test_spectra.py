@@ -235,6 +235,21 @@ def test_a_scene_that_is_no_pair_on_one_ground_is_refused(buildings, effects, se
 
 
 @pytest.mark.parametrize(
+    ("heights", "interface", "sentence"),
+    [
+        ((None, None), {"link_damping": "1 MN s/m"}, "interface: a link joins the two"),
+        ((None, None), {"bumper_length": "5 mm"}, "interface.bumper_length: gaps here are clear of bumpers"),
+        (("6 m", "9 m"), {}, "building: they meet part-way up one of them"),
+    ],
+)
+def test_what_changes_the_closing_of_two_masses_is_refused(heights, interface, sentence):
+    pair = [side | {"height": height} for side, height in zip((LEFT, RIGHT), heights, strict=True)]
+    for call in (pr.spectra, pr.amplification):
+        with pytest.raises(SceneError, match=sentence):
+            call(scene_text(*pair, records=RECORDS, **interface))
+
+
+@pytest.mark.parametrize(
     ("wrong", "sentence"),
     [
         ({"periods": "1 s"}, r'periods: "1 s" is no range; give its ends'),

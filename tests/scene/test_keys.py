@@ -84,6 +84,7 @@ BESIDE: dict[str, dict[str, Any]] = {
     "interface.table": {"contact_model": "tabulated", "stiffness": None},
     "records.pause": {"aftershock": "RSN753-000"},
     "records.aftershock_ratio": {"aftershock": "RSN753-000"},
+    "interface.bumper_length": {"gap": "60 mm"},
     "interface.link_at": {"link_stiffness": "20 MN/m"},
     "interface.link_strength": {"link_stiffness": "20 MN/m"},
     "interface.link_slack": {"link_stiffness": "20 MN/m"},

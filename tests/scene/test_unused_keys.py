@@ -193,8 +193,8 @@ ALWAYS = {  # keys that act in every scene that may have them, with what would s
         *("interface.link_strength", "interface.link_slack", "interface.link_exponent"),
         *("interface.link_breaking_force", "interface.link_brace_stiffness"),
     ),
-    "say where floors meet (test_scene_row, test_contact_points)": (
-        *("interface.contact", "interface.tolerance", "building.floor_depth"),
+    "say where floors meet (test_scene_row, test_contact_points, test_bumpers)": (
+        *("interface.contact", "interface.tolerance", "interface.bumper_length", "building.floor_depth"),
     ),
     "are parts of equal_terms, which is told whole": ("equal_terms.same", "equal_terms.speed", "equal_terms.every_law"),
     "say which motions there are, and how large (test_gather, test_scaling)": (

@@ -385,6 +385,7 @@ OF_HISTORIES = "d is the peak of a displacement_history, where a building has on
 ONE_GROUND = "the ground under both is taken to move alike"
 ROTATING = "displacements are those of the centres of mass: edges of floors that rotate move further"
 ISOLATED = "the period of an isolated building is that before its isolators yield"
+CLEAR = "separations and gaps needed are clear of the bumpers, whose length comes on top"
 SHARED = {
     FROM_MEMORY: "Rules from memory were not read anywhere: read the clause before relying on one",
     QUOTED_ONLY: "Quoted rules were read in texts that quote the clause or take it over, not in the code itself",

@@ -79,7 +79,8 @@ class Comparison:
     ``middle`` and ``upper`` [m] are the median and the percentile of what the rule requires, motion by motion, from
     that motion's elastic peaks, not from a code's design displacements;
     ``ratio_*`` the 16 %, 50 % and 84 % values of that over the gap the same motion needs; ``exceeded`` the share of
-    the motions that need more than the rule requires. All None where the rule gives no number.
+    the motions that need more than the rule requires. All None where the rule gives no number. None of them counts the
+    length of ``bumper`` [m] in the gap.
     """
 
     row: SeparationRow  # of the median displacements
@@ -89,6 +90,7 @@ class Comparison:
     ratio_median: float | None = None
     ratio_high: float | None = None
     exceeded: float | None = None
+    bumper: float = 0.0
 
     @property
     def safe(self) -> bool | None:
@@ -278,7 +280,8 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
         )
     shown = dataset.isel(interface=0, missing_dims="ignore")
     left, right = (by_motion(at_contact(shown, side)).astype(float) for side in (0, 1))
-    closing = by_motion(shown["peak_closing_free"]).astype(float)
+    bumper = float(shown.coords.get("interface_bumper", 0.0))
+    closing = by_motion(shown["peak_closing_free"]).astype(float) - bumper
     known = np.isfinite(left) & np.isfinite(right) & np.isfinite(closing)
     if not known.any():
         raise PoundingError(no_response(dataset))
@@ -302,6 +305,8 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
             replace(row, note="; ".join(filter(None, (row.note, rules.ISOLATED)))) if row.rule == "cqc" else row
             for row in rows
         )
+    if bumper:
+        rows = tuple(replace(row, note="; ".join(filter(None, (row.note, rules.CLEAR)))) for row in rows)
     amplitude = results.amplitudes.values[0]
     both_move = bool(np.isfinite(shown["building_period"].values).all())
     demand_median, demand = enough_for(closing[known], (MIDDLE, percentile)).tolist()
@@ -319,7 +324,7 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
         names=tuple(np.array(names)[moved].tolist()),
         closing=tuple(closing[moved].tolist()),
         asked={name: tuple(_of_motions(RULES[name], case).tolist()) for name in rules.COMBINATIONS},
-        rules=tuple(_beside(row, case, closing[moved], percentile) for row in rows),
+        rules=tuple(replace(_beside(row, case, closing[moved], percentile), bumper=bumper) for row in rows),
     )
 
 

@@ -76,6 +76,7 @@ def _places(study: Scene) -> list[tuple[str, str]]:
     for place, name in enumerate(study.interface_names):
         here = study.at(place)
         words = [f"{name}: " * several + f"gap {say(here.gap, GAP)}"]
+        words += [f"bumpers of {say(length, GAP)} in it" for length in here.bumpers if length]
         if several:
             words += [*_stiffness(here), f"restitution {_restitution(here)}"]
         if not _has_floors(here):

@@ -47,7 +47,7 @@ class RowModel:
 
     ``supports`` say what a_g is under each of them, where they do not all stand on the same motion, and where ``links``
     join none. At each link stands a point that never touches, behind the contact points of its interface: its distance
-    is what the link is stretched by.
+    is what the link is stretched by. ``bumpers`` [m] are what bumpers take up of the gap of each interface.
     """
 
     def __init__(
@@ -56,6 +56,7 @@ class RowModel:
         points: Sequence[Point],
         supports: Sequence[Support] = (),
         links: Sequence[Link] = (),
+        bumpers: Sequence[float] = (),
     ):
         self.chains, self.links = tuple(chains), tuple(sorted(links))
         watched = [
@@ -64,6 +65,7 @@ class RowModel:
         self.points = tuple(sorted([*points, *watched], key=lambda point: point.interface))
         self.is_link = np.array([point.kind == LINK for point in self.points], dtype=bool)
         self.bodies = bodies_of(self.chains, self.links)
+        self.bumpers = np.array(bumpers or (0.0,) * (len(self.chains) - 1))
         self.supports = tuple(supports)
         grounds = self.supports or (SHARED,) * len(self.chains)
         self.arrivals = np.array([support.delay for support in grounds])  # s
@@ -101,8 +103,8 @@ class RowModel:
         return values
 
     def gaps(self, of_interfaces: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Gaps of the interfaces [m] (..., interfaces) at all points, with inf at the links."""
-        return np.where(self.is_link, inf, of_interfaces[..., self.interfaces])
+        """Gaps of the interfaces [m] (..., interfaces) less their bumpers at all points, with inf at the links."""
+        return np.where(self.is_link, inf, (of_interfaces - self.bumpers)[..., self.interfaces])
 
     def under(self, shared: Samples, own: Sequence[Samples | None] = ()) -> Samples:
         """a_g under its buildings, (n,) or (buildings, n), as `accelerations` gives it."""

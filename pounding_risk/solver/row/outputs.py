@@ -303,6 +303,16 @@ def closing(run: RowRun, frame: Frame) -> tuple[Array, Array]:
     return points, np.maximum.reduceat(points, frame.starts, axis=-1)
 
 
+def with_bumpers(values: Outputs, frame: Frame) -> Outputs:
+    """Outputs whose closings [m] are what is taken up of the gap between the faces: by the motion and by bumpers."""
+    bumpers = frame.model.bumpers
+    if not bumpers.any():
+        return values
+    of_points = bumpers[frame.model.interfaces[frame.contacts]]
+    taken = {"peak_closing": bumpers, f"{POINT}peak_closing": of_points}
+    return values | {name: values[name] + length for name, length in taken.items()}
+
+
 def _of_interfaces(run: RowRun, yield_forces: Array, frame: Frame) -> Outputs:
     """Every output of `RUN` at every interface; ``yield_forces`` [N] of the contact points."""
     columns, starts = _columns(run, frame), frame.starts
