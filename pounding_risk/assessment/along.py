@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk._common.counted import counted
 from pounding_risk.assessment.demands import contact_of
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, percent_words, read_criterion
 from pounding_risk.errors import PoundingError
@@ -32,6 +33,7 @@ OUTPUTS = {
     "required_gap": ("m", "gap that the percentile of the motions needs"),
     "required_gap_low": ("m", "lower bound of the required gap, by recording"),
     "required_gap_high": ("m", "upper bound of the required gap; the largest seen where so few do not bound it"),
+    "motions_without_response": ("1", "motions without a finite response, for which no gap is wide enough"),
 }
 
 
@@ -68,7 +70,8 @@ def assess_along(
     -------
     xarray.Dataset
         Along the axes and ``interface``: ``assessed_gap`` [m], ``contact_probability`` and ``required_gap`` [m], the
-        last two with bounds by recording (``..._low``, ``..._high``). The attribute ``asked`` says what was asked,
+        last two with bounds by recording (``..._low``, ``..._high``), and ``motions_without_response``, in which such
+        as a storey collapses: no gap is wide enough for them. The attribute ``asked`` says what was asked,
         ``own_places`` at which place of each axis the scene's own value stands, ``idle_axes`` which axes change nothing
         here (both as JSON).
 
@@ -104,9 +107,9 @@ def assess_along(
         names = [name for name, _ in part.interfaces]
         for index, (_, one) in enumerate(part.interfaces):
             contact = contact_of(one, index, at_gap, level, criterion)
-            share, need, at = contact.at_gap, contact.required[criterion.percentile], contact.at
+            (share, need), at = contact.with_lost(criterion), contact.at
             numbers = (contact.gap, share.probability, share.low_recordings, share.high_recordings)
-            for name, value in zip(OUTPUTS, (*numbers, need.gap, need.low, need.high), strict=True):
+            for name, value in zip(OUTPUTS, (*numbers, need.gap, need.low, need.high, contact.lost), strict=True):
                 values.setdefault(name, np.full((*sizes, len(names)), np.nan))[(*places, index)] = value
     dims = (*(axis.name for axis in axes), "interface")
     keys = [key for axis in axes for key in axis.keys]
@@ -177,9 +180,25 @@ def along_finding(assessed: xr.Dataset) -> str:
         return f"is {low}" if low == high else f"lies from {low} to {high}"
 
     shares = between(*(f"{100 * float(end):.3g} %" for end in (share.min(), share.max())))
-    ends = between(*(say(float(end), GAP, 3) for end in (needed.min(), needed.max())))
+    ends = between(*(_gap_words(float(end)) for end in (needed.min(), needed.max())))
     most = f" (the most where {where}{several})" if where else several
     return f"The gap required {ends}{most}; P(contact){one} {shares}"
+
+
+def _gap_words(gap: float) -> str:
+    return say(gap, GAP, 3) if np.isfinite(gap) else "∞ (no gap is wide enough)"
+
+
+def lost_words(assessed: xr.Dataset) -> str:
+    """Sentence on motions without a finite response; "" where there are none."""
+    lost = assessed["motions_without_response"]
+    if not lost.any():
+        return ""
+    places = int((lost.transpose(..., "interface").values > 0).any(axis=-1).sum())
+    return (
+        f"at {counted(places, 'place')} motions have no finite response, up to {int(lost.max())} of them: they count "
+        "as contact at every gap, and as none in the lower bounds"
+    )
 
 
 def kept_words(assessed: xr.Dataset) -> str:

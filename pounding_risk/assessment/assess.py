@@ -344,6 +344,7 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     notes = [
         _amplitude_note(results) if options.level is None else "",
         str(results.level_notes.get(name, "")),
+        _lost_note(motions),
     ]
     verdict = replace(
         verdict,
@@ -406,6 +407,15 @@ def _amplitude_note(results: Results) -> str:
     return f"Of the amplitudes {', '.join(levels)}, {levels[results.scene_level]} is assessed: {why}."
 
 
+def _lost_note(motions: ContactMotions) -> str:
+    """Sentence on motions without a finite response in fragilities of contact, and in rates from them."""
+    lost = int(np.isinf(motions.closing).sum())
+    if not lost:
+        return ""
+    many = f"{lost} of {motions.closing.size} motions at all amplitudes together"
+    return f"Fragilities of contact and their rates count {many}, without a finite response, as contact at every gap."
+
+
 def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: float) -> tuple[Share, ...]:
     """The share of the motions whose force reaches F_E, by gap, contact model and finite F_E.
 
@@ -424,14 +434,17 @@ def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: fl
 
 def _contact_motions(results: Results, motions: Motions, intensity: str) -> ContactMotions:
     """What fragilities of contact at any gap follow from."""
-    finite, amplitudes, measure = motions.finite, results.amplitudes, read_measure(intensity)
-    ims, closing = intensities(results, intensity)[finite], motions.closing[finite]
+    amplitudes, measure = results.amplitudes, read_measure(intensity)
     # What is pushed across a gap by others does not grow with the motion.
-    pushed = motions.alone is not None and bool((motions.closing > motions.alone)[finite].any())
+    pushed = motions.alone is not None and bool((motions.closing > motions.alone)[motions.finite].any())
     linear = is_linear(results) and not pushed
+    # No gap is wide enough for a motion in which a storey collapses.
+    closing = motions.closing if linear else np.where(motions.finite, motions.closing, np.inf)
+    taken = motions.finite.all(axis=1) if linear else np.repeat(results.is_shaking, len(set(motions.polarities)))
+    ims, closing = intensities(results, intensity)[taken], closing[taken]
     is_own = measure is not None and amplitudes.measure.is_same(measure)
     method = STRIPES if is_own and len(amplitudes.values) > 1 else OWN
-    return ContactMotions(intensity, method, ims, closing, numbered(motions.recordings[finite]), linear)
+    return ContactMotions(intensity, method, ims, closing, numbered(motions.recordings[taken]), linear)
 
 
 def _yield_curves(

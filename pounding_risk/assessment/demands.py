@@ -6,6 +6,8 @@ Nothing here runs a case; a dataset on disk is enough.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -40,7 +42,7 @@ class Motions(NamedTuple):
     recordings: NDArray[np.int64]  # numbers, equal for the components and polarities of one recording
     amplitudes: tuple[float | None, ...]  # SI, of the grid in its measure; None for motions as recorded
     closing: Array  # (motions, amplitudes) [m]
-    finite: NDArray[np.bool_]  # (motions,) False where a closing is not finite at some amplitude, or the record is dead
+    finite: NDArray[np.bool_]  # (motions, amplitudes) False where the response is not finite, or the record is dead
     alone: Array | None = None  # of one interface of several: closing without contact anywhere, at most ``closing``
 
 
@@ -71,18 +73,18 @@ def motions_of(results: Results) -> Motions:
         pushed = reach.max([axis for axis in reach.dims if axis not in MOTION_AXES])
         closing = np.fmax(alone, by_amplitude(pushed))  # NaN without such runs
     turns = len(polarities)
-    finite = np.isfinite(alone).all(axis=1)
+    finite = np.isfinite(alone)
     if "peak_displacement_free" in dataset:
         # Of a motion in which a storey collapses the closing is known up to there alone, and no peak is.
         moved = dataset["peak_displacement_free"].max("building", skipna=False)
-        finite &= np.isfinite(by_amplitude(moved)).all(axis=1)
+        finite &= np.isfinite(by_amplitude(moved))
     return Motions(
         tuple(name for name in records for _ in polarities),
         tuple(polarities) * len(records),
         np.repeat(results.recordings, turns),
         results.amplitudes.values,
         closing,
-        finite & np.repeat(results.is_shaking, turns),
+        finite & np.repeat(results.is_shaking, turns)[:, None],
         alone if is_pushed else None,
     )
 
@@ -167,8 +169,31 @@ class Contact(NamedTuple):
 
     @property
     def lost(self) -> int:
-        """Motions without a finite response."""
-        return int((~self.every.finite).sum())
+        """Motions without a finite response at this amplitude."""
+        return int((~self.every.finite[:, self.level]).sum())
+
+    def with_lost(self, criterion: Criterion) -> tuple[Share, RequiredGap]:
+        """The share at the assessed gap and the required gap, no gap being wide enough for a motion that is lost.
+
+        The lower bound of the share is that were they none.
+        """
+        share, need = self.at_gap, self.required[criterion.percentile]
+        if not self.lost:
+            return share, need
+        about = [{"gap": self.gap}]
+        touched = self.touched.astype(float)[:, None]
+        most, least = (
+            shares(
+                np.pad(touched, ((0, self.lost), (0, 0)), constant_values=of_lost),
+                about,
+                self.weight,
+                criterion.confidence,
+            )[0]
+            for of_lost in (1.0, 0.0)
+        )
+        closing = np.pad(self.motions.closing[:, 0], (0, self.lost), constant_values=inf)
+        (need,) = required_gaps(closing, self.weight, (criterion.percentile,), criterion.confidence)
+        return replace(most, low=least.low, low_recordings=least.low_recordings), need
 
 
 def contact_of(results: Results, index: int, gap: float | None, level: int | None, criterion: Criterion) -> Contact:
@@ -180,7 +205,7 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
     gap = results.scene_gap(index) if gap is None else gap
     level = results.scene_level if level is None else level
     every = motions_of(results)
-    finite = np.flatnonzero(every.finite)
+    finite = np.flatnonzero(every.finite[:, level])
     if not finite.size:
         raise PoundingError(no_response(results.dataset))
     here = slice(level, level + 1)
@@ -190,7 +215,7 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
         labels(list(every.recordings[finite])),
         (every.amplitudes[level],),
         every.closing[finite, here],
-        every.finite[finite],
+        every.finite[finite, here],
         None if every.alone is None else every.alone[finite, here],
     )
     closing = motions.closing[:, 0]

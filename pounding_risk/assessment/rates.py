@@ -142,7 +142,7 @@ class RateOfGaps:
         on, so that they fall: curves that are fitted one by one may cross.
         """
         closings = np.unique(self.motions.closing)
-        closings = closings[closings > 0.0]
+        closings = closings[(closings > 0.0) & np.isfinite(closings)]
         some = np.unique(np.linspace(0, closings.size - 1, min(closings.size, MOST_GAPS)).round().astype(int))
         gaps, rows, faults = [], [], []
         for gap in closings[some].tolist():

@@ -64,7 +64,8 @@ def assessed(subject: Samples, request: Request) -> xr.Dataset:
     judged = own if request.gap is None else [request.gap for _ in places]
     largest = max(float(np.percentile(one.rising, 99.5)) for one in closings)
     most = max(largest, 1.2 * max(judged), 1e-6)
-    finite = most if np.isfinite(most) else max(float(one.logs.max()) for one in closings)
+    finite = most if np.isfinite(most) else max(float(np.exp(one.logs.max())) for one in closings)
+    finite = max(finite, 1.2 * max(judged), 1e-6)
     gaps = np.unique([*np.linspace(0.0, finite, GAPS), *judged, *own])
     parts = [_interface(subject, index, closings[index], judged[index], gaps, request) for index in places]
     names = xr.Variable("interface", list(subject.interfaces), {"long_name": "buildings on both sides of a gap"})

@@ -184,9 +184,16 @@ class Samples:
             return motions_of(self.first_sample.interfaces[index][1])
         records, polarities = (tuple(map(str, self.dataset[name].values)) for name in ("record", "polarity"))
         closing = _by_sample(self.dataset["peak_closing_free"].isel(interface=index, missing_dims="ignore"), 0)
-        finite = np.isfinite(closing[:, 0]) & (self.dataset["record_pga"].values >= LEAST_SHAKING)
         amplitudes = self.first_sample.amplitudes.values
+        finite = np.isfinite(closing) & self._shaking[:, None]
         return Motions(records, polarities, Results(self.dataset).recordings, amplitudes, closing, finite)
+
+    @property
+    def _shaking(self) -> NDArray[np.bool_]:
+        """Whether the record holds a motion: of each motion of a sample, or of each sample where they are drawn."""
+        if self.is_drawn:
+            return np.asarray(self.dataset["record_pga"].values >= LEAST_SHAKING)
+        return np.repeat(self.first_sample.is_shaking, self.first_sample.dataset.sizes["polarity"])
 
     def by_outcome(self, values: Array, closings: CrossedClosings) -> Array:
         """Values of the motions of `first_sample` in the order of the closings: (1, motions), or (samples, 1)."""
@@ -249,9 +256,15 @@ class Samples:
         if SAMPLE not in free.dims:  # without contact it is one for all where gaps alone are uncertain
             free = free.expand_dims({SAMPLE: one.sizes[SAMPLE]})
         closing = _by_sample(free, self.level(level))
-        # A record without motion has no finite response in the first sample, nor in any other.
-        finite = self.motions(index).finite
-        alone = np.where(np.isfinite(closing) & (finite[:, None] if self.is_drawn else finite), closing, np.inf)
+        finite = np.isfinite(closing) & (self._shaking[:, None] if self.is_drawn else self._shaking)
+        if "peak_displacement_free" in dataset:
+            # As `demands.motions_of`: the closing of a motion in which a storey collapses is that up to there.
+            sides = dataset["peak_displacement_free"].isel(building=[index, index + 1])
+            moved = sides.max("building", skipna=False)
+            if SAMPLE not in moved.dims:
+                moved = moved.expand_dims({SAMPLE: one.sizes[SAMPLE]})
+            finite &= np.isfinite(_by_sample(moved, self.level(level)))
+        alone = np.where(finite, closing, np.inf)
         if "impact_count" not in dataset or not self.is_inner(index):
             return alone
         # As `demands.motions_of`: the most that is closed in runs that touch at a gap which is left open alone.
@@ -308,6 +321,7 @@ class Samples:
         if not np.isfinite(medians).all():
             raise PoundingError(f"output: {name} has no number in some sample at the scene's own case; choose another")
         whole = np.where(known_values, values, medians[:, None])
+        lost = int(values.size - known_values.sum())
         is_positive = bool((whole > 0.0).all())
         compared = np.log(whole) if is_positive else whole
         unit, words = str(variable.attrs.get("units", "1")), str(variable.attrs.get("long_name", name))
@@ -318,6 +332,7 @@ class Samples:
             analysis = analysed_clusters(compared[:, 0], _numbered(motions), recordings)
         else:
             words = f"median over the motions of {words}"
+            words += f", without the {lost} of {values.size} outcomes that have no number" if lost else ""
             order = np.argsort(recordings, kind="stable")
             analysis = analysed(compared[:, order], recordings[order])
         return Output(medians, unit, words, None, analysis, "1" if is_positive else unit)

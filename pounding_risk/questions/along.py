@@ -5,9 +5,9 @@ from __future__ import annotations
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from pounding_risk.assessment.along import along_finding, idle_words, kept_words
+from pounding_risk.assessment.along import along_finding, idle_words, kept_words, lost_words
 from pounding_risk.questions.adequacy import GIVEN
-from pounding_risk.render.sheet import KEPT, Block, Cell, between, head, number, paragraph, table
+from pounding_risk.render.sheet import KEPT, Block, Cell, between, count, head, number, paragraph, table
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
@@ -34,11 +34,11 @@ def sheet(assessed: xr.Dataset) -> list[Block]:
 
 def findings(assessed: xr.Dataset) -> list[str]:
     """Sentences on how far contact and the required gap change, where the target is kept, and on idle axes."""
-    idle = idle_words(assessed)
+    others = filter(None, (lost_words(assessed), idle_words(assessed)))
     return [
         f"{along_finding(assessed)}.",
         f"{kept_words(assessed)}.",
-        *([f"{idle[0].upper()}{idle[1:]}."] if idle else []),
+        *(f"{words[0].upper()}{words[1:]}." for words in others),
     ]
 
 
@@ -51,6 +51,8 @@ def places(assessed: xr.Dataset) -> Block:
     heads = [head(key, units[key]) if units[key] in SHOWN else f"{key} [{units[key]}]" for key in keys]
     heads += ["neighbours"] if several else []
     heads += [head("gap", "m"), "P(contact) [%]", "bounds [%]", head("gap required", "m"), head("bounds", "m")]
+    is_lost = bool(assessed["motions_without_response"].any())
+    heads += ["without response"] if is_lost else []
     rows: list[list[Cell | str]] = []
     for place in product(*(range(assessed.sizes[dim]) for dim in (*axes, "interface"))):
         cell = assessed.isel(dict(zip((*axes, "interface"), place, strict=True)))
@@ -64,6 +66,7 @@ def places(assessed: xr.Dataset) -> Block:
                 between(share[1], share[2], "%", 3),
                 number(need[0], "m"),
                 between(need[1], need[2], "m"),
+                *([count(cell["motions_without_response"])] if is_lost else []),
             ]
         )
     needs = assessed["required_gap"].transpose(*axes, "interface").values.ravel()

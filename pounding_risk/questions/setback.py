@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,7 +49,8 @@ class Setback(ShortRepr):
     """Distance from a property line that one building requires, by percentile, as `RequiredGap` counts it.
 
     ``at`` says how strong the motions are; ``independent`` is the number of motions that they stand for, and
-    ``percentile`` [%] the requested one.
+    ``percentile`` [%] the requested one. In ``lost`` of the motions the building has no finite displacement, as where a
+    storey collapses: no setback is wide enough for them.
     """
 
     building: str
@@ -57,6 +59,7 @@ class Setback(ShortRepr):
     independent: float
     percentile: float
     required: tuple[RequiredGap, ...]
+    lost: int = 0
 
     @property
     def distance(self) -> float:
@@ -124,10 +127,13 @@ def setbacks(
         if not finite.any():
             raise PoundingError(no_response(shown, name))
         independent = independent_motions(logs_of(moved[finite]), numbered(recordings[finite]))
+        weight = independent / finite.sum()
+        # No setback is wide enough for a motion in which the building collapses.
+        counted_ones = np.where(finite, moved, inf)[shaking]
         percentiles = (*USUAL_PERCENTILES, criterion.percentile)
-        required = required_gaps(moved[finite], independent / finite.sum(), percentiles, criterion.confidence)
-        one = Setback(name, part.amplitude_words(), int(finite.sum()), independent, criterion.percentile, required)
-        distances.append(one)
+        required = required_gaps(counted_ones, weight, percentiles, criterion.confidence)
+        at, every, lost = part.amplitude_words(), counted_ones.size, int((shaking & ~finite).sum())
+        distances.append(Setback(name, at, every, weight * every, criterion.percentile, required, lost))
     return tuple(distances)
 
 
@@ -143,7 +149,12 @@ def sheet(found: Sequence[Setback]) -> list[Block]:
     heads += [head("bounds by recording", "m")]
     every = [(one.building, required) for one in found for required in one.required]
     rows = [[name, number(each.percentile), enough(each.gap), bounds_cell(each)] for name, each in every]
-    explained = [*marks((each for _, each in every), NO_BOUND), *(f"{sentence}." for sentence in ASSUMED)]
+    lost = [
+        f"{one.building} has no finite displacement in {counted(one.lost, 'motion')}: for these no setback is enough"
+        for one in found
+        if one.lost
+    ]
+    explained = [*marks((each for _, each in every), NO_BOUND), *(f"{sentence}." for sentence in (*lost, *ASSUMED))]
     return [
         table(f"Setback from a property line, {found[0].motions} motions {found[0].at}.", heads, rows),
         listing(explained, mark=""),

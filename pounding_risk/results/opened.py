@@ -71,7 +71,8 @@ class Results:
         """Each pair of neighbours, named "left | right", and its part, without the dimension of interfaces.
 
         ``gap`` is the interface's own. Where the grid varies another's gap, its own is one: beside that gap of the
-        other which is nearest to the scene's.
+        other which is nearest to the scene's. So is ``yield_force`` of a grid of one: that of its floors, of columns
+        where floors meet columns alone.
         """
         names = map(str, self.dataset["interface"].values)
         return tuple((name, replace(self, dataset=self._interface(at))) for at, name in enumerate(names))
@@ -84,7 +85,10 @@ class Results:
         if gaps.size > 1 and np.ptp(gaps.values) == 0.0:
             part["gap"] = slice(*(self.scene_place + end for end in (0, 1)))
             gaps = gaps.isel(gap=part["gap"])
-        return dataset.isel(part).assign_coords(gap=("gap", gaps.values, dataset["gap"].attrs))
+        whole = dataset.isel(part).assign_coords(gap=("gap", gaps.values, dataset["gap"].attrs))
+        if not {"yield_force", "contact_point_yield_force"} <= set(whole.coords) or whole["yield_force"].shape != (1,):
+            return whole
+        return whole.assign_coords(yield_force=("yield_force", [_own_force(whole)], whole["yield_force"].attrs))
 
     def at_level(self, level: int | None = None) -> Results:
         """The part at one of the amplitudes, by default the scene's own; all of it where there is no axis of them."""
@@ -416,6 +420,20 @@ def _aim(records: dict[str, Any]) -> str:
     if "sa" in records:
         return f"at {_level_of(records['sa']).words}"
     return f"at PGA {own(parse(records['pga'], PGA), PGA)}" if "pga" in records else ""
+
+
+def _own_force(interface: xr.Dataset) -> float:
+    """F_E of the contacts of one interface [N], which its points have, in a grid of one yield force.
+
+    That of its lowest floors, where a floor that rotates has two points of a half each; of columns the smallest.
+    """
+    forces = np.atleast_1d(interface["contact_point_yield_force"].values.squeeze())
+    floors = interface["contact_point_kind"].values != "column"
+    if not floors.any():
+        return float(forces.min())
+    ends = np.stack([interface[f"contact_point_{side}_floor"].values for side in ("left", "right")])
+    first = int(np.argmax(floors))
+    return float(forces[floors & (ends == ends[:, [first]]).all(axis=0)].sum())
 
 
 def _level_of(table: dict[str, Any]) -> Level:

@@ -115,10 +115,10 @@ def contact_steps(closing: Array, independent: float, confidence: float) -> Cont
 
 
 def lognormal_percentiles(closing: Array, percentiles: Array) -> Array:
-    """exp(m + z s): m and s the mean and deviation (n − 1) of ln closing; NaN where a closing is 0 or alone."""
+    """exp(m + z s), m and s the mean and deviation (n − 1) of ln closing; NaN where one is 0, infinite or alone."""
     from scipy.special import ndtri
 
-    if closing.size < 2 or closing.min() <= 0.0:
+    if closing.size < 2 or closing.min() <= 0.0 or np.isinf(closing.max()):
         return np.full(percentiles.shape, nan)
     logs = np.log(closing)
     return np.asarray(np.exp(logs.mean() + ndtri(percentiles / 100.0) * logs.std(ddof=1)))
@@ -135,8 +135,10 @@ def lognormal_share(closing: Array, gap: float) -> float:
 
 
 def rounded_up(gap: float) -> float:
-    """A gap [m] rounded up to three digits, 0 where it is not above 0."""
+    """A gap [m] rounded up to three digits, 0 where it is not above 0; one that is infinite stays so."""
     if not gap > 0.0:
         return 0.0
+    if np.isinf(gap):
+        return gap
     unit = 10.0 ** max(np.floor(np.log10(gap)) - 2.0, -300.0)  # no division by what underflows
     return float(max(np.ceil(gap / unit - 1e-9), 1.0) * unit)  # 1: what is below the unit is rounded up too

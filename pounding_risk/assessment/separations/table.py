@@ -305,6 +305,9 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
             replace(row, note="; ".join(filter(None, (row.note, rules.ISOLATED)))) if row.rule == "cqc" else row
             for row in rows
         )
+    if lost := int((~known).sum()):
+        words = f"without the {lost} of {counted(known.size, 'motion')} that have no finite response"
+        rows = tuple(replace(row, note="; ".join(filter(None, (row.note, words)))) for row in rows)
     if bumper:
         rows = tuple(replace(row, note="; ".join(filter(None, (row.note, rules.CLEAR)))) for row in rows)
     amplitude = results.amplitudes.values[0]

@@ -180,6 +180,15 @@ def _of_damage(results: xr.Dataset, options: Options) -> Fragilities:
     columns = (dataset[name].values.tolist() for name in ("state", "state_words", "state_threshold"))
     for state, words, threshold in zip(*columns, strict=True):
         groups.setdefault(words.partition(" ≥ ")[0], []).append((threshold, state))
+    runs = (
+        dataset["runs"]
+        .sel(pounding=side)
+        .sum([dim for dim in dataset["runs"].dims if dim not in ("state", "pounding")])
+    )
+    for state, of_state in zip(dataset["state"].values.tolist(), runs.values.tolist(), strict=True):
+        if of_state < runs.max():
+            left_out = f"{int(runs.max() - of_state)} of {int(runs.max())} runs"
+            notes.append(f"{state}, {side} pounding: {left_out} failed, or have no such demand, and are left out")
     names = distinct((identifier_of(words) for words in groups), "damage")
     for name, states in zip(names, groups.values(), strict=True):
         fitted = []

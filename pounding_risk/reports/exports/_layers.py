@@ -7,14 +7,15 @@ each column is. Contact is that of `assess`, at the assessed gap. What needs run
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite, nan
+from math import inf, isfinite, nan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
-from pounding_risk.assessment.demands import motions_of
+from pounding_risk.assessment.demands import motions_of, touching
 from pounding_risk.assessment.row import RowCase, any_of_building, row_case
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
 from pounding_risk.errors import PoundingError
@@ -23,10 +24,13 @@ from pounding_risk.reports.exports._written import Options
 from pounding_risk.results.opened import Results
 from pounding_risk.results.variables import NOT_RUN
 from pounding_risk.statistics.proportions import exact_bounds
+from pounding_risk.statistics.required_gap import required_gaps
 from pounding_risk.units import GAP, say
 
 if TYPE_CHECKING:
     import xarray as xr
+
+Array = NDArray[np.float64]
 
 WORST_FIRST = (INADEQUATE, DEPENDS, ADEQUATE)
 PERCENTILES = (50, 84, 95)
@@ -50,7 +54,8 @@ def _required() -> dict[str, Column]:
     columns = {}
     for percentile in PERCENTILES:
         name = f"required_gap_p{percentile}"
-        columns[f"{name}_m"] = Column("m", f"gap that {percentile} % of the motions do not close")
+        words = f"gap that {percentile} % of the motions do not close, empty where none is wide enough"
+        columns[f"{name}_m"] = Column("m", words)
         columns |= {f"{name}_{end}_m": Column("m", f"bound of {name}_m by recording") for end in ("low", "high")}
     return columns
 
@@ -114,17 +119,12 @@ class Row(NamedTuple):
     title: str
     case: RowCase
     assessment: Assessment
-    closes: Any  # 1 where a motion closes a gap, 0 where not, NaN where it is not known; (interfaces, motions)
+    closes: Any  # 1 where a motion closes a gap, 0 where not, NaN without a finite response; (interfaces, motions)
 
     @property
     def buildings(self) -> list[str]:
         """Names of the buildings, from left to right."""
         return [building.name for building in self.case.buildings]
-
-    @property
-    def yield_force(self) -> float:
-        """F_E of the runs [N]."""
-        return float(self.case.results["yield_force"])
 
     def beside(self, at: int) -> list[int]:
         """The interfaces of a building."""
@@ -161,12 +161,35 @@ def layers_of(datasets: Sequence[xr.Dataset], options: Options) -> Layers:
 def _row(results: xr.Dataset, options: Options) -> Row:
     chosen: dict[str, Any] = {"gap": options.gap, "pga": options.pga, "intensity_level": options.intensity_level}
     assessment = assess(results, **chosen)
+    return Row(assessment.title, row_case(results, **chosen), assessment, closing_motions(results, assessment))
+
+
+def closing_motions(results: xr.Dataset, assessment: Assessment) -> Array:
+    """1 where a motion closes the assessed gap, 0 where not, NaN without a finite response; (interfaces, motions)."""
     closes = []
     for (_, part), one in zip(Results(results).interfaces, assessment.interfaces, strict=True):
         motions = motions_of(part)
-        closing = motions.closing[:, motions.amplitudes.index(one.amplitude)]
-        closes.append(np.where(motions.finite, np.where(closing > one.gap, 1.0, 0.0), nan))
-    return Row(assessment.title, row_case(results, **chosen), assessment, np.array(closes))
+        level = motions.amplitudes.index(one.amplitude)
+        closes.append(np.where(motions.finite[:, level], touching(part, motions, one.gap)[:, level], nan))
+    return np.array(closes, dtype=float)
+
+
+def lost_words(lost: int, motions: int) -> str:
+    """Sentence on motions without a finite response in the shares of `share_of_building`."""
+    return (
+        f"{counted(lost, 'motion')} of {motions} without a finite response, such as where a storey collapses, count as "
+        "contact at every gap, and as none in lower bounds"
+    )
+
+
+def share_of_building(closes: Array, weight: float, confidence: float) -> tuple[float, float, float]:
+    """The share of the motions that close a gap, with bounds; ``closes`` (its interfaces, motions).
+
+    No gap is wide enough for a motion without a finite response: it counts as one, and as none in the lower bound.
+    """
+    most, least = (np.nan_to_num(closes, nan=lost).max(axis=0) for lost in (1.0, 0.0))
+    share, _, high = _share(most, weight, confidence)
+    return share, _share(least, weight, confidence)[1], high
 
 
 def _building(row: Row, at: int) -> dict[str, Any]:
@@ -174,18 +197,19 @@ def _building(row: Row, at: int) -> dict[str, Any]:
     shape = row.case.buildings[at]
     verdicts = [row.assessment.interfaces[k].verdict for k in row.beside(at)]
     weight = min(one.independent / one.motions for one in verdicts)
-    closes = row.closes[row.beside(at)].max(axis=0)  # NaN where one is not known
+    closes = row.closes[row.beside(at)]
     is_run = all(map(row.is_run, row.beside(at)))
     yields = any_of_building(row.case, "yield_exceedance", at)
+    may_yield = any(isfinite(row.assessment.interfaces[k].own_force) for k in row.beside(at))
     known = np.isfinite(row.case.results["building_height"].values[at])
     values = [
         *(row.title, shape.name, shape.position, 0 if shape.is_rigid else len(shape.levels)),
         shape.height if known else nan,
         min((one.word for one in verdicts), key=WORST_FIRST.index),
-        *_share(closes, weight, row.assessment.confidence),
-        *_share(yields if is_run and isfinite(row.yield_force) else np.empty(0), weight, row.assessment.confidence),
+        *share_of_building(closes, weight, row.assessment.confidence),
+        *_share(yields if is_run and may_yield else np.empty(0), weight, row.assessment.confidence),
         *(_raised(row, at, names) if is_run else nan for names in (DRIFTS, ACCELERATIONS)),
-        int(np.isfinite(closes).sum()),
+        closes.shape[1],
         Results(row.case.results).amplitude_words(),
     ]
     return dict(zip(BUILDING, values, strict=True))
@@ -211,20 +235,27 @@ def _share(answers: Any, weight: float, confidence: float) -> tuple[float, float
 def _interface(row: Row, at: int) -> dict[str, Any]:
     """The values of an interface, in the order of `INTERFACE`."""
     one = row.assessment.interfaces[at]
-    contact, touch = one.contact_at_gap(), row.case.touches[at]
-    required = [one.required_at(percentile) for percentile in PERCENTILES]
-    force, is_run = row.yield_force, row.is_run(at)
+    touch, force, is_run = row.case.touches[at], one.own_force, row.is_run(at)
+    weight, confidence = one.verdict.independent / one.verdict.motions, row.assessment.confidence
+    lost = int(np.isnan(row.closes[at]).sum())
+    closing = np.pad(np.array(one.closing), (0, lost), constant_values=inf)
+    required = required_gaps(closing, weight, tuple(map(float, PERCENTILES)), confidence)
     values = [
         *(row.title, one.name, row.buildings[at], row.buildings[at + 1], one.gap),
         *(one.verdict.word, one.verdict.sentence),
-        *(contact.probability, contact.low_recordings, contact.high_recordings),
+        *share_of_building(row.closes[[at]], weight, confidence),
         *(_yielding(one, force) if is_run else [nan] * 3),
-        *(value for gap in required for value in (gap.gap, gap.low, gap.high if gap.bounded else nan)),
+        *(_known(value) for gap in required for value in (gap.gap, gap.low, gap.high if gap.bounded else nan)),
         *(one.own_model, force if isfinite(force) else nan),
         *((touch.impacts, touch.force) if is_run else (nan, nan)),
-        *(one.verdict.motions, one.verdict.recordings, one.at),
+        *(closing.size, one.verdict.recordings, one.at),
     ]
     return dict(zip(INTERFACE, values, strict=True))
+
+
+def _known(gap: float) -> float:
+    """A gap [m]; NaN, an empty place, where none is wide enough."""
+    return gap if isfinite(gap) else nan
 
 
 def _yielding(one: InterfaceAssessment, force: float) -> tuple[float, float, float]:
@@ -242,6 +273,8 @@ def _notes(row: Row) -> list[str]:
         f"motions {Results(row.case.results).amplitude_words()}; {of.asked[0].lower()}{of.asked[1:]}".rstrip("."),
         "probabilities are shares of the motions of the scan, of no hazard and no period of time",
     ]
+    if lost := int(np.isnan(row.closes).any(axis=0).sum()):
+        notes.append(f"{row.title}: {lost_words(lost, row.closes.shape[1])}")
     failed = row.case.motions - min(touch.runs for touch in row.case.touches)
     if failed:
         why = NOT_RUN if Results(row.case.results).unpushed else "failed"

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import cell, csv_text
+from pounding_risk.assessment.demands import UNDEFINED
 from pounding_risk.motions.levels import LEVEL_AXIS
 from pounding_risk.reports.exports._written import Options, Written, write_folder
+from pounding_risk.results.attributes import collapsed
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.variables import PLACES
 
@@ -34,7 +37,10 @@ FREE = "_without_contact"  # added to the name of a table whose values are of mo
 def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     """Write a table for each kind of place of a dataset, with every case."""
     tables = ((f"{name}.csv", table(results, variables)) for name, variables in grouped(results).items())
-    return Written(write_folder(target, tables), ())
+    fell = int(collapsed(results).sum()) if "status" in results else 0
+    cases = counted(fell, "case")
+    note = f"in {cases} a storey collapses: closings without contact of these motions are those up to there"
+    return Written(write_folder(target, tables), (note,) if fell else ())
 
 
 def grouped(results: xr.Dataset) -> dict[str, list[str]]:
@@ -58,11 +64,20 @@ def table(results: xr.Dataset, names: list[str]) -> str:
     labels = [results[dim].values.tolist() for dim in dims]
     columns = [results[name].transpose(*dims).values.reshape(-1) for name in names]
     flags = [_meanings(results[name]) for name in names]
+    there = _places_there(first, [results[name].transpose(*dims).values for name in names])
     for row, where in enumerate(np.ndindex(*first.shape)):
-        values = [_cell(column[row], known) for column, known in zip(columns, flags, strict=True)]
-        if any(value != "" for value in values):
+        if there[row]:
+            values = [_cell(column[row], known) for column, known in zip(columns, flags, strict=True)]
             rows.append([*(cell(label[at]) for label, at in zip(labels, where, strict=True)), *map(cell, values)])
     return csv_text(rows)
+
+
+def _places_there(of: xr.DataArray, columns: list[Any]) -> Any:
+    """By row, whether its place is there: any of the columns has a value at it in some case. A storey may be none."""
+    known = [np.isfinite(column) if column.dtype.kind == "f" else np.ones(column.shape, bool) for column in columns]
+    cases = tuple(at for at, dim in enumerate(of.dims) if dim not in PLACES)
+    there = np.any(known, axis=0).any(axis=cases, keepdims=True)
+    return np.broadcast_to(there, of.shape).ravel()
 
 
 def _meanings(values: xr.DataArray) -> dict[int, str]:
@@ -74,9 +89,11 @@ def _meanings(values: xr.DataArray) -> dict[int, str]:
 
 
 def _cell(value: Any, meanings: dict[int, str]) -> str:
-    """A value in full; empty where there is none, such as a storey that a building has not."""
+    """A value in full; empty where there is none, such as of a run that failed."""
     if meanings:
         return meanings[int(value)]
+    if isinstance(value, np.integer) and value == UNDEFINED:
+        return ""
     if isinstance(value, np.floating):
         return "" if np.isnan(value) else repr(float(value))
     return str(value)

@@ -19,6 +19,7 @@ from pounding_risk._common.words import nearest
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
 from pounding_risk.assessment.options import percent_words
 from pounding_risk.errors import PoundingError
+from pounding_risk.reports.exports._layers import closing_motions, lost_words, share_of_building
 from pounding_risk.reports.exports._written import Options, Written, write_file
 from pounding_risk.results.attributes import tables_of
 from pounding_risk.streets.inventory import read_inventory
@@ -36,7 +37,7 @@ ADJOINING = 0.04  # of the height of the lower building; a smaller gap adjoins
 CODES = ((0.25, 1), (0.5, 2), (1.0, 3), (2.0, 4), (inf, 5))  # m; OED: 1 is 0 to 0.25 m, 5 is more than 2 m
 HEADS = (
     *("building", "GEM taxonomy", "position", "POP", "OED Pounding", "nearest gap [m]", "nearest building"),
-    *("P(contact)", "P(contact) low", "P(contact) high", "contact with", "amplitude", "taxonomy of"),
+    *("P(contact)", "P(contact) low", "P(contact) high", "most contact with", "amplitude", "taxonomy of"),
     *("rule of the position", "rule of POP", "rule of OED Pounding"),
 )
 # Strings of typologies, of which a scene says no more.
@@ -64,17 +65,20 @@ def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     strings, without = _strings(results, names, options.inventory)
     given = results["building_height"].values if "building_height" in results.variables else np.full(len(names), nan)
     heights = [float(height) if height > 0.0 else nan for height in given]
-    rows = []
+    rows, closes = [], closing_motions(results, assessment)
     for number, name in enumerate(names):
         beside = [(other, min(other, number)) for other in (number - 1, number + 1) if 0 <= other < len(names)]
         sides = tuple(Side(names[other], heights[other], assessment.interfaces[at]) for other, at in beside)
-        rows.append(_row(name, heights[number], sides, strings[name], assessment))
+        of_gaps = closes[[at for _, at in beside]]
+        rows.append(_row(name, heights[number], sides, strings[name], of_gaps, assessment))
     notes = [
         "positions are those in the row; what stands in front of a building and behind it is not in the results, so "
         "that BP3 is never written",
         f"POP is written where more than {percent_words(assessment.target)} of the motions close a gap of the building",
         *without,
     ]
+    if lost := int(np.isnan(closes).any(axis=0).sum()):
+        notes.append(lost_words(lost, closes.shape[1]))
     unknown = [row[0] for row in rows if not row[2]]
     if unknown:
         notes.append(f"no position of {', '.join(unknown)}: the scene gives no height; write height in [[building]]")
@@ -83,13 +87,20 @@ def write(results: xr.Dataset, target: Path, options: Options) -> Written:
 
 
 def _row(
-    name: str, height: float, sides: tuple[Side, ...], string: tuple[str, str], assessment: Assessment
+    name: str,
+    height: float,
+    sides: tuple[Side, ...],
+    string: tuple[str, str],
+    closes: Any,
+    assessment: Assessment,
 ) -> tuple[Any, ...]:
-    """The cells of a building."""
+    """The cells of a building; ``closes`` as `closing_motions`, of its interfaces."""
     position, rule = _position(height, sides)
     most = max(sides, key=lambda side: side.interface.contact_at_gap().probability)
-    contact = most.interface.contact_at_gap()
-    has_pounding = contact.probability > assessment.target
+    verdicts = [side.interface.verdict for side in sides]
+    weight = min(one.independent / one.motions for one in verdicts)
+    share, low, high = share_of_building(closes, weight, assessment.confidence)
+    has_pounding = share > assessment.target
     closest = min(sides, key=lambda side: side.interface.gap)
     gap = closest.interface.gap
     target = percent_words(assessment.target)
@@ -101,12 +112,13 @@ def _row(
         oed_code(gap),
         f"{gap:.6g}",
         closest.neighbour,
-        *(f"{value:.6g}" for value in (contact.probability, contact.low_recordings, contact.high_recordings)),
+        *(f"{value:.6g}" for value in (share, low, high)),
         most.neighbour,
         most.interface.at,
         string[1],
         rule,
-        f"written where more than {target} of the motions close the gap; {contact.count} of {contact.runs} do",
+        f"written where more than {target} of the motions close a gap; {round(share * closes.shape[1])} of "
+        f"{closes.shape[1]} do",
         f"nearest building of the row, {say(gap, GAP)} clear",
     )
 

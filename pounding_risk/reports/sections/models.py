@@ -53,10 +53,10 @@ def write(data: ReportData) -> list[Block]:
 
 
 def _by_model(data: ReportData, pair: Pair) -> list[Block]:
-    here = pair.results.sel(gap=pair.grid_gap, yield_force=data.yield_force)
+    here = pair.results.sel(gap=pair.grid_gap, yield_force=pair.assessed.own_force)
     # A count of −1 is none: the run failed.
     touching = here["impact_count"] > 0
-    where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}, {force_words(data.yield_force)}{pair.at}"
+    where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}, {force_words(pair.assessed.own_force)}{pair.at}"
     heads = ["contact model", "cases", "with contact", "reach F_E"]
     heads += [f"{head(words, unit)}: median (16 to 84 %)" for words, unit in BY_MODEL.values()]
     rows: list[list[Cell | str]] = []

@@ -42,11 +42,11 @@ def write(data: ReportData) -> list[Block]:
 
 
 def _buildings(data: ReportData, pair: Pair) -> list[Block]:
-    case = {"gap": pair.grid_gap, "yield_force": data.yield_force, "contact_model": data.law}
+    case = {"gap": pair.grid_gap, "yield_force": pair.assessed.own_force, "contact_model": data.law}
     here = pair.results.sel(case)
     touching = (here["impact_count"] > 0).transpose("record", "polarity").values
     columns_yield = any(share.yield_force == np.inf for share in pair.assessed.yielding)
-    law = f"{name_of(data.law)}, {force_words(data.yield_force, columns_yield)}"
+    law = f"{name_of(data.law)}, {force_words(pair.assessed.own_force, columns_yield)}"
     where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}{pair.at}, under {law}"
     if not touching.any():
         return [paragraph(f"{pair.name}: no motion brings contact {where}; the buildings move as if alone.")]

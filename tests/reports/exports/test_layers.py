@@ -14,7 +14,7 @@ import pyproj
 import pytest
 from made_row import STREET as MADE
 from made_row import made_row
-from scenes import scene_text, single
+from scenes import scene_text, single, storeyed
 from scipy import stats
 from shapely import box
 from streets_drawn import DEEP, EAST, NORTH, WIDE, corner, street_file
@@ -258,3 +258,31 @@ def test_a_row_is_found_in_its_own_street(row, tmp_path):
     written = pr.export(titled, "geopackage", tmp_path / "a.gpkg", street=twice)
     first = geopandas.read_file(written.files[0], layer="buildings").geometry.iloc[0]
     assert first.bounds[0] == pytest.approx(corner(len(names))[0], abs=1e-12)
+
+
+def test_each_interface_has_the_yield_force_of_its_own_contacts(tmp_path):
+    """Of floors, and of columns where these alone are met; in the assessment, the layers and the fragilities alike."""
+    contact = {"contact_model": "viscous_elastoplastic", "stiffness": "2e11 N/m^1.5", "restitution": 0.65}
+    forces = [{"yield_force": "900 kN"}, {"yield_force": "400 kN"}, {"column_yield_force": "150 kN"}]
+    results = pr.scan(
+        scene_text(
+            single("a", "150 t", "0.4 s", height="3 m"),
+            single("b", "300 t", "0.9 s", height="3 m"),
+            storeyed("c", "100 t", "90 MN/m", "3 m", storeys=2, damping=0.05),
+            storeyed("d", "100 t", "40 MN/m", "4.4 m", storeys=1, damping=0.05),
+            records={"names": ["RSN6-180", "RSN753-000"], "window": ["0 s", "10 s"], "pga": "0.6 g"},
+            interfaces=[{"gap": "10 mm"} | contact | force for force in forces],
+        )
+    )
+    peaks = results["peak_contact_force"].max(["record", "polarity"]).values.ravel()
+    own = [9e5, 4e5, 1.5e5]
+    # A contact that yields holds its F_E.
+    np.testing.assert_allclose(peaks, own, rtol=1e-6)
+    assessed = pr.assess(results).interfaces
+    assert [one.own_force for one in assessed] == own
+    assert [{share.yield_force for share in one.yielding} for one in assessed] == [{force} for force in own]
+    pr.export(results, "geopackage", tmp_path / "row.gpkg")
+    with sqlite3.connect(tmp_path / "row.gpkg") as connection:
+        found = connection.execute("select yield_force_N, p_yield from interfaces").fetchall()
+    assert [force for force, _ in found] == own
+    assert all(share > 0.0 for _, share in found)

@@ -89,3 +89,21 @@ def test_a_building_without_a_height_has_no_position(tmp_path):
 def test_codes_of_oed_are_those_of_its_list(gap, code):
     assert oed_code(gap) == code
     assert np.searchsorted([0.25, 0.5, 1.0, 2.0], gap, side="right") + 1 == code
+
+
+def test_pounding_is_that_of_any_gap_of_the_building(tmp_path):
+    """A mass between two walls, of which either polarity strikes another one."""
+    wall = {"rigid": True, "height": "5 m"}
+    text = scene_text(
+        {"name": "left", **wall},
+        single("shop", "150 t", "0.4 s", height="5 m"),
+        {"name": "right", **wall},
+        records={"names": ["RSN6-180"], "polarity": BOTH, "window": ["0 s", "10 s"], "pga": "0.4 g"},
+        interfaces=[{"gap": "30 mm", "contact_model": "linear", "stiffness": "100 MN/m"}] * 2,
+    )
+    results = pr.scan(text)
+    touched = results["impact_count"].values.reshape(2, 2) > 0  # (polarities, interfaces)
+    assert touched.sum(axis=0).tolist() == [1, 1] and touched.any(axis=1).all()
+    rows, _ = table(results, tmp_path)
+    assert [rows[name]["P(contact)"] for name in ("left", "shop", "right")] == ["0.5", "1", "0.5"]
+    assert "2 of 2 do" in rows["shop"]["rule of POP"]

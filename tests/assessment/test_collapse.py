@@ -1,0 +1,129 @@
+"""Motions in which a storey collapses: at the levels where they do, no gap is wide enough; nothing forgets them."""
+
+from __future__ import annotations
+
+import csv
+import sqlite3
+from math import inf
+
+import numpy as np
+import pytest
+from scenes import scene_text, storeyed
+from scipy.optimize import minimize
+from scipy.special import log_ndtr
+
+import pounding_risk as pr
+from pounding_risk.questions.along import findings
+
+G = 9.80665
+LAW = {"rule": "peak_oriented", "backbone": [[4.0, 1.15], [12.0, 0.3]], "collapse_drift": 0.03}
+STRENGTHS = {"storey_strengths": ["1100 kN", "700 kN"], "hysteresis": LAW}
+FRAME = storeyed("frame", ["200 t", "180 t"], ["150 MN/m", "120 MN/m"], "3.2 m", **STRENGTHS)
+WALL = storeyed("wall", ["180 t"], "700 MN/m", ["3.2 m"])
+RECORDS = {
+    "names": ["RSN6-180", "RSN6-270", "RSN753-000", "RSN753-090", "CCC-HN1", "NAPA-HNE"],
+    "window": ["0 s", "15 s"],
+}
+INELASTIC = {"inelastic_storeys": {}, "p_delta": {}}
+DAMAGE = '[[damage]]\nname = "blow"\ncontact_force = "1 MN"\n'
+
+
+def scene(grid, **more):
+    return scene_text(FRAME, WALL, effects=INELASTIC, gap="40 mm", records=RECORDS, grid=grid, **more) + DAMAGE
+
+
+@pytest.fixture(scope="module")
+def results():
+    """Six motions at three levels: at 0.4 g one closes 40 mm, at 0.8 g the frame collapses in five."""
+    whole = pr.scan(scene({"pga": ["0.2 g", "0.4 g", "0.8 g"]}))
+    fell = whole["status"].squeeze().values > 0
+    assert fell.sum(axis=0).tolist() == [0, 0, 5]
+    closing = whole["peak_closing_free"].squeeze().values
+    assert ((closing > 0.04) & ~fell).sum(axis=0).tolist() == [0, 1, 0]
+    return whole
+
+
+def test_a_level_counts_the_motions_that_collapse_at_another(results):
+    one = pr.assess(results, pga="0.4 g").interfaces[0]
+    assert (one.contact[0].count, one.contact[0].runs) == (1, 6)
+    assert len(one.closing) == 6
+    assert not any("finite response, and counted" in sentence for sentence in one.verdict.evidence)
+    lost = pr.assess(results, pga="0.8 g").interfaces[0]
+    assert (lost.contact[0].count, lost.contact[0].runs) == (0, 1)
+    assert any("counted against the verdict: 5 motions" in sentence for sentence in lost.verdict.evidence)
+
+
+def test_a_fragility_counts_collapse_as_contact(results):
+    """Maximum likelihood by another optimiser over all 18 runs, of which 1 and 5 are contacts."""
+    one = pr.assess(results, pga="0.4 g").interfaces[0]
+    curve = next(curve for curve in one.fragility if curve.what == "contact")
+    im = np.repeat([0.2, 0.4, 0.8], 6)
+    failed = np.r_[np.zeros(6), [1], np.zeros(5), np.ones(5), [0]].astype(bool)
+
+    def loss(both):
+        z = (np.log(im) - both[0]) / np.exp(both[1])
+        return -np.where(failed, log_ndtr(z), log_ndtr(-z)).sum()
+
+    found = minimize(loss, (np.log(0.5), np.log(0.3)), method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12})
+    # Flat to rounding of the likelihood within its square root.
+    assert curve.median / G == pytest.approx(np.exp(found.x[0]), rel=1e-5)
+    assert curve.dispersion == pytest.approx(np.exp(found.x[1]), rel=1e-5)
+    assert sum(stripe.runs for stripe in curve.stripes) == 18
+    assert any("5 of 18 motions" in sentence for sentence in one.verdict.evidence)
+
+
+def test_along_an_axis_they_count_as_contact():
+    key = "building.frame.hysteresis.collapse_drift"
+    grid = {"pga": ["0.8 g"], key: [0.03, 0.2]}
+    along = pr.assess_along(pr.scan(scene(grid)), target="20 %")
+    first = along.isel({key: 0, "interface": 0})
+    assert float(first["contact_probability"]) == 5 / 6
+    assert float(first["required_gap"]) == inf
+    assert int(first["motions_without_response"]) == 5
+    # None of them touches, were they no contact: the lower bound is that of 0 of 6.
+    assert float(first["contact_probability_low"]) == 0.0
+    words = " ".join(findings(along))
+    assert "∞ (no gap is wide enough)" in words
+    assert "motions have no finite response, up to 5 of them" in words
+
+
+def test_a_setback_and_separations_tell_them(results):
+    frame, _ = pr.setbacks(results, pga="0.8 g")
+    assert (frame.motions, frame.lost) == (6, 5)
+    assert [one.gap for one in frame.required] == [inf, inf, inf]
+    table = pr.code_table(results.sel(pga=0.8 * G, method="nearest").expand_dims("pga", 2))
+    assert all("without the 5 of 6 motions" in rule.row.note for rule in table.rules)
+
+
+def test_samples_count_them(results):
+    drawn = "[uncertain]\nsamples = 4\nmotions = {motions!r}\n".format
+    for motions in ("all", "drawn"):
+        text = scene({"pga": ["0.8 g"]}) + drawn(motions=motions).replace("'", '"')
+        text += '"building.frame.damping" = {distribution = "uniform", low = 0.04, high = 0.06}\n'
+        samples = pr.scan(text)
+        fell = (samples["status"].values > 0).ravel()
+        closes = (samples["peak_closing_free"].values > 0.04).ravel() | fell
+        answer = pr.uncertainty(samples)
+        assert fell.any()
+        assert float(answer["judged_probability"][0]) == pytest.approx(closes.mean(), rel=1e-12)
+        assert (answer["gap"].values >= 0.0).all()
+
+
+def test_exports_count_them(results, tmp_path):
+    written = pr.export(results, "taxonomy", tmp_path / "t.csv", pga="0.8 g")
+    rows = list(csv.DictReader((tmp_path / "t.csv").open(encoding="utf-8")))
+    assert [row["P(contact)"] for row in rows] == ["0.833333", "0.833333"]
+    assert any("5 motions of 6 without a finite response" in note for note in written.told)
+    written = pr.export(results, "geopackage", tmp_path / "g.gpkg", pga="0.8 g")
+    with sqlite3.connect(tmp_path / "g.gpkg") as connection:
+        found = connection.execute("select p_contact, p_contact_low, required_gap_p84_m, motions from interfaces")
+        assert found.fetchone() == (pytest.approx(5 / 6), 0.0, None, 6)
+    assert any("5 motions of 6 without a finite response" in note for note in written.told)
+    pr.export(results, "csv", tmp_path / "tables")
+    cases = list(csv.DictReader((tmp_path / "tables" / "interfaces.csv").open(encoding="utf-8")))
+    assert [row["impact_count"] for row in cases].count("") == 5
+    assert not any(value == "-1" for row in cases for value in row.values())
+    floors = list(csv.DictReader((tmp_path / "tables" / "buildings.csv").open(encoding="utf-8")))
+    assert len(floors) == 2 * results["status"].size  # none of a failed run is left out
+    storeys = list(csv.DictReader((tmp_path / "tables" / "storeys.csv").open(encoding="utf-8")))
+    assert len(storeys) == 3 * results["status"].size  # two of the frame, one of the wall
