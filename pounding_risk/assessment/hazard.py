@@ -6,6 +6,7 @@ years the probability is 1 − exp(−50 λ_f), events being independent of each
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import nan
 
@@ -45,7 +46,8 @@ class HazardSpectrum:
     """Intensities that are exceeded at the same annual rates at several periods: uniform hazard spectra.
 
     ``periods`` [s] rise and ``rate`` [1/year] falls; ``im`` (rates, periods) are spectral accelerations [m/s2] at one
-    ``damping`` ratio, ``pga`` (rates,) those of the ground where the table has them. ``reading`` as in `Hazard`.
+    ``damping`` ratio, ``pga`` (rates,) those of the ground where the table has them. ``own`` are whole curves by their
+    intensity, (intensities, rates), where rates are those that several curves share. ``reading`` as in `Hazard`.
     """
 
     periods: Array
@@ -55,11 +57,13 @@ class HazardSpectrum:
     pga: Array | None = field(default=None, repr=False)
     source: str = ""
     reading: str = ""
+    own: Mapping[str, tuple[Array, Array]] = field(default_factory=dict, repr=False)
 
     def at(self, intensity: str) -> Hazard:
         """The hazard curve of "pga" or of "sa(0.62 s)".
 
-        Between two periods the intensity of each rate is a power of the period. Raises PoundingError for another
+        One that the table has itself is whole; between two periods the intensity of each rate is a power of the
+        period. Raises PoundingError for another
         intensity, for a damping ratio other than the table's, and for a period outside its periods.
         """
         damping = "" if self.damping == USUAL_DAMPING else f", {100.0 * self.damping:g} %"
@@ -67,7 +71,7 @@ class HazardSpectrum:
         if intensity == "pga":
             if self.pga is None:
                 raise PoundingError(f"{self.source}: has no column of pga; {repair}")
-            return Hazard("pga", self.pga, self.rate, self.source, self.reading)
+            return Hazard("pga", *self.own.get("pga", (self.pga, self.rate)), self.source, self.reading)
         wanted = read_sa(intensity)
         if wanted is None:
             raise PoundingError(f"{self.source}: has no curve of {intensity}; {repair}")
@@ -83,6 +87,9 @@ class HazardSpectrum:
                 f"{self.source}: has spectra from {first:g} s to {last:g} s, and {intensity} is asked for; add that "
                 f"period to the table, or {repair}"
             )
+        for name, curve in self.own.items():
+            if (stated := read_sa(name)) is not None and wanted.is_same(stated):
+                return Hazard(intensity, *curve, self.source, self.reading)
         x = np.log(self.periods)
         im = np.array([np.exp(np.interp(np.log(wanted.period), x, np.log(spectrum))) for spectrum in self.im])
         reading = self.reading

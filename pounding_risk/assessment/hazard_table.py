@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from math import inf, isclose, nan
 from pathlib import Path
 from typing import NamedTuple
@@ -297,7 +298,9 @@ def _at_common_rates(
     if rates.size < 2:
         raise head.fault("has curves that share no two rates; write rows that reach further")
     spectra = [np.exp(np.interp(-np.log(rates), -np.log(rate), np.log(im))) for im, rate in curves]
-    return _spectrum(head, names, rates, np.array(spectra).T, reading)
+    return replace(
+        _spectrum(head, names, rates, np.array(spectra).T, reading), own=dict(zip(names, curves, strict=True))
+    )
 
 
 def _level_reading(levels: Sequence[AnnualRate]) -> str:

@@ -85,11 +85,11 @@ def of_few(closings: CrossedClosings, criterion: Criterion) -> Iterator[str]:
     least = least_upper_bound(fewest, criterion.confidence)
     if least > criterion.target:
         needed = motions_to_show(criterion.target, criterion.confidence)
-        each = "recordings, all with as many samples" if closings.is_drawn else "each"
+        each = "recordings, all with as many samples" if closings.is_drawn else "of each"
         yield (
             f"Few: the motions count as {closings.counted.motions:.3g} independent ones, beside "
             f"{counted(closings.counted.samples, 'sample')}. Even without any contact these could only show P(contact) "
-            f"< {share_words(least)}; the target of {percent_words(criterion.target)} takes {needed} of "
+            f"< {share_words(least)}; the target of {percent_words(criterion.target)} takes {needed} "
             f"{each}."
         )
     lost = int((~np.isfinite(closings.closing)).sum())

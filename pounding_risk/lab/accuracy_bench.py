@@ -201,6 +201,11 @@ class Bench:
         """The buildings as SciPy's methods take them."""
         return row_matrices(self.chains, self.points, self.study.links)
 
+    @cached_property
+    def at_rest(self) -> RowMatrices:
+        """The same where storeys may yield: what contacts join, and with which masses, does not depend on it."""
+        return row_matrices(self.chains, self.points, self.study.links, before_yield=True)
+
     def warm_up(self) -> None:
         """Compile every kernel that is needed."""
         for each in self.driven:

@@ -615,7 +615,7 @@ def _verdict_words(judged: Sequence[Influence], consequence: str) -> str:
     first = judged[0]
     tried = ", ".join(value for value, counts in zip(first.tried, first.counts, strict=True) if counts)
     if not groups[DEPENDS] and not groups[SOMEWHAT]:
-        return f"Keep it: no output changes by {100 * LITTLE:.0f} % or more with {tried}"
+        return f"Keep it: the median of no output changes by {100 * LITTLE:.0f} % or more with {tried}"
     parts = []
     if groups[DEPENDS]:
         parts.append(f"it decides {groups[DEPENDS]}{f': {consequence}' if consequence else ''}")

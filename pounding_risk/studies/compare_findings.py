@@ -226,7 +226,8 @@ def flips(dataset: xr.Dataset, baseline: str, index: int = 0) -> dict[str, tuple
     strong = by_case(strengths.broadcast_like(dataset["impact_count"]))[at] > 0.0
     ratio = ratios(dataset["peak_relative_displacement"], at, cases)
     closed = by_case(gap_without_contact(dataset).fillna(np.inf))
-    varied = np.full(closed.shape, is_varied(dataset))
+    ran = by_case((dataset["impact_count"] >= 0).any(["gap", "yield_force"])) > 0.0
+    varied = ran & ran[at] & is_varied(dataset)
     both = (count >= 0.0) & (count[at] >= 0.0)
     yields = (exceeds >= 0.0) & (exceeds[at] >= 0.0) & cases & strong
     by_conclusion = {

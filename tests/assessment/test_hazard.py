@@ -337,6 +337,18 @@ def test_curves_at_several_periods_are_spectra_at_their_common_rates(tmp_path, p
     assert "Poisson" in found.reading
 
 
+def test_a_curve_of_the_table_is_not_cut_by_those_beside_it(tmp_path):
+    file = tmp_path / "curves.csv"
+    file.write_text(
+        "sa [g],annual rate at PGA,annual rate at 1 s\n0.05,0.1,0.2\n0.2,0.01,0.02\n0.4,,0.004\n1,,0.0005\n"
+    )
+    spectra = read_hazard(file)
+    whole = spectra.at("sa(1 s)")
+    assert whole.im == pytest.approx(G * np.array([0.05, 0.2, 0.4, 1.0]))
+    assert whole.rate.tolist() == [0.2, 0.02, 0.004, 0.0005]
+    assert spectra.at("pga").rate.tolist() == [0.1, 0.01]
+
+
 @pytest.mark.parametrize("text", [spectra_by_rate(), spectra_by_period()])
 @pytest.mark.parametrize("period", [0.1, 0.25, 0.4, 1.3, 2.0])
 def test_a_curve_between_the_periods_of_spectra_is_that_of_the_power(tmp_path, text, period):

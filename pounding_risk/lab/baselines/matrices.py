@@ -35,12 +35,15 @@ class RowMatrices(NamedTuple):
         return np.asarray(1.0 / (self.shares**2 @ (1.0 / self.mass)))
 
 
-def row_matrices(chains: Sequence[Chain], points: Sequence[Any], links: Sequence[Link] = ()) -> RowMatrices:
-    """The matrices of buildings, left to right, and of links between them; raises ValueError for storeys that yield.
+def row_matrices(
+    chains: Sequence[Chain], points: Sequence[Any], links: Sequence[Link] = (), *, before_yield: bool = False
+) -> RowMatrices:
+    """The matrices of buildings, left to right, and of links between them.
 
+    Raises ValueError for storeys that yield, unless the stiffness ``before_yield`` is asked for.
     A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey.
     """
-    if any(np.isfinite(chain.strength).any() for chain in chains):
+    if not before_yield and any(np.isfinite(chain.strength).any() for chain in chains):
         raise ValueError("storeys that yield have no stiffness matrix")
     first = np.concatenate([[0], np.cumsum([chain.mass.size for chain in chains])]).astype(np.int64)
     count = int(first[-1])

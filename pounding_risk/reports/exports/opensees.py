@@ -249,7 +249,7 @@ class Script(NamedTuple):
 
     def ends(self, k: int) -> list[tuple[str, int, float]]:
         """Building, floor and share of each mass in the displacement that closes a contact point."""
-        first, shares = self.bench.matrices.first, self.bench.matrices.shares[k]
+        first, shares = self.bench.at_rest.first, self.bench.at_rest.shares[k]
         masses = np.flatnonzero(shares)
         at = np.searchsorted(first, masses, side="right") - 1
         return [
@@ -273,7 +273,7 @@ def _script(study: Scene, bench: Bench) -> Script:
         law, is_at_floors = case.laws[k], all(f == int(f) for _, f in opensees.sides_of(bench.chains, point))
         if is_at_floors and type(law).__name__ in opensees.MATERIALS:
             continue
-        read = opensees.power_law(law, case.rules[k].c0, bench.matrices.striking[k], case.yield_forces[k])
+        read = opensees.power_law(law, case.rules[k].c0, bench.at_rest.striking[k], case.yield_forces[k])
         if read is None:
             why = (
                 f"it has no material for {opensees.name_of(law)}, whose force is no sum of two powers of the "

@@ -49,6 +49,9 @@ SCENES = {
         link_slack="5 mm",
         link_at=[{"left": "storey 1", "right": "storey 1"}],
     ),
+    "storeys that yield, forces that the script computes": scene_text(
+        SOFT, LOFT, records=SHORT, effects=YIELDS, law="viscous_elastoplastic", **STRENGTHS
+    ),
     "a row with storeys": scene_text(FLATS, SHOP, single("c", "200 t", "0.8 s", height="3 m"), records=SHORT),
 }
 OUTPUTS = ("peak_relative_displacement", "peak_contact_force")
