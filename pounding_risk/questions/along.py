@@ -6,6 +6,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.assessment.along import along_finding, idle_words, kept_words, lost_words
+from pounding_risk.assessment.options import NO_BOUND, NO_UPPER
 from pounding_risk.questions.adequacy import GIVEN
 from pounding_risk.render.sheet import KEPT, Block, Cell, between, count, head, number, paragraph, table
 from pounding_risk.units import SHOWN
@@ -28,6 +29,7 @@ def sheet(assessed: xr.Dataset) -> list[Block]:
     return [
         paragraph("\n".join([assessed.attrs["title"], assessed.attrs["asked"], *findings(assessed)])),
         places(assessed),
+        *([] if (assessed["required_gap_bounded"] > 0.0).all() else [paragraph(f"{NO_UPPER} {NO_BOUND[NO_UPPER]}.")]),
         paragraph(f"{motions}, `-o` writes all places."),
     ]
 
@@ -65,7 +67,7 @@ def places(assessed: xr.Dataset) -> Block:
                 number(share[0], "%", 3),
                 between(share[1], share[2], "%", 3),
                 number(need[0], "m"),
-                between(need[1], need[2], "m"),
+                _bounds(need[1], need[2], bool(cell["required_gap_bounded"] > 0.0)),
                 *([count(cell["motions_without_response"])] if is_lost else []),
             ]
         )
@@ -73,6 +75,12 @@ def places(assessed: xr.Dataset) -> Block:
     most = sorted(range(len(rows)), key=lambda at: -needs[at])[:KEPT]
     note = "those that need most"
     return table("Contact and gap required along the axes.", heads, rows, keep=sorted(most), note=note)
+
+
+def _bounds(low: float, high: float, is_bounded: bool) -> Cell:
+    """The bounds of a required gap in the unit of the column's head, with the mark of one that has none from above."""
+    cell = between(low, high, "m")
+    return cell if is_bounded else cell | {"text": f"{cell['text']} {NO_UPPER}"}
 
 
 def _value(value: Any, unit: str) -> Cell | str:
