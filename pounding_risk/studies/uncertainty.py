@@ -306,7 +306,7 @@ def facts_of_masses(study: Scene, axis: SceneAxis) -> Facts | None:
 
 
 def is_of_masses(study: Scene) -> bool:
-    """True for single masses and walls on one ground that start from rest, meet floor to floor and stay linear."""
+    """True for single masses and walls on one ground that start from rest, stay linear and only meet floor to floor."""
     return (
         all(
             isinstance(building, Building) and not (building.initial_displacement or building.initial_velocity)
@@ -314,6 +314,7 @@ def is_of_masses(study: Scene) -> bool:
         )
         and not study.supports
         and not study.bumpers
+        and not study.links
         and all(acts_on_law(effect.name) for effect in study.effects)
         and all(point.kind == FLOOR for point in study.points)
     )

@@ -126,6 +126,13 @@ def test_a_linear_scene_has_the_variance_that_is_known():
     np.testing.assert_allclose(part["variance_share"], (1.0, 0.0, 0.0, 1.0), atol=1e-3)
 
 
+def test_links_between_single_masses_are_in_the_samples_of_a_scene():
+    study = uncertain_pulses({LEFT: PERIODS[LEFT]}, 4, link_damping="2 MN s/m")
+    alone, scanned = pr.uncertainty(study), pr.uncertainty(pr.scan(study))
+    np.testing.assert_allclose(alone["required_gap"], scanned["required_gap"], rtol=1e-12)
+    assert float(alone["judged_probability"][0]) == float(scanned["judged_probability"][0])
+
+
 def test_a_gap_that_is_uncertain_moves_what_is_required_by_as_much():
     gaps = {"interface.gap": {"distribution": "normal", "mean": "80 mm", "deviation": "10 mm"}}
     whole = pr.uncertainty(uncertain_pulses(gaps | {LEFT: PERIODS[LEFT] | {"dispersion": 0.001}}, 128))
