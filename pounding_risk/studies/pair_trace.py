@@ -200,7 +200,7 @@ def energies(pair: tuple[Oscillator, Oscillator], free: Free, motion: tuple[Arra
         placed = (-area - np.diff(v) - oscillator.two_zeta_omega * np.diff(u) - push) / oscillator.omega2
         put_in[1:] -= oscillator.mass * np.cumsum(ends * u[1:] - begins * u[:-1] - slope * placed)
         held += 0.5 * oscillator.mass * (v * v + oscillator.omega2 * u * u)
-    return {"ground": put_in, "held": held, "contact": work, "damping": put_in - held - work}
+    return {"ground": put_in, "held": held, "contact": work, "damping": put_in + held[0] - held - work}
 
 
 def _grounds(free: Free, time: Array, side: int) -> tuple[Array, Array]:

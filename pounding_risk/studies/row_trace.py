@@ -21,6 +21,7 @@ from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.run_labels import Case, Trace
 from pounding_risk.scene.ground_motion import in_space
 from pounding_risk.scene.scene import Scene
+from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.cases import Cases, Driven, Limits
 from pounding_risk.solver.row.layout import RowLayout, nodes_of
@@ -44,14 +45,17 @@ def row_trace(study: Scene, case: Case) -> Trace:
     free = rows.free_response(row, under)
     cases = Cases(model, mechanics, Driven(under, case.motion.dt, peaks, free.run), study.rtol, lambda: free.motion)
     run = cases.in_full(Limits(model.gaps(np.array(case.gaps)), forces, forces))
+    end = _free_motion_ends(row, under, free.run.status)
     instants = instants_of(run.log, len(run.states), row.step)
     grounds = grounds_at(row, under, instants.every)
-    touches = contacts_of(run.log, len(model.points), instants)
+    touches = [touch for touch in contacts_of(run.log, len(model.points), instants) if touch.facts[0] < end]
     # A motion beyond all numbers is reported by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):
         states = motion_at(run.log, run.states, instants)
+    states[instants.every > end] = np.nan
     values = with_bumpers(outputs(run, forces, peaks, frame), frame)
     displacement = _by_storey(frame, states[:, 0])
+    beyond = np.where(instants.every > end, np.nan, 0.0)[:, None]
     known = instants.every[np.isfinite(states).all(axis=(1, 2))]
     return Trace(
         instants.every,
@@ -60,10 +64,10 @@ def row_trace(study: Scene, case: Case) -> Trace:
             **in_space(study, case.motion, instants.every, displacement),
             "velocity": _by_storey(frame, states[:, 1]),
             "relative_displacement": closing_at(row, states[:, 0], grounds)[:, contacts],
-            "contact_force": forces_at(touches, len(model.points), instants.every)[:, contacts],
-            "contact_impulse_so_far": impulses_at(run.log, len(model.points), instants)[:, contacts],
-            **storey_histories(frame, states),
-            **link_histories(model, states),
+            "contact_force": forces_at(touches, len(model.points), instants.every)[:, contacts] + beyond,
+            "contact_impulse_so_far": impulses_at(run.log, len(model.points), instants)[:, contacts] + beyond,
+            **storey_histories(frame, instants.every, states),
+            **link_histories(model, instants.every, states),
             **grounds,
         },
         {name: np.array([touch.facts[column] for touch in touches]) for column, name in enumerate(FACTS)},
@@ -75,16 +79,27 @@ def row_trace(study: Scene, case: Case) -> Trace:
     )
 
 
+def _free_motion_ends(row: RowLayout, under: Samples, status: int) -> float:
+    """Time up to which the motion without contact is known [s], inf where it is whole: a run rests on it throughout."""
+    if status == COMPLETE:
+        return inf
+    known = np.isfinite(rows.free_row(row, under, states=True).states).all(axis=(1, 2))
+    nodes = int(np.argmin(known)) - 1 if not known.all() else known.size - 1
+    phases = row.phases
+    offsets = 0.0 if row.arrivals is None else float(row.arrivals.offsets[nodes % phases])
+    return nodes // phases * row.step + offsets
+
+
 def _by_storey(frame: Frame, values: Array) -> Array:
     """Values of the masses (instants, masses) as (instants, buildings, storeys); NaN where there is none."""
     # Of no storey is mass −1; a row of rigid buildings has no mass at all.
     return np.where(frame.storeys >= 0, np.column_stack([values, np.zeros(len(values))])[:, frame.storeys], np.nan)
 
 
-def storey_histories(frame: Frame, states: Array) -> dict[str, Array]:
+def storey_histories(frame: Frame, time: Array, states: Array) -> dict[str, Array]:
     """Drifts and spring shears of all storeys (instants, buildings, storeys), of a row of which one yields.
 
-    A law is followed from instant to instant: a turn between two of them is missed, and what it changes.
+    A law is followed from instant to instant and over the turns between them.
     """
     if not frame.yields:
         return {}
@@ -92,19 +107,41 @@ def storey_histories(frame: Frame, states: Array) -> dict[str, Array]:
     shears, moved = (np.full((len(states), model.firsts[-1]), np.nan) for _ in range(2))
     for first, chain in zip(model.firsts, model.chains, strict=False):
         hardening = np.broadcast_to(chain.hardening, chain.mass.size)
-        drifts = states[:, 0, first : first + chain.mass.size] @ chain.drifts().T
+        drifts, rates = (states[:, line, first : first + chain.mass.size] @ chain.drifts().T for line in (0, 1))
         moved[:, first : first + chain.mass.size] = drifts
         for storey, (stiffness, strength) in enumerate(zip(chain.shear, chain.strength, strict=True)):
             law = chain.laws[storey] if chain.laws.size else np.zeros(0)
             if not law.any() and np.isfinite(strength):
                 law = Hysteresis("kinematic", hardening=float(hardening[storey])).numbers(stiffness, strength, inf)
             known = np.isfinite(drifts[:, storey])
-            along = forces_along(law, drifts[known, storey]) if law.any() else stiffness * drifts[known, storey]
+            along = stiffness * drifts[known, storey]
+            if law.any():
+                along = followed(law, time[known], drifts[known, storey], rates[known, storey])
             shears[known, first + storey] = along if stiffness else np.nan
     return {"drift": _by_storey(frame, moved), "storey_force": _by_storey(frame, shears)}
 
 
-def link_histories(model: RowModel, states: Array) -> dict[str, Array]:
+def followed(law: Array, time: Array, moved: Array, rate: Array) -> Array:
+    """Forces [N] of a law at displacements [m] and rates [m/s] of these times [s], the turns between them passed too.
+
+    Where the rate changes its sign between two times, the displacement turns where the cubic through both does.
+    """
+    length, rise = np.diff(time), np.diff(moved)
+    start, end = length * rate[:-1], length * rate[1:]
+    turns = np.flatnonzero(start * end < 0.0)
+    a, b, c = start[turns], (3.0 * rise - 2.0 * start - end)[turns], (start + end - 2.0 * rise)[turns]
+    # 3 c x² + 2 b x + a has one root between 0 and 1, at which it goes from the sign of a to the other.
+    root = np.sqrt(np.maximum(b * b - 3.0 * a * c, 0.0)) * np.sign(a)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = np.where(b * root > 0.0, (-b - root) / (3.0 * c), a / (root - b))
+    x = np.clip(np.where(np.isfinite(x), x, 0.0), 0.0, 1.0)
+    at = moved[turns] + x * (a + x * (b + x * c))
+    every = np.insert(moved, turns + 1, at)
+    places = np.arange(moved.size) + np.searchsorted(turns, np.arange(moved.size))
+    return forces_along(law, every)[places]
+
+
+def link_histories(model: RowModel, time: Array, states: Array) -> dict[str, Array]:
     """What links are stretched by, and their forces (instants, links); nothing of a row without links."""
     if not model.links:
         return {}
@@ -121,7 +158,7 @@ def link_histories(model: RowModel, states: Array) -> dict[str, Array]:
         elif link.exponent and link.damping:
             forces[:, place] += forces_along(np.array(link.law), rate[:, place])
         elif link.law:  # followed from instant to instant; its displacement is that of the left end from the right one
-            forces[:, place] = -forces_along(np.array(link.law), -stretched[:, place])
+            forces[:, place] = -followed(np.array(link.law), time, -stretched[:, place], -rate[:, place])
     return {"link_stretch": stretched, "link_force": forces + dashpots * rate}
 
 

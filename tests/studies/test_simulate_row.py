@@ -15,6 +15,7 @@ from pounding_risk import figures
 from pounding_risk.assessment.row import force_text
 from pounding_risk.cli import app
 from pounding_risk.figures.simulate import roofs_of
+from pounding_risk.models.structures.hysteresis import Hysteresis, forces_along
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.trace_reader import contacts_of, forces_at, impulses_at, instants_of, motion_at
@@ -28,6 +29,7 @@ from pounding_risk.solver.row.workspace import (
     POINT_TOUCH_TIME,
 )
 from pounding_risk.studies import demo
+from pounding_risk.studies.row_trace import followed
 from pounding_risk.studies.simulate import simulate
 
 STIFFNESS = 2.75e9  # N/m^1.5
@@ -307,3 +309,46 @@ def test_a_pair_moves_too(tmp_path):
     assert told.exit_code == 0, told.output
     page = (tmp_path / "run.html").read_text("utf-8")
     assert "1 of 1 contact points touch, with up to 450 kN" in page
+
+
+def test_histories_end_where_the_motion_without_contact_does():
+    """A storey collapses without contact; a run, in which it need not, rests on that motion throughout."""
+    law = {"rule": "peak_oriented", "backbone": [[4.0, 1.1], [15.0, 0.2]]}
+    scene = scene_text(
+        single("B", "470 t", "0.6 s", height="3.2 m"),
+        storeyed("A", ["200 t"], ["60 MN/m"], ["3.2 m"], storey_strengths=["500 kN"], hysteresis=law),
+        rigid(height="3.2 m"),
+        interfaces=[{"gap": gap, "contact_model": "linear", "stiffness": "1e9 N/m"} for gap in ("60 mm", "40 mm")],
+        effects={"inelastic_storeys": {}, "p_delta": {}},
+        records={"pga": "0.6 g", "window": ["0 s", "10 s"]},
+    )
+    run = pr.simulate(scene)
+    assert "a storey collapsed" in run.attrs["status"]
+    time, moved = run["time"].values, run["displacement"].sel(building="B").values[:, 0]
+    known = np.isfinite(moved)
+    last = time[known].max()
+    assert 6.0 < last < 7.0 and known[time <= last].all()
+    # The velocity explains every step but for the curvature of blows: 28 mm were not explained where this was missed.
+    speed = run["velocity"].sel(building="B").values[known, 0]
+    explained = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time[known])
+    assert np.abs(np.diff(moved[known]) - explained).max() < 1e-3
+    assert run["contact_start"].max() < last
+    assert np.isnan(run["contact_force"].values[~known]).all()
+
+
+def test_storey_forces_follow_the_turns_between_two_instants():
+    """Against the same law over steps of a hundredth, which meet every turn to 1e-4 of the swing."""
+    law = Hysteresis("kinematic", hardening=0.03).numbers(1e9, 4e5, np.inf)
+
+    def moved(t):
+        return 1e-3 * np.sin(40.0 * t) + 5e-4 * np.sin(71.0 * t + 1.0)
+
+    def rate(t):
+        return 4e-2 * np.cos(40.0 * t) + 3.55e-2 * np.cos(71.0 * t + 1.0)
+
+    fine = np.arange(40_001) * 1e-4
+    exact = forces_along(law, moved(fine))
+    for step, most in ((200, 2e-2), (100, 2e-3), (50, 2e-4)):  # a cubic's error at its turn falls with the fourth power
+        t = fine[::step]
+        found = followed(law, t, moved(t), rate(t))
+        assert np.abs(found - exact[::step]).max() < most * np.abs(exact).max()

@@ -157,9 +157,10 @@ def lay_out(
             coupling[dofs, : chain.mass.size] = chain.coupling
         if chain.laws.size:
             storeys[dofs, : chain.laws.shape[1]] = chain.laws
-            # The law has what a bilinear storey reads from these.
-            floors[SOFT, dofs] = 0.0
-            storeys[dofs, PACE] = np.sqrt(floors[SPRING, dofs] * floors[INVERSE, dofs])
+            # A law has what a bilinear storey reads from these; isolators, or a linked neighbour, may have none.
+            has_law = storeys[dofs, STIFFNESS] > 0.0
+            floors[SOFT, dofs] *= ~has_law
+            storeys[dofs, PACE] = has_law * np.sqrt(floors[SPRING, dofs] * floors[INVERSE, dofs])
     # From each node to the next: building by building, and interval by interval where these differ.
     widths = [step] if arrived is None else np.diff(np.append(arrived.offsets, step)).tolist()
     maps = [_map(chain, width) for width in widths for chain in chains]
