@@ -37,6 +37,8 @@ def changes(dataset: xr.Dataset, name: str, output: str) -> np.ndarray:
     before = dataset[output].sel(effects=NONE).values.astype(float)[acted]
     after = dataset[output].sel(effects=name).values.astype(float)[acted]
     both = np.isfinite(before) & np.isfinite(after)
+    if dataset[output].dtype.kind == "i":
+        both &= (before >= 0) & (after >= 0)  # −1 is the count of a run that failed
     before, after = before[both], after[both]
     with np.errstate(divide="ignore", invalid="ignore"):
         change = (after - before) / np.abs(before)
@@ -73,6 +75,9 @@ def finding(dataset: xr.Dataset) -> str:
     # All together is no effect of its own: it is named where no single one stands beside it.
     single = [name for name in names if name not in without and name != ALL] or [ALL]
     spreads = {name: np.abs(changes(dataset, name, output)) for name in single}
+    spreads = {name: spread for name, spread in spreads.items() if spread.size}
+    if not spreads:
+        return f"No change of the {words} is known in any of the {cases}: runs fail, or none yields; {cost}."
     strongest = max(spreads, key=lambda name: float(np.mean(spreads[name])))
     change = changes(dataset, strongest, output)
     idle_words = f"; {' and '.join(without)} change no reported digit" if without else ""

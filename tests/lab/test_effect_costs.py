@@ -204,3 +204,17 @@ def test_figure_is_the_same_for_the_same_data(found, tmp_path):
     assert found.attrs["finding"][:40] in drawn.get_suptitle()
     labels = [axis.get_xlabel() for axis in drawn.axes]
     assert "widening of the gap at the end [mm]" in labels and "over that without effects [1]" in labels
+
+
+def test_what_links_do_not_stand_is_left_out_and_failed_runs_change_no_count(found):
+    pair = single("a", "200 t", "0.9 s"), single("b", "200 t", "0.4 s")
+    given = {"gap": "20 mm", "records": {"window": ["0 s", "6 s"], "pga": "0.4 g"}}
+    linked = effects(parse_scene(scene_text(*pair, link_stiffness="10 MN/m", **given)), repeats=1)
+    assert linked["effects"].values.tolist() == [NONE, "soil_flexibility"]
+    assert "wave_passage: interface.link_stiffness: links are computed" in linked.attrs["left_out"]
+    failed = found.copy(deep=True)
+    failed["impact_count"].loc[{"effects": "wave_passage"}] = -1
+    assert changes(failed, "wave_passage", "impact_count").size == 0
+    # Nor is there a sentence on the largest change of what no run has.
+    failed["peak_relative_displacement"].loc[{"effects": failed["effects"].values[1:]}] = np.nan
+    assert "No change of the peak relative displacement is known" in finding(failed)
