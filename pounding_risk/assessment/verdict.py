@@ -194,7 +194,7 @@ def _evidence(
 ) -> Iterator[str]:
     yield _margin(basis, required)
     yield _sample_size(basis)
-    named = "; ".join(f"{motion.record} {motion.polarity} {say(motion.closing, GAP, 3)}" for motion in governing)
+    named = "; ".join(f"{motion.record} {motion.polarity} {say(motion.closing, GAP, 4)}" for motion in governing)
     yield f"The motions that close most: {named}."
     tail = lognormal_share(contact.motions.closing[:, 0], contact.gap)
     if not np.isnan(tail):
