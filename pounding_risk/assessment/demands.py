@@ -16,7 +16,13 @@ from numpy.typing import NDArray
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
-from pounding_risk.results.attributes import has_histories, has_laws_of_links, isolated_buildings, no_response
+from pounding_risk.results.attributes import (
+    has_histories,
+    has_initial_motion,
+    has_laws_of_links,
+    isolated_buildings,
+    no_response,
+)
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.proportions import Share, independent_motions, labels, logs_of, shares
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
@@ -49,11 +55,13 @@ class Motions(NamedTuple):
 def is_linear(results: Results) -> bool:
     """True where the closing without contact is proportional to the motion, as no effect and no building yields.
 
-    A known motion is that of a model of which nothing is known. Bumpers are a part of the closing that does not grow.
+    A known motion is that of a model of which nothing is known. Bumpers, and what follows from an initial motion, are
+    parts of the closing that do not grow.
     """
     if np.any(results.dataset.coords.get("interface_bumper", 0.0) > 0.0):
         return False
     yields = has_histories(results.scene) or isolated_buildings(results.scene) or has_laws_of_links(results.scene)
+    yields = yields or has_initial_motion(results.scene)
     return set(results.scene.get("effects", {})) <= LINEAR and not yields
 
 

@@ -118,6 +118,13 @@ def has_laws_of_links(scene: Mapping[str, Any]) -> bool:
     return any(name.endswith(laws) for table in tables for name in table)
 
 
+def has_initial_motion(scene: Mapping[str, Any]) -> bool:
+    """True where buildings of a scene, or the ground below them, are displaced or move when the motion begins."""
+    tables = [*scene.get("building", []), scene.get("grid", {}), scene.get("uncertain", {})]
+    keys = ("initial_displacement", "initial_velocity", "ground_velocity")
+    return any(name.endswith(keys) for table in tables for name in table)
+
+
 def isolated_buildings(scene: Mapping[str, Any]) -> list[str]:
     """The buildings on isolators, by the tables of a scene; isolators are storey 1."""
     return [str(building["name"]) for building in scene.get("building", []) if "isolation" in building]

@@ -10,10 +10,12 @@ import oracle_rows
 import pytest
 from oracle_laws import Oscillator
 from row_cases import contacts_of, meeting, named, points_of, storeys
+from scenes import scene_text, single
 from scipy.linalg import expm
 from sentences import refusal
 
 import pounding_risk as pr
+from pounding_risk.assessment.demands import is_linear
 from pounding_risk.models.contact.impulsive.rigid import Stereomechanical
 from pounding_risk.models.contact.laws import KelvinVoigtTensionCut
 from pounding_risk.models.restitution import constant
@@ -21,6 +23,7 @@ from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.read import read_motion
+from pounding_risk.results.opened import Results
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import Interface, free_response, initial_state, oscillators, solve
 from pounding_risk.solver.row import api as rows
@@ -190,3 +193,19 @@ def test_storeys_that_have_yielded_and_walls_begin_at_rest(says):
     says(refusal(pr.read_scene, scene(**YIELDED).to_toml() + "\n[effects.inelastic_storeys]\nhardening = 0.05\n"))
     wall = {"name": "W", "rigid": True, "initial_velocity": "1 m/s"}
     says(refusal(pr.Scene, [scene().buildings[1], wall], ["20 mm"], {"names": ["RSN6-180"]}))
+
+
+@pytest.mark.parametrize("key", ["initial_displacement", "initial_velocity", "ground_velocity"])
+def test_what_follows_from_an_initial_motion_does_not_grow_with_the_record(key):
+    """Twice the record is not twice the closing: no curve is scaled from one level."""
+    first = {"initial_displacement": "30 mm", "initial_velocity": "0.2 m/s", "ground_velocity": "20 mm/s"}[key]
+    pair = single("frame", "500 t", "1.0 s"), single("wall", "800 t", "0.5 s", **{key: first})
+    given = {"gap": "60 mm", "law": "linear"}
+    once, twice = (
+        pr.scan(scene_text(*pair, records={"window": ["0 s", "8 s"], "pga": level}, **given))
+        for level in ("0.2 g", "0.4 g")
+    )
+    assert float((twice["peak_closing_free"] / once["peak_closing_free"]).squeeze()) != pytest.approx(2.0, rel=1e-4)
+    assert not is_linear(Results(once))
+    still = pr.scan(scene_text(*(one | {key: None} for one in pair), records={"window": ["0 s", "8 s"]}, **given))
+    assert is_linear(Results(still))
