@@ -19,7 +19,7 @@ from pounding_risk.assessment.demands import by_amplitude
 from pounding_risk.assessment.fragility import shown_as
 from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.attributes import collapsed, isolated_buildings
+from pounding_risk.results.attributes import collapsed, collapsible_buildings, isolated_buildings
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import METHODS, Capacities, Observed, capacities, expanded_tail
 from pounding_risk.statistics.fragility import Fit, fragility_curve, of_one_intensity
@@ -150,13 +150,20 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     both = [of_place(case, state, without) for without in (False, True)]
     jumps = bool(state.demand.interfaces) or (state.demand.key == "storey_shear" and _may_yield(case, state))
     ratios = [np.where(np.isfinite(values), values, np.nan) / state.threshold for values in both]
-    if state.demand.of_structure and (fell := by_amplitude(collapsed(case)).astype(bool)).any():
+    may_collapse = state.demand.of_structure and _may_collapse(case, state)
+    if may_collapse and (fell := by_amplitude(collapsed(case)).astype(bool)).any():
         # Where no run without contact is known, the building has collapsed in it too: the cases take its status.
         ratios = [np.where(fell & np.isnan(values), COLLAPSE, values) for values in ratios]
         return Demands(ratios[0], ratios[1], True)
     if jumps:  # a demand that is capped at the threshold may be less than it by rounding
         ratios = [np.where(np.isclose(values, 1.0, rtol=0.0, atol=ROUNDED), 1.0, values) for values in ratios]
     return Demands(ratios[0], ratios[1], jumps)
+
+
+def _may_collapse(case: xr.Dataset, state: Any) -> bool:
+    """True where a building that the state is of may be the one that collapsed; of another nothing is known."""
+    fragile = collapsible_buildings(Results(case).scene)
+    return state.building in fragile if state.building else bool(fragile)
 
 
 def _may_yield(case: xr.Dataset, state: Any) -> bool:

@@ -205,6 +205,8 @@ def _rates(curves: Sequence[Curves], options: Options) -> dict[str, Any]:
             for one in curves
         ]
     )
+    # Two lower bounds have no ratio.
+    ratios[[any(rate.at_least for rate in pair) for pair in rates]] = np.nan
     return {
         **bounded(
             "annual_rate",

@@ -20,9 +20,10 @@ from pounding_risk.assessment.damage_curves import (
     Motions,
     Options,
 )
+from pounding_risk.assessment.hazard import COVERED
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import intensity_words
-from pounding_risk.results.attributes import isolated_buildings
+from pounding_risk.results.attributes import collapsible_buildings, isolated_buildings, rotating_buildings
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import BETWEEN, METHODS, NONE
@@ -87,6 +88,10 @@ def _clause(one: xr.Dataset) -> str:
     median = _ratio_words(one, "median_ratio")
     rate = float(one["annual_rate_ratio"]) if "annual_rate_ratio" in one else nan
     if isnan(rate):
+        missing = float(one["annual_rate_missing"].max()) if "annual_rate_missing" in one else nan
+        if missing > COVERED:
+            beyond = f"{100.0 * missing:.2g} % of one lie beyond the hazard curve"
+            return f"{name} median {median} (no ratio of rates: {beyond})"
         return f"{name} {median}"
     opposed = (round(rate, 2) - 1.0) * (round(ratio, 2) - 1.0) > 0.0  # a lower median alone raises the rate
     return f"{name} rate {_ratio_words(one, 'annual_rate_ratio')}, median {median}" + (
@@ -119,6 +124,20 @@ def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, resul
     if isolated and any(one.state.demand.of_structure and not one.state.storey for one in curves):
         names = " and ".join(isolated)
         yield f"Drifts and ductility of {names} are those above the isolators, which are storey 1: name it to count it."
+    moved = [one for one in curves if not one.state.demand.interfaces]
+    rotating = [
+        name for name in rotating_buildings(results.scene) if any(one.state.building in ("", name) for one in moved)
+    ]
+    if rotating:
+        names = " and ".join(rotating)
+        yield f"Demands of {names}, whose floors rotate, are those of the centres of mass: edges drift further."
+    fragile = collapsible_buildings(results.scene)
+    for one in moved:
+        if one.state.demand.of_structure and one.state.building not in ("", *fragile) and results.fallen:
+            yield (
+                f"{one.state.name}: runs in which {' or '.join(fragile)} collapses are left out, for they end there: "
+                f"of {one.state.building} nothing is known."
+            )
     for one in curves:
         yield from _of_state(one, motions, options)
 

@@ -23,11 +23,12 @@ from pounding_risk.assessment.damage_curves import DRAWS, SEED, Motions, Options
 from pounding_risk.assessment.damage_dataset import dataset_of
 from pounding_risk.assessment.damage_words import POUNDING, case_words, finding, measure_words, notes_of
 from pounding_risk.assessment.gmfs import Fields
-from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
+from pounding_risk.assessment.hazard import COVERED, Hazard, HazardSpectrum
 from pounding_risk.assessment.intensities import check_intensity, intensities, shaking_of
 from pounding_risk.assessment.options import USUAL_CONFIDENCE
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import text_file
+from pounding_risk.questions.rates import AT_LEAST
 from pounding_risk.render.sheet import Block, Cell, between, count, figure, head, listing, number, paragraph, table
 from pounding_risk.results.amplitudes import intensity_quantity
 from pounding_risk.results.attributes import as_text
@@ -267,13 +268,15 @@ def _rates(dataset: xr.Dataset) -> Block:
     for state in dataset["state"].values:
         one = dataset.sel(state=state)
         sides = [one.sel(pounding=side) for side in ("with", "without")]
-        row: Row = [str(state), *(cell for side in sides for cell in _bounded(side, "annual_rate"))]
+        row: Row = [str(state), *(cell for side in sides for cell in _rate(side))]
         missing = max(float(side["annual_rate_missing"]) for side in sides)
         rows.append([*row, *_bounded(one, "annual_rate_ratio"), number(missing, "%", 2)])
     caption = (
         "Annual rates with pounding and without. Share beyond the curve: what part of the rate lies beyond the ends "
         "of the hazard curve, were it continued at the slope of its last rows."
     )
+    if (dataset["annual_rate_missing"] > COVERED).any():
+        caption += f" {AT_LEAST}Two such numbers have no ratio."
     return table(caption, heads, rows)
 
 
@@ -284,6 +287,14 @@ def _events(dataset: xr.Dataset) -> Block:
         sides = [dataset.sel(state=state, pounding=side) for side in ("with", "without")]
         rows.append([str(state), *(cell for side in sides for cell in _bounded(side, "event_probability"))])
     return table("Probability in an event, with pounding and without.", heads, rows)
+
+
+def _rate(side: xr.Dataset) -> list[Cell]:
+    """The annual rate at one side with its bounds, "at least" where the hazard curve ends too early."""
+    rate, bounds = _bounded(side, "annual_rate")
+    if float(side["annual_rate_missing"]) > COVERED:
+        rate = {**rate, "text": f"at least {rate['text']}"}
+    return [rate, bounds]
 
 
 def _bounded(one: xr.Dataset, name: str) -> list[Cell]:

@@ -103,6 +103,16 @@ def collapsed(case: xr.Dataset) -> xr.DataArray:
     return status.isin(codes[np.array(fallen, dtype=bool)] if any(fallen) else [])
 
 
+def collapsible_buildings(scene: Mapping[str, Any]) -> list[str]:
+    """The buildings whose storeys may collapse: with hysteresis, or that yield under a weight that acts."""
+    yields_under_weight = {"inelastic_storeys", "p_delta"} <= set(scene.get("effects", {}))
+    return [
+        str(building["name"])
+        for building in scene.get("building", [])
+        if "hysteresis" in building or (yields_under_weight and "storey_strengths" in building)
+    ]
+
+
 def no_response(dataset: xr.Dataset, of: str = "") -> str:
     """A sentence for a dataset without any motion that can be assessed, ``of`` a building where it is of one."""
     if "status" in dataset and bool(np.all(collapsed(dataset))):

@@ -29,6 +29,7 @@ class Facing(NamedTuple):
     gap: float  # negative where they overlap
     faced: float = nan  # m, across the street
     share: float = nan  # of the shorter front
+    overlap: float = 0.0  # m, of walls that touch by a rule
 
 
 class Outline(NamedTuple):

@@ -94,11 +94,12 @@ class Neighbours(NamedTuple):
     faced: float = nan  # m, across the axis of the street
     share: float = nan  # of the shorter front
     resolution: float = nan  # m, within which a measured gap is uniform; NaN of one that is known
+    overlap: float = 0.0  # m, of walls that are measured to overlap, and touch
 
     @property
     def gaps(self) -> tuple[float, float]:
         """The least and the largest gap [m]; both the gap itself where that is known."""
-        return within(self.gap, self.resolution)
+        return within(self.gap - self.overlap, self.resolution)
 
     @property
     def is_partial(self) -> bool:
@@ -146,7 +147,7 @@ def percent(share: float) -> str:
 def within(gap: float, resolution: float) -> tuple[float, float]:
     """The ends of a gap that is known to within a resolution [m]; none is below 0."""
     spread = 0.0 if isnan(resolution) else resolution
-    return round(max(gap - spread, 0.0), ROUNDED), round(gap + spread, ROUNDED)
+    return round(max(gap - spread, 0.0), ROUNDED), round(max(gap + spread, 0.0), ROUNDED)
 
 
 def neighbours_csv(
@@ -156,7 +157,7 @@ def neighbours_csv(
     lines: list[Iterable[Any]] = [HEADS]
 
     def add(one: House, other: House, gap: float, pair: Neighbours | ClosePair, held: str) -> None:
-        ends = [f"{end:.6g}" for end in within(gap, pair.resolution)]
+        ends = [f"{end:.6g}" for end in (pair.gaps if isinstance(pair, Neighbours) else within(gap, pair.resolution))]
         measured = ["" if isnan(value) else f"{value:.4g}" for value in (pair.faced, pair.share)]
         meet, miss, offset = floors(one, other, tolerance)
         names = map(cell, (one.street, one.name, other.street, other.name))
@@ -324,7 +325,7 @@ class Street(NamedTuple):
         for pair in _in_line(rounded, limit):
             gap = self._gap(pair)
             if gap < limit:
-                adjacent.append(pair._replace(gap=gap))
+                adjacent.append(pair._replace(gap=gap, overlap=-pair.gap if pair.gap < 0.0 else 0.0))
             else:
                 is_given = isfinite(self.houses[pair.left].gap)
                 words = f"{say(gap, GAP)} apart along the street"
@@ -354,11 +355,12 @@ class Street(NamedTuple):
         for first in sorted(set(range(len(self.houses))) - {pair.right for pair in adjacent}):
             pairs, last = [], first
             while last in after:
-                left, right, gap, length, share = after[last]
+                left, right, gap, length, share, overlap = after[last]
                 one, other = self.houses[left], self.houses[right]
                 has_walls = one.footprint is not None or not isnan(other.walls[0] - one.walls[1])
                 resolution = self.resolution if has_walls and isnan(one.gap) else nan
-                pairs.append(Neighbours(one, other, gap, length, share, resolution))
+                touching = 0.0 if isnan(resolution) else overlap
+                pairs.append(Neighbours(one, other, gap, length, share, resolution, touching))
                 last = right
             buildings = (self.houses[first], *(neighbour.right for neighbour in pairs))
             gaps = tuple(neighbour.gap for neighbour in pairs)

@@ -195,7 +195,7 @@ def _uncertain(row: BlockRow, own_tables: Mapping[str, Any]) -> dict[str, Any]:
             "high": written(pair.gaps[1], GAP),
         }
         for number, pair in enumerate(row.pairs, start=1)
-        if pair.resolution > 0.0
+        if pair.resolution > 0.0 and pair.gaps[1] > 0.0
     }
     if spreads:
         return {"samples": SAMPLES, **given, **spreads}

@@ -127,3 +127,19 @@ def test_exports_count_them(results, tmp_path):
     assert len(floors) == 2 * results["status"].size  # none of a failed run is left out
     storeys = list(csv.DictReader((tmp_path / "tables" / "storeys.csv").open(encoding="utf-8")))
     assert len(storeys) == 3 * results["status"].size  # two of the frame, one of the wall
+
+
+def test_a_building_that_stands_is_not_damaged_by_the_collapse_of_another():
+    """The frame collapses in five of six motions, 50 m away from a wall whose own drift is then not known."""
+    far = scene_text(
+        FRAME, WALL, effects=INELASTIC, gap="50 m", records=RECORDS, grid={"pga": ["0.2 g", "0.4 g", "0.8 g"]}
+    )
+    tables = "".join(
+        f'[[damage]]\nname = "of {name}"\nbuilding = "{name}"\ndrift = "{drift} %"\n'
+        for name, drift in (("wall", 9), ("frame", 2))
+    )
+    found = pr.damage(pr.scan(far + tables))
+    wall, frame = (found.sel(state=f"of {name}", pounding="without") for name in ("wall", "frame"))
+    assert int(wall["reached"].sum()) == 0 and int(wall["runs"].sum()) == 13
+    assert int(frame["reached"].sum()) >= 5 and int(frame["runs"].sum()) == 18
+    assert "runs in which frame collapses are left out" in found.attrs["told"]

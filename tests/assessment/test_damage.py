@@ -18,7 +18,7 @@ from pounding_risk.assessment.damage_curves import demands_of
 from pounding_risk.assessment.damage_words import finding
 from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.questions.damage import damage_table
+from pounding_risk.questions.damage import damage_table, sheet
 from pounding_risk.results.check import kind_of
 from pounding_risk.statistics.damage_fits import Observed, fit_ida
 from pounding_risk.statistics.fragility import fit_capacities
@@ -254,7 +254,7 @@ def test_levels_of_a_measure_are_those_of_the_curves():
 
 
 def test_annual_rates_are_those_of_the_curves(scan):
-    hazard = Hazard("pga", np.array([0.5, 2.0, 20.0]), np.array([0.1, 5e-3, 2e-5]))
+    hazard = Hazard("pga", np.array([0.02, 0.5, 2.0, 20.0, 100.0]), np.array([10.0, 0.1, 5e-3, 2e-5, 5e-7]))
     found = pr.damage(scan, states=STATES[:2], hazard=hazard, method="ida")
     for state in found["state"].values:
         for side in ("with", "without"):
@@ -272,6 +272,20 @@ def test_annual_rates_are_those_of_the_curves(scan):
     assert "cracks rate 0.91" in first and "they point opposite ways" in first and "opposite" not in second
     with pytest.raises(PoundingError, match="the hazard curve is one of pga, the fragility one against Sa"):
         pr.damage(scan, states=STATES, hazard=hazard, intensity="sa(left)")
+
+
+def test_rates_that_a_hazard_curve_cuts_off_are_lower_bounds_without_a_ratio(scan):
+    whole = Hazard("pga", np.array([0.5, 2.0, 20.0]), np.array([0.1, 5e-3, 2e-5]))
+    found = pr.damage(scan, states=STATES[:2], hazard=whole, method="ida")
+    missing = found["annual_rate_missing"].max("pounding").values
+    assert missing[0] > 0.05 > missing[1]
+    assert np.isnan(found["annual_rate_ratio"].values).tolist() == [True, False]
+    assert f"cracks median {float(found['median_ratio'][0]):.2f}" in found.attrs["finding"]
+    assert "lie beyond the hazard curve" in found.attrs["finding"]
+    (table,) = [block for block in sheet(found) if "Annual rates" in block.get("caption", "")]
+    assert "Two such numbers have no ratio" in table["caption"]
+    texts = [[cell["text"] if isinstance(cell, dict) else cell for cell in row] for row in table["rows"]]
+    assert "at least" in " ".join(texts[0]) and "at least" not in " ".join(texts[1])
 
 
 def test_a_row_without_its_drifts_has_no_drift_of_roofs_instead(row):

@@ -661,3 +661,11 @@ def test_a_faulty_table_ends_with_status_2_and_writes_nothing(tmp_path, says):
     with pytest.raises(SceneError, match="yield_force"):
         pr.block(STREETS / "street.csv", out, contact=block_scenes.Contact(yield_force="2"))
     assert not out.exists()
+
+
+def test_walls_that_overlap_leave_what_their_resolution_does(tmp_path):
+    """0.3 m of overlap known to 0.5 m: a gap of 0.2 m at most; of 0.5 m there is none left."""
+    text = WALLS + "A,3,80,0,10.3\nB,3,80,10,20.5\nC,3,80,20,30\nD,3,80,30.6,40\n"
+    (row,) = read(tmp_path, text, resolution=0.5, limit=2.0).rows
+    assert [pair.gaps for pair in row.pairs] == [(0.0, 0.2), (0.0, 0.0), (0.1, 1.1)]
+    assert row.gaps == (0.0, 0.0, 0.6)
