@@ -322,7 +322,7 @@ class Street(NamedTuple):
                     f"{say(self._overlap, GAP)} are allowed to the survey; correct the walls, state the direction of "
                     "the street (--axis), or give a building behind the others a street of its own"
                 )
-        for pair in _in_line(rounded, limit):
+        for pair in _in_line(_unhidden(rounded), limit):
             gap = self._gap(pair)
             if gap < limit:
                 adjacent.append(pair._replace(gap=gap, overlap=-pair.gap if pair.gap < 0.0 else 0.0))
@@ -403,6 +403,19 @@ class Street(NamedTuple):
         if pair.gap < 0.0:
             return fill(0.0, f"the walls overlap by {say(-pair.gap, GAP, 2)}, within the survey's {say(survey, GAP)}")
         return pair.gap
+
+
+def _unhidden(pairs: Sequence[Facing]) -> list[Facing]:
+    """The pairs with the faced length that no building between them hides: less what both of them face of that one."""
+    to_right: dict[int, dict[int, float]] = {}
+    for pair in pairs:
+        to_right.setdefault(pair.left, {})[pair.right] = pair.faced
+    seen = []
+    for pair in pairs:
+        between = to_right[pair.left].keys() & {left for left, rights in to_right.items() if pair.right in rights}
+        hidden = max((min(to_right[pair.left][one], to_right[one][pair.right]) for one in between), default=0.0)
+        seen.append(pair._replace(faced=max(pair.faced - hidden, 0.0)) if hidden > 0.0 else pair)
+    return seen
 
 
 def _in_line(pairs: Iterable[Facing], limit: float) -> list[Facing]:

@@ -669,3 +669,17 @@ def test_walls_that_overlap_leave_what_their_resolution_does(tmp_path):
     (row,) = read(tmp_path, text, resolution=0.5, limit=2.0).rows
     assert [pair.gaps for pair in row.pairs] == [(0.0, 0.2), (0.0, 0.0), (0.1, 1.1)]
     assert row.gaps == (0.0, 0.0, 0.6)
+
+
+def test_a_thinner_building_between_two_is_the_neighbour_of_both(tmp_path):
+    """9.5 m of the fronts of 10 m are behind it: what they see of each other beside it is no row."""
+    sides = [("A", 0.0, 10.0, 10.0), ("B", 10.1, 14.1, 9.5), ("C", 14.2, 24.0, 10.0)]
+    about = {"height [m]": 9.0, "storeys": 3, "typology": "concrete_frame"}
+    street = [
+        {"name": name, "left wall [m]": left, "right wall [m]": right, "depth": depth} | about
+        for name, left, right, depth in sides
+    ]
+    block = read(tmp_path, as_geojson(street), "street.geojson", limit=6.0, metres=True)
+    (row,) = block.rows
+    assert [house.name for house in row.buildings] == ["A", "B", "C"]
+    assert row.gaps == pytest.approx((0.1, 0.1), abs=1e-3)
