@@ -104,6 +104,7 @@ def test_atoms_that_are_known_are_those_of_the_standard(standard):
         ("SRC/LDUAL/HAPP:11", {"typology": "concrete_walls", "hazus type": "C2", "storeys": 11}),
         ("CR/LFINF(MUR)+CDN/H:3-6", {"typology": "masonry", "hazus type": "C3", "code level": "pre", "storeys": 5}),
         ("S/LFBR/H:4+HHI:3.5", {"typology": "braced_frame", "hazus type": "S2", "storeys": 4, "height": 14.0}),
+        ("S/LFBR/HHI:3.5+H:4", {"typology": "braced_frame", "hazus type": "S2", "storeys": 4, "height": 14.0}),
         ("MUR+ADO/LWAL/HBET:2,1", {"typology": "masonry", "hazus type": "URM", "storeys": 2}),
         ("MCF/LWAL/H:3+HHT:9.5", {"typology": "masonry", "storeys": 3, "height": 9.5}),
         ("W/LWAL/H:2", {"hazus type": "W1", "storeys": 2}),

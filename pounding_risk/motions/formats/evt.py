@@ -63,12 +63,14 @@ def _in_si(trace: Trace, name: str) -> Trace:
     size = volts / FULL_SCALE / per_g * STANDARD_GRAVITY
     trace.data = trace.data.astype(float) * size
     trace.stats.calib = 1.0
+    direction = str(header.chan_id).strip()
+    unnamed = "" if direction else "; the file names no direction of its channels, of which one may be vertical"
     trace.stats.record = record_facts(
         state="raw",
-        units=f"units: counts, times {size:.10g} m/s² per count ({per_g:g} V per g)",
+        units=f"units: counts, times {size:.10g} m/s² per count ({per_g:g} V per g){unnamed}",
         date=str(trace.stats.starttime.date),
         station=trace.stats.station,
-        component=str(header.chan_id).strip() or trace.stats.channel,
+        component=direction or trace.stats.channel,
     )
     return trace
 

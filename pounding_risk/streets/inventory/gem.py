@@ -181,7 +181,8 @@ def put_taxonomy(draft: Draft, text: str, head: str) -> str:
     kind = kind_of(attributes)
     if kind is not None:
         draft.kind(kind, f"{head} {text}")
-    for atom in (atom for each in attributes for atom in each.atoms):
+    # The height of a storey counts with the number of storeys, wherever that stands.
+    for atom in sorted((atom for each in attributes for atom in each.atoms), key=lambda atom: atom.name == "HHI"):
         if atom.name in LEVELS:
             draft.put("code level", LEVELS[atom.name], rule=f"its {head}, {atom.name}")
         elif atom.name in ("H", "HEX", "HAPP", "HBET") and "storeys" not in draft.values:
