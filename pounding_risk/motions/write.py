@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".csv", ".at2")
 AT2_COLUMNS = 5  # samples on a line
 # Starts of the sentences of steps that leave a raw record raw: it keeps its offset and drift.
-HARMLESS = ("units: ", "window: ", "polarity: ", "scale: ", "tail: ")
+HARMLESS = ("units: ", "window: ", "polarity: ", "scale: ", "tail: ", "resample: ", "rotation: ", "cut: ")
 
 
 def write_motion(motion: Motion, path: str | Path) -> Path:
@@ -98,7 +98,9 @@ def write_text(target: Path, text: bytes, repair: str) -> Path:
 
 def _of_motion(motion: Any) -> tuple[list[float], float, dict[str, Any], Sequence[str]]:
     """Samples, time step, facts and history of a motion; a raw record is processed once a correcting step was taken."""
-    is_processed = any(not line.startswith(HARMLESS) for line in motion.processing)
+    # Of a rotated motion the steps of its components stand behind their names.
+    steps = (line for line in motion.processing if not line.partition(": ")[2].startswith(HARMLESS))
+    is_processed = any(not line.startswith(HARMLESS) for line in steps)
     state = "processed" if is_processed else motion.record.get("state", "processed")
     source = [str(motion.record[key]) for key in ("id", "file", "sha256", "origin") if motion.record.get(key)]
     facts = {**motion.record, "state": state, "starttime": motion.record.get("start"), "source": ", ".join(source)}

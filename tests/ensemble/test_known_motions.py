@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 import pounding_risk as pr
 from pounding_risk import cli
 from pounding_risk.assessment.demands import is_linear
+from pounding_risk.ensemble import known_job
 from pounding_risk.ensemble.known_job import extremes
 from pounding_risk.results.opened import Results
 from pounding_risk.results.variables import UNPUSHED
@@ -229,6 +230,17 @@ def test_neighbours_vary_along_axes_beside_a_known_motion(sines):
         np.testing.assert_array_equal(
             along["peak_closing_free"].isel({"building.hall.period": place}), one["peak_closing_free"]
         )
+
+
+def test_a_path_with_velocities_is_the_cubic_through_them():
+    """t³ from three samples of it: values and slopes at times between them, too."""
+    samples, fine = np.array([0.0, 1.0, 3.0]), np.linspace(0.0, 3.0, 13)
+    path = known_job.Path(samples, (samples**3)[:, None], (3.0 * samples**2)[:, None])
+    values, starts, ends = path.pieces(fine, np.array([2.0]))
+    np.testing.assert_allclose(values, 2.0 * fine**3, atol=1e-13)
+    lengths = np.diff(fine)
+    np.testing.assert_allclose(starts, 6.0 * fine[:-1] ** 2 * lengths, atol=1e-13)
+    np.testing.assert_allclose(ends, 6.0 * fine[1:] ** 2 * lengths, atol=1e-13)
 
 
 def test_cubics_have_their_extremes_inside():

@@ -17,6 +17,7 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing import DEFAULT_CHAIN, Step, known_steps, read_steps
 from pounding_risk.motions.processing.signals import butterworth, onset, velocity_displacement
 from pounding_risk.motions.read import read_motion, read_stream, read_trace
+from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.write import write_motion
 
 G = 9.80665
@@ -503,3 +504,16 @@ def test_a_time_step_may_be_text(tmp_path):
     assert read_stream(path, unit="g", dt="10 ms")[0].stats.delta == 0.01
     with pytest.raises(RecordError, match="has no unit, and a time step of the samples needs one"):
         read_motion(path, unit="g", dt="0.01")
+
+
+def test_a_raw_record_stays_raw_through_rotation_and_resampling(tmp_path):
+    """Neither takes its offset and drift: read again, it is corrected like any raw one."""
+    one, other = (read_motion(name, processing="none") for name in ("CCC-HN1", "CCC-HN2"))
+    for motion in (
+        rotated(one, other, 30.0),
+        read_motion("CCC-HN1", processing=[{"step": "resample", "dt": "0.005 s"}]),
+    ):
+        write_motion(motion, tmp_path / "raw.csv")
+        assert read_motion(tmp_path / "raw.csv", processing="none").record["state"] == "raw"
+    write_motion(rotated(*(read_motion(name) for name in ("CCC-HN1", "CCC-HN2")), 30.0), tmp_path / "done.csv")
+    assert read_motion(tmp_path / "done.csv").record["state"] == "processed"
