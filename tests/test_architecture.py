@@ -10,7 +10,6 @@ import re
 import subprocess
 import sys
 import tomllib
-from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -33,17 +32,9 @@ NAMES = [file.relative_to(PACKAGE).as_posix() for file in FILES]
 MOST_AT_TOP = 22  # modules and folders that a newcomer sees first
 
 
-@cache
 def tree_of(name: str) -> ast.Module:
-    """A module of the package, parsed by the tests that look at it and not while tests are collected."""
+    """A module of the package, parsed by each test that looks at it: all of them together take 150 MB."""
     return ast.parse((PACKAGE / name).read_text(encoding="utf-8"))
-
-
-@pytest.fixture(scope="module", autouse=True)
-def trees_are_let_go():
-    """The trees of all modules take 130 MB."""
-    yield
-    tree_of.cache_clear()
 
 
 @pytest.fixture(scope="module")
