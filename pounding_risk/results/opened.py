@@ -86,7 +86,10 @@ class Results:
             part["gap"] = slice(*(self.scene_place + end for end in (0, 1)))
             gaps = gaps.isel(gap=part["gap"])
         whole = dataset.isel(part).assign_coords(gap=("gap", gaps.values, dataset["gap"].attrs))
-        if not {"yield_force", "contact_point_yield_force"} <= set(whole.coords) or whole["yield_force"].shape != (1,):
+        names = "yield_force", "contact_point_yield_force"
+        if not set(names) <= set(whole.coords) or whole["yield_force"].shape != (1,):
+            return whole
+        if not set(whole[names[1]].dims) <= {"yield_force", "contact_point"}:  # along an axis each place has its own
             return whole
         return whole.assign_coords(yield_force=("yield_force", [_own_force(whole)], whole["yield_force"].attrs))
 

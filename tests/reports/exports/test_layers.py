@@ -25,6 +25,7 @@ from pounding_risk.reports.exports import geopackage
 from pounding_risk.reports.exports._layers import BUILDING, INTERFACE
 from pounding_risk.reports.exports._outlines import REACH, face_of
 from pounding_risk.reports.exports._styles import CLASSES
+from pounding_risk.results.opened import Results
 
 STREET = (MADE[0], *MADE[4:])  # Corner, Kiosk, and Vault, which is rigid
 ROW = {"records": 3, "gaps": (0.02,), "street": STREET}
@@ -286,3 +287,20 @@ def test_each_interface_has_the_yield_force_of_its_own_contacts(tmp_path):
         found = connection.execute("select yield_force_N, p_yield from interfaces").fetchall()
     assert [force for force, _ in found] == own
     assert all(share > 0.0 for _, share in found)
+
+
+def test_along_an_axis_of_a_yield_force_each_place_has_its_own():
+    contact = {"contact_model": "linear", "stiffness": "100 MN/m", "gap": "10 mm"}
+    masses = (single(name, "150 t", period) for name, period in (("a", "0.4 s"), ("b", "0.9 s"), ("c", "0.5 s")))
+    results = pr.scan(
+        scene_text(
+            *masses,
+            records={"names": ["RSN6-180"], "window": ["0 s", "6 s"]},
+            interfaces=[contact | {"yield_force": "900 kN"}, contact | {"yield_force": "400 kN"}],
+            grid={"interface.2.yield_force": ["300 kN", "600 kN"]},
+        )
+    )
+    assert [part.dataset["yield_force"].values.tolist() for _, part in Results(results).interfaces] == [[9e5], [9e5]]
+    for place, force in enumerate((3e5, 6e5)):
+        one = pr.assess(results.isel({"interface.2.yield_force": place}))
+        assert [each.own_force for each in one.interfaces] == [9e5, force]
