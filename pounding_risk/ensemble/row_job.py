@@ -115,7 +115,7 @@ class RowJob(GridJob):
 
         def respond(motion: Motion) -> tuple[Array, Any]:
             own = motion.own_grounds
-            under = model.under(motion.acceleration, own)
+            under = model.under(motion.drive, own)
             response = rows.free_response(model.row(motion.dt, model.has_many(own)), under)
             free = response.run
             # A response that fails is the result of its cases.
@@ -136,7 +136,7 @@ class RowJob(GridJob):
 
         def respond() -> Driven:
             ground = self.ground(motion)
-            under = self.grid.model.under(ground.acceleration, ground.own_grounds)
+            under = self.grid.model.under(ground.drive, ground.own_grounds)
             return Driven(under, ground.dt, peaks_under(self.study, ground), self._response(motion).run)
 
         return self.held["driven"].of((self.free_key, motion), respond)
@@ -147,7 +147,7 @@ class RowJob(GridJob):
         def respond() -> FreeResponse:
             ground, model = self.ground(motion), self.grid.model
             own = ground.own_grounds
-            under = model.under(ground.acceleration, own)
+            under = model.under(ground.drive, own)
             return rows.free_response(model.row(ground.dt, model.has_many(own)), under)
 
         return self.held["responses"].of((self.free_key, motion), respond)

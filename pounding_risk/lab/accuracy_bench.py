@@ -377,7 +377,7 @@ class RowBench(Bench):
 
     def free_event(self, driven: Driven) -> tuple[Array, float]:
         motion, begun = driven.motion, process_time()
-        under = self.model.under(motion.acceleration, motion.own_grounds)
+        under = self.model.under(motion.drive, motion.own_grounds)
         free = rows.free_row(self.model.row(motion.dt, self.model.has_many(motion.own_grounds)), under)
         seconds = process_time() - begun
         return np.maximum(closing(free, self.job.grid.frame)[1], 0.0), seconds

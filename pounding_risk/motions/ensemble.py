@@ -283,6 +283,8 @@ def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
         processing, words, flags = _one_band(group)
     first, second = (read.processed(source, processing) for source in group)
     motion = rotated(first, second, request.direction)
+    if request.both:
+        motion = replace(motion, across=rotated(first, second, request.direction - 90.0).acceleration)
     return replace(motion, processing=(*motion.processing, *words)).doubted(flags)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from hashlib import sha256
@@ -51,6 +51,9 @@ class Motion(ShortRepr):
     own_grounds : tuple of ndarray or None
         By building of a scene, samples at the same times [m/s²] of the record that it stands on in place of this
         motion, None where it stands on this one; empty where all do.
+    across : ndarray, optional
+        Samples at the same times [m/s²] of the recording across the direction of this motion, 90° anticlockwise from
+        it, by the same factor; None where no building of a scene moves across the row.
     tail : int
         Number of samples at the end that are zeros of `with_tail` and `reaching`, which are no part of the record.
     late : int
@@ -69,6 +72,7 @@ class Motion(ShortRepr):
     processing: tuple[str, ...] = ()
     flags: tuple[str, ...] = ()
     own_grounds: tuple[Samples | None, ...] = ()
+    across: Samples | None = None
     tail: int = 0
     late: int = 0
 
@@ -108,12 +112,23 @@ class Motion(ShortRepr):
     def digest(self) -> str:
         """SHA-256 of what a run takes: every sample [m/s²], then ``dt`` [s], as little-endian numbers of 8 bytes.
 
-        The samples of `own_grounds` follow, each after the number of its building. The zeros of `reaching`, which
-        follow from the scene, are not counted.
+        The samples of `own_grounds` follow, each after the number of its building, and those of `across`, after −1.
+        The zeros of `reaching`, which follow from the scene, are not counted.
         """
         prompt = self.reaching(0.0)
-        own = [np.append(place, samples) for place, samples in enumerate(prompt.own_grounds) if samples is not None]
+        beside = [*enumerate(prompt.own_grounds), (-1, prompt.across)]
+        own = [np.append(place, samples) for place, samples in beside if samples is not None]
         return sha256(np.concatenate([prompt.acceleration, [self.dt], *own]).astype("<f8").tobytes()).hexdigest()
+
+    @property
+    def drive(self) -> Samples:
+        """The samples that drive a row [m/s²]: complex, along + i across, where the motion has both."""
+        return self.acceleration if self.across is None else self.acceleration + 1j * self.across
+
+    def _beside(self, change: Callable[[Samples], Samples]) -> dict[str, Any]:
+        """`own_grounds` and `across`, changed as the motion is."""
+        changed = [None if samples is None else change(samples) for samples in (*self.own_grounds, self.across)]
+        return {"own_grounds": tuple(changed[:-1]), "across": changed[-1]}
 
     def reversed(self) -> Motion:
         """The motion with the opposite sign. A pair is not symmetric, so that both polarities are worth a run."""
@@ -121,7 +136,7 @@ class Motion(ShortRepr):
         turned = replace(
             self,
             record={**self.record, "polarity": REVERSED if now == AS_RECORDED else AS_RECORDED},
-            own_grounds=tuple(None if samples is None else -samples for samples in self.own_grounds),
+            **self._beside(np.negative),
         )
         return turned.after(Done(-self.acceleration, "polarity: reversed"))
 
@@ -154,7 +169,9 @@ class Motion(ShortRepr):
         """As `cut`, in seconds, without the flags of `checked`."""
         done = window(self.acceleration, self.dt, start=start, end=end)
         inside = float(np.abs(done.samples).max())
-        part = self.after(done)
+        part = replace(self, across=None).after(done)
+        if self.across is not None:
+            part = replace(part, across=window(self.across, self.dt, start=start, end=end).samples)
         if inside < WEAK_WINDOW * self.pga:
             share = f"{100.0 * inside / self.pga:.2g} % of the record's"
             part = part.doubted((f"the window leaves the strong shaking out: its PGA is {share}",))
@@ -166,15 +183,17 @@ class Motion(ShortRepr):
         Whole time steps, after one in which a motion that does not end at zero goes to it on a straight line.
         """
         duration = in_si("tail", seconds, TAIL)
-        count, ramp = ceil(duration / self.dt - ROUNDING), bool(self.acceleration[-1]) and duration > 0.0
+        is_still = not self.acceleration[-1] and (self.across is None or not self.across[-1])
+        count, ramp = ceil(duration / self.dt - ROUNDING), not is_still and duration > 0.0
         if count > MOST:
             raise RecordError(
                 f"a tail of {duration:g} s makes {count} samples, {MOST} are allowed; write a shorter one"
             )
         straight = f", after a straight line to zero over {self.dt:g} s" if ramp else ""
         words = f"tail: {count * self.dt:g} s of zeros added{straight}"
-        longer = self.after(Done(np.pad(self.acceleration, (0, count + ramp)), words))
-        return replace(longer, tail=self.tail + count + ramp)
+        longer = replace(self, across=None).after(Done(np.pad(self.acceleration, (0, count + ramp)), words))
+        beside = self._beside(lambda samples: np.pad(samples, (0, count + ramp)))
+        return replace(longer, **beside, tail=self.tail + count + ramp)
 
     def reaching(self, lag: float) -> Motion:
         """The motion as buildings need it of which the last is reached ``lag`` [s] after the first.
@@ -184,9 +203,9 @@ class Motion(ShortRepr):
         count = max(ceil(lag / self.dt - ROUNDING), 0) - self.late
         if count <= 0:
             return self.first(self.acceleration.size + count) if count else self
-        own = tuple(None if samples is None else np.pad(samples, (0, count)) for samples in self.own_grounds)
+        beside = self._beside(lambda samples: np.pad(samples, (0, count)))
         longer = np.pad(self.acceleration, (0, count))
-        return replace(self, acceleration=longer, own_grounds=own, tail=self.tail + count, late=self.late + count)
+        return replace(self, acceleration=longer, **beside, tail=self.tail + count, late=self.late + count)
 
     def without_tail(self) -> Motion:
         """The motion without the zeros of `with_tail` and `reaching`."""
@@ -201,16 +220,14 @@ class Motion(ShortRepr):
 
         Raises RecordError where samples beside it would no longer be at the same times.
         """
-        if self.own_grounds and done.samples.size != self.acceleration.size:
-            raise RecordError(f"{self.name}: records of single buildings stand beside it; cut it before they do")
+        if (self.own_grounds or self.across is not None) and done.samples.size != self.acceleration.size:
+            raise RecordError(f"{self.name}: other records stand beside it; cut it before they do")
         record = after_cut(self.record, done.cut * self.dt) | _corners(self.record, *done.band)
         if done.factor != 1.0:
             record["factor"] = self.record.get("factor", 1.0) * done.factor
         sentences = (*self.processing, *([done.sentence] if done.sentence else []))
         dt = self.dt if done.dt is None else done.dt
-        own = self.own_grounds
-        if done.factor != 1.0:
-            own = tuple(None if samples is None else done.factor * samples for samples in own)
+        beside = self._beside(lambda samples: done.factor * samples) if done.factor != 1.0 else {}
         tail, late = (self.tail, self.late) if done.samples.size == self.acceleration.size else (0, 0)
         return replace(
             self,
@@ -218,17 +235,17 @@ class Motion(ShortRepr):
             dt=dt,
             record=record,
             processing=sentences,
-            own_grounds=own,
+            **beside,
             tail=tail,
             late=late,
         ).doubted(done.flags)
 
     def first(self, count: int) -> Motion:
         """Its first samples alone, so many of them."""
-        own = tuple(None if samples is None else samples[:count] for samples in self.own_grounds)
         gone = self.acceleration.size - count
         tail, late = max(0, self.tail - gone), max(0, self.late - gone)
-        return replace(self, acceleration=self.acceleration[:count], own_grounds=own, tail=tail, late=late)
+        beside = self._beside(lambda samples: samples[:count])
+        return replace(self, acceleration=self.acceleration[:count], **beside, tail=tail, late=late)
 
     def checked(self) -> Motion:
         """The motion with flags about the samples that a run takes: a start in motion, and a long time step."""

@@ -130,9 +130,17 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
     begins = (before.size + still.size) * dt
     keys = ("source", "sha256")
     facts = {"name": aftershock.name, **{key: str(aftershock.record.get(key, "")) for key in keys}}
+    across = motion.across
+    if across is not None and aftershock.across is not None:
+        before_across, after_across = (
+            divided(across, parts[id(motion)]),
+            divided(aftershock.across, parts[id(aftershock)]),
+        )
+        across = np.concatenate([before_across, still, factor * after_across])
     joined = replace(
         motion,
         acceleration=np.concatenate([before, still, factor * after]),
+        across=across,
         dt=dt,
         record={**motion.record, "beside": [*motion.record.get("beside", []), facts]},
         processing=(*motion.processing, f"followed from {begins:g} s on by {aftershock.name}, times {factor:.6g}"),

@@ -84,6 +84,7 @@ class RecordRequest(NamedTuple):
     unit: str = ""  # of files that do not state theirs, such as "cm/s^2"
     dt: float | None = None  # s, likewise
     direction: float | None = None  # of the row, degrees clockwise from north; None takes components as they are
+    both: bool = False  # whether the component across that direction stands beside each motion
     sa: Spectral | None = None  # every record is scaled to this spectral acceleration
     to_median: str | Spectral | None = None  # one of MEDIANS, or Sa at a period: every record to the ensemble's median
     generated: tuple[Recipe, ...] = ()  # motions that are no records

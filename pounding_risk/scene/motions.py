@@ -6,13 +6,14 @@ from collections.abc import Iterable, Sequence
 from copy import copy
 
 from pounding_risk.errors import SceneError
+from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.ensemble import MotionEnsemble, read_ensemble
 from pounding_risk.motions.levels import FACTOR, PEAK
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.own_grounds import followed_by, read_own, set_beside
 from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality
 from pounding_risk.motions.record import STILL, lowest_usable
-from pounding_risk.motions.request import INTENSITY, conflicts
+from pounding_risk.motions.request import INTENSITY, RecordRequest, conflicts
 from pounding_risk.scene.known_motions import with_histories
 from pounding_risk.scene.scene import Scene
 from pounding_risk.units import shown
@@ -39,7 +40,8 @@ def gathered(study: Scene) -> MotionEnsemble:
     faults = conflicts(given, grid_pga=has_pga and study.records.pga is None, is_factor=is_factor)
     if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
         raise SceneError(study.source, sentences)
-    ensemble = read_ensemble(study.records, study.folder, scaled=grid.amplitudes == (None,) or is_factor)
+    request = request_of(study)
+    ensemble = read_ensemble(request, study.folder, scaled=grid.amplitudes == (None,) or is_factor)
     motions = _followed(study, _with_own(study, ensemble.motions))
     motions = with_histories(study, for_buildings(motions, study))
     ensemble = ensemble._replace(motions=motions)
@@ -49,6 +51,12 @@ def gathered(study: Scene) -> MotionEnsemble:
         raise SceneError(study.source, [f"records.files: {files} matches no record{left}; check the folder"])
     check_arrivals(study, motions)
     return ensemble._replace(motions=tuple(motion.reaching(study.lag) for motion in motions))
+
+
+def request_of(study: Scene) -> RecordRequest:
+    """What the scene asks of its records, with both components where a building moves across the row too."""
+    plans = [building.plan for building in study.buildings if isinstance(building, Storeys)]
+    return study.records._replace(both=any(plan.moves_across for plan in plans if plan is not None))
 
 
 def check_arrivals(study: Scene, motions: Iterable[Motion]) -> None:
@@ -87,7 +95,7 @@ def _with_own(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
 
 def _followed(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
     """The motions, each with the aftershock of the scene's records behind it."""
-    request, names = study.records, study.records.aftershock
+    request, names = request_of(study), study.records.aftershock
     if not names:
         return motions
     if any(building.support.records for building in study.buildings):

@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import inf
 from typing import Annotated, Any
 
 from pounding_risk.models.structures.plan import Plan
-from pounding_risk.scene.keys import REQUIRED, Key, Number, Several, Table, Unreadable, each, inline, list_of, measured
+from pounding_risk.scene.keys import (
+    REQUIRED,
+    Draft,
+    Key,
+    Number,
+    Several,
+    Table,
+    Unreadable,
+    each,
+    inline,
+    list_of,
+    measured,
+)
+from pounding_risk.scene.toml import Fault
 from pounding_risk.units import Quantity, exact, shown
 
 ACROSS = Quantity("m", -inf, inf, "place across the row", example="-8 m")
@@ -41,7 +55,7 @@ class PlanTable(Table):
         float,
         measured(
             ACROSS._replace(words="eccentricity", example="1.5 m"),
-            "Place of the centre of stiffness, from the centre of mass.",
+            "Place of the centre of stiffness across the row, from the centre of mass.",
             '"1.5 m"',
             REQUIRED,
         ),
@@ -62,19 +76,36 @@ class PlanTable(Table):
         float | None,
         measured(ACROSS, "Place of the centre of mass.", '"0 m"', "the middle of the face"),
     ] = None
+    eccentricity_along: Annotated[
+        float | None,
+        measured(
+            ACROSS._replace(words="eccentricity", example="1 m"),
+            "Place of the centre of stiffness along the row, from the centre of mass, positive to the right: floors "
+            "then move across the row too, under both horizontals of each recording, turned by direction in [records].",
+            '"1 m"',
+            "floors move along the row and rotate",
+        ),
+    ] = None
+    across_ratio: Annotated[
+        float,
+        measured(RATIO, "Frequency of translation across the row over that along it, each alone.", "0.9", "1"),
+    ] = 1.0
 
     @classmethod
     def of(cls, plan: Plan) -> Any:
         """The table of a plan, every value stated."""
         values = plan._asdict()
-        if plan.centre == 0.5 * sum(plan.face):
-            del values["centre"]
+        absent = {"centre": 0.5 * sum(plan.face), "eccentricity_along": None, "across_ratio": 1.0}
+        for key, value in absent.items():
+            if values[key] == value:
+                del values[key]
         return cls.from_values(values)
 
     def plan(self) -> Plan:
         """As structures have it."""
         centre = 0.5 * sum(self.face) if self.centre is None else self.centre
-        return Plan(self.face, centre, self.eccentricity, self.gyration, self.torsional_ratio)
+        own = self.face, centre, self.eccentricity, self.gyration, self.torsional_ratio
+        return Plan(*own, self.eccentricity_along, self.across_ratio)
 
 
 def _plan(value: Any, number: Number) -> PlanTable:
@@ -83,15 +114,35 @@ def _plan(value: Any, number: Number) -> PlanTable:
     low, high = table.face
     if table.centre is not None and not low <= table.centre <= high:
         raise Several([(("centre",), "is outside the face; check both, in the one coordinate across the row")])
+    if table.across_ratio != 1.0 and table.eccentricity_along is None:
+        words = 'floors move along the row and rotate; write eccentricity_along too, such as "1 m", or remove it'
+        raise Several([(("across_ratio",), words)])
     return table
 
 
 PLAN = Key(
     "Floors that rotate, one plan for all: elastic storeys whose centre of stiffness is not that of mass, under one "
-    "component of ground motion.",
+    "component of ground motion, or two.",
     _plan,
     EXAMPLE,
     "floors move along the row alone",
     write=lambda table: table.written(),
     schema={"$ref": "#/$defs/PlanTable"},
 )
+
+
+def plan_checks(draft: Draft) -> Iterator[Fault]:
+    """What floors that move across the row need: both horizontals, and one ground under all buildings."""
+    buildings = draft.tables("building")
+    moving = [keys for keys in buildings if (plan := keys.get("plan")) and plan.eccentricity_along is not None]
+    if not moving:
+        return
+    name = moving[0].raw.get("name", "a building")
+    if "direction" not in draft.table("records"):
+        words = f"{name} moves across the row too (plan.eccentricity_along), under both horizontals of each recording"
+        repair = 'write direction, that of the row, such as direction = "30 deg", or remove eccentricity_along'
+        yield Fault(("records", "direction"), f"{words}; {repair}", absent=True)
+    own = [(keys.path, key) for keys in buildings for key in keys.raw if key.startswith("ground_")]
+    own += [(("effects",), "wave_passage")] if "wave_passage" in draft.table("effects").raw else []
+    for path, key in own:
+        yield Fault((*path, key), f"is not computed where a building moves across the row, as {name} does; remove it")

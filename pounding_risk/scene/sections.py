@@ -23,6 +23,7 @@ from pounding_risk.scene.keys import Draft, Key, Section, Several, Table, read_s
 from pounding_risk.scene.known_motion_checks import known_motion_checks
 from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.overrides import ARRAYS, override
+from pounding_risk.scene.plan import plan_checks
 from pounding_risk.scene.records import Records, missing_files, record_checks
 from pounding_risk.scene.scene_axis import UNCERTAIN
 from pounding_risk.scene.tables import Grid, Solver, Title, effect_checks, effect_key
@@ -179,6 +180,7 @@ def every_fault(draft: Draft, folder: Path, same: Same = MappingProxyType({})) -
     """What more than one key takes part in; ``folder`` is that of the scene file, ``same`` as in `read_tables`."""
     return [
         *known_motion_checks(draft),
+        *plan_checks(draft),
         *building_checks(draft.tables("building"), draft.count("building", 2)),
         *interface_checks(draft),
         *effect_checks(draft),

@@ -37,7 +37,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
     """The run of a case of a row in full; raises as `row_grid`."""
     model = model_of(study)
     own = case.motion.own_grounds
-    under = model.under(case.motion.acceleration, own)
+    under = model.under(case.motion.drive, own)
     frame, row = frame_of(model), model.row(case.motion.dt, model.has_many(own))
     contacts = frame.contacts
     forces, peaks = model.at_points(np.array(case.yield_forces)), peaks_under(study, case.motion)

@@ -1,11 +1,12 @@
 """Floors that rotate: closed forms, the row without rotation, and SciPy in the coordinates of both motions.
 
-Oracle: DOP853 on matrices that are put together here, storey by storey from a spring at the centre of stiffness and one
-of rotation about it; contact points at both ends of a face are springs.
+Oracle: DOP853 on matrices that are put together here, storey by storey from springs along and across the row at the
+centre of stiffness and one of rotation about it; contact points at both ends of a face are springs.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi, sqrt
 
 import numpy as np
@@ -16,14 +17,18 @@ from sentences import refusal
 
 import pounding_risk as pr
 from pounding_risk.ensemble.row_grid import model_of
+from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
 
 PLAN = {"face": ["-6 m", "10 m"], "centre": "1 m", "eccentricity": "1.8 m", "gyration": "5 m", "torsional_ratio": 1.2}
 STRAIGHT = PLAN | {"eccentricity": "0 m"}
 OTHER = {"face": ["-9 m", "8 m"], "eccentricity": "-1 m", "gyration": "5.5 m", "torsional_ratio": 0.9}
+ACROSS = PLAN | {"eccentricity_along": "1.5 m", "across_ratio": 0.8}
+OTHER_ACROSS = OTHER | {"eccentricity_along": "-2 m", "across_ratio": 1.3}
 LEFT = storeyed("A", ["200 t", "150 t"], ["90 MN/m", "60 MN/m"], ["3 m", "3 m"])
 RIGHT = storeyed("B", ["300 t", "200 t"], ["200 MN/m", "150 MN/m"], ["3 m", "3 m"])
 RECORD = {"names": ["RSN6-180"], "window": ["1.5 s", "4 s"], "pga": "0.5 g"}
+BOTH = RECORD | {"names": ["RSN6-180", "RSN6-270"], "direction": "40 deg"}
 
 
 def scene(left: dict, right: dict, **more):
@@ -64,56 +69,88 @@ def test_without_eccentricity_the_row_is_that_of_storeys():
         np.testing.assert_allclose(whole * plans[name].values, plain[name].values, rtol=1e-8, err_msg=name)
 
 
-def matrices(masses: list[float], springs: list[float], eccentricity: float, gyration: float, ratio: float):
-    """M, K of (u, θ) of all floors: springs at the centre of stiffness, and of rotation about it."""
-    count = len(masses)
-    stiffness = np.zeros((2 * count, 2 * count))
+def components(direction: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """a_g along a direction [degrees from north] and to the left of it, of `BOTH`, and the time step.
+
+    By unit vectors on the compass: 180° is south, 270° west.
+    """
+    south, west = (pr.read_motion(name, window=(1.5, 4.0)) for name in BOTH["names"])
+    ground = np.column_stack([-south.acceleration, -west.acceleration])  # north and east
+    ahead = np.array([np.cos(np.radians(direction)), np.sin(np.radians(direction))])
+    along, across = ground @ ahead, ground @ np.array([ahead[1], -ahead[0]])
+    factor = 0.5 * 9.80665 / np.abs(along).max()
+    return factor * along, factor * across, south.dt
+
+
+def matrices(masses, springs, plan, across):
+    """M, K of (u, θ) of all floors: springs at the centre of stiffness, and of rotation about it.
+
+    ``plan`` = (eccentricity, radius of gyration, ratio of frequencies); with ``across`` = (eccentricity along the row,
+    ratio of frequencies) those of (u, θ, w).
+    """
+    count, (eccentricity, gyration, ratio) = len(masses), plan
+    motions = 3 if across else 2
+    stiffness = np.zeros((motions * count, motions * count))
     for storey, spring in enumerate(springs):
-        drift = np.zeros((2, 2 * count))  # at the centre of stiffness, and of rotation
+        drift = np.zeros((motions, motions * count))  # at the centre of stiffness, of rotation, across
+        springs_here = [spring, spring * (ratio * gyration) ** 2]
         for floor, sign in ((storey, 1.0), (storey - 1, -1.0)):
             if floor >= 0:
                 drift[0, floor], drift[0, count + floor] = sign, -sign * eccentricity
                 drift[1, count + floor] = sign
-        stiffness += drift.T @ np.diag([spring, spring * (ratio * gyration) ** 2]) @ drift
-    return np.concatenate([masses, gyration**2 * np.array(masses)]), stiffness
+                if across:
+                    drift[2, 2 * count + floor], drift[2, count + floor] = sign, sign * across[0]
+        if across:
+            springs_here.append(spring * across[1] ** 2)
+        stiffness += drift.T @ np.diag(springs_here) @ drift
+    return np.concatenate([masses, gyration**2 * np.array(masses), masses][:motions]), stiffness
 
 
-def by_scipy(ground: np.ndarray, dt: float, gap: float, stiffness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Peaks of u of both buildings, the force at each contact point, and u at each sample, from the ground up."""
+def by_scipy(ground, dt: float, gap: float, stiffness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Peaks of u of both buildings, the force at each contact point, and u at each sample, from the ground up.
+
+    ``ground`` = (a_g along the row,), or with that across it.
+    """
+    acts_across = len(ground) > 1
     sides = (
-        matrices([200e3, 150e3], [90e6, 60e6], 1.8, 5.0, 1.2),
-        matrices([300e3, 200e3], [200e6, 150e6], -1.0, 5.5, 0.9),
+        matrices([200e3, 150e3], [90e6, 60e6], (1.8, 5.0, 1.2), (1.5, 0.8) if acts_across else None),
+        matrices([300e3, 200e3], [200e6, 150e6], (-1.0, 5.5, 0.9), (-2.0, 1.3) if acts_across else None),
     )
-    masses = np.concatenate([side[0] for side in sides])
-    whole, damping = np.zeros((8, 8)), np.zeros((8, 8))
-    for start, (mass, matrix) in zip((0, 4), sides, strict=True):
-        dofs = slice(start, start + 4)
+    masses, size = np.concatenate([side[0] for side in sides]), sides[0][0].size
+    whole, damping = np.zeros((2 * size, 2 * size)), np.zeros((2 * size, 2 * size))
+    for start, (mass, matrix) in zip((0, size), sides, strict=True):
+        dofs = slice(start, start + size)
         whole[dofs, dofs] = matrix
         root = np.sqrt(mass)
         squares, forms = np.linalg.eigh(matrix / np.outer(root, root))
         damping[dofs, dofs] = np.outer(root, root) * ((forms * (0.1 * np.sqrt(squares))) @ forms.T)
-    shares = np.zeros((4, 8))
+    shares = np.zeros((4, 2 * size))
     for row, (floor, across) in enumerate((floor, across) for floor in (0, 1) for across in (-6.0, 8.0)):
         shares[row, [floor, 2 + floor]] = 1.0, -(across - 1.0)
-        shares[row, [4 + floor, 6 + floor]] = -1.0, across + 0.5
-    felt = np.array([1.0, 1.0, 0.0, 0.0] * 2)
+        shares[row, [size + floor, size + 2 + floor]] = -1.0, across + 0.5
+    felt = np.zeros((len(ground), 2 * size))
+    felt[0, [0, 1, size, size + 1]] = 1.0
+    if acts_across:
+        felt[1, [4, 5, size + 4, size + 5]] = 1.0
+    ground = np.array(ground).T
 
     def motion(t, y, k, closed):
-        pull = ground[k] + (ground[k + 1] - ground[k]) * (t / dt - k)
-        force = np.where(closed, stiffness * (shares @ y[:8] - gap), 0.0)
-        return np.concatenate([y[8:], -(damping @ y[8:] + whole @ y[:8] + shares.T @ force) / masses - felt * pull])
+        pull = felt.T @ (ground[k] + (ground[k + 1] - ground[k]) * (t / dt - k))
+        u, v = y[: 2 * size], y[2 * size :]
+        force = np.where(closed, stiffness * (shares @ u - gap), 0.0)
+        return np.concatenate([v, -(damping @ v + whole @ u + shares.T @ force) / masses - pull])
 
     events = []
     for place in range(4):
 
         def touch(t, y, k, closed, place=place):
-            return shares[place] @ y[:8] - gap
+            return shares[place] @ y[: 2 * size] - gap
 
         touch.terminal = True
         events.append(touch)
-    state, closed, peaks, forces = np.zeros(16), np.zeros(4, dtype=bool), np.zeros(8), np.zeros(4)
+    state, closed, peaks, forces = np.zeros(4 * size), np.zeros(4, dtype=bool), np.zeros(2 * size), np.zeros(4)
     samples = [np.zeros(4)]
-    for k in range(ground.size - 1):
+    for k in range(len(ground) - 1):
         t = k * dt
         while t < (k + 1) * dt:
             for touch, shut in zip(events, closed, strict=True):
@@ -122,7 +159,7 @@ def by_scipy(ground: np.ndarray, dt: float, gap: float, stiffness: float) -> tup
                 motion, (t, (k + 1) * dt), state, "DOP853", args=(k, closed), events=events, rtol=1e-12, atol=1e-15,
                 dense_output=True,
             )  # fmt: skip
-            path = found.sol(np.linspace(t, found.t[-1], 400))[:8]
+            path = found.sol(np.linspace(t, found.t[-1], 400))[: 2 * size]
             peaks = np.maximum(peaks, np.abs(path).max(axis=1))
             pressed = np.where(closed[:, None], stiffness * (shares @ path - gap), 0.0)
             forces = np.maximum(forces, pressed.max(axis=1))
@@ -130,22 +167,28 @@ def by_scipy(ground: np.ndarray, dt: float, gap: float, stiffness: float) -> tup
             if found.status == 1:
                 place = int(np.argmax([times.size > 0 for times in found.t_events]))
                 closed[place] = not closed[place]
-        samples.append(state[[0, 1, 4, 5]])
-    return peaks[[0, 1, 4, 5]], forces, np.array(samples)
+        samples.append(state[[0, 1, size, size + 1]])
+    return peaks[[0, 1, size, size + 1]], forces, np.array(samples)
 
 
-def test_rotating_floors_with_contact_at_both_ends_are_those_of_scipy():
+@pytest.mark.parametrize("acts_across", [False, True], ids=["along", "along and across"])
+def test_rotating_floors_with_contact_at_both_ends_are_those_of_scipy(acts_across):
     """The motions at all samples agree to 1e-8, a hundred times the tolerance of the run, after some ten contacts.
 
     SciPy's peaks are the largest of 400 places an interval of 0.8 rad at most: 0.5 (0.8 / 798)² = 5e-7 too low. A
     penetration is a part of the closing, and its relative error larger by their ratio.
     """
-    study = scene({"plan": PLAN}, {"plan": OTHER}, stiffness="400 MN/m")
+    if acts_across:
+        study = scene({"plan": ACROSS}, {"plan": OTHER_ACROSS}, stiffness="400 MN/m", records=BOTH)
+        *ground, dt = components(40.0)
+    else:
+        study = scene({"plan": PLAN}, {"plan": OTHER}, stiffness="400 MN/m")
+        motion = pr.read_motion("RSN6-180", window=(1.5, 4.0), pga="0.5 g")
+        ground, dt = [motion.acceleration], motion.dt
     results = pr.scan(study, check_fraction=0.0)
-    motion = pr.read_motion("RSN6-180", window=(1.5, 4.0), pga="0.5 g")
-    peaks, forces, samples = by_scipy(motion.acceleration, motion.dt, 0.006, 200e6)
+    peaks, forces, samples = by_scipy(ground, dt, 0.006, 200e6)
     run = pr.simulate(study)
-    places = np.abs(run["time"].values[:, None] - motion.dt * np.arange(len(samples))).argmin(axis=0)
+    places = np.abs(run["time"].values[:, None] - dt * np.arange(len(samples))).argmin(axis=0)
     moved = run["displacement"].values[places].reshape(len(samples), 4)
     np.testing.assert_allclose(moved, samples, rtol=0.0, atol=1e-8 * np.abs(samples).max())
     np.testing.assert_allclose(results["storey_displacement"].values.ravel(), peaks, rtol=2e-6)
@@ -155,6 +198,29 @@ def test_rotating_floors_with_contact_at_both_ends_are_those_of_scipy():
     assert [str(label) for label in results["contact_point"].values] == [
         f"A {floor} | B {floor} at {across} m" for floor in (1, 2) for across in (-6, 8)
     ]
+
+
+def test_with_eccentricity_across_alone_the_second_component_closes_no_gap():
+    """Storeys without eccentricity along the row: w is then a motion of its own. To ten times the tolerance."""
+    level = {"eccentricity_along": "0 m", "across_ratio": 0.7}
+    one = pr.scan(scene({"plan": PLAN}, {"plan": OTHER}, records=BOTH), check_fraction=0.0)
+    two = pr.scan(scene({"plan": PLAN | level}, {"plan": OTHER | level}, records=BOTH), check_fraction=0.0)
+    assert int(one["impact_count"].sum()) > 4
+    for name in ("peak_closing", "storey_displacement", "storey_acceleration", "peak_contact_force", "impulse"):
+        np.testing.assert_allclose(two[name].values, one[name].values, rtol=1e-8, err_msg=name)
+
+
+def test_both_components_are_cut_scaled_and_reversed_alike():
+    """Against rotation on the compass; a scaled motion, its reverse and its tail."""
+    along, across, _ = components(40.0)
+    study = scene({"plan": ACROSS}, {}, records=BOTH | {"tail": "1 s", "window": ["1.5 s", "4 s"]})
+    (motion,) = (one.scaled_to("0.5 g") for one in motions_of(study))
+    still = np.zeros(motion.acceleration.size - along.size)
+    # The rotation's weights are the same numbers; rounding of the factor alone differs.
+    np.testing.assert_allclose(motion.drive, np.concatenate([along + 1j * across, still]), rtol=1e-12, atol=1e-14)
+    np.testing.assert_array_equal(motion.reversed().drive, -motion.drive)
+    np.testing.assert_array_equal(motion.scaled(2.0).across, 2.0 * motion.across)
+    assert motion.digest != replace(motion, across=None).digest
 
 
 def test_a_corner_strikes_with_its_effective_mass():
@@ -181,6 +247,9 @@ def test_scenes_with_a_plan_are_written_back_and_their_numbers_are_axes():
 def test_what_does_not_go_with_rotating_floors_is_refused(says):
     says(refusal(scene, {"plan": PLAN | {"face": ["3 m", "1 m"], "gyration": "0 m"}}, {}))
     says(refusal(scene, {"plan": PLAN | {"centre": "20 m"}}, {}))
+    says(refusal(scene, {"plan": PLAN | {"across_ratio": 0.8}}, {}))
+    says(refusal(scene, {"plan": ACROSS}, {}))
+    says(refusal(scene, {"plan": ACROSS}, {"ground_delay": "0.1 s"}, records=BOTH))
     says(refusal(scene, {"plan": PLAN, "damping_rule": "rayleigh"}, {}))
     strong = {"plan": PLAN, "storey_strengths": "1 MN"}
     says(refusal(scene, strong, {}, effects={"inelastic_storeys": {}}))

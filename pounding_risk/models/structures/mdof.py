@@ -48,6 +48,7 @@ class Chain(NamedTuple):
     centre: float = nan  # m across the row, of mass, where floors rotate; behind the masses stand moments of inertia
     bottoms: tuple[int, ...] = (0,)  # masses whose storey stands on the ground: several of linked buildings
     laws: Array = np.zeros((0, 0))  # `Hysteresis.numbers` of each storey, zero where it has none; empty without
+    moves_across: bool = False  # where floors rotate: behind the moments of inertia stand the masses across the row
 
     @property
     def twists(self) -> bool:
@@ -57,11 +58,15 @@ class Chain(NamedTuple):
     @property
     def floors(self) -> int:
         """Number of floors above the foundation."""
-        return (self.mass.size - self.foundations) // (2 if self.twists else 1)
+        return (self.mass.size - self.foundations) // (3 if self.moves_across else 2 if self.twists else 1)
 
     def felt(self) -> Array:
-        """1 of each mass that the ground's acceleration acts on, 0 of rotations."""
-        return np.repeat([1.0, 0.0], self.floors) if self.twists else np.ones(self.mass.size)
+        """1 of each mass that the ground's acceleration along the row acts on, 0 of rotations."""
+        return (np.arange(self.mass.size) < self.floors).astype(float) if self.twists else np.ones(self.mass.size)
+
+    def felt_across(self) -> Array:
+        """1 of each mass that the ground's acceleration across the row acts on, 0 of others."""
+        return (self.moves_across & (np.arange(self.mass.size) >= 2 * self.floors)).astype(float)
 
     def stiffness(self) -> Array:
         """K [N/m] of the chain while it is elastic."""
@@ -214,7 +219,7 @@ def _bare(building: Building | Storeys) -> Chain:
             coupling=coupling if given else np.zeros((0, 0)),
         )
         if building.plan is not None:
-            return _begun(_rotating(bare, building.plan, stiffness), *_with_rest(building))
+            return _begun(_rotating(bare, building.plan, stiffness), *_with_rest(building, building.plan.motions))
         if law is not None:
             elastic = np.ones(springs.size - 1)
             bare = bare._replace(
@@ -231,24 +236,25 @@ def _bare(building: Building | Storeys) -> Chain:
 
 
 def _rotating(bare: Chain, plan: Plan, stiffness: Array) -> Chain:
-    """The chain with a rotation of each floor behind the displacements."""
+    """The chain with a rotation of each floor behind the displacements and, behind these, those across the row."""
     count = bare.mass.size
-    nothing = np.zeros(2 * count)
+    nothing = np.zeros(plan.motions * count)
     return bare._replace(
-        mass=np.append(bare.mass, plan.gyration**2 * bare.mass),
+        mass=np.outer([1.0, plan.gyration**2, 1.0][: plan.motions], bare.mass).ravel(),
         spring=nothing,
         shear=nothing,
         damping=plan.damping(bare.damping),
         strength=nothing + np.inf,
         coupling=plan.stiffness(stiffness),
         centre=plan.centre,
-        bottoms=(0, count),
+        bottoms=tuple(count * motion for motion in range(plan.motions)),
+        moves_across=plan.moves_across,
     )
 
 
-def _with_rest(building: Storeys) -> tuple[tuple[float, ...], ...]:
-    """Initial displacements and velocities of a building whose floors rotate, without rotation."""
-    still = (0.0,) * len(building.masses)
+def _with_rest(building: Storeys, motions: int) -> tuple[tuple[float, ...], ...]:
+    """Initial displacements and velocities of a building whose floors have so many motions, only along the row."""
+    still = (0.0,) * (motions - 1) * len(building.masses)
     initial = building.initial_displacement, building.initial_velocity
     return tuple((*values, *still) if values else () for values in initial)
 

@@ -9,6 +9,13 @@ Structures, section 9.6):
     [0    ρ² m  ] [θ̈] + [−e K  (e² + Ω² ρ²) K ] [θ] = −[0] a_g
 
 so that each mode of the storeys becomes two, with ω² times the eigenvalues of [[1, −e/ρ], [−e/ρ, (e/ρ)² + Ω²]].
+
+Where the centre of stiffness is off along the row too, at x = d, floors also move across the row, by w, with Λ the
+frequency across over that along, under a second component of the ground motion b_g (section 9.6, a building of one
+storey with two-way asymmetry). The matrix of u, ρ θ and w is then that of the spring energy
+½ K [(u − e θ)² + Ω² ρ² θ² + Λ² (w + d θ)²]:
+
+    [[1, −e/ρ, 0], [−e/ρ, (e/ρ)² + Ω² + Λ² (d/ρ)², Λ² d/ρ], [0, Λ² d/ρ, Λ²]] K,     load −m (a_g, 0, b_g)
 """
 
 from __future__ import annotations
@@ -29,23 +36,39 @@ class Plan(NamedTuple):
     eccentricity: float  # of the centre of stiffness from that of mass, e
     gyration: float  # radius of gyration about the centre of mass, ρ
     torsional_ratio: float  # Ω
+    eccentricity_along: float | None = None  # the same along the row, d; None where floors do not move across it
+    across_ratio: float = 1.0  # Λ
+
+    @property
+    def moves_across(self) -> bool:
+        """True where floors move across the row too, under the second component of the ground motion."""
+        return self.eccentricity_along is not None
+
+    @property
+    def motions(self) -> int:
+        """How many displacements a floor has: along the row, rotation and, where it moves so, across."""
+        return 3 if self.moves_across else 2
 
     def couplings(self) -> Array:
-        """The matrix of both motions of a storey over its stiffness, in the coordinates u and ρ θ."""
+        """The matrix of all motions of a storey over its stiffness, in the coordinates u, ρ θ and w."""
         off = self.eccentricity / self.gyration
-        return np.array([[1.0, -off], [-off, off * off + self.torsional_ratio**2]])
+        both = np.array([[1.0, -off], [-off, off * off + self.torsional_ratio**2]])
+        if self.eccentricity_along is None:
+            return both
+        across = np.array([0.0, self.eccentricity_along / self.gyration, 1.0]) * self.across_ratio
+        return np.pad(both, (0, 1)) + np.outer(across, across)
 
     def scaled(self, couplings: Array, matrix: Array) -> Array:
-        """The matrix of u and θ of all floors, from that of their translation and the couplings in u and ρ θ."""
-        sizes = np.array([1.0, self.gyration])
+        """The matrix of u, θ and w of all floors, from that of their translation and the couplings."""
+        sizes = np.array([1.0, self.gyration, 1.0])[: self.motions]
         return np.asarray(np.kron(couplings * np.outer(sizes, sizes), matrix))
 
     def stiffness(self, matrix: Array) -> Array:
-        """K of u and θ of all floors, from that of their translation [N/m]."""
+        """K of u, θ and w of all floors, from that of their translation [N/m]."""
         return self.scaled(self.couplings(), matrix)
 
     def damping(self, matrix: Array) -> Array:
-        """C of u and θ of all floors with the same ratio in every mode, from the C of their translation [N s/m]."""
+        """C of u, θ and w of all floors with the same ratio in every mode, from the C of their translation [N s/m]."""
         squares, vectors = np.linalg.eigh(self.couplings())
         return self.scaled((vectors * np.sqrt(squares)) @ vectors.T, matrix)
 

@@ -2,7 +2,7 @@
 
 Between contacts the motion is exact for a_g linear between samples; in contact it is integrated to a tolerance and
 lands on every event. Each building may have a ground motion of its own, at a time of its own (`ground`): a_g is then
-(buildings, n).
+(buildings, n). Of a motion along and across the row it is complex.
 """
 
 from __future__ import annotations
@@ -25,7 +25,14 @@ from pounding_risk.solver.counters import PLASTIC as PLASTIC_ENERGY
 from pounding_risk.solver.counters import TALLIED
 from pounding_risk.solver.pair.laws import verbs_of
 from pounding_risk.solver.row.free_motion import march_free
-from pounding_risk.solver.row.ground import PULL, SPREAD, ArrivingRowGround, UniformRowGround, row_ground
+from pounding_risk.solver.row.ground import (
+    PULL,
+    SPREAD,
+    ArrivingRowGround,
+    PlaneRowGround,
+    UniformRowGround,
+    row_ground,
+)
 from pounding_risk.solver.row.layout import RowLayout, nodes_of
 from pounding_risk.solver.row.run import WATCHED, march
 from pounding_risk.solver.row.workspace import (
@@ -95,7 +102,7 @@ def ground_histories(layout: RowLayout, acceleration: np.ndarray) -> tuple[np.nd
     """
     nodes, buildings = nodes_of(layout, acceleration), layout.row.frame.shape[1] - 1
     if layout.arrivals is None:
-        return np.repeat(nodes[:, None], buildings, axis=1), np.zeros((nodes.shape[-1], buildings - 1))
+        return np.repeat(nodes.real[:, None], buildings, axis=1), np.zeros((nodes.shape[-1], buildings - 1))
     table = arriving(nodes, layout.step, layout.arrivals)[:: layout.phases]
     return table[..., PULL], table[:, 1:, SPREAD]
 
@@ -154,7 +161,7 @@ def unmoved(layout: RowLayout, acceleration: np.ndarray) -> tuple[Any, ...]:
     work = FreeWork(
         np.zeros((3, dofs, nodes)),
         np.zeros((2, buildings, nodes - 1)),
-        np.zeros((3, nodes)),
+        np.zeros((3 if row.passage.components() == 1 else 5, nodes)),
         np.zeros((3, most_points, nodes)),
         np.zeros((most_points, nodes - 1)),
     )
@@ -167,9 +174,10 @@ def motion_of_part(layout: RowLayout, motion: FreeMotion, acceleration: np.ndarr
     return motion._replace(ground=ground, first_dof=dof, first_point=point)
 
 
-def _ground(layout: RowLayout, acceleration: np.ndarray) -> UniformRowGround | ArrivingRowGround:
+def _ground(layout: RowLayout, acceleration: np.ndarray) -> UniformRowGround | PlaneRowGround | ArrivingRowGround:
     """a_g [m/s²] at the samples as the ground motion that the kernels take, node by node."""
-    return row_ground(nodes_of(layout, np.asarray(acceleration, dtype=np.float64)), layout.step, layout.arrivals)
+    samples = np.asarray(acceleration, dtype=np.result_type(acceleration, np.float64))
+    return row_ground(nodes_of(layout, samples), layout.step, layout.arrivals)
 
 
 def run_row(

@@ -14,6 +14,7 @@ from pounding_risk.solver.row.ground_dof import top_of, write_ground_series
 from pounding_risk.solver.row.link import add_link_terms
 from pounding_risk.solver.row.storey import is_lowest, storey_energy
 from pounding_risk.solver.row.workspace import (
+    ACROSS,
     BAND,
     CONSTANT,
     COUPLED,
@@ -27,6 +28,15 @@ from pounding_risk.solver.row.workspace import (
 )
 
 
+@small
+def ground_load(row, line, i, pull):
+    """Row ``line`` of the floors, one of STATIC, FELT and DRIVEN, of dof ``i`` times a_g, of each component."""
+    load = row.floors[line, i] * pull.real
+    if row.passage.components() > 1:
+        load += row.floors[line + ACROSS, i] * pull.imag
+    return load
+
+
 @kernel
 def accelerate(row, b, state, pull, dofs, out):
     """ü of building ``b`` without contact from rows ``state`` to row ``out``; ``pull`` is a_g.
@@ -36,7 +46,7 @@ def accelerate(row, b, state, pull, dofs, out):
     first, last = row.frame[FIRST, b], top_of(row, b)
     if last - first == 1 and row.frame[COUPLED, b] == 0:
         v, storey = dofs[state + VELOCITY, first], -(dofs[TANGENT, first] * dofs[state, first] + dofs[CONSTANT, first])
-        push = (storey - row.floors[MASS, first] * pull) - row.damping[first, 0] * v
+        push = (storey - row.floors[MASS, first] * pull.real) - row.damping[first, 0] * v
         dofs[out, first] = push * row.floors[INVERSE, first]
         return push * v - storey * v
     below, is_coupled = 0.0, row.frame[COUPLED, b] > 0
@@ -51,7 +61,7 @@ def accelerate(row, b, state, pull, dofs, out):
     storey_power = 0.0
     for i in range(first, last):
         storey_power += dofs[out, i] * dofs[state + VELOCITY, i]
-        dofs[out, i] -= row.floors[DRIVEN, i] * pull
+        dofs[out, i] -= ground_load(row, DRIVEN, i, pull)
     subtract_damping(row, b, state + VELOCITY, dofs, out)
     power = -storey_power
     for i in range(first, last):
@@ -145,7 +155,7 @@ def write_series(row, run, b, state, ground, terms):
             if is_coupled:
                 for j in range(first, last):
                     force -= row.coupling[i, j - first] * series[j, n]
-            push = (force - (n + 1) * drag) * row.floors[INVERSE, i] - push_of_ground * row.floors[FELT, i]
+            push = (force - (n + 1) * drag) * row.floors[INVERSE, i] - ground_load(row, FELT, i, push_of_ground)
             series[i, n + 2] = push * share
         if is_coupled:
             add_link_terms(row, run, b, n, share)

@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.equations import SHARE, SLACK, YIELDING
-from pounding_risk.solver.row.building import coupling_force, energy_of
+from pounding_risk.solver.row.building import coupling_force, energy_of, ground_load
 from pounding_risk.solver.row.contact_points import across_and_rate, power_through_ground, push_apart
-from pounding_risk.solver.row.ground import ArrivingRowInterval, UniformRowInterval
+from pounding_risk.solver.row.ground import ArrivingRowInterval, PlaneRowInterval, UniformRowInterval
 from pounding_risk.solver.row.ground_dof import place_ground, push_ground, top_of
 from pounding_risk.solver.row.laws import law_force, law_plateau
 from pounding_risk.solver.row.link import accelerate_braces, add_link_forces, link_energy
@@ -45,7 +45,7 @@ class Group(NamedTuple):
     low: int  # the first dof, and one past the last
     high: int
     origin: float  # of the clock, after the node [s]
-    ground: UniformRowInterval | ArrivingRowInterval  # after the node
+    ground: UniformRowInterval | PlaneRowInterval | ArrivingRowInterval  # after the node
     depth: float  # scales of the error control: m
     speed: float  # m/s
     watched_first: int  # building, a spectator or of the group
@@ -104,7 +104,7 @@ def subtract_damping(row, b, speed, dofs, out):
 def accelerate_mass(row, i, state, pull, dofs, out):
     """As `accelerate_building`, of one that is a single mass."""
     u, v = dofs[state, i], dofs[state + VELOCITY, i]
-    push = -row.floors[MASS, i] * pull - row.damping[i, 0] * v
+    push = -row.floors[MASS, i] * pull.real - row.damping[i, 0] * v
     dofs[out, i] = (push - (dofs[TANGENT, i] * u + dofs[CONSTANT, i])) * row.floors[INVERSE, i]
     return push * v
 
@@ -119,7 +119,7 @@ def accelerate_building(row, b, state, pull, dofs, out):
     if last - first == 1 and row.frame[COUPLED, b] == 0:
         return accelerate_mass(row, first, state, pull, dofs, out)
     for i in range(first, last):
-        dofs[out, i] = -row.floors[DRIVEN, i] * pull
+        dofs[out, i] = -ground_load(row, DRIVEN, i, pull)
     subtract_damping(row, b, state + VELOCITY, dofs, out)
     power = 0.0
     above = dofs[TANGENT, first] * dofs[state, first] + dofs[CONSTANT, first] if last > first else 0.0

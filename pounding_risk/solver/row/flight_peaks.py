@@ -17,6 +17,7 @@ from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.taylor import crest_bound, highest
 from pounding_risk.solver.row.building import (
     coupling_product,
+    ground_load,
     subtract_coupling,
     subtract_damping,
     write_series,
@@ -55,7 +56,7 @@ def motion_bound(row, b, rise, dofs, state, accelerations):
     first, is_coupled = row.frame[FIRST, b], row.frame[COUPLED, b] > 0
     for i in range(first, top_of(row, b)):
         below = 0.0 if is_lowest(row, first, i, is_coupled) else below
-        y = dofs[state + VELOCITY, i] + row.floors[STATIC, i] * rise
+        y = dofs[state + VELOCITY, i] + row.floors[STATIC, i] * rise.real
         motion += row.floors[MASS, i] * dofs[accelerations, i] ** 2 + dofs[TANGENT, i] * (y - below) ** 2
         below = y
     return motion + coupled_motion(row, b, rise, dofs, state)
@@ -69,9 +70,9 @@ def coupled_motion(row, b, rise, dofs, state):
         for i in range(first, last):
             force = 0.0
             for j in range(first, last):
-                y = dofs[state + VELOCITY, j] + row.floors[STATIC, j] * rise
+                y = dofs[state + VELOCITY, j] + ground_load(row, STATIC, j, rise)
                 force += row.coupling[i, j - first] * y
-            total += (dofs[state + VELOCITY, i] + row.floors[STATIC, i] * rise) * force
+            total += (dofs[state + VELOCITY, i] + ground_load(row, STATIC, i, rise)) * force
     return total
 
 
@@ -105,22 +106,22 @@ def differentiate_motion(row, b, dofs, displacements, velocities, ground, out):
     subtract_coupling(row, b, displacements, dofs, out)
     subtract_damping(row, b, velocities, dofs, out)
     for i in range(first, last):
-        dofs[out, i] = dofs[out, i] * row.floors[INVERSE, i] - ground * row.floors[FELT, i]
+        dofs[out, i] = dofs[out, i] * row.floors[INVERSE, i] - ground_load(row, FELT, i, ground)
 
 
 @kernel
-def write_signal(row, run, signal, i, ground_load, terms):
+def write_signal(row, run, signal, i, under, terms):
     """The Taylor series of a watched signal of dof ``i`` to the workspace; returns its number of terms.
 
-    ``ground_load`` = (a_g at the start of the series, its slope). The storey shear is that of `SHEAR` and of the
+    ``under`` = (a_g at the start of the series, its slope). The storey shear is that of `SHEAR` and of the
     yielding part.
     """
     signals, series = run.workspace.search.series, run.series
     if signal == ACCELERATION:
         for n in range(terms - 2):
             signals[SIGNAL, n] = (n + 1) * (n + 2) * series[i, n + 2]
-        signals[SIGNAL, 0] += ground_load[0]
-        signals[SIGNAL, 1] += ground_load[1]
+        signals[SIGNAL, 0] += under[0].real
+        signals[SIGNAL, 1] += under[1].real
         return terms - 2
     bottom = row.floors[BOTTOM, i] > 0.0
     for n in range(terms):
@@ -154,7 +155,7 @@ def raise_flight_peaks(row, run, b, ground, stop, terms):
             if n + 2 < terms:
                 shake += power * abs((n + 1) * (n + 2) * series[i, n + 2])
             power *= stop
-        shake += abs(pull) + abs(rise) * stop
+        shake += abs(pull.real) + abs(rise.real) * stop
         # Put so that what is not finite is searched.
         if not reach <= dofs[DISPLACEMENT, i]:
             raise_signal(row, run, DISPLACEMENT, i, (pull, rise), stop, terms)
@@ -170,9 +171,9 @@ def raise_flight_peaks(row, run, b, ground, stop, terms):
 
 
 @kernel
-def raise_signal(row, run, signal, i, ground_load, stop, terms):
+def raise_signal(row, run, signal, i, under, stop, terms):
     """Raise the peak of one signal by that of its series on [0, stop]."""
-    count = write_signal(row, run, signal, i, ground_load, terms)
+    count = write_signal(row, run, signal, i, under, terms)
     best = highest(run.workspace.search, SIGNAL, count, 1.0, stop, run.dofs[signal, i])
     run.dofs[signal, i] = highest(run.workspace.search, SIGNAL, count, -1.0, stop, best)
 
@@ -211,7 +212,7 @@ def raise_interval_peaks(row, run, b, ends, motion, window, terms):
         bend = swing * root
         start, end = dofs[ends[0], i], dofs[ends[1], i]
         drift, drift_end = start - start_below, end - end_below
-        felt_start, felt_end = turn + pull, dofs[ends[3], i] + (pull + rise * step)
+        felt_start, felt_end = turn + pull.real, dofs[ends[3], i] + (pull.real + rise.real * step)
         dofs[DISPLACEMENT, i] = max(dofs[DISPLACEMENT, i], abs(end))
         dofs[DRIFT, i] = max(dofs[DRIFT, i], abs(drift_end))
         dofs[ACCELERATION, i] = max(dofs[ACCELERATION, i], abs(felt_end))

@@ -16,6 +16,7 @@ from pounding_risk.solver.row.workspace import (
     ACCEL_SPARE,
     ACCEL_START,
     ACCELERATION,
+    ACROSS,
     BAND,
     BOTTOM,
     BOUNDS,
@@ -37,9 +38,9 @@ from pounding_risk.solver.row.workspace import (
 )
 
 # Rows of `FreeWork.paths`: u, v and ü of every dof; of `ground`: a_g under a building, its slope, the time to the next
-# node; of `distances`: u_left − u_right of a contact point and its derivatives.
+# node, and a_g and slope of a second component; of `distances`: u_left − u_right of a contact point, its derivatives.
 PATH_ACCELERATION = 2
-PULL, RISE, WIDTH = range(3)
+PULL, RISE, WIDTH, PULL_ACROSS, RISE_ACROSS = range(5)
 
 
 @kernel
@@ -49,8 +50,11 @@ def follow_building(row, run, free, work, b, begin, count):
     for n in range(count):
         _, width, ground = window_at(free.ground, free.step, begin + n)
         pull, rise = ground.under(b)
-        work.ground[PULL, n], work.ground[RISE, n] = pull, rise
-        work.ground[PULL, n + 1] = pull + rise * width
+        work.ground[PULL, n], work.ground[RISE, n] = pull.real, rise.real
+        work.ground[PULL, n + 1] = pull.real + rise.real * width
+        if row.passage.components() > 1:
+            work.ground[PULL_ACROSS, n], work.ground[RISE_ACROSS, n] = pull.imag, rise.imag
+            work.ground[PULL_ACROSS, n + 1] = pull.imag + rise.imag * width
         place_ground(row, b, ground, dofs, NODE)
         map_motion(row, b, ground, dofs, NODE, NEXT)
         for i in range(row.frame[FIRST, b], row.frame[FIRST, b + 1]):
@@ -85,6 +89,10 @@ def accelerate_all(row, run, work, b, count):
         mass, inverse = row.floors[DRIVEN, i], row.floors[INVERSE, i]
         for n in range(nodes):
             paths[PATH_ACCELERATION, i, n] -= mass * work.ground[PULL, n]
+        if row.passage.components() > 1:
+            mass = row.floors[DRIVEN + ACROSS, i]
+            for n in range(nodes):
+                paths[PATH_ACCELERATION, i, n] -= mass * work.ground[PULL_ACROSS, n]
         for j in range(max(first, i - band), min(last, i + band + 1)):
             damping = row.damping[j, i - first]
             for n in range(nodes):
@@ -118,8 +126,12 @@ def bound_all(row, run, work, b, count):
             spring, one, other = row.coupling[i, j - first], row.floors[STATIC, i], row.floors[STATIC, j]
             for n in range(count):
                 rise = work.ground[RISE, n]
-                rates = (paths[VELOCITY, i, n] + one * rise) * (paths[VELOCITY, j, n] + other * rise)
-                swings[0, b, n] += spring * rates
+                rate, other_rate = paths[VELOCITY, i, n] + one * rise, paths[VELOCITY, j, n] + other * rise
+                if row.passage.components() > 1:
+                    rise = work.ground[RISE_ACROSS, n]
+                    rate += row.floors[STATIC + ACROSS, i] * rise
+                    other_rate += row.floors[STATIC + ACROSS, j] * rise
+                swings[0, b, n] += spring * (rate * other_rate)
     for n in range(count):
         swings[1, b, n] = sqrt(swings[0, b, n])
 

@@ -8,8 +8,11 @@ then counts the ground's part like that of any floor:
 
     δ = u_left − u_right − w − gap.
 
-Which of the two a row has is told by type, as for a pair (`models.ground`): kernels are compiled for either, and those
-of one ground know nothing of w.
+Where floors move across the row as well, one motion with two components acts under all buildings, as the complex number
+a_along + i a_across; its imaginary part is read only where `RowPassage.components` is 2.
+
+Which of the three a row has follows from the type, as for a pair (`models.ground`): kernels are compiled for each, and
+those of one ground know nothing of w, nor of a second component.
 """
 
 from __future__ import annotations
@@ -35,6 +38,12 @@ class RowPassage(Protocol):
     def ground_dofs(self):
         """How many dofs of each building are its ground's: 1 with a passing wave, else 0."""
 
+    def components(self):
+        """How many components of ground motion act: 1 along the row, or 2."""
+
+    def map_loads(self, pull, rise):
+        """What the last columns of a building's map are multiplied with: a_g [m/s²] and slope of each component."""
+
 
 @speaks
 class RowGround(Protocol):
@@ -58,7 +67,7 @@ class RowInterval(Protocol):
     """The ground motion over a part of one node interval; x is the time since the part's beginning."""
 
     def under(self, b):
-        """a_g under building ``b``: its value at x = 0 [m/s²], its slope [m/s³]."""
+        """a_g under building ``b``: its value at x = 0 [m/s²], its slope [m/s³]; complex of two components."""
 
     def later(self, x):
         """The same motion with its x counted from ``x`` [s] on."""
@@ -90,6 +99,30 @@ class UniformRow(NamedTuple):
     def ground_dofs(self):
         return 0
 
+    def components(self):
+        return 1
+
+    def map_loads(self, pull, rise):
+        return pull, rise
+
+
+class PlaneRow(NamedTuple):
+    """All buildings stand on one ground motion along and across the row."""
+
+    unused: float = 0.0
+
+    def point_ends(self):
+        return 4
+
+    def ground_dofs(self):
+        return 0
+
+    def components(self):
+        return 2
+
+    def map_loads(self, pull, rise):
+        return pull.real, rise.real, pull.imag, rise.imag
+
 
 class ArrivingRow(NamedTuple):
     """Every building has a ground motion of its own."""
@@ -101,6 +134,12 @@ class ArrivingRow(NamedTuple):
 
     def ground_dofs(self):
         return 1
+
+    def components(self):
+        return 1
+
+    def map_loads(self, pull, rise):
+        return pull, rise
 
 
 class UniformRowInterval(NamedTuple):
@@ -148,6 +187,60 @@ class UniformRowGround(NamedTuple):
     def from_node(self, step, node):
         ground = self.acceleration
         return UniformRowInterval(ground[node], (ground[node + 1] - ground[node]) / step)
+
+
+class PlaneRowInterval(NamedTuple):
+    """a_g = pull + rise x under all buildings, along the row and across it."""
+
+    pull: float  # m/s²
+    rise: float  # m/s³
+    pull_across: float
+    rise_across: float
+
+    def under(self, b):
+        return complex(self.pull, self.pull_across), complex(self.rise, self.rise_across)
+
+    def later(self, x):
+        return PlaneRowInterval(
+            self.pull + self.rise * x, self.rise, self.pull_across + self.rise_across * x, self.rise_across
+        )
+
+    def largest_pull(self, first, last):
+        return max(abs(self.pull), abs(self.pull_across))
+
+    def ground_moves(self, b):
+        return 0.0, 0.0, 0.0, 0.0
+
+    def ground_ends(self, b):
+        return 0.0, 0.0
+
+    def ground_curves(self, b, length):
+        return 0.0
+
+    def map_number(self):
+        return 0
+
+
+class PlaneRowGround(NamedTuple):
+    """The same motion along and across the row under all buildings at the same time: a_g at the nodes [m/s²]."""
+
+    acceleration: np.ndarray
+    acceleration_across: np.ndarray
+
+    def node_count(self):
+        return self.acceleration.size
+
+    def node_time(self, step, node):
+        return node * step
+
+    def node_width(self, step, node):
+        return step
+
+    def from_node(self, step, node):
+        along, across = self.acceleration, self.acceleration_across
+        return PlaneRowInterval(
+            along[node], (along[node + 1] - along[node]) / step, across[node], (across[node + 1] - across[node]) / step
+        )
 
 
 class ArrivingRowInterval(NamedTuple):
@@ -218,8 +311,12 @@ def window_at(ground, step, node):
     return ground.node_time(step, node), ground.node_width(step, node), ground.from_node(step, node)
 
 
-def row_ground(ground: np.ndarray, step: float, arrivals: Arrivals | None) -> UniformRowGround | ArrivingRowGround:
+def row_ground(
+    ground: np.ndarray, step: float, arrivals: Arrivals | None
+) -> UniformRowGround | PlaneRowGround | ArrivingRowGround:
     """Ground motion of a row from a_g [m/s²] at nodes ``step`` [s] apart; without ``arrivals`` all stand on one."""
+    if np.iscomplexobj(ground):
+        return PlaneRowGround(ground.real.copy(), ground.imag.copy())
     if arrivals is None:
         return UniformRowGround(ground)
     return ArrivingRowGround(arriving(ground, step, arrivals), arrivals.offsets)

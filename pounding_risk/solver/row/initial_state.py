@@ -55,7 +55,7 @@ def begin_motion(row, run, free):
             add_link_forces(row, run, b, b, NODE, ACCEL_START)
         for i in range(row.frame[FIRST, b], top_of(row, b)):
             dofs[DISPLACEMENT, i], dofs[DRIFT, i] = abs(dofs[NODE, i]), abs(drift_in(row, dofs, NODE, i))
-            dofs[ACCELERATION, i] = abs(dofs[ACCEL_START, i] + pull)
+            dofs[ACCELERATION, i] = abs(dofs[ACCEL_START, i] + pull.real)
     for k in range(run.laws.shape[0]):
         contact = run.contacts[k]
         contact.highest, contact.lowest = max(across(row, k, dofs, NODE), 0.0), min(across(row, k, dofs, NODE), 0.0)

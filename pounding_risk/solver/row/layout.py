@@ -24,8 +24,9 @@ from pounding_risk.models.structures.hysteresis._numbers import (
 )
 from pounding_risk.models.structures.links import Body, bodies_of, floor_shares
 from pounding_risk.models.structures.mdof import stacked
-from pounding_risk.solver.row.ground import ArrivingRow, UniformRow
+from pounding_risk.solver.row.ground import ArrivingRow, PlaneRow, UniformRow
 from pounding_risk.solver.row.workspace import (
+    ACROSS,
     BAND,
     BLOCK_MAP,
     BOTTOM,
@@ -144,7 +145,8 @@ def lay_out(
     # Those before a building, of all bodies to its left.
     before = np.concatenate([[0], np.cumsum(braces)])[[*of_body, len(chains)]]
     firsts = np.concatenate([[0], np.cumsum([chain.mass.size + ground_dofs for chain in buildings])]) + before
-    floors = np.zeros((14, int(first[-1])))
+    is_plane = any(chain.moves_across for chain in chains)
+    floors = np.zeros((DRIVEN + 1 + ACROSS * is_plane, int(first[-1])))
     floors[LIMIT] = inf
     damping = np.zeros((int(first[-1]), max([1, *counts])))
     coupling = np.zeros((int(first[-1]), max(chain.coupling.shape[1] for chain in chains)))
@@ -163,7 +165,7 @@ def lay_out(
             storeys[dofs, PACE] = has_law * np.sqrt(floors[SPRING, dofs] * floors[INVERSE, dofs])
     # From each node to the next: building by building, and interval by interval where these differ.
     widths = [step] if arrived is None else np.diff(np.append(arrived.offsets, step)).tolist()
-    maps = [_map(chain, width) for width in widths for chain in chains]
+    maps = [_map(chain, width, is_plane) for width in widths for chain in chains]
     block_maps = [_block_map(maps[b :: len(chains)], count) for b, count in enumerate(counts)]
     interfaces = [of_body[int(point.interface)] for point in points]
     if interfaces != sorted(interfaces):
@@ -197,7 +199,7 @@ def lay_out(
         damping,
         coupling,
         np.concatenate([*maps, np.zeros(1)]),
-        UniformRow() if arrived is None else ArrivingRow(),
+        PlaneRow() if is_plane else UniformRow() if arrived is None else ArrivingRow(),
         storeys,
         held,
     )
@@ -299,7 +301,7 @@ def cut_out(layout: RowLayout, first: int, last: int) -> RowLayout:
 
 def _rate(chain: Chain) -> float:
     """The largest |eigenvalue| of the free motion of a building [1/s]; 0 for a rigid one."""
-    return 0.0 if chain.mass.size == 0 else float(np.abs(np.linalg.eigvals(_motion(chain)[:-2, :-2])).max())
+    return 0.0 if chain.mass.size == 0 else float(np.abs(np.linalg.eigvals(_motion(chain, False)[:-2, :-2])).max())
 
 
 def _band(matrix: np.ndarray) -> int:
@@ -308,24 +310,25 @@ def _band(matrix: np.ndarray) -> int:
     return int(np.abs(rows - columns).max()) if rows.size else 0
 
 
-def _motion(chain: Chain) -> np.ndarray:
-    """The matrix of d/dt (u, v, a_g, slope of a_g) of a building in free motion."""
-    n = chain.mass.size
-    a = np.zeros((2 * n + 2, 2 * n + 2))
+def _motion(chain: Chain, is_plane: bool) -> np.ndarray:
+    """The matrix of d/dt (u, v, a_g, slope of a_g) of a building in free motion; a_g of one component, or of two."""
+    n, loads = chain.mass.size, (chain.felt(), chain.felt_across())[: 1 + is_plane]
+    a = np.zeros((2 * (n + len(loads)),) * 2)
     a[:n, n : 2 * n] = np.eye(n)
     a[n : 2 * n, :n] = -chain.stiffness() / chain.mass[:, None]
     a[n : 2 * n, n : 2 * n] = -chain.damping / chain.mass[:, None]
-    a[n : 2 * n, 2 * n] = -chain.felt()
-    a[2 * n, 2 * n + 1] = 1.0
+    for place, felt in enumerate(loads, n):
+        a[n : 2 * n, 2 * place] = -felt
+        a[2 * place, 2 * place + 1] = 1.0
     return a
 
 
-def _map(chain: Chain, step: float) -> np.ndarray:
-    """(u, v) after a node interval from (u, v, a_g, its slope), column by column."""
+def _map(chain: Chain, step: float, is_plane: bool) -> np.ndarray:
+    """(u, v) after a node interval from (u, v, a_g, its slope), column by column, as `RowPassage.map_loads`."""
     from scipy.linalg import expm  # takes longer to import than a scene takes to be checked
 
     n = chain.mass.size
-    return expm(_motion(chain) * step)[: 2 * n].T.ravel() if n else np.zeros(0)
+    return expm(_motion(chain, is_plane) * step)[: 2 * n].T.ravel() if n else np.zeros(0)
 
 
 def block_steps(phases: int) -> int:
@@ -337,7 +340,7 @@ def _block_map(maps: list[np.ndarray], n: int) -> np.ndarray:
     """(u, v) of a free vibration after a block, column by column, from those of `_map` over the intervals of a step."""
     step_map = np.eye(2 * n)
     for interval_map in maps if n else []:
-        step_map = interval_map.reshape(2 * n + 2, 2 * n)[: 2 * n].T @ step_map
+        step_map = interval_map.reshape(-1, 2 * n)[: 2 * n].T @ step_map
     return np.linalg.matrix_power(step_map, block_steps(len(maps))).T.ravel()
 
 
@@ -351,6 +354,10 @@ def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
     floors[SOFT] = np.where(np.isfinite(chain.strength), (1.0 - chain.hardening) * chain.shear, 0.0)
     floors[FELT], floors[DRIVEN] = chain.felt(), chain.mass * chain.felt()
     floors[STATIC] = np.linalg.solve(chain.stiffness(), floors[DRIVEN])
+    if floors.shape[0] > DRIVEN + 1:
+        felt = chain.felt_across()
+        floors[FELT + ACROSS], floors[DRIVEN + ACROSS] = felt, chain.mass * felt
+        floors[STATIC + ACROSS] = np.linalg.solve(chain.stiffness(), chain.mass * felt)
     floors[BOTTOM, list(chain.bottoms)] = 1.0
     floors[ROOT] = np.sqrt(floors[INVERSE])
     floors[GIVE], floors[SWAY] = _give_and_sway(chain)

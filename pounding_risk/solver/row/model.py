@@ -107,8 +107,12 @@ class RowModel:
         return np.where(self.is_link, inf, (of_interfaces - self.bumpers)[..., self.interfaces])
 
     def under(self, shared: Samples, own: Sequence[Samples | None] = ()) -> Samples:
-        """a_g under its buildings, (n,) or (buildings, n), as `accelerations` gives it."""
-        return accelerations(self.supports, shared, own)
+        """a_g under its buildings, (n,) or (buildings, n), as `accelerations` gives it.
+
+        Complex where floors move across the row too; only the real part of ``shared`` acts where none does.
+        """
+        moves_across = any(chain.moves_across for chain in self.chains)
+        return accelerations(self.supports, shared if moves_across else shared.real, own)
 
     def has_many(self, own: Sequence[Samples | None] = ()) -> bool:
         """True where `under` has a row for each building."""

@@ -15,7 +15,8 @@ def map_motion(row, b, ground, dofs, state, out):
     map_start = row.frame[MAP, b] + ground.map_number() * row.frame[MAP, row.frame.shape[1] - 1]
     if row.frame[CAN_YIELD, b]:
         add_plastic_rest(row, b, dofs, state, -1.0)
-    apply_map(row.maps, map_start, dofs, (state, out), (first, last), (pull, rise), 2 * (last - first) + 2)
+    loads = row.passage.map_loads(pull, rise)
+    apply_map(row.maps, map_start, dofs, (state, out), (first, last), loads, 2 * (last - first) + len(loads))
     if row.frame[CAN_YIELD, b]:
         add_plastic_rest(row, b, dofs, state, 1.0)
         add_plastic_rest(row, b, dofs, out, 1.0)
@@ -33,7 +34,8 @@ def map_vibration(row, b, maps, map_start, dofs, source, target):
 def apply_map(maps, entry, dofs, lines, span, ground, columns):
     """(u, v) of the dofs of a ``span`` at the end of an interval, by the map that begins at ``entry`` of ``maps``.
 
-    ``lines`` = (rows of the state at the start, rows for that at the end), ``ground`` = (a_g at the start, its slope).
+    ``lines`` = (rows of the state at the start, rows for that at the end), ``ground`` as
+    `RowPassage.map_loads`; a single mass moves along the row alone.
     The map's columns, of which there are ``columns``, are added up one after the other, four at a time where there are
     as many; what adds up side by side is done several at a time.
     """

@@ -80,7 +80,7 @@ def accelerations(row, run, group, s, h, at_end):
     for b in range(group.first, group.last + 1):
         pull, nudged_pull = ground_at(group, clock).under(b)[0], ground_at(group, clock + nudge).under(b)[0]
         for i in range(row.frame[FIRST, b], top_of(row, b)):
-            dofs[rises, i] = ((dofs[ACCEL_NUDGED, i] + nudged_pull) - (dofs[out, i] + pull)) / nudge
+            dofs[rises, i] = ((dofs[ACCEL_NUDGED, i] + nudged_pull.real) - (dofs[out, i] + pull.real)) / nudge
 
 
 @kernel
@@ -113,8 +113,8 @@ def update_floor_peaks(row, run, group, span):
                 peak = dofs[STOREY_FORCE, i]
                 dofs[STOREY_FORCE, i] = peak_over_step(row, run, group, (STOREY_FORCE, i), peak, ends, span)
             if not searches_acceleration:
-                felt_start = dofs[line + SLOPES, i] / clock + pull
-                felt_end = dofs[last + SLOPES, i] / clock_end + pull_end
+                felt_start = dofs[line + SLOPES, i] / clock + pull.real
+                felt_end = dofs[last + SLOPES, i] / clock_end + pull_end.real
                 dofs[ACCELERATION, i] = max(dofs[ACCELERATION, i], abs(felt_end))
                 searches_acceleration = 2.0 * max(abs(felt_start), abs(felt_end)) > dofs[ACCELERATION, i]
     if searches_acceleration:
@@ -123,7 +123,7 @@ def update_floor_peaks(row, run, group, span):
         for b in range(group.first, group.last + 1):
             pull, pull_end = ground.under(b)[0], ground_end.under(b)[0]
             for i in range(row.frame[FIRST, b], top_of(row, b)):
-                felt_start, felt_end = dofs[ACCEL_START, i] + pull, dofs[ACCEL_END, i] + pull_end
+                felt_start, felt_end = dofs[ACCEL_START, i] + pull.real, dofs[ACCEL_END, i] + pull_end.real
                 ends = felt_start, felt_end, dofs[JERK_START, i], dofs[JERK_END, i]
                 peak = max(dofs[ACCELERATION, i], abs(felt_start))
                 dofs[ACCELERATION, i] = peak_over_step(row, run, group, (ACCELERATION, i), peak, ends, span)

@@ -17,14 +17,23 @@ from pounding_risk._jit.records import new_records, record_type
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.hysteresis import called
 from pounding_risk.solver.counters import TALLIED
-from pounding_risk.solver.row.ground import ArrivingRow, ArrivingRowGround, UniformRow, UniformRowGround
+from pounding_risk.solver.row.ground import (
+    ArrivingRow,
+    ArrivingRowGround,
+    PlaneRow,
+    PlaneRowGround,
+    UniformRow,
+    UniformRowGround,
+)
 from pounding_risk.solver.runge_kutta import DOP853
 from pounding_risk.solver.workspace import LAST, MAX_TERMS, TERMS, Search, Tableau, make_workspace
 
 # Rows of `Row.floors`, by dof. With an energy E in the building no displacement is larger than SWAY sqrt(2 E), no drift
-# than GIVE sqrt(2 E), and no velocity than ROOT sqrt(2 E). FELT is 1 where a_g acts, 0 of rotations,
-# DRIVEN the mass where it acts.
-MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, STATIC, BOTTOM, QUICK, ROOT, SWAY, GIVE, FELT, DRIVEN = range(14)
+# than GIVE sqrt(2 E), and no velocity than ROOT sqrt(2 E). FELT is 1 where a_g acts, 0 of rotations, DRIVEN the mass
+# where it acts, STATIC the displacement under a steady a_g of 1. ACROSS rows behind each of these three stands the same
+# of a_g across the row, where it acts too (`ground.PlaneRow`).
+MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, BOTTOM, QUICK, ROOT, SWAY, GIVE, STATIC, FELT, DRIVEN = range(14)
+ACROSS = 3
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches, of its map in `FreeMotion.block_maps`, above zero where it has
 # springs in `coupling`, how many of its dofs are braces of dampers (`link`), its last ones.
@@ -153,11 +162,11 @@ class Row(NamedTuple):
     frame: np.ndarray  # (8, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
     ends: np.ndarray  # (K, 4 or 5) dofs: left upper and lower, right upper and lower, ground; −1 is none
     shares: np.ndarray  # (K, 4 or 5) of these, below zero on the right: their sum is u_left − u_right
-    floors: np.ndarray  # (14, D)
+    floors: np.ndarray  # (14, D); (17, D) where a_g acts across the row too
     damping: np.ndarray  # (D, N) row i of C
     coupling: np.ndarray  # (D, N) row i of the stiffness matrix beside the storey springs; (D, 0) where no row has one
     maps: np.ndarray  # (...,) over one node interval, (u, v) from u, v, a_g and its slope; by width and building
-    passage: UniformRow | ArrivingRow
+    passage: UniformRow | PlaneRow | ArrivingRow
     storeys: np.ndarray  # (D, ...) numbers of the law of each storey, zero without one; (D, 0) where no row has one
     links: np.ndarray  # (K, ...) the same of the points at which links with laws stand; (0, 0) where no row has one
 
@@ -168,7 +177,7 @@ class FreeMotion(NamedTuple):
     The arrays are those of the whole row, also for a part of it.
     """
 
-    ground: UniformRowGround | ArrivingRowGround
+    ground: UniformRowGround | PlaneRowGround | ArrivingRowGround
     step: float  # between two samples, of which the ground makes nodes [s]
     terms: int  # of the Taylor series over an interval
     states: np.ndarray  # (P + 1, 2, D) u and v at the start of each block, and at the last node
@@ -188,7 +197,7 @@ class FreeWork(NamedTuple):
 
     paths: np.ndarray  # (3, D, n + 1) u, v and ü at its nodes
     swings: np.ndarray  # (2, B, n) 2 E of the bounds on the motion of a building over each interval, and its root
-    ground: np.ndarray  # (3, n + 1) a_g under the present building, its slope, the time to the next node
+    ground: np.ndarray  # (3 or 5, n + 1) a_g under the present building, its slope, the time to the next node; across
     distances: np.ndarray  # (3, K, n + 1) u_left − u_right at the points of the present interface, its two derivatives
     bends: np.ndarray  # (K, n) no second derivative of these is larger over an interval
 
