@@ -84,7 +84,6 @@ class RecordRequest(NamedTuple):
     unit: str = ""  # of files that do not state theirs, such as "cm/s^2"
     dt: float | None = None  # s, likewise
     direction: float | None = None  # of the row, degrees clockwise from north; None takes components as they are
-    both: bool = False  # whether the component across that direction stands beside each motion
     sa: Spectral | None = None  # every record is scaled to this spectral acceleration
     to_median: str | Spectral | None = None  # one of MEDIANS, or Sa at a period: every record to the ensemble's median
     generated: tuple[Recipe, ...] = ()  # motions that are no records
@@ -93,6 +92,7 @@ class RecordRequest(NamedTuple):
     aftershock: tuple[str, ...] = ()  # a record that follows each motion: one for all, or one for each
     pause: float = 60.0  # s of still ground between the two
     aftershock_ratio: float | None = None  # of its PGA to that of the motion before; None keeps both as recorded
+    both: bool = False  # whether the component across the direction stands beside each motion
 
     def given(self) -> tuple[str, ...]:
         """The keys of source, direction and amplitude that are given."""

@@ -26,8 +26,9 @@ DAMPERS = (
     "first mode into damping"
 )
 TORSION = (
-    "floors that rotate are the key plan of a building with storeys; beyond elastic ones under one component write the "
-    "motion of the edge that faces the neighbour, from a model of your own, as displacement_history"
+    "floors that rotate are the key plan of a building with storeys, with eccentricity_along under both horizontals; "
+    "beyond elastic ones write the motion of the edge that faces the neighbour, from a model of your own, as "
+    "displacement_history"
 )
 HISTORIES = (
     "the motion of a model of your own is displacement_history of its [[building]]: CSV files with the columns time "

@@ -109,7 +109,7 @@ def test_the_scene_of_the_design():
     assert (found.restitution, found.restitution_words) == (CONCRETE, "concrete")
     assert found.equal_terms is None
     assert found.records[:8] == (("RSN6-180",), (), (0.0, 6.0), 0.5 * G, None, ("as recorded",), "auto", 0.0)
-    assert found.records[8:] == ("", "", "", None, None, None, None, (), "", None, (), 60.0, None)
+    assert found.records[8:] == ("", "", "", None, None, None, None, (), "", None, (), 60.0, None, False)
     assert found.grid.gaps == tuple(number / 500 for number in range(51))
     assert found.grid.yield_forces == (200e3, 400e3, inf)
     assert found.grid.contact_models == ("jankowski", "viscous_elastoplastic")

@@ -62,6 +62,13 @@ CASES = {
         " for name in ('friction', 'hook that breaks', 'damper', 'damper on a brace')]",
         1e-9,
     ),
+    "two components": Case(
+        "test_rotating_floors",
+        "[pr.scan(scene({'plan': ACROSS}, {'plan': OTHER_ACROSS}, gap='3 mm', "
+        "records=BOTH | {'window': ['2 s', '2.6 s']}), check_fraction=0.0)[name].values.tolist()"
+        " for name in ('peak_closing', 'storey_acceleration', 'impulse')]",
+        1e-9,
+    ),
     "jumps of a row": Case(
         "test_row_jumps",
         "[{key: value.tolist() for key, value in Made(*ROWS[name][:2], shaking(4.0)[:200], "

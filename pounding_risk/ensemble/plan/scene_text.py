@@ -199,10 +199,12 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
 def _special(building: Storeys) -> str:
     """What lets floors rotate, or the isolators with the period while they yield; nothing of other buildings."""
     if building.plan is not None:
-        plan = building.plan
+        plan, along = building.plan, building.plan.eccentricity_along
+        second = "" if along is None else f" across and {say(along, ACROSS)} along the row, both components of motion"
+        ratio = "" if along is None else f", frequency across {plan.across_ratio:g} of that along"
         return (
-            f", floors that rotate: eccentricity {say(plan.eccentricity, ACROSS)}, radius of gyration "
-            f"{say(plan.gyration, GYRATION)}, torsional ratio {plan.torsional_ratio:g}, faces from "
+            f", floors that rotate: eccentricity {say(plan.eccentricity, ACROSS)}{second}, radius of gyration "
+            f"{say(plan.gyration, GYRATION)}, torsional ratio {plan.torsional_ratio:g}{ratio}, faces from "
             f"{say(plan.face[0], ACROSS)} to {say(plan.face[1], ACROSS)}"
         )
     law = building.isolator_law
