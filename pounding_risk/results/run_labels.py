@@ -44,6 +44,8 @@ HISTORIES = {
     "displacement": (FLOORS, "m", "displacement of the floor relative to the ground under the building"),
     "velocity": (FLOORS, "m/s", "velocity of the floor relative to the ground under the building"),
     "absolute_displacement": (FLOORS, "m", "displacement of the floor in space: displacement + ground_displacement"),
+    "rotation": (FLOORS, "1", "rotation of the floor about its centre of mass, anticlockwise from above"),
+    "displacement_across": (FLOORS, "m", "displacement of the floor's centre of mass across the row, to its left"),
     "drift": (FLOORS, "m", "drift of the storey below the floor; of rows with storeys that yield"),
     "storey_force": (FLOORS, "N", "shear in the spring of the storey below the floor; of rows with storeys that yield"),
     "relative_displacement": (POINTS, "m", "what closes the gap: u_left - u_right, and what the ground adds"),
@@ -56,6 +58,7 @@ HISTORIES = {
         "force of the link, k stretch, or that of its law, + c rate; positive where it pulls the buildings together",
     ),
     "ground_acceleration": (TIME, "m/s2", GROUND),
+    "ground_acceleration_across": (TIME, "m/s2", "ground acceleration across the row, to its left"),
     "building_ground_acceleration": (("time", "building"), "m/s2", "ground acceleration under the building"),
     "ground_displacement": (("time", "building"), "m", MOVED),
     "ground_widening": (("time", "interface"), "m", "widening of the ground between the buildings, x_right - x_left"),
@@ -66,6 +69,7 @@ HISTORIES = {
 }
 GROUNDS = (
     "ground_acceleration",
+    "ground_acceleration_across",
     "building_ground_acceleration",
     "ground_displacement",
     "ground_widening",

@@ -66,6 +66,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
             "relative_displacement": closing_at(row, states[:, 0], grounds)[:, contacts],
             "contact_force": forces_at(touches, len(model.points), instants.every)[:, contacts] + beyond,
             "contact_impulse_so_far": impulses_at(run.log, len(model.points), instants)[:, contacts] + beyond,
+            **plan_histories(frame, states),
             **storey_histories(frame, instants.every, states),
             **link_histories(model, instants.every, states),
             **grounds,
@@ -94,6 +95,20 @@ def _by_storey(frame: Frame, values: Array) -> Array:
     """Values of the masses (instants, masses) as (instants, buildings, storeys); NaN where there is none."""
     # Of no storey is mass −1; a row of rigid buildings has no mass at all.
     return np.where(frame.storeys >= 0, np.column_stack([values, np.zeros(len(values))])[:, frame.storeys], np.nan)
+
+
+def plan_histories(frame: Frame, states: Array) -> dict[str, Array]:
+    """Rotations of floors, and displacements across the row (instants, buildings, storeys), where floors have them."""
+    chains, histories = frame.model.chains, {}
+    for name, motions, has in (
+        ("rotation", 1, [chain.twists for chain in chains]),
+        ("displacement_across", 2, [chain.moves_across for chain in chains]),
+    ):
+        if any(has):
+            behind = motions * np.array([[chain.floors] for chain in chains])
+            places = np.where((frame.storeys >= 0) & np.array(has)[:, None], frame.storeys + behind, -1)
+            histories[name] = _by_storey(frame._replace(storeys=places), states[:, 0])
+    return histories
 
 
 def storey_histories(frame: Frame, time: Array, states: Array) -> dict[str, Array]:
@@ -166,7 +181,9 @@ def grounds_at(row: RowLayout, under: Samples, time: Array) -> dict[str, Array]:
     """Histories of the ground; those under each building on unlike grounds. ``under`` is a_g under them [m/s²]."""
     nodes = nodes_of(row, under)
     if row.arrivals is None:
-        return {"ground_acceleration": np.interp(time, row.step * np.arange(nodes.size), nodes)}
+        ground = np.interp(time, row.step * np.arange(nodes.size), nodes)
+        across = {"ground_acceleration_across": ground.imag} if np.iscomplexobj(ground) else {}
+        return {"ground_acceleration": ground.real, **across}
     table = arriving(nodes, row.step, row.arrivals)
     times = (row.step * np.arange(nodes.shape[-1])[:, None] + row.arrivals.offsets).ravel()[: len(table)]
     node = np.clip(np.searchsorted(times, time, side="right") - 1, 0, len(table) - 1)

@@ -17,6 +17,8 @@ from sentences import refusal
 
 import pounding_risk as pr
 from pounding_risk.ensemble.row_grid import model_of
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.own_grounds import followed_by
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
 
@@ -107,7 +109,7 @@ def matrices(masses, springs, plan, across):
 
 
 def by_scipy(ground, dt: float, gap: float, stiffness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Peaks of u of both buildings, the force at each contact point, and u at each sample, from the ground up.
+    """Peaks of u of both buildings, the force at each contact point, and all displacements at each sample.
 
     ``ground`` = (a_g along the row,), or with that across it.
     """
@@ -149,7 +151,7 @@ def by_scipy(ground, dt: float, gap: float, stiffness: float) -> tuple[np.ndarra
         touch.terminal = True
         events.append(touch)
     state, closed, peaks, forces = np.zeros(4 * size), np.zeros(4, dtype=bool), np.zeros(2 * size), np.zeros(4)
-    samples = [np.zeros(4)]
+    samples = [np.zeros(2 * size)]
     for k in range(len(ground) - 1):
         t = k * dt
         while t < (k + 1) * dt:
@@ -167,7 +169,7 @@ def by_scipy(ground, dt: float, gap: float, stiffness: float) -> tuple[np.ndarra
             if found.status == 1:
                 place = int(np.argmax([times.size > 0 for times in found.t_events]))
                 closed[place] = not closed[place]
-        samples.append(state[[0, 1, size, size + 1]])
+        samples.append(state[: 2 * size])
     return peaks[[0, 1, size, size + 1]], forces, np.array(samples)
 
 
@@ -189,8 +191,12 @@ def test_rotating_floors_with_contact_at_both_ends_are_those_of_scipy(acts_acros
     peaks, forces, samples = by_scipy(ground, dt, 0.006, 200e6)
     run = pr.simulate(study)
     places = np.abs(run["time"].values[:, None] - dt * np.arange(len(samples))).argmin(axis=0)
-    moved = run["displacement"].values[places].reshape(len(samples), 4)
+    names = ("displacement", "rotation", "displacement_across")[: samples.shape[1] // 4]
+    moved = np.concatenate([run[name].values[places] for name in names], axis=2).reshape(samples.shape)
     np.testing.assert_allclose(moved, samples, rtol=0.0, atol=1e-8 * np.abs(samples).max())
+    if acts_across:
+        found = run["ground_acceleration_across"].values[places]
+        np.testing.assert_allclose(found, ground[1], rtol=0.0, atol=1e-9 * np.abs(ground[1]).max())
     np.testing.assert_allclose(results["storey_displacement"].values.ravel(), peaks, rtol=2e-6)
     found = results["contact_point_peak_contact_force"].values.ravel()
     assert (forces > 0.0).sum() >= 3
@@ -221,6 +227,14 @@ def test_both_components_are_cut_scaled_and_reversed_alike():
     np.testing.assert_array_equal(motion.reversed().drive, -motion.drive)
     np.testing.assert_array_equal(motion.scaled(2.0).across, 2.0 * motion.across)
     assert motion.digest != replace(motion, across=None).digest
+
+
+def test_an_aftershock_follows_in_both_components():
+    first = Motion("a", np.array([1.0, -2.0, 0.0]), 0.01, {"factor": 1.0}, across=np.array([0.5, 3.0, 0.0]))
+    after = Motion("b", np.array([0.0, 4.0, 0.0]), 0.01, {"factor": 1.0}, across=np.array([0.0, -1.0, 0.0]))
+    both = followed_by(first, after, 0.02, 0.25, 0.0)  # the factor is 0.25 × 2 / 4
+    np.testing.assert_array_equal(both.across, [0.5, 3.0, 0.0, 0.0, 0.0, -0.125, 0.0])
+    np.testing.assert_array_equal(both.acceleration, [1.0, -2.0, 0.0, 0.0, 0.0, 0.5, 0.0])
 
 
 def test_a_corner_strikes_with_its_effective_mass():
