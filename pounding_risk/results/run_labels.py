@@ -44,7 +44,7 @@ HISTORIES = {
     "displacement": (FLOORS, "m", "displacement of the floor relative to the ground under the building"),
     "velocity": (FLOORS, "m/s", "velocity of the floor relative to the ground under the building"),
     "absolute_displacement": (FLOORS, "m", "displacement of the floor in space: displacement + ground_displacement"),
-    "rotation": (FLOORS, "1", "rotation of the floor about its centre of mass, anticlockwise from above"),
+    "floor_rotation": (FLOORS, "1", "rotation of the floor about its centre of mass, anticlockwise from above"),
     "displacement_across": (FLOORS, "m", "displacement of the floor's centre of mass across the row, to its left"),
     "drift": (FLOORS, "m", "drift of the storey below the floor; of rows with storeys that yield"),
     "storey_force": (FLOORS, "N", "shear in the spring of the storey below the floor; of rows with storeys that yield"),

@@ -101,7 +101,7 @@ def plan_histories(frame: Frame, states: Array) -> dict[str, Array]:
     """Rotations of floors, and displacements across the row (instants, buildings, storeys), where floors have them."""
     chains, histories = frame.model.chains, {}
     for name, motions, has in (
-        ("rotation", 1, [chain.twists for chain in chains]),
+        ("floor_rotation", 1, [chain.twists for chain in chains]),
         ("displacement_across", 2, [chain.moves_across for chain in chains]),
     ):
         if any(has):

@@ -191,10 +191,19 @@ def buckling_stop() -> tuple[float, float]:
     return crushed, 1.0 + crushed - back * (pi / 6.0 + 2.0 * sqrt(3.0) + (pi + 6.0) / sqrt(2.0) - times)
 
 
+def one_storey_plan() -> tuple[float, float, float]:
+    """The roots of (k_y − m ω²)(k_t − I ω²) = (e k_y)² with (2 k_x / m)^(1/2) between them, in kips and feet."""
+    mass, inertia, spring, twist = 1.863, 1.863 * 1300.0 / 12.0, 75.0, 1.5**2 * 75.0 + 200.0 * 40.0
+    middle, half = 0.5 * (spring / mass + twist / inertia), 0.5 * (spring / mass - twist / inertia)
+    off = sqrt(half**2 + (1.5 * spring) ** 2 / (mass * inertia))
+    return sqrt(middle - off), sqrt(2.0 * 40.0 / mass), sqrt(middle + off)
+
+
 DEPTH = (5.0 * 570.0 * 0.25 / (4.0 * 2e9)) ** 0.4
 CLOSED_FORMS = {
     "anagnostopoulos_1988": (pi / (sqrt(9.35e7 / 570.0) * sqrt(1.0 - kelvin_voigt_ratio(0.65) ** 2)),),
     "chopra_10_4": (sqrt(0.5), sqrt(2.0)),
+    "chopra_10_6": one_storey_plan(),
     "eccentric_impact": ((2.0 / (1e-5 + 64.0 / 25e5)), 1.0 - 2e-5 / (1e-5 + 64.0 / 25e5)),
     "friction_pendulum": tuple((sqrt(0.01 + 4.5 / 9.80665) - 0.1 - 0.2 * n) * (-1) ** n for n in range(3)),
     "herrmann_1981": cradle(),

@@ -191,7 +191,7 @@ def test_rotating_floors_with_contact_at_both_ends_are_those_of_scipy(acts_acros
     peaks, forces, samples = by_scipy(ground, dt, 0.006, 200e6)
     run = pr.simulate(study)
     places = np.abs(run["time"].values[:, None] - dt * np.arange(len(samples))).argmin(axis=0)
-    names = ("displacement", "rotation", "displacement_across")[: samples.shape[1] // 4]
+    names = ("displacement", "floor_rotation", "displacement_across")[: samples.shape[1] // 4]
     moved = np.concatenate([run[name].values[places] for name in names], axis=2).reshape(samples.shape)
     np.testing.assert_allclose(moved, samples, rtol=0.0, atol=1e-8 * np.abs(samples).max())
     if acts_across:
