@@ -11,7 +11,7 @@ from pounding_risk.units import SHOWN
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_PANELS = 8
+MOST_PANELS = 10
 FEWEST_POINTS = 2  # of a curve that is drawn
 MARKERS = {"closed form": "o", "another program": "s", "printed": "D", "read off a figure": "^", "experiment": "*"}
 WORDS = {
@@ -36,7 +36,7 @@ def verification_figure(outcome: Any) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        At most eight panels.
+        At most ten panels.
 
     Raises
     ------

@@ -186,6 +186,9 @@ class PublishedTable(Table):
     )
     mode: Annotated[int | None, _whole("mode", "Number of the mode, slowest first.", "required of modes")] = None
     time: Annotated[float | None, measured(TIME, "Time of our run.", '"1.2 s"', "required of histories")] = None
+    since: Annotated[
+        float | None, measured(TIME, "Begin of the span that ends at time.", '"4 s"', "required of means over a span")
+    ] = None
     penetration: Annotated[
         float | None, measured(GAP, "Penetration, on the way in.", '"0.2 mm"', "required of force")
     ] = None

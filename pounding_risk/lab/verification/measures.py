@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 # What says at which place, time or mode a quantity is meant.
 SELECTORS = (
     *("building", "storey", "interface", "contact_point", "contact", "mode"),
-    *("time", "penetration", "period"),
+    *("time", "since", "penetration", "period"),
 )
 COUNTED = ("storey", "contact_point", "contact")  # by number, from 1
 SPLINED = {"displacement": "velocity"}  # histories whose slope is known, and so is the curve between the nodes
@@ -176,6 +176,15 @@ def _output(name: str) -> Callable[[Solved, Mapping[str, Any]], float]:
     return of
 
 
+def _mean_speed(solved: Solved, at: Mapping[str, Any]) -> float:
+    """Mean size of a floor's velocity over a span of time [m/s]."""
+    if solved.run is None:
+        raise PoundingError("mean_speed: the scene was not run")
+    speed = np.abs(history(solved.run, "velocity", at))
+    within = speed.sel(time=slice(at["since"], at["time"]))
+    return float(within.integrate("time") / (within.time[-1] - within.time[0]))
+
+
 def _spline(x: Any, y: Any, slope: Any) -> Any:
     from scipy.interpolate import CubicHermiteSpline
 
@@ -201,4 +210,7 @@ MODAL = {"period": _modal("periods", "s"), "damping_ratio": _modal("dampings", "
 MODAL["angular_frequency"] = MODAL["period"]._replace(
     unit="rad/s", of=lambda solved, at: 2.0 * np.pi / MODAL["period"].of(solved, at)
 )
-SCENE: Mapping[str, Measure] = {**_outputs(), **MODAL}
+SPANNED = {
+    "mean_speed": Measure("m/s", ("building", "storey", "since", "time"), ("building", "since", "time"), _mean_speed)
+}
+SCENE: Mapping[str, Measure] = {**_outputs(), **MODAL, **SPANNED}

@@ -408,7 +408,7 @@ def _half_of_digit(value: float) -> float:
 
 def _words(value: Published) -> str:
     """The quantity and what selects it, in words."""
-    units = {"time": TIME, "penetration": GAP, "period": PERIOD}
+    units = {"time": TIME, "since": TIME, "penetration": GAP, "period": PERIOD}
     at = ", ".join(f"{key} {say(item, units[key]) if key in units else item}" for key, item in value.at.items())
     return f"{value.quantity.replace('_', ' ')}{f' ({at})' if at else ''}"
 
@@ -421,7 +421,7 @@ def _curves(case: Case, result: Any) -> Iterable[Curve]:
     groups: dict[Any, list[Published]] = {}
     for value in case.published:
         along = next((key for key in ("time", "penetration") if key in value.at), None)
-        if along is not None:
+        if along is not None and "since" not in value.at:
             places = tuple(item for item in value.at.items() if item[0] != along)
             groups.setdefault((along, value.quantity, places, value.factor, value.offset), []).append(value)
     for (along, quantity, places, factor, offset), values in groups.items():
