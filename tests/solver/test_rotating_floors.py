@@ -173,7 +173,13 @@ def by_scipy(ground, dt: float, gap: float, stiffness: float) -> tuple[np.ndarra
     return peaks[[0, 1, size, size + 1]], forces, np.array(samples)
 
 
-@pytest.mark.parametrize("acts_across", [False, True], ids=["along", "along and across"])
+@pytest.mark.parametrize(
+    "acts_across",
+    [
+        pytest.param(False, id="along"),
+        pytest.param(True, id="along and across", marks=pytest.mark.complete),  # compiles kernels of its own
+    ],
+)
 def test_rotating_floors_with_contact_at_both_ends_are_those_of_scipy(acts_across):
     """The motions at all samples agree to 1e-8, a hundred times the tolerance of the run, after some ten contacts.
 
@@ -206,6 +212,7 @@ def test_rotating_floors_with_contact_at_both_ends_are_those_of_scipy(acts_acros
     ]
 
 
+@pytest.mark.complete
 def test_with_eccentricity_across_alone_the_second_component_closes_no_gap():
     """Storeys without eccentricity along the row: w is then a motion of its own. To ten times the tolerance."""
     level = {"eccentricity_along": "0 m", "across_ratio": 0.7}
