@@ -30,6 +30,7 @@ from pounding_risk.figures.style import (
     title,
 )
 from pounding_risk.motions.levels import PEAK
+from pounding_risk.results.attributes import bumper_lengths, bumper_words
 from pounding_risk.results.opened import Results
 from pounding_risk.units import MISSING, STANDARD_GRAVITY, say_in
 
@@ -254,11 +255,26 @@ def _draw_interface(axis: Any, case: RowCase, line: _Line, at: int) -> float:
                 bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6},
             )  # fmt: skip
     top = max(case.buildings[at].height, case.buildings[at + 1].height)
+    bumpers = _draw_bumpers(axis, case, line, at, points)
     axis.annotate(
-        f"{say_in(case.gaps[at], 'mm', 3)}\n{_share(case.touches[at].contact)}", (middle, top), xytext=(0, 5),
+        f"{say_in(case.gaps[at], 'mm', 3)}{bumpers}\n{_share(case.touches[at].contact)}", (middle, top), xytext=(0, 5),
         textcoords="offset points", ha="center", va="bottom", fontsize=8, fontweight="bold", color=QUIET,
     )  # fmt: skip
     return middle
+
+
+def _draw_bumpers(axis: Any, case: RowCase, line: _Line, at: int, points: Sequence[Any]) -> str:
+    """Draw the bumpers in the gap of an interface on its left face, to the scale of gaps; returns their words."""
+    from matplotlib.patches import Rectangle
+
+    lengths = bumper_lengths(case.results)
+    if not any(lengths[at : at + 1]):
+        return ""
+    face, thick = line.walls[at - line.first] + WIDTH, 0.03 * max(building.height for building in case.buildings)
+    for point in points:
+        corner = face, point.level - 0.5 * thick
+        axis.add_patch(Rectangle(corner, line.gap_scale * lengths[at], thick, facecolor="#8a8a8a", zorder=2))
+    return f", {bumper_words(lengths[at : at + 1])}"
 
 
 def _share(share: float) -> str:
@@ -280,6 +296,8 @@ def _elevation_legend(figure: Figure, case: RowCase) -> None:
     if linked:
         where = between(linked[0]) if len(linked) == 1 else counted(len(linked), "pair") + " of neighbours"
         caption += f"\nsprings or dampers join {plain(where)}; they are not drawn"
+    if any(bumper_lengths(case.results)):
+        caption += "\nbumpers are drawn on the left face, to the scale of gaps"
     legend_below(figure, handles, 3, caption)
 
 

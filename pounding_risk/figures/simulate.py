@@ -23,6 +23,7 @@ from pounding_risk.figures.style import (
     styles,
     title,
 )
+from pounding_risk.results.attributes import bumper_lengths, bumper_words
 from pounding_risk.units import STANDARD_GRAVITY, say_in
 
 if TYPE_CHECKING:
@@ -299,10 +300,8 @@ def _run_words(run: xr.Dataset) -> str:
         ends = [f"{one / 1e3:.0f}" if np.isfinite(one) else r"$\infty$" for one in (forces[0], forces[-1])]
         force = f"$F_E$ = {' to '.join(ends)} kN"
     gap = f"gap {' to '.join(f'{1e3 * one:.6g}' for one in dict.fromkeys((gaps[0], gaps[-1])))} mm"
-    if "interface_bumper" in run.coords and (bumpers := np.unique(run["interface_bumper"].values)).any():
-        gap += (
-            f" with bumpers of {' to '.join(f'{1e3 * one:.6g}' for one in dict.fromkeys((bumpers[0], bumpers[-1])))} mm"
-        )
+    if bumpers := bumper_words(bumper_lengths(run)):
+        gap += f" with {bumpers}"
     effects = f", with {run.attrs['effects']}" if run.attrs.get("effects") else ""
     model, motion = plain(law_words(run.attrs["contact_model"])), plain(f"{motion_words(run.attrs)}{effects}")
     return f"{plain(run.attrs['title'])}: {model}, {force}, {gap}, {motion}"

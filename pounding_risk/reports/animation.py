@@ -17,6 +17,7 @@ from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import law_words
 from pounding_risk.reports.html import packed, script_page, write_page
+from pounding_risk.results.attributes import bumper_lengths, bumper_words
 from pounding_risk.results.check import check_run
 from pounding_risk.results.files import check_target
 from pounding_risk.units import say_in
@@ -133,6 +134,7 @@ def _model(run: xr.Dataset, shown: Frames) -> dict[str, Any]:
             for at, shape in enumerate(building_shapes(run))
         ],
         "gaps": _gaps(run),
+        "bumpers": bumper_lengths(run),
         "points": [
             {"interface": int(at), "left": float(left), "right": float(right), "kind": str(kind), "label": str(label)}
             for at, left, right, kind, label in zip(*points, run["contact_point"].values, strict=True)
@@ -161,6 +163,8 @@ def _facts(run: xr.Dataset, shown: Frames) -> str:
     gaps = _gaps(run)
     widths = [f"{1e3 * gap:.3g}" for gap in dict.fromkeys((min(gaps), max(gaps)))]
     facts.append(f"{'gaps' if len(widths) > 1 else 'gap'} of {' to '.join(widths)} mm")
+    if bumpers := bumper_words(bumper_lengths(run)):
+        facts.append(f"{bumpers} in {'them' if len(widths) > 1 else 'it'}, drawn on the left face")
     if not np.isfinite(run["building_height"].values).any():
         facts.append("no heights are given")
     if "ground_widening" in run:

@@ -20,6 +20,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say_level
 from pounding_risk.reports.html import packed, script_page, write_page
 from pounding_risk.results import check as form
+from pounding_risk.results.attributes import bumper_words
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.files import check_target, open_results
 from pounding_risk.results.grid_values import axis_words
@@ -329,6 +330,10 @@ def _facts(dataset: xr.Dataset) -> list[str]:
     if "sensitive" in dataset:
         again, moved = int((dataset["sensitive"] >= 0).sum()), int((dataset["sensitive"] == 1).sum())
         facts.append(f"{again:,} recomputed at a tighter tolerance, {moved:,} of them sensitive to it.")
+    if "interface_bumper" in dataset.variables:
+        facts.append(
+            f"Closings and gaps required count the {bumper_words(np.unique(dataset['interface_bumper']).tolist())}."
+        )
     facts += _facts_of_places(dataset)
     unpushed = int((status == UNPUSHED).sum())
     failed = int((status != 0).sum()) - unpushed

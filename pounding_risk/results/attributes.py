@@ -6,7 +6,7 @@ import json
 import platform
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, lru_cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
@@ -87,6 +87,21 @@ def has_own_grounds(scene: Mapping[str, Any]) -> bool:
 def has_histories(scene: Mapping[str, Any]) -> bool:
     """True where a building of the tables of a scene moves as files say."""
     return any("displacement_history" in building for building in scene.get("building", []))
+
+
+def bumper_lengths(dataset: xr.Dataset) -> list[float]:
+    """Length of the bumpers in the gap of each interface [m] of one case or run; empty without the key."""
+    if "interface_bumper" not in dataset.variables:
+        return []
+    return [float(length) for length in dataset["interface_bumper"].values]
+
+
+def bumper_words(lengths: Sequence[float]) -> str:
+    """The bumpers of a row in words, such as "bumpers of 40 mm"; "" without any."""
+    if not any(lengths):
+        return ""
+    ends = dict.fromkeys((min(lengths), max(lengths)))
+    return f"bumpers of {' to '.join(f'{1e3 * length:.6g}' for length in ends)} mm"
 
 
 def rotating_buildings(scene: Mapping[str, Any]) -> list[str]:

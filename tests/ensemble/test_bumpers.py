@@ -13,7 +13,9 @@ from uncertain import PULSES, uncertain_pulses
 
 import pounding_risk as pr
 from pounding_risk.assessment.demands import is_linear
+from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import separations_of
+from pounding_risk.figures.row import elevation_figure, gap_scale
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.opened import Results
 
@@ -164,3 +166,18 @@ def test_a_start_within_them_is_refused():
         pr.read_scene, scene_text(*moved, gap="50 mm", bumper_length="40 mm")
     )
     pr.read_scene(scene_text(*moved, gap="50 mm", bumper_length="30 mm"))
+
+
+def test_drawings_show_and_name_the_bumpers(tmp_path):
+    """In elevation, in the animation and in the explorer; to the scale of gaps, a line of bumpers at each point."""
+    results = scanned(*FLOORS, gaps=WITH_LONG, bumper_length=LONG)
+    case = row_case(results)
+    figure = elevation_figure(case)
+    widths = [patch.get_width() for patch in figure.axes[0].patches]
+    assert widths.count(pytest.approx(gap_scale(case.gaps) * 0.03125)) == len(case.points) > 0
+    assert "62.5 mm, bumpers of 31.25 mm" in " ".join(one.get_text() for one in figure.axes[0].texts)
+    run = pr.simulate(scene_text(*FLOORS, records=RECORDS, gap=WITH_LONG[1], bumper_length=LONG))
+    page = pr.animate(run, tmp_path / "run.html").read_text("utf-8")
+    assert '"bumpers":[0.03125]' in page and "bumpers of 31.25 mm in it, drawn on the left face" in page
+    page = pr.view(results, tmp_path / "grid.html").read_text("utf-8")
+    assert "Closings and gaps required count the bumpers of 31.25 mm." in page

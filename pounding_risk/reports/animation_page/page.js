@@ -112,6 +112,10 @@ function layOut() {
     add(row, "text", words, building.name);
   }
   add(row, "line", { class: "ground", x1: -margin, x2: right + margin, y1: 0, y2: 0 });
+  for (const point of points) {
+    const long = scale * (model.bumpers[point.interface] || 0);
+    if (long > 0) point.bumper = add(row, "rect", { class: "bumper", width: long, height: 0.06 * width });
+  }
   for (const point of points) point.mark = add(row, "circle", { class: "quiet", r: 0.03 * width });
   drawForces();
   element("at").max = model.frames - 1;
@@ -139,6 +143,10 @@ function draw() {
     const other = placeAt(right, moved[point.interface + 1], point.right);
     const value = force[frame * points.length + place] * model.strongest;
     const y = (one.y + other.y) / 2;
+    if (point.bumper) {
+      point.bumper.setAttribute("x", (left.wall + width + one.x).toFixed(3));
+      point.bumper.setAttribute("y", (y - 0.03 * width).toFixed(3));
+    }
     const x = (left.wall + width + one.x + right.wall + other.x) / 2;
     const radius = value > 0 ? Math.max(0.05, LARGEST_MARK * Math.sqrt(value / most)) * width : 0.03 * width;
     for (const [name, number] of [["cx", x], ["cy", y], ["r", radius]]) point.mark.setAttribute(name, number.toFixed(3));
