@@ -217,5 +217,5 @@ def check(given: Mapping[str, Any]) -> None:
 
 
 def failed(comparison: xr.Dataset) -> bool:
-    """Whether a run failed."""
+    """Whether a run of the comparison failed, by which `--strict` ends the command."""
     return bool(failures(comparison))

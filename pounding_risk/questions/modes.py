@@ -39,7 +39,7 @@ def answer(scene: Any) -> ModesOfScene:
 
 
 def drawn(answered: ModesOfScene) -> tuple[Modes, ...]:
-    """What the figure shows."""
+    """The modes of each building, which the figure of modes shows."""
     return answered.buildings
 
 

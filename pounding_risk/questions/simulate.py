@@ -108,7 +108,7 @@ def check(given: Mapping[str, Any]) -> None:
 
 
 def failed(run: xr.Dataset) -> bool:
-    """Whether the run failed."""
+    """Whether the run failed, by which `--strict` ends the command."""
     return bool(run.attrs["status"] != "complete")
 
 

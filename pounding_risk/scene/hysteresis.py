@@ -141,7 +141,7 @@ class HysteresisTable(Table):
         return cls.from_values({key: value for key, value in values.items() if value != usual[key]})
 
     def law(self) -> Hysteresis:
-        """As structures have it."""
+        """The hysteresis as storeys of `models.structures` have it."""
         return Hysteresis(**{key: getattr(self, key) for key in self.key_names()})
 
 

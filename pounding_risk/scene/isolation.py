@@ -79,7 +79,7 @@ class Isolation(Table):
         return cls.from_values({key: value for key, value in vars(isolators).items() if value is not None})
 
     def isolators(self) -> Isolators:
-        """As structures have them."""
+        """The isolators as buildings of `models.structures` have them."""
         return Isolators(**{key: getattr(self, key) for key in self.key_names()})
 
 

@@ -102,7 +102,7 @@ class PlanTable(Table):
         return cls.from_values(values)
 
     def plan(self) -> Plan:
-        """As structures have it."""
+        """The plan as buildings of `models.structures` have it."""
         centre = 0.5 * sum(self.face) if self.centre is None else self.centre
         own = self.face, centre, self.eccentricity, self.gyration, self.torsional_ratio
         return Plan(*own, self.eccentricity_along, self.across_ratio)

@@ -200,7 +200,7 @@ class Enclosed(NamedTuple):
 
     @property
     def is_known(self) -> NDArray[np.bool_]:
-        """Those that are known."""
+        """Capacities that are known: both ends are one."""
         return np.asarray(self.low == self.high)
 
 

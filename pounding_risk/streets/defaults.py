@@ -201,7 +201,7 @@ class _Completed:
         self.notes.faults.append(f"{self.where}{words}")
 
     def house(self) -> House:
-        """The building."""
+        """The building of the entry, with what its rules fill in."""
         values, rules = self.values, self.rules
         by_type = ("typology",) if "hazus type" in values else ()
         unused = by_type if rules.chain == "hazus" else OF_HAZUS

@@ -70,7 +70,7 @@ class ScipyContact:
         self.first = nan
 
     def part(self) -> None:
-        """Open the contact."""
+        """Open the contact: no touch, on the elastic branch, its memory empty."""
         self.touching, self.approaching, self.region, self.memory, self.since = False, True, ELASTIC, 0.0, 0.0
 
     def depth(self, y: Sequence[float]) -> float:
