@@ -31,6 +31,7 @@ from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.models.structures.isolation import Isolators
 from pounding_risk.models.structures.links import Link
 from pounding_risk.models.structures.mdof import chain_of
+from pounding_risk.models.structures.plan import Plan
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.read import read_motion
@@ -52,6 +53,7 @@ NUMBERS, STOREYS = (2, 4, 8, 16, 32), (1, 2, 4, 8, 16)
 FLIGHTS = ((1, 1), (4, 4), (10, 8))
 Sizes = list[tuple[int, float, float]]
 GAP = 0.01  # m, of the rows that are timed alone
+PLAN = Plan((-8.0, 8.0), 0.0, 1.5, 6.0, 1.1)
 
 
 def street(count: int) -> list[dict[str, Any]]:
@@ -128,7 +130,11 @@ def model_of(buildings: list[Storeys], links: Sequence[Link] = ()) -> RowModel:
         for place in range(len(buildings) - 1)
         for meeting in automatic_points(buildings[place], buildings[place + 1])
     ]
-    effects = [("inelastic_storeys", [])]  # which no building without strengths feels
+    if any(building.plan for building in buildings):  # contact at both ends of the faces
+        effects: list[tuple[str, list[Any]]] = []
+        points = [point._replace(across=across) for point in points for across in PLAN.face]
+    else:
+        effects = [("inelastic_storeys", [])]  # which no building without strengths feels
     return RowModel([chain_of(building, effects) for building in buildings], points, links=links)
 
 
@@ -229,6 +235,8 @@ def element_rows() -> dict[str, RowModel]:
         "a damper of the power 0.3 between two roofs": (first, [Link(0, 4.0, 4.0, 0.0, 5e5, exponent=0.3)]),
         "the same on a brace": (first, [Link(0, 4.0, 4.0, 0.0, 5e5, exponent=0.3, brace=5e7)]),
         "a link that breaks between two roofs": (first, [Link(0, 4.0, 4.0, 2e7, 0.0, breaking=3e5)]),
+        "floors of the first that rotate": (replace(first, plan=PLAN), []),
+        "and move across, under two components": (replace(first, plan=PLAN._replace(eccentricity_along=1.0)), []),
         "the first of bilinear storeys": (yields, []),
         "the first of pinched storeys": (replace(yields, hysteresis=pinched), []),
         "the first of Bouc-Wen storeys": (replace(yields, hysteresis=Hysteresis("bouc_wen")), []),
@@ -242,8 +250,9 @@ def time_elements(motion: Motion, repeats: int) -> None:
     for words, model in element_rows().items():
         laid = model.row(motion.dt)
         contacts = contacts_of(laid, GAP)._replace(gaps=model.gaps(np.full(len(model.chains) - 1, GAP)))
-        free = partial(rows.free_response, laid, motion.acceleration)
-        run = partial(rows.run_row, laid, contacts, motion.acceleration, free=free().motion)
+        under = model.under(motion.drive)
+        free = partial(rows.free_response, laid, under)
+        run = partial(rows.run_row, laid, contacts, under, free=free().motion)
         found = run()
         if found.status:
             raise PoundingError(f"the row with {words} ended with status {found.status}")
@@ -302,7 +311,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--largest", type=int, default=32, help="buildings, and storeys, of a row timed alone")
     parser.add_argument("--figure", help="draw time against contacts, buildings and storeys to this file")
     options = parser.parse_args(arguments)
-    motion = read_motion("RSN6-180").scaled_to("0.4 g")
+    motion = read_motion("RSN6-180")
+    other = np.zeros(motion.acceleration.size)
+    samples = read_motion("RSN6-270").acceleration[: other.size]
+    other[: samples.size] = samples
+    motion = replace(motion, across=other).scaled_to("0.4 g")
     if options.buildings:
         time_block(options.buildings)
     time_flight(motion, options.repeats)

@@ -36,6 +36,7 @@ from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.sites.event_grid import grid_sources, is_grid, sources_at
 from pounding_risk.motions.sites.places import SiteRequest
 from pounding_risk.motions.source import components, file_name, generated, open_source
+from pounding_risk.units import STANDARD_GRAVITY
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
 SAME_PEAK = 1e-9  # another version of a library may filter with other roundings
@@ -284,7 +285,9 @@ def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
     first, second = (read.processed(source, processing) for source in group)
     motion = rotated(first, second, request.direction)
     if request.both:
-        motion = replace(motion, across=rotated(first, second, request.direction - 90.0).acceleration)
+        across = rotated(first, second, request.direction - 90.0)
+        words = (*words, f"beside it the motion 90° to its left: PGA {across.pga / STANDARD_GRAVITY:.5g} g")
+        motion = replace(motion, across=across.acceleration)
     return replace(motion, processing=(*motion.processing, *words)).doubted(flags)
 
 

@@ -17,6 +17,7 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import FACTOR, PEAK, say_level
 from pounding_risk.motions.request import Spectral
 from pounding_risk.scene.interfaces import known_law, said_restitution
+from pounding_risk.scene.motions import request_of
 from pounding_risk.scene.notes import Given, given_keys, level_notes
 from pounding_risk.scene.plan import ACROSS, GYRATION
 from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
@@ -299,6 +300,7 @@ def _amplitude(study: Scene, count: int) -> str:
     if study.lag:
         tail += f", {say(study.lag, GROUND_DELAY)} longer for the building that is reached last"
     turned = "" if asked.direction is None else f", in the direction {asked.direction:g}° from north"
+    turned += ", and across it" * request_of(study).both
     return f"{count}{turned}{part}, {scaled}{tail}"
 
 
