@@ -18,6 +18,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import check_pga
 from pounding_risk.results.files import open_scan
 from pounding_risk.results.opened import Results
+from pounding_risk.results.variables import NOT_RUN, UNPUSHED
 from pounding_risk.units import GAP, YIELD_FORCE, say, say_in, si
 
 if TYPE_CHECKING:
@@ -263,6 +264,10 @@ def column_sentences(results: Results, level: int, gap: float) -> tuple[str, ...
     here = say(float(gaps[_nearest(gaps, gap)]), GAP, 3)
     high = f", {say(worst.level, units.STOREY_HEIGHT, 3)} above the ground," if isfinite(worst.level) else ""
     pair = f"the columns of {worst.column}{high}"
+    status = _case(results, level, gap)["status"].values
+    if unpushed := int((status == UNPUSHED).sum()):
+        words = f"{unpushed} of {counted(status.size, 'motion')} at {here} are {NOT_RUN}"
+        return (f"{worst.floor} faces {pair.rstrip(',')}, and {words}: how often it strikes them is not known.",)
     if not worst.runs:
         return (f"{worst.floor} faces {pair} and no motion is run at {here}: how often it strikes them is not known.",)
     if not worst.touched:
@@ -288,13 +293,18 @@ def column_sentences(results: Results, level: int, gap: float) -> tuple[str, ...
     )
 
 
+def _case(results: Results, level: int, gap: float) -> xr.Dataset:
+    """The motions at a level and the nearest gap, with the scene's own contact model and F_E."""
+    cell = results.scene_contact | {"gap": _nearest(results.dataset["gap"].values, gap)}
+    return results.at_level(level).dataset.isel(cell)
+
+
 def struck_columns(results: Results, level: int, gap: float) -> tuple[StruckColumn, ...]:
     """Every contact of a floor with a column of one interface, from the lowest, at the scene's own model and F_E."""
     dataset = results.dataset
     if f"{POINT}kind" not in dataset.variables or "contact_point" not in dataset.dims:
         return ()
-    cell = results.scene_contact | {"gap": _nearest(dataset["gap"].values, gap)}
-    case = results.at_level(level).dataset.isel(cell)
+    case = _case(results, level, gap)
     names = list(map(str, case["building"].values))
     prefix = POINT if f"{POINT}impact_count" in case.variables else ""  # else it is the interface's one point
     columns = []

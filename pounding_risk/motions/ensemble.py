@@ -20,6 +20,7 @@ from pounding_risk.motions.formats import is_record, split_component
 from pounding_risk.motions.manifest import read_manifest, source_of
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing import DEFAULT_CHAIN
+from pounding_risk.motions.processing.filter import NOISE
 from pounding_risk.motions.processing.noise import shared_corners
 from pounding_risk.motions.record import (
     FACTOR_OF_SITE,
@@ -281,7 +282,9 @@ def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
     words: tuple[str, ...] = ()
     flags: tuple[str, ...] = ()
     if processing == "auto" and all(source.record["state"] == RAW for source in group):
-        processing, words, flags = _one_band(group)
+        processing = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
+    if not isinstance(processing, str):
+        processing, words, flags = _one_band(group, processing)
     first, second = (read.processed(source, processing) for source in group)
     motion = rotated(first, second, request.direction)
     if request.both:
@@ -291,19 +294,30 @@ def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
     return replace(motion, processing=(*motion.processing, *words)).doubted(flags)
 
 
-def _one_band(pair: tuple[Source, ...]) -> tuple[list[dict[str, Any]], tuple[str, ...], tuple[str, ...]]:
-    """The default chain with the stricter corners of both components, so that both keep the same frequencies.
+def _one_band(
+    pair: tuple[Source, ...], chain: Sequence[Mapping[str, Any]]
+) -> tuple[list[dict[str, Any]], tuple[str, ...], tuple[str, ...]]:
+    """A chain with the stricter corners of both components, so that both keep the same frequencies.
 
-    Returns the steps, a sentence that says why the corners are where they are, and flags.
+    That is of the first band-pass that takes one from the noise. Returns the steps, a sentence that says why the
+    corners are where they are, and flags.
     """
-    steps = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
-    at = next(number for number, step in enumerate(steps) if step["step"] == "bandpass")
+    steps = [dict(step) for step in chain]
+    at = next((place for place, step in enumerate(steps) if _is_open(step)), -1)
+    if at < 0:
+        return steps, (), ()
     before = [read.processed(source, steps[:at]) for source in pair]
     if before[0].dt != before[1].dt:  # `rotated` refuses them
         return steps, (), ()
     corners = shared_corners([motion.acceleration for motion in before], before[0].dt)
-    steps[at] |= {"low": corners.low, "high": corners.high}
+    steps[at] = {"low": corners.low, "high": corners.high} | steps[at]
     return steps, (f"corners of the band-pass: {corners.words}",), corners.flags
+
+
+def _is_open(step: Mapping[str, Any]) -> bool:
+    """Whether a step is a band-pass that takes a corner from the noise of its record."""
+    is_noise = step.get("corners", NOISE) == NOISE
+    return step["step"] == "bandpass" and is_noise and not {"low", "high"} <= set(step)
 
 
 def _distinct(motions: Sequence[Motion]) -> list[Motion]:

@@ -13,7 +13,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.models.ground import divided
 from pounding_risk.motions.catalogue import is_file
 from pounding_risk.motions.ensemble import read_ensemble
-from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.motion import Motion, after_cut
 from pounding_risk.motions.request import RecordRequest
 
 WHOLE = 1e-9  # of a ratio of two time steps: so close to a whole number is one
@@ -69,11 +69,17 @@ def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
     others = [record for record in own if record is not None]
     dt = min([motion.dt, *(record.dt for record in others)])
     parts = {id(record): _parts(record, dt, [motion, *others]) for record in (motion, *others)}
-    count = max((record.acceleration.size - 1) * parts[id(record)] + 1 for record in (motion, *others))
+    # What begins later than another, as more was cut from its start or fewer zeros were put before it, follows zeros.
+    cuts = {id(record): float(record.record.get("cut_from_start", 0.0)) for record in (motion, *others)}
+    before = {key: round((cut - min(cuts.values())) / dt) for key, cut in cuts.items()}
+    count = max(
+        before[id(record)] + (record.acceleration.size - 1) * parts[id(record)] + 1 for record in (motion, *others)
+    )
 
     def drawn(record: Motion) -> np.ndarray:
         samples = divided(record.acceleration, parts[id(record)]) if parts[id(record)] > 1 else record.acceleration
-        return np.pad(samples, (0, count - samples.size))
+        front = before[id(record)]
+        return np.pad(samples, (front, count - front - samples.size))
 
     shared, factor = drawn(motion), motion.record.get("factor", 1.0)
     scaled = [None if record is None else factor * drawn(record) for record in own]
@@ -84,7 +90,13 @@ def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
     sentences = [f"beside it: {record.name}, times {factor:g}" for record in others]
     if parts[id(motion)] > 1:
         sentences.append(f"time step {motion.dt:g} s divided by {parts[id(motion)]}, on straight lines")
-    if shared.size > (motion.acceleration.size - 1) * parts[id(motion)] + 1:
+    sentences += [
+        f"zeros before {record.name} up to {before[id(record)] * dt:g} s, where it begins"
+        for record in (motion, *others)
+        if before[id(record)]
+    ]
+    end = before[id(motion)] + (motion.acceleration.size - motion.tail - 1) * parts[id(motion)] + 1
+    if shared.size > end + motion.tail * parts[id(motion)]:
         sentences.append(f"zeros up to {(count - 1) * dt:g} s, where the longest record beside it ends")
     keys = ("source", "sha256")  # with the name, what it takes to find a record again
     beside = [{"name": record.name, **{key: str(record.record.get(key, "")) for key in keys}} for record in others]
@@ -93,10 +105,10 @@ def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
         motion,
         acceleration=shared,
         dt=dt,
-        record={**motion.record, "beside": beside},
+        record={**after_cut(motion.record, -before[id(motion)] * dt), "beside": beside},
         processing=(*motion.processing, *sentences),
         own_grounds=own_samples if any(samples is not None for samples in own_samples) else (),
-        tail=shared.size - ((motion.acceleration.size - motion.tail - 1) * parts[id(motion)] + 1),
+        tail=shared.size - end,
     ).doubted(flags)
 
 

@@ -74,7 +74,9 @@ def recording_numbers(facts: Sequence[Mapping[str, Any]], names: Sequence[str]) 
 
 
 def is_vertical(record: Mapping[str, Any]) -> bool:
-    """True for a component that is vertical by its name: UP, BOL-UP, U-D, DWN, V, Z, HNZ, BHZ10 and the like."""
+    """True for a component that is vertical by its file, or its name: UP, BOL-UP, U-D, DWN, V, Z, HNZ, BHZ10."""
+    if record.get("vertical"):
+        return True
     name = str(record.get("component") or "").upper()
     ends = {name, re.split(r"[-_ .]", name)[-1]}
     return record.get("azimuth") is None and bool(VERTICALS & ends or re.fullmatch(r"[A-Z]{2}Z\d{0,2}", name))

@@ -146,7 +146,9 @@ def _is_square(angle: float) -> bool:
 def _aligned(first: Motion, second: Motion) -> tuple[tuple[Samples, Samples], tuple[str, ...], tuple[str, ...]]:
     """Samples of both components at the same times, sentences about what was cut, and flags."""
     starts = [motion.record.get("start") for motion in (first, second)]
-    later = 0.0  # samples by which the second starts after the first; 0 where a start is unknown
+    # Samples by which the second starts after the first; those of unknown starts begin together, but for what was cut.
+    cut = [float(motion.record.get("cut_from_start", 0.0)) for motion in (first, second)]
+    later = (cut[1] - cut[0]) / first.dt
     if all(starts):
         one, other = (datetime.fromisoformat(str(start)) for start in starts)
         later = (other - one).total_seconds() / first.dt

@@ -97,7 +97,8 @@ def _of_file(path: Path, file_read: FileRead) -> Source:
         id = path.name  # K-NET names its files by their components
     record = {**facts, "id": id, "state": file_read.state, "format": file_read.format}
     record.update(file=str(path), sha256=file_read.sha256, origin="a file of the user", terms="")
-    return Source(name, file_read.trace, record, file_read.units)
+    doubt = str(file_read.trace.stats.record.get("doubt") or "")
+    return Source(name, file_read.trace, record, file_read.units, (doubt,) if doubt else ())
 
 
 def _of_trace(source: Any) -> Source:
@@ -124,6 +125,6 @@ def _facts(trace: Any) -> dict[str, Any]:
     plain = {"event": "", "date": str(trace.stats.starttime.date) if timed else ""}
     plain |= {"station": trace.stats.station, "component": trace.stats.channel}
     start = {"start": trace.stats.starttime.isoformat()} if timed else {}
-    for key in ("state", "units"):
+    for key in ("state", "units", "doubt"):
         record.pop(key, None)
     return {**plain, **record, **start}

@@ -96,12 +96,17 @@ def write_text(target: Path, text: bytes, repair: str) -> Path:
     return target
 
 
-def _of_motion(motion: Any) -> tuple[list[float], float, dict[str, Any], Sequence[str]]:
-    """Samples, time step, facts and history of a motion; a raw record is processed once a correcting step was taken."""
+def state_of(motion: Motion) -> str:
+    """Whether a motion is "raw" or "processed": a raw record is so until a correcting step is taken."""
     # Of a rotated motion the steps of its components stand behind their names.
     steps = (line for line in motion.processing if not line.partition(": ")[2].startswith(HARMLESS))
     is_processed = any(not line.startswith(HARMLESS) for line in steps)
-    state = "processed" if is_processed else motion.record.get("state", "processed")
+    return "processed" if is_processed else str(motion.record.get("state", "processed"))
+
+
+def _of_motion(motion: Any) -> tuple[list[float], float, dict[str, Any], Sequence[str]]:
+    """Samples, time step, facts and history of a motion; a raw record is processed once a correcting step was taken."""
+    state = state_of(motion)
     source = [str(motion.record[key]) for key in ("id", "file", "sha256", "origin") if motion.record.get(key)]
     facts = {**motion.record, "state": state, "starttime": motion.record.get("start"), "source": ", ".join(source)}
     return motion.acceleration.tolist(), float(motion.dt), facts, motion.processing

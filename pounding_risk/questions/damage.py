@@ -36,9 +36,10 @@ from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import open_scan
 from pounding_risk.results.grid_values import place_of
 from pounding_risk.results.opened import Results
+from pounding_risk.results.variables import NOT_RUN
 from pounding_risk.statistics.damage_fits import METHODS, bootstrap_weights
 from pounding_risk.statistics.proportions import numbered
-from pounding_risk.units import share, shown, si
+from pounding_risk.units import GAP, say, share, shown, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -131,6 +132,12 @@ def damage(
         if value is not None:
             places[axis] = place_of(axis, opened.values_along(axis), value)
     case = dataset.isel(places)
+    if unpushed := Results(case).unpushed:
+        raise PoundingError(
+            f"damage: {unpushed} of {case['status'].size} runs at a gap of {say(float(case['gap']), GAP)} are "
+            f"{NOT_RUN}, and curves of the others would be those of motions that do not collide; take a gap that no "
+            "motion closes, or compute the building in place of displacement_history"
+        )
     shaking = shaking_of(opened, hazard, gmfs, intensity)
     word, fields = shaking.intensity, shaking.fields
     if shaking.hazard is not None:

@@ -207,7 +207,11 @@ def _check_length(history: History, motion: Motion) -> None:
     """Raise HistoryError for a history that ends before its record, or goes on after it, by more than a time step."""
     ends, lasts = float(history.times[-1]), motion.duration
     if abs(ends - lasts) > max(float(np.diff(history.times).max()), motion.dt) * STEPS:
-        repair = "give the motion to the end, or cut the record" if ends < lasts else "write a tail in [records]"
+        repair = (
+            "give the motion to the end, or cut the record"
+            if ends < lasts
+            else "cut it there, or write a tail in [records]"
+        )
         raise HistoryError([f"ends at {ends:g} s, and {motion.name}, as the scene has it, at {lasts:g} s; {repair}"])
 
 

@@ -209,6 +209,18 @@ def test_a_case_that_closes_the_gap_is_not_run_and_says_so(sines, tmp_path):
     )
 
 
+def test_fragilities_of_motions_that_do_not_collide_alone_are_refused(sines, tmp_path, says):
+    """Of a gap that some motions close, runs with contact are missing for just those; without contact all are known."""
+    folder, frame, hall, _ = sines
+    known = scanned(folder, frame, hall)
+    says(refusal(pr.damage, known, states=[{"name": "slight", "drift": "0.1 %"}], gap="5 mm"))
+    pr.damage(known, states=[{"name": "slight", "drift": "0.1 %"}], gap=float(known["gap"].max()))
+    known.to_netcdf(tmp_path / "r.nc")
+    written = pr.export(tmp_path / "r.nc", "pelicun", tmp_path / "out", gap="5 mm")
+    names = sorted(path.name for path in (tmp_path / "out").rglob("*contact.csv"))
+    assert written and names and all("without" in name for name in names)
+
+
 def test_a_row_with_one_known_building_computes_the_others(sines):
     folder, _, hall, _ = sines
     shop = single("shop", "60 t", "0.4 s", height="5 m")

@@ -129,6 +129,16 @@ def test_known_starts_align_them():
     assert rotated(one, late, 45.0).flags == ("a and b are sampled 4 ms apart, and were not interpolated",)
 
 
+def test_without_starts_what_was_cut_aligns_them():
+    """Pads of unlike length before both, as a filter keeps them; the same samples as with starts."""
+    whole = np.random.default_rng(3).standard_normal(100)
+    one = Motion("a", np.pad(whole, (7, 0)), 0.01, {"azimuth": 0.0, "cut_from_start": -0.07})
+    other = Motion("b", np.pad(whole, (12, 0)), 0.01, {"azimuth": 90.0, "cut_from_start": -0.12})
+    for made in (rotated(one, other, 45.0), rotated(other, one, 45.0)):
+        np.testing.assert_allclose(made.acceleration[7:], np.sqrt(2.0) * whole, atol=1e-14)
+        assert not made.acceleration[:7].any() and made.flags == ()
+
+
 def test_a_raw_recording_is_aligned_by_its_clock():
     """Windows that start at different times of one clock are brought together again."""
     one = read_motion("CCC-HN1", window=(30.0, 60.0), processing="none")

@@ -113,6 +113,10 @@ def test_keys_that_do_not_fit_are_refused(tmp_path, says):
     says(refusal(scene, tmp_path, "stiffness_matrix = [[1, 0], [0, 1]]"))
     says(refusal(scene, tmp_path, 'stiffness_matrix = {values = [[1, "2"], [0, true]], unit = "kN"}'))
     says(refusal(scene, tmp_path, 'stiffness_matrix = {file = "K.csv", values = [[1]], unit = "kN/m"}'))
+    triangle = 'stiffness_matrix = {values = [[3, -1, 0], [2, -1], [1]], unit = "kN/m"}'
+    says(refusal(scene, tmp_path, triangle, "damping = 0.05"))
+    modes = 'modes = {period = ["0.4 s"], shape = [[1, 2, 3]]}'
+    says(refusal(scene, tmp_path, modes, 'residual_period = "0.5 s"'))
     says(refusal(scene, tmp_path, matrix, 'storey_stiffnesses = "4 MN/m"', 'storey_strengths = "1 MN"'))
     says(refusal(scene, tmp_path, matrix, 'initial_velocity = ["1 m/s"]', "floor_rows = [1, 1]"))
     says(refusal(scene, tmp_path, matrix, 'damping_matrix = {values = [[1]], unit = "kN s/m"}', "damping = 0.05"))

@@ -247,6 +247,18 @@ def test_records_of_unlike_length_end_with_zeros():
     assert any("zeros up to 0.03 s" in sentence for sentence in grown.processing)
 
 
+def test_records_of_unlike_pads_begin_at_one_instant():
+    """A filter keeps pads of its own length before each: 0.02 s and 0.01 s here."""
+    first = motion("a", [0.0, 0.0, 1.0, 2.0, 0.0], 0.01, cut_from_start=-0.02)
+    other = motion("b", [0.0, 4.0, 3.0, 0.0], 0.01, cut_from_start=-0.01)
+    both = set_beside(first, (None, other))
+    np.testing.assert_array_equal(both.own_grounds[1], [0.0, 0.0, 4.0, 3.0, 0.0])
+    turned = set_beside(other, (first, None))
+    np.testing.assert_array_equal(turned.acceleration, [0.0, 0.0, 4.0, 3.0, 0.0])
+    assert turned.record["cut_from_start"] == -0.02
+    assert any("zeros before b up to 0.01 s" in sentence for sentence in turned.processing)
+
+
 def test_time_steps_that_do_not_fit_are_refused():
     with pytest.raises(RecordError, match=r'no whole multiple of the 0.01 s of fine.*step = "resample", dt = "0.01 s"'):
         set_beside(motion("fine", [0.0, 1.0], 0.01), (None, motion("odd", [0.0, 1.0], 0.015)))

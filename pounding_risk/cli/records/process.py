@@ -42,7 +42,8 @@ def process(
     figure: Figure = None,
 ) -> None:
     """Process records as for a run; show every step, write the motions."""
-    from pounding_risk.motions.write import write_motion
+    from pounding_risk.motions.record import RAW
+    from pounding_risk.motions.write import state_of, write_motion
 
     request = options.record_request(processing, step, window, pga, scale, sa, direction)
     facts = options.stated_facts(unit, dt)
@@ -56,6 +57,11 @@ def process(
         if target is not None:
             write_motion(motion, target)
     print_processed(motions, targets)
+    for motion, target in zip(motions, targets, strict=True):
+        if target is not None and target.suffix.lower() == ".at2" and state_of(motion) == RAW:
+            print(
+                f"note: {target}: PEER AT2 does not say that {motion.name} is raw: read again, it counts as processed"
+            )
     print_left_out(sources.left_out)
     if figure is not None:
         for group in sources.groups:

@@ -44,7 +44,11 @@ def symmetric(matrix: ArrayLike, name: str) -> Array:
     PoundingError
         Where it is not square, not finite, or not symmetric by more than 1e-4 of its largest number.
     """
-    given = np.asarray(matrix, dtype=float)
+    try:
+        given = np.asarray(matrix, dtype=float)
+    except ValueError:
+        words = "has rows of unlike lengths; write every row in full, on both sides of the diagonal"
+        raise PoundingError(f"{name} {words}") from None
     if given.ndim != 2 or given.shape[0] != given.shape[1] or not given.size:
         sizes = " by ".join(map(str, given.shape))
         raise PoundingError(f"{name} has {sizes} numbers; a matrix has as many rows as columns")
@@ -118,7 +122,8 @@ def assembled(
     Raises
     ------
     PoundingError
-        For shapes that are not orthogonal over these masses, too many modes, and effective masses of others.
+        For shapes that are not orthogonal over these masses, too many modes, effective masses of others, and a
+        residual period among those of the modes.
     """
     count, floors = len(table.periods), len(masses)
     if count > floors:
@@ -136,6 +141,11 @@ def assembled(
     _check_masses(table, scaled, root)
     left, _, right = np.linalg.svd(scaled, full_matrices=False)
     shapes = left @ right
+    if residual_period > min(table.periods):
+        raise PoundingError(
+            f"residual_period: {residual_period:g} s is longer than the shortest period of modes, "
+            f"{min(table.periods):g} s, and would come before it; write a shorter one, or remove it"
+        )
     rates = 2.0 * np.pi / np.array(table.periods)
     residual = 2.0 * np.pi / (residual_period or RESIDUAL_SHARE * min(table.periods))
     ratios = np.array(table.dampings or (damping,) * count)

@@ -20,6 +20,11 @@ from pounding_risk.motions.formats._unit import TO_GIVE, known, sentence, size_o
 
 LONGEST_REASON = 200  # characters of what ObsPy says
 LEVEL = 45.0  # degrees of dip; a channel above is vertical
+BY_NAME = {"N": 0.0, "E": 90.0}  # azimuths [degrees], by the last letter of a channel
+
+
+class NoAcceleration(RecordError):
+    """The channel of a file measures something else."""
 
 
 def bytes_of(file: Any, name: str, kind: str) -> tuple[str, bytes]:
@@ -73,11 +78,12 @@ def to_acceleration(trace: Trace, name: str, folder: Path | None, unit: str | No
         raise unreadable(name, kind, "its station and channel are no plain letters")
     names = (f"{Path(name).stem}.xml", f"{trace.stats.network}.{trace.stats.station}.xml")
     folder = Path(name).parent if folder is None else folder
-    beside, azimuth = next((folder / file for file in names if (folder / file).is_file()), None), None
+    beside = next((folder / file for file in names if (folder / file).is_file()), None)
+    azimuth, upright = _placed(trace)
     is_counts = trace.data.dtype.kind == "i"
     samples = trace.data.astype(np.float64)
     if beside is not None:
-        counts, units, azimuth = _sensitivity(trace, beside)
+        counts, units, azimuth, upright = _sensitivity(trace, beside)
         trace.data, state = samples / counts, "raw"
     elif unit is not None:
         size = size_of(unit, f"{name}: unit as given")
@@ -100,16 +106,35 @@ def to_acceleration(trace: Trace, name: str, folder: Path | None, unit: str | No
         station=trace.stats.station,
         component=trace.stats.channel,
         azimuth=azimuth,
+        **({"vertical": True} if upright and not trace.stats.channel.upper().endswith("Z") else {}),  # else by its name
     )
 
 
-def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str, float | None]:
-    """Counts per m/s², the sentence that says so, and the azimuth of the channel: degrees clockwise from north."""
+def _placed(trace: Trace) -> tuple[float | None, bool]:
+    """Azimuth of a channel [degrees clockwise from north], and whether it is vertical, by its header and its name.
+
+    CMPAZ and CMPINC of SAC, the latter from the vertical; without them the orientation code of SEED, of which N and E
+    are within 5° of north and east.
+    """
+    header = trace.stats.get("sac", {})
+    inclined = float(header.get("cmpinc", 90.0))
+    if "cmpinc" in header and abs(90.0 - inclined) > LEVEL:
+        return None, True
+    code = trace.stats.channel.upper()[-1:]
+    return float(header["cmpaz"]) if "cmpaz" in header else BY_NAME.get(code), code == "Z"
+
+
+def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str, float | None, bool]:
+    """Counts per m/s², the sentence that says so, and the channel's azimuth, and whether it is vertical, by `_placed`.
+
+    The file's own direction comes before that of the header.
+    """
     stats = trace.stats
     try:
         inventory = obspy.read_inventory(str(beside), format="STATIONXML")
         sensitivity = inventory.get_response(trace.id, stats.starttime).instrument_sensitivity
         counts, unit = float(sensitivity.value), str(sensitivity.input_units).upper()
+        output = str(sensitivity.output_units or "counts")
         placed = inventory.get_channel_metadata(trace.id, stats.starttime)
     except Exception as error:
         reason = (" ".join(str(error).split()) or type(error).__name__)[:200]
@@ -117,14 +142,20 @@ def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str, float | None]:
             f"{beside}: gives no sensitivity for {trace.id} at {stats.starttime} ({reason}); fetch "
             "the StationXML of this channel with its response"
         ) from None
+    if not output.upper().startswith("COUNT"):
+        raise RecordError(
+            f"{beside}: the sensitivity of {trace.id} is in {output[:40]} and not in counts; fetch the StationXML of "
+            "this channel with the response of its digitiser"
+        )
     size = known(unit)
     if size is None or not counts:
-        raise RecordError(
+        raise NoAcceleration(
             f'{beside}: {trace.id} measures {counts:g} counts per "{unit}", which is no acceleration; take '
             "an accelerometer's channel (such as HN or BN)"
         )
     per_si = counts / size
     # A vertical has no azimuth, and its dip may be left out.
-    upright = stats.channel.upper().endswith("Z") or abs(placed["dip"] or 0.0) > LEVEL
-    azimuth = None if upright or placed["azimuth"] is None else float(placed["azimuth"])
-    return per_si, f"units: counts, divided by {per_si:.10g} counts per m/s² ({beside.name})", azimuth
+    azimuth, upright = _placed(trace)
+    upright = upright or abs(placed["dip"] or 0.0) > LEVEL
+    azimuth = None if upright else azimuth if placed["azimuth"] is None else float(placed["azimuth"])
+    return per_si, f"units: counts, divided by {per_si:.10g} counts per m/s² ({beside.name})", azimuth, upright

@@ -32,7 +32,7 @@ NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
 # What `stats.record` of a reader may hold, beside what is particular to its format.
 FACTS = {
     *("event", "magnitude", "date", "distance_km", "station", "component", "azimuth", "state", "units"),
-    *("low_corner", "high_corner", "header_pga", "header_pgv", "header_pgd", "timed", "sensor"),
+    *("low_corner", "high_corner", "header_pga", "header_pgv", "header_pgd", "timed", "sensor", "vertical", "doubt"),
 }
 
 _SAMPLE = re.compile(NUMBER, re.ASCII)
@@ -44,7 +44,8 @@ def record_facts(*, state: str, units: str, **facts: Any) -> AttribDict:
     ``state`` is "raw" or "processed"; ``units`` the sentence that says how the samples became m/s². ``azimuth`` is in
     degrees clockwise from north, None for a vertical; corners in Hz; ``header_pga``, ``header_pgv`` and ``header_pgd``
     are the header's own peaks in m/s², m/s and m. ``timed`` is False where ``stats.starttime`` is not when the record
-    starts; ``sensor`` distinguishes the sensors of one station. Facts that a header lacks are left out.
+    starts; ``sensor`` distinguishes the sensors of one station; ``vertical`` is True of a component that is known to
+    be, whatever its name; ``doubt`` is a sentence of the file about the record. Facts that a header lacks are left out.
     """
     unknown = set(facts) - FACTS
     if unknown:

@@ -11,7 +11,7 @@ from obspy import Stream
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import Format
-from pounding_risk.motions.formats._native import bytes_of, read_by_obspy, to_acceleration, unreadable
+from pounding_risk.motions.formats._native import NoAcceleration, bytes_of, read_by_obspy, to_acceleration, unreadable
 from pounding_risk.motions.formats._text import recogniser
 
 KIND = "MiniSEED"
@@ -112,8 +112,19 @@ def _read_mseed(
         raise RecordError(f"{name}: does not hold MiniSEED, whatever its name says; fetch the record again")
     check_blocks(raw, name)
     stream = read_by_obspy(raw, name, "MSEED", KIND, refused=InternalMSEEDWarning)
-    for trace in stream:
-        to_acceleration(trace, name, folder, unit, KIND)
+    others: list[NoAcceleration] = []
+    left = ""
+    for trace in list(stream):
+        try:
+            to_acceleration(trace, name, folder, unit, KIND)
+        except NoAcceleration as error:
+            others.append(error)
+            stream.remove(trace)
+            left = trace.id
+    if others and not stream:
+        raise others[0]
+    for trace in stream if others else ():
+        trace.stats.record.units += f"; {len(others)} of the file's channels measure no acceleration, such as {left}"
     return stream
 
 

@@ -169,6 +169,7 @@ def _trace(header: Header, state: str, even: Even, headonly: bool) -> Trace:
         high_corner=header.real(35) if state == "processed" else None,
         header_pga=None if header.peak is None else header.peak.value * UNIT,
         timed=header.code(6) is not None and header.code(7) is not None,  # otherwise to the minute, as of film
+        **({"doubt": "its header marks a problem with the record"} if header.code(18) == 1 else {}),
     )
     smc = {"title": header.text[0].strip(), "latitude": header.real(11), "longitude": header.real(12)}
     named = {"station": header.text[2].strip(" \0*"), "channel": _text.channel_code(even.dt, azimuth, vertical)}

@@ -115,12 +115,13 @@ def _demand_tables(
     status = runs["status"]
     flag = str(status.attrs["flag_meanings"]).split().index("complete")
     complete = _by_motion(status) == np.atleast_1d(status.attrs["flag_values"])[flag]
+    kept = complete | (_by_motion(status) == UNPUSHED)  # whose motion without contact is known
     if not complete.all():
         unpushed = int((status == UNPUSHED).sum())
         if failed := int((~complete).sum()) - unpushed:
             yield f"{counted(failed, 'run')} failed; their motions are in no file"
         if unpushed:
-            yield f"{counted(unpushed, 'case')} {NOT_RUN}; their motions are in no file"
+            yield f"{counted(unpushed, 'case')} {NOT_RUN}: no demands with contact are written"
     intensity = []
     if measure is not None:
         axis = amplitude_axis(results)
@@ -133,13 +134,15 @@ def _demand_tables(
         if heights is None:
             yield f"{building}: no storey drift ratios, as the scene gives it no heights"
         for ending, word in (("", "with"), ("_free", "without")):
+            if not ending and Results(runs).unpushed:
+                continue  # of the motions that do not collide alone
             columns = [*_demands(one, ending, heights), *intensity]
             # Rows are numbered as the motions of the scan are.
             tables[f"{identifier_of(building)}-{word}-contact.csv"] = csv_text(
                 [
                     ["", *(column.name for column in columns)],
                     ["Units", *(column.unit for column in columns)],
-                    *([at, *(repr(float(each.values[at])) for each in columns)] for at in np.flatnonzero(complete)),
+                    *([at, *(repr(float(each.values[at])) for each in columns)] for at in np.flatnonzero(kept)),
                 ]
             )
 

@@ -4,6 +4,7 @@ K-NET files may not be handed on, so the one of ObsPy's own tests is read where 
 """
 
 import gzip
+import re
 import shutil
 import struct
 from io import BytesIO
@@ -23,7 +24,9 @@ from pounding_risk.motions.formats import read_components, read_file
 from pounding_risk.motions.formats.evt import _read_evt
 from pounding_risk.motions.formats.sac import _is_sac
 from pounding_risk.motions.read import read_motion
+from pounding_risk.motions.record import is_vertical
 from pounding_risk.motions.request import RecordRequest
+from pounding_risk.motions.source import open_source
 
 OBSPY = Path(obspy.__file__).parent / "io"
 KNET = OBSPY / "nied/tests/data/test.knet"
@@ -231,3 +234,69 @@ def test_miniseed_takes_its_unit_from_the_user(tmp_path):
     shutil.copy(catalogue.records_folder() / "CI.CCC.xml", tmp_path)
     assert "counts per m/s²" in read_motion(copy, processing="none").processing[0]
     assert read_file(copy, unit="g").units.startswith("units: counts, divided by")
+
+
+def sac_pair(folder: Path, north: float, east: float, **header: float) -> tuple[Path, Path]:
+    """Two SAC files of a sine to the north and to the east, named so that east comes first."""
+    paths = []
+    for code, size in (("HNE", east), ("HNN", north)):
+        trace = obspy.Trace(size * np.sin(np.arange(200) * 0.3), {"delta": 0.01, "channel": code, "station": "A"})
+        if header:
+            trace.stats.sac = {"cmpaz": header[code], "cmpinc": 90.0}
+        paths.append(folder / f"{code}.sac")
+        trace.write(str(paths[-1]), format="SAC")
+    return tuple(paths)
+
+
+@pytest.mark.parametrize("stated", [{}, {"HNE": 70.0, "HNN": 340.0}], ids=["by name", "CMPAZ"])
+def test_sac_says_where_its_components_point(tmp_path, stated):
+    """Along 30° from north the files are n cos(30° - a_n) + e cos(30° - a_e)."""
+    sac_pair(tmp_path, 3.0, 1.0, **stated)
+    request = RecordRequest(
+        (), ("*.sac",), None, None, None, ("as recorded",), "none", 0.0, unit="m/s^2", direction=30.0
+    )
+    (motion,) = read_ensemble(request, tmp_path).motions
+    north, east = np.radians([stated.get("HNN", 0.0), stated.get("HNE", 90.0)])
+    size = 3.0 * np.cos(np.radians(30.0) - north) + np.cos(np.radians(30.0) - east)
+    # SAC has samples of four bytes.
+    np.testing.assert_allclose(motion.acceleration, size * np.sin(np.arange(200) * 0.3), atol=1e-6 * abs(size))
+    assert not any("azimuths are unknown" in flag for flag in motion.flags)
+
+
+def test_a_vertical_is_one_by_its_direction_whatever_its_name(tmp_path):
+    """A channel 3 with CMPINC 0 in SAC, and with a dip of -90 degrees in a StationXML."""
+    trace = obspy.Trace(np.sin(np.arange(200) * 0.3), {"delta": 0.01, "channel": "HN3", "station": "A"})
+    trace.stats.sac = {"cmpaz": 0.0, "cmpinc": 0.0}
+    trace.write(str(tmp_path / "a.sac"), format="SAC")
+    assert is_vertical(open_source(tmp_path / "a.sac", unit="m/s^2").record)
+    shutil.copy(catalogue.path("CCC-HN1"), tmp_path / "CCC.mseed")
+    text = (catalogue.records_folder() / "CI.CCC.xml").read_text("utf-8")
+    (tmp_path / "CI.CCC.xml").write_text(re.sub(r"<Dip[^>]*>[^<]*</Dip>", "<Dip>-90</Dip>", text), "utf-8")
+    assert is_vertical(open_source(tmp_path / "CCC.mseed").record)
+
+
+def test_channels_that_measure_no_acceleration_are_passed_over(tmp_path):
+    """One of two traces is a seismometer's by the StationXML; the other is read, and says so."""
+    shutil.copy(catalogue.records_folder() / "CI.CCC.xml", tmp_path)
+    text = (tmp_path / "CI.CCC.xml").read_text("utf-8")
+    stream = obspy.read(str(catalogue.path("CCC-HN1")), format="MSEED")
+    code = stream[0].stats.channel
+    other = stream[0].copy()
+    other.stats.channel = "HH1"
+    channel = re.search(rf'<Channel code="{code}".*?</Channel>', text, re.S)[0]
+    seismometer = channel.replace(f'code="{code}"', 'code="HH1"').replace("M/S**2", "M/S").replace("m/s**2", "m/s")
+    (tmp_path / "CI.CCC.xml").write_text(text.replace(channel, channel + seismometer), "utf-8")
+    obspy.Stream([stream[0], other]).write(str(tmp_path / "both.mseed"), format="MSEED")
+    (one,) = read_components(tmp_path / "both.mseed")
+    assert one.trace.stats.channel == code
+    assert "1 of the file's channels measure no acceleration, such as CI.CCC" in one.units
+    obspy.Stream([other]).write(str(tmp_path / "other.mseed"), format="MSEED")
+    assert "which is no acceleration" in refusal(read_components, tmp_path / "other.mseed")
+
+
+def test_a_sensitivity_in_volts_is_none_in_counts(tmp_path):
+    shutil.copy(catalogue.path("CCC-HN1"), tmp_path / "CCC.mseed")
+    text = (catalogue.records_folder() / "CI.CCC.xml").read_text("utf-8")
+    volts = re.sub(r"(<OutputUnits>\s*<Name>)[^<]*", r"\g<1>V", text)
+    (tmp_path / "CI.CCC.xml").write_text(volts, "utf-8")
+    assert "is in V and not in counts" in refusal(read_file, tmp_path / "CCC.mseed")

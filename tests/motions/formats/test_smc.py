@@ -11,6 +11,7 @@ from real_files import real
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats.smc import _read_smc
+from pounding_risk.motions.read import read_motion
 
 SHAFTER, RAW, UP = (real(f"smc-{name}.smc") for name in ("shafter", "alhambra-raw", "alhambra-up"))
 
@@ -102,8 +103,12 @@ SPELLINGS = {
 }
 
 
-def test_a_file_marked_as_having_a_problem_says_so():
-    assert read(changed((COUNT, "        12         1    -32768")).encode()).stats.smc.problem is True
+def test_a_file_marked_as_having_a_problem_says_so(tmp_path):
+    text = changed((COUNT, "        12         1    -32768"))
+    assert read(text.encode()).stats.smc.problem is True
+    path = tmp_path / "marked.smc"
+    path.write_text(text)
+    assert "its header marks a problem with the record" in read_motion(path).flags
 
 
 def test_time_in_seconds_and_none():
