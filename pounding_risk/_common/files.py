@@ -26,6 +26,7 @@ AGAIN = "free space or choose another place"
 PIECE = 1 << 20  # bytes read at a time
 # Errors of a full disk, a quota, and a limit on the size of files.
 FULL = {errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
+NO_PLACE = {errno.ENOENT, errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR}
 # For files aside and in a checkpoint: where a symbolic link has the name, its target is not opened.
 OWN_FILE = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 NOT_SYNCED = {errno.EINVAL, getattr(errno, "ENOTSUP", errno.EINVAL)}  # file systems that sync no folders
@@ -175,6 +176,8 @@ def not_written(target: Path, error: BaseException, repair: str = AGAIN) -> Poun
     number = getattr(error, "errno", None)
     if number == errno.EFBIG:
         return PoundingError(f"{target}: cannot be written ({reason}{limit_words()}); {raised(repair)}")
+    if number in NO_PLACE:
+        return PoundingError(f"{target}: cannot be written ({reason}); choose another place")
     if number != errno.ENOSPC:
         free = shutil.disk_usage(target.parent).free
         reason += f", with {free / 1e6:.1f} MB free{limit_words()}"
