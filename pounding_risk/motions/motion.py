@@ -23,6 +23,7 @@ from pounding_risk.motions.request import AS_RECORDED, REVERSED
 from pounding_risk.units import PGA, STANDARD_GRAVITY, TAIL, TIME, QuantityError, shown, si
 
 USUAL_FACTORS = (0.25, 4.0)
+SCALE_FACTOR = "the scale factor"  # begins the flag of one that is not
 LARGEST_PGA, SMALLEST_PGA = 3.0, 0.001  # g; beyond these a unit is likely wrong
 ROUNDING = 1e-6  # steps: 5 s may be 1000 + 1e-13 steps of 0.005 s
 WEAK_WINDOW = 0.5  # a window with less than this part of the PGA is flagged
@@ -144,12 +145,14 @@ class Motion(ShortRepr):
         """The motion times a factor; ``aim`` says why, for the sentence. Flagged where factor or PGA are unusual."""
         samples = self.acceleration * factor
         pga = float(np.abs(samples).max())
-        flags = list(unit_doubts(pga, "after scaling"))
-        if not USUAL_FACTORS[0] <= factor <= USUAL_FACTORS[1]:
-            flags.append(f"the scale factor {factor:.4g} is outside {USUAL_FACTORS[0]:g} to {USUAL_FACTORS[1]:g}")
+        flags, whole = list(unit_doubts(pga, "after scaling")), self.record.get("factor", 1.0) * factor
+        if not USUAL_FACTORS[0] <= whole <= USUAL_FACTORS[1]:
+            flags.append(f"{SCALE_FACTOR} {whole:.4g} is outside {USUAL_FACTORS[0]:g} to {USUAL_FACTORS[1]:g}")
         peaks = f"from PGA {self.pga / STANDARD_GRAVITY:.5g} g to {pga / STANDARD_GRAVITY:.5g} g"
         words = f"scale: times {factor:.10g}{f' to {aim}' if aim else ''}, {peaks}"
-        return self.after(Done(samples, words, tuple(flags), factor=factor))
+        # One factor may follow another, as a common one the median: the whole is what acts.
+        before = replace(self, flags=tuple(flag for flag in self.flags if not flag.startswith(SCALE_FACTOR)))
+        return before.after(Done(samples, words, tuple(flags), factor=factor))
 
     def scaled_to(self, pga: float | str) -> Motion:
         """The motion times one factor, so that max|a| is ``pga`` [m/s², or text such as "0.5 g"]."""

@@ -137,3 +137,12 @@ def test_what_cannot_be_scaled_to_is_told(call, words):
 def test_zeros_are_not_scaled(call):
     with pytest.raises(RecordError, match=r"still: .* no factor scales"):
         call(Motion("still", np.zeros(50), 0.01, {}))
+
+
+def test_the_flag_of_a_factor_is_of_all_factors_together():
+    """Ten times a tenth of a motion is the motion itself; three times twice is a factor of 8."""
+    motion = Motion("a", np.array([0.0, 1.0, -2.0, 0.0]), 0.01, {})
+    small = motion.scaled(0.1)
+    assert any("the scale factor 0.1 is outside" in flag for flag in small.flags)
+    assert not any("the scale factor" in flag for flag in small.scaled(10.0).flags)
+    assert any("the scale factor 8 is outside" in flag for flag in motion.scaled(2.0).scaled(2.0).scaled(2.0).flags)
