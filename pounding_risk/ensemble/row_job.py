@@ -62,9 +62,9 @@ def responses_held(size: float) -> int:
     return int(min(max(RESPONSE_BYTES / size, LEAST_RESPONSES), MOTIONS))
 
 
-def respond_alone(model: RowModel, motion: Motion) -> tuple[FreeResponse, Array]:
+def respond_alone(model: RowModel, motion: Motion) -> tuple[FreeResponse, NDArray[Any]]:
     """The response of a row to a motion without contact, and the ground under its buildings."""
-    under: Array = model.under(motion.drive, motion.own_grounds)
+    under = model.under(motion.drive, motion.own_grounds)
     return rows.free_response(model.row(motion.dt, model.has_many(motion.own_grounds)), under), under
 
 
