@@ -227,8 +227,12 @@ def _allowed() -> float:
     if limit == resource.RLIM_INFINITY:
         return 0.0
     try:
-        with open("/proc/self/statm", encoding="ascii") as counts:
-            used = int(counts.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+        return max(float(limit - own_memory(0)), 1.0)
     except OSError:
         return float(limit)
-    return max(float(limit - used), 1.0)
+
+
+def own_memory(which: int) -> int:
+    """Memory of this process [bytes]: all its addresses (0) or what is resident (1); OSError where none is told."""
+    with open("/proc/self/statm", encoding="ascii") as counts:
+        return int(counts.read().split()[which]) * os.sysconf("SC_PAGE_SIZE")

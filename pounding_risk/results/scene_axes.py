@@ -26,7 +26,7 @@ from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.attributes import as_text, from_text
 from pounding_risk.results.check import check_version
-from pounding_risk.results.layout import AXES, SCENE_AXES, axes_of_cases
+from pounding_risk.results.layout import AXES, SCENE_AXES, axes_of_cases, read_scene_axes
 from pounding_risk.results.variables import COORDINATES, PLACES, VARIABLES, described
 from pounding_risk.scene.overrides import address_of, override, parts_of
 from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap, labels_of, overrides_at
@@ -59,15 +59,7 @@ def axis_text(axes: Sequence[SceneAxis]) -> str:
 
 def axes_of(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
     """The axes of other numbers of the scene that a dataset was made with; none of another dataset."""
-    text = dataset.attrs.get(SCENE_AXES)
-    if not text:
-        return ()
-    try:
-        return tuple(map(_axis, json.loads(text)))
-    except (TypeError, ValueError, LookupError, AttributeError, RecursionError):
-        raise PoundingError(
-            f"the attribute {SCENE_AXES} cannot be read: the file was damaged or changed since it was written"
-        ) from None
+    return read_scene_axes(dataset, _axis)
 
 
 def _axis(entry: Any) -> SceneAxis:

@@ -6,7 +6,7 @@ import doctest
 
 import numpy as np
 import pytest
-from likelihoods import best_of, curvature_errors
+from likelihoods import Lost, best_of, curvature_errors
 from scipy import stats
 
 from pounding_risk.statistics import damage_fits
@@ -25,7 +25,7 @@ from pounding_risk.statistics.damage_fits import (
     fit_ida,
     fit_stripes,
 )
-from pounding_risk.statistics.fragility import fit_capacities
+from pounding_risk.statistics.fragility import Fit, fit_capacities
 
 RECORDINGS, COMPONENTS = 30, 2
 LEVELS = np.geomspace(1.5, 6.0, 9)
@@ -39,6 +39,17 @@ def motions(levels: np.ndarray = LEVELS, steep: float = 1.3, noise: float = 0.0)
     ims = np.tile(levels, (capacity.size, 1))
     ratios = (ims / capacity[:, None]) ** steep * np.exp(noise * random.standard_normal(ims.shape))
     return Observed(ims, ratios, np.repeat(np.arange(RECORDINGS), COMPONENTS))
+
+
+def agree_with_scipy(fitted: Fit, data: stats.CensoredData) -> None:
+    dispersion, _, median = stats.lognorm.fit(data, floc=0.0)
+    assert (fitted.median, fitted.dispersion) == pytest.approx((median, dispersion), rel=1e-4)  # as far as scipy goes
+
+
+def is_largest(fitted: Fit, lost: Lost) -> None:
+    found = np.array([np.log(fitted.median), fitted.dispersion])
+    assert found == pytest.approx(best_of(lost, [1.0, 0.6]), abs=1e-6)
+    assert (fitted.se_median, fitted.se_dispersion) == pytest.approx(curvature_errors(lost, found), rel=1e-4)
 
 
 def test_examples_in_docstrings_are_right():
@@ -71,19 +82,14 @@ def test_capacities_beyond_the_levels_are_fitted_as_scipy_does():
     found, fitted = capacities(seen.ims, seen.ratios), fit_ida(seen)
     known, below, above = (found.values[found.status == status] for status in (KNOWN, BELOW, ABOVE))
     assert min(below.size, above.size) > 0 and known.size > 40
-    data = stats.CensoredData(uncensored=known, left=below, right=above)
-    dispersion, _, median = stats.lognorm.fit(data, floc=0.0)
-    assert (fitted.median, fitted.dispersion) == pytest.approx((median, dispersion), rel=1e-4)  # as far as scipy goes
+    agree_with_scipy(fitted, stats.CensoredData(uncensored=known, left=below, right=above))
 
     def lost(point: np.ndarray) -> float:
         curve = stats.norm(*point)
         parts = curve.logpdf(np.log(known)), curve.logcdf(np.log(below)), curve.logsf(np.log(above))
         return -float(sum(part.sum() for part in parts))
 
-    best = best_of(lost, [1.0, 0.6])
-    assert [np.log(fitted.median), fitted.dispersion] == pytest.approx(best, abs=1e-6)
-    errors = curvature_errors(lost, np.array([np.log(fitted.median), fitted.dispersion]))
-    assert (fitted.se_median, fitted.se_dispersion) == pytest.approx(errors, rel=1e-4)
+    is_largest(fitted, lost)
 
 
 def test_capacities_between_two_levels_are_fitted_as_scipy_does():
@@ -96,23 +102,16 @@ def test_capacities_between_two_levels_are_fitted_as_scipy_does():
     inside = found.status == BETWEEN
     lines = capacities(seen.ims, seen.ratios)  # of the same motions, whose demands are lines in the logarithms
     assert ((found.below < lines.values) & (lines.values < found.values))[inside].all()
-    data = stats.CensoredData(
-        left=high[found.status == BELOW],
-        right=low[found.status == ABOVE],
-        interval=np.stack([low[inside], high[inside]], axis=1),
-    )
-    dispersion, _, median = stats.lognorm.fit(data, floc=0.0)
-    assert (fitted.median, fitted.dispersion) == pytest.approx((median, dispersion), rel=1e-4)  # as far as scipy goes
+    intervals = np.stack([low[inside], high[inside]], axis=1)
+    ends = {"left": high[found.status == BELOW], "right": low[found.status == ABOVE]}
+    agree_with_scipy(fitted, stats.CensoredData(**ends, interval=intervals))
 
     def lost(point: np.ndarray) -> float:
         curve = stats.norm(*point)
         with np.errstate(divide="ignore"):
             return -float(np.log(curve.cdf(np.log(high)) - curve.cdf(np.log(low))).sum())
 
-    best = best_of(lost, [1.0, 0.6])
-    assert [np.log(fitted.median), fitted.dispersion] == pytest.approx(best, abs=1e-6)
-    errors = curvature_errors(lost, best)
-    assert (fitted.se_median, fitted.se_dispersion) == pytest.approx(errors, rel=1e-4)
+    is_largest(fitted, lost)
 
 
 def test_a_cap_at_the_threshold_does_not_move_the_median():
