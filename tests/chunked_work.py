@@ -77,6 +77,35 @@ class Kept:
         self.processes |= set(part["process"].tolist())
 
 
+class Interrupted(Kept):
+    """As `Kept`; the third call is Ctrl-C, after ``pause`` seconds in which others go on."""
+
+    def __init__(self, batches: int, least: float = 0.0, *, pause: float):
+        super().__init__(batches, least)
+        self.pause, self.tries = pause, []
+
+    def __call__(self, batches: range, part: dict[str, Any], seconds: float) -> None:
+        """Record one chunk, but for the third."""
+        self.tries.append(batches)
+        if len(self.tries) == 3:
+            time.sleep(self.pause)
+            raise KeyboardInterrupt
+        super().__call__(batches, part, seconds)
+
+
+def full_disk(batches: range, part: dict[str, Any], seconds: float) -> None:
+    """Sink without space."""
+    raise PoundingError("no space")
+
+
+def pending_of(job: Numbers, batches: list[range] | None = None, **more: Any) -> Any:
+    """What is left to do of a job: all of it, or these batches."""
+    from pounding_risk.ensemble.threads import Pending
+
+    every = [range(job.batches)] if batches is None else batches
+    return Pending(every, job.law_at, bytes_per_batch=job.bytes_per_batch, **more)
+
+
 SCENE = scene_text(
     single("left", "500 t", "0.5 s", damping=0.05),
     single("right", "800 t", "1.0 s", damping=0.05),

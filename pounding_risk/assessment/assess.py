@@ -341,11 +341,12 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     levels = options.shaking.events(results)
     counts = results.run_counts | {"unpushed": results.unpushed, "collapsed": results.fallen}
     verdict = judge(contact, criterion, sensitivity[0], counts, doubts)
-    notes = [
-        _amplitude_note(results) if options.level is None else "",
-        str(results.level_notes.get(name, "")),
-        _lost_note(motions),
-    ]
+    notes = [_amplitude_note(results) if options.level is None else "", str(results.level_notes.get(name, ""))]
+    if lost := int(np.isinf(motions.closing).sum()):
+        many = f"{lost} of {motions.closing.size} motions at all amplitudes together"
+        notes.append(
+            f"Fragilities of contact and their rates count {many}, without a finite response, as contact at every gap."
+        )
     verdict = replace(
         verdict,
         conclusion=(*columns, *verdict.conclusion, *(by_rate.conclusion if by_rate else ())),
@@ -405,15 +406,6 @@ def _amplitude_note(results: Results) -> str:
     levels = [amplitudes.words(value) for value in amplitudes.values if value is not None]
     why = "the largest" if results.scene_amplitude is None else "the scene's own"
     return f"Of the amplitudes {', '.join(levels)}, {levels[results.scene_level]} is assessed: {why}."
-
-
-def _lost_note(motions: ContactMotions) -> str:
-    """Sentence on motions without a finite response in fragilities of contact, and in rates from them."""
-    lost = int(np.isinf(motions.closing).sum())
-    if not lost:
-        return ""
-    many = f"{lost} of {motions.closing.size} motions at all amplitudes together"
-    return f"Fragilities of contact and their rates count {many}, without a finite response, as contact at every gap."
 
 
 def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: float) -> tuple[Share, ...]:

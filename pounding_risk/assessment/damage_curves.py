@@ -150,7 +150,9 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     both = [of_place(case, state, without) for without in (False, True)]
     jumps = bool(state.demand.interfaces) or (state.demand.key == "storey_shear" and _may_yield(case, state))
     ratios = [np.where(np.isfinite(values), values, np.nan) / state.threshold for values in both]
-    may_collapse = state.demand.of_structure and _may_collapse(case, state)
+    # A building that the state is of may be the one that collapsed; of another nothing is known.
+    fragile = collapsible_buildings(Results(case).scene) if state.demand.of_structure else []
+    may_collapse = state.building in fragile if state.building else bool(fragile)
     if may_collapse and (fell := by_amplitude(collapsed(case)).astype(bool)).any():
         # Where no run without contact is known, the building has collapsed in it too: the cases take its status.
         ratios = [np.where(fell & np.isnan(values), COLLAPSE, values) for values in ratios]
@@ -158,12 +160,6 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     if jumps:  # a demand that is capped at the threshold may be less than it by rounding
         ratios = [np.where(np.isclose(values, 1.0, rtol=0.0, atol=ROUNDED), 1.0, values) for values in ratios]
     return Demands(ratios[0], ratios[1], jumps)
-
-
-def _may_collapse(case: xr.Dataset, state: Any) -> bool:
-    """True where a building that the state is of may be the one that collapsed; of another nothing is known."""
-    fragile = collapsible_buildings(Results(case).scene)
-    return state.building in fragile if state.building else bool(fragile)
 
 
 def _may_yield(case: xr.Dataset, state: Any) -> bool:

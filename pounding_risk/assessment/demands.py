@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import inf
+from math import inf, nan
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -188,20 +188,33 @@ class Contact(NamedTuple):
         share, need = self.at_gap, self.required[criterion.percentile]
         if not self.lost:
             return share, need
-        about = [{"gap": self.gap}]
-        touched = self.touched.astype(float)[:, None]
-        most, least = (
-            shares(
-                np.pad(touched, ((0, self.lost), (0, 0)), constant_values=of_lost),
-                about,
-                self.weight,
-                criterion.confidence,
-            )[0]
-            for of_lost in (1.0, 0.0)
-        )
+        touched = np.pad(self.touched.astype(float), (0, self.lost), constant_values=nan)
         closing = np.pad(self.motions.closing[:, 0], (0, self.lost), constant_values=inf)
         (need,) = required_gaps(closing, self.weight, (criterion.percentile,), criterion.confidence)
-        return replace(most, low=least.low, low_recordings=least.low_recordings), need
+        return share_with_lost(touched[None], self.gap, self.weight, criterion.confidence), need
+
+
+def share_with_lost(touched: Array, gap: float, weight: float, confidence: float) -> Share:
+    """The share of the motions with contact at any interface, of which those that are lost count as contact.
+
+    The lower bound of the share is that were they none.
+
+    Parameters
+    ----------
+    touched : array
+        1 where a motion brings contact, 0 where not, NaN where it is lost: (interfaces, motions).
+    gap : float
+        The gap that the share is of [m].
+    weight : float
+        What one motion counts for, at most 1.
+    confidence : float
+        Confidence of the bounds.
+    """
+    most, least = (
+        shares(np.nan_to_num(touched, nan=of_lost).max(axis=0)[:, None], [{"gap": gap}], weight, confidence)[0]
+        for of_lost in (1.0, 0.0)
+    )
+    return replace(most, low=least.low, low_recordings=least.low_recordings)
 
 
 def contact_of(results: Results, index: int, gap: float | None, level: int | None, criterion: Criterion) -> Contact:

@@ -51,7 +51,7 @@ def exported(path: str | Path) -> Exported | None:
     """
     name, where = split_site(str(path))
     files = [Path(name)] if Path(name).exists() else [Path(file) for file in sorted(glob.glob(name))]
-    ours = [file for file in files if _is_export(head_of(file))]
+    ours = [file for file in files if {"lon", "lat"} <= set(head_of(file))]
     if not ours:
         if where and files:
             raise PoundingError(f"{name}: is a table without sites; leave the site {where} out")
@@ -87,10 +87,6 @@ def measure_of(imt: str) -> tuple[str, float] | None:
     return (sa_at(float(match[1])).intensity, STANDARD_GRAVITY) if match and float(match[1]) > 0.0 else None
 
 
-def _is_export(head: Sequence[str]) -> bool:
-    return "lon" in head and "lat" in head
-
-
 def _curve_or_spectra(table: Table, wanted: SiteRequest | None) -> Exported:
     at = table.head.index("custom_site_id") if "custom_site_id" in table.head else -1
     ids = [row.cells[at] for row in table.rows] if at >= 0 else []
@@ -123,18 +119,14 @@ def _intensity(table: Table, imt: str) -> tuple[str, float]:
     return known
 
 
-def _probability(table: Table, row: Row, column: str) -> float:
-    value = table.number(row, column)
-    if not 0.0 <= value <= 1.0:
-        raise row.fault(f"{column} is {value:g}; a probability goes from 0 to 1: {AGAIN}")
-    return value
-
-
 def _curve(table: Table, row: Row, columns: Sequence[str], about: str) -> Exported:
     """One curve, without what has no finite rate, and without levels that are exceeded as often as a stronger one."""
     intensity, unit = _intensity(table, table.facts.get("imt", ""))
     levels = unit * np.array([float(column.removeprefix("poe-")) for column in columns])
-    poes = np.array([_probability(table, row, column) for column in columns])
+    poes = np.array([table.number(row, column) for column in columns])
+    for column, poe in zip(columns, poes.tolist(), strict=True):
+        if not 0.0 <= poe <= 1.0:
+            raise row.fault(f"{column} is {poe:g}; a probability goes from 0 to 1: {AGAIN}")
     for at in range(1, len(columns)):
         if not (levels[at] > levels[at - 1] and poes[at] <= poes[at - 1]):
             raise row.fault(
@@ -151,9 +143,8 @@ def _curve(table: Table, row: Row, columns: Sequence[str], about: str) -> Export
     if (bounded & ~kept).any():
         equal = counted((bounded & ~kept).sum(), "level")
         words.append(f"{equal} of {intensity} left out, exceeded as often as the next one.")
-    return Exported(
-        table.path.name, table.fact("investigation_time"), (intensity,), (levels[kept],), (poes[kept],), (about, *words)
-    )
+    years = table.fact("investigation_time")
+    return Exported(table.path.name, years, (intensity,), (levels[kept],), (poes[kept],), (about, *words))
 
 
 def _spectra(table: Table, row: Row, columns: Sequence[str], about: str) -> Exported:
@@ -180,6 +171,5 @@ def _spectra(table: Table, row: Row, columns: Sequence[str], about: str) -> Expo
         names.append(intensity)
         levels.append(unit * values)
         probabilities.append(poes)
-    return Exported(
-        table.path.name, table.fact("investigation_time"), tuple(names), tuple(levels), tuple(probabilities), (about,)
-    )
+    years = table.fact("investigation_time")
+    return Exported(table.path.name, years, tuple(names), tuple(levels), tuple(probabilities), (about,))

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.tables import Row, read_table, short, split_unit
-from pounding_risk.assessment.annual_rates import AnnualRate, read_rate
+from pounding_risk.assessment.annual_rates import read_rate
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.assessment.hazard_openquake import Exported, exported
 from pounding_risk.errors import PoundingError
@@ -250,7 +250,11 @@ def _by_period(lines: list[Row]) -> HazardSpectrum:
     for line, values in zip(lines[1:], table, strict=True):
         if not (np.diff(values) > 0.0).all() or not (np.diff(rates[order]) < 0.0).all():
             raise line.fault("intensities must rise as the annual rates of the columns fall; leave out equal columns")
-    return _spectrum(head, names, rates[order], table.T, _level_reading([level for level, _ in levels]))
+    words, read = (", ".join(one) for one in zip(*((one.words, f"{one.rate:.3g}") for one, _ in levels), strict=True))
+    reading = (
+        f"The columns {words} are read as annual rates of {read}, events being independent of each other (Poisson)."
+    )
+    return _spectrum(head, names, rates[order], table.T, reading)
 
 
 def _by_intensity(lines: list[Row]) -> HazardSpectrum:
@@ -303,12 +307,6 @@ def _at_common_rates(
     )
 
 
-def _level_reading(levels: Sequence[AnnualRate]) -> str:
-    """Sentence on how the levels in the head of spectra are read as annual rates."""
-    words, rates = (", ".join(each) for each in zip(*((one.words, f"{one.rate:.3g}") for one in levels), strict=True))
-    return f"The columns {words} are read as annual rates of {rates}, events being independent of each other (Poisson)."
-
-
 def _period_name(line: Row, cell: str, head: str) -> str:
     """The intensity of a row that starts with a period: "pga" of 0, or "sa(0.5 s)"."""
     unit = split_unit(head)[1]
@@ -322,7 +320,12 @@ def _period_name(line: Row, cell: str, head: str) -> str:
 
 def _spectrum(head: Row, names: Sequence[str], rate: Array, im: Array, reading: str) -> HazardSpectrum:
     """Spectra by rising period, from ``im`` (rates, intensities); raises PoundingError for other intensities."""
-    known = [_spectral_name(head, name) for name in names]
+    known: list[Measure] = []  # with the period 0 of PGA
+    for name in names:
+        measure = sa_at(0.0) if name == "pga" else read_sa(name)
+        if measure is None:
+            raise head.fault(f"{short(name)} is neither pga nor sa at a period such as sa(0.5 s); {SPECTRA}")
+        known.append(measure)
     periods = [one.period for one in known]
     for at, period in enumerate(periods):
         if period in periods[:at]:
@@ -344,16 +347,6 @@ def _spectrum(head: Row, names: Sequence[str], rate: Array, im: Array, reading: 
         source=head.source.name,
         reading=reading,
     )
-
-
-def _spectral_name(head: Row, name: str) -> Measure:
-    """Period and damping of the intensity of a column, the period 0 of PGA."""
-    if name == "pga":
-        return sa_at(0.0)
-    found = read_sa(name)
-    if found is None:
-        raise head.fault(f"{short(name)} is neither pga nor sa at a period such as sa(0.5 s); {SPECTRA}")
-    return found
 
 
 def _column(head: Row, cell: str) -> Column | None:

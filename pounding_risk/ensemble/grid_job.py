@@ -205,14 +205,12 @@ class GridJob(Job):
     def coordinates(self, whole: bool = False) -> dict[str, Any]:
         """Interfaces, contact points, buildings and storeys, with facts on each; as `labels.places_of`."""
         places = places_of(self.study, *self._places, whole=whole)
-        return places | self._ground_widenings() if whole else places
-
-    def _ground_widenings(self) -> dict[str, Any]:
-        """How far the grounds part, computed once for all scenes with equal grounds."""
-        key = "apart", self.study.supports
+        if not whole:
+            return places
+        key = "widenings", self.study.supports  # computed once for all scenes with equal grounds
         if key not in self.peaks:
             self.peaks[key] = ground_widenings(self.study, self.scan_input.motions)
-        return self.peaks[key]
+        return places | self.peaks[key]
 
     def numbers(self) -> dict[str, str]:
         """Attributes that differ along an axis of another number of the scene."""

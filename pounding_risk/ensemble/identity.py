@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,7 @@ LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba")  # those that numbers g
 SHOWN = 6  # values of a list that a sentence still names one by one
 HISTORY = "displacement_history"  # of what stands beside a record
 ABSENT = object()
+OWN_LAW, OTHERS_LAW = "one of your own, or of a plug-in", "this program's own, or none"
 # The source that numbers of a dataset depend on: not commands, figures, reports and assessments.
 SOURCES = ("_jit", "models", "motions", "scene", "solver", "ensemble", "results", "units.py")
 
@@ -54,13 +55,25 @@ def digest(identity: Mapping[str, Any]) -> str:
 def difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
     """One sentence for each thing in which two identities differ: 'interface[0].gap: was "20 mm", is "25 mm"'."""
     old, new = _plain(old), _plain(new)
+    programs, laws = ([one.get(key, {}) for one in (old, new)] for key in ("program", "laws"))
+    sources = [program.pop("source", None) for program in programs]
     sentences = [
         *_changed(old.get("scene", {}), new.get("scene", {})),
         *_changed_records(old.get("records", []), new.get("records", [])),
         *_changed(old.get("options", {}), new.get("options", {})),
-        *_changed_program(old.get("program", {}), new.get("program", {})),
-        *_changed_laws(old.get("laws", {}), new.get("laws", {})),
+        *_changed(*programs),
     ]
+    if sources[0] != sources[1]:
+        changed = f"its source was changed since, in what numbers depend on ({', '.join(SOURCES)})"
+        sentences.append(f"pounding_risk: {changed}")
+    for name in dict.fromkeys((*laws[0], *laws[1])):
+        whose = name if name.startswith("effect ") else f"contact model {name}"  # as `own_laws` names both
+        was, now = (law.get(name) for law in laws)
+        if was is None or now is None:
+            origins = (OTHERS_LAW if law is None else OWN_LAW for law in (was, now))
+            sentences.append("{}: was {}, is {}".format(whose, *origins))
+        elif was != now:
+            sentences.append(f"{whose}: its code, which is not this program's own, was changed since")
     if not sentences and old.get("prepared") != new.get("prepared"):
         sentences.append(
             "the last digits of what is computed before the runs: another kind of processor, for which libraries "
@@ -113,29 +126,23 @@ def package_digest() -> str:
 
 
 def _changed(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[str]:
-    """Keys of two nested tables that differ."""
+    """Keys of two nested tables that differ; of long lists of one length the first place where they do."""
     before, after = flattened(old), flattened(new)
     for key in dict.fromkeys((*before, *after)):
         was, now = before.get(key, ABSENT), after.get(key, ABSENT)
         if was is not ABSENT and now is not ABSENT and _same(was, now):
             continue
-        if isinstance(was, list) and isinstance(now, list):
-            yield _changed_list(key, was, now)
+        if isinstance(was, list) and isinstance(now, list) and len(was) == len(now) > SHOWN:
+            places = [place for place in range(len(was)) if not _same(was[place], now[place])]
+            others = f", and {len(places) - 1} more of its values" if len(places) > 1 else ""
+            first = f"value {places[0] + 1} was {_words(was[places[0]])}, is {_words(now[places[0]])}"
+            yield f"{key}: {first}{others}"
         else:
             yield f"{key}: was {_words(was)}, is {_words(now)}"
 
 
 def _same(was: Any, now: Any) -> bool:
     return json.dumps(was) == json.dumps(now)  # 1 and true are equal, and are not the same
-
-
-def _changed_list(key: str, was: Sequence[Any], now: Sequence[Any]) -> str:
-    """Two lists that differ; of long ones of one length the first place where they do."""
-    if len(was) != len(now) or len(was) <= SHOWN:
-        return f"{key}: was {_words(was)}, is {_words(now)}"
-    places = [place for place in range(len(was)) if not _same(was[place], now[place])]
-    others = f", and {len(places) - 1} more of its values" if len(places) > 1 else ""
-    return f"{key}: value {places[0] + 1} was {_words(was[places[0]])}, is {_words(now[places[0]])}{others}"
 
 
 def _words(value: Any) -> str:
@@ -177,34 +184,6 @@ def _changed_record(was: Mapping[str, Any], now: Mapping[str, Any]) -> str:
         return "its file holds other bytes than before"
     if was.get(HISTORY) != now.get(HISTORY):
         return "the displacement_history of a building under it is another file, or holds other bytes than before"
-    steps = "; ".join(_unlike(was["processing"], now["processing"]))
-    return f"the same file is processed or scaled otherwise{f': {steps}' if steps else ''}"
-
-
-def _unlike(was: Sequence[str], now: Sequence[str]) -> Iterator[str]:
-    yield from (f'was "{step}"' for step in was if step not in now)
-    yield from (f'is "{step}"' for step in now if step not in was)
-
-
-def _changed_program(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator[str]:
-    plain = [{key: value for key, value in program.items() if key != "source"} for program in (old, new)]
-    yield from _changed(*plain)
-    if old.get("source") != new.get("source"):
-        yield f"pounding_risk: its source was changed since, in what numbers depend on ({', '.join(SOURCES)})"
-
-
-def _changed_laws(old: Mapping[str, str], new: Mapping[str, str]) -> Iterable[str]:
-    for name in dict.fromkeys((*old, *new)):
-        if name in old and name in new and old[name] != new[name]:
-            yield f"{_own(name)}: its code, which is not this program's own, was changed since"
-        elif (name in old) != (name in new):
-            yield f"{_own(name)}: was {_origin(name in old)}, is {_origin(name in new)}"
-
-
-def _own(name: str) -> str:
-    """A contact law, or an effect, as `own_laws` names it."""
-    return name if name.startswith("effect ") else f"contact model {name}"
-
-
-def _origin(own: bool) -> str:
-    return "one of your own, or of a plug-in" if own else "this program's own, or none"
+    steps = [f'was "{step}"' for step in was["processing"] if step not in now["processing"]]
+    steps += [f'is "{step}"' for step in now["processing"] if step not in was["processing"]]
+    return f"the same file is processed or scaled otherwise{': ' if steps else ''}{'; '.join(steps)}"

@@ -9,7 +9,7 @@ back, and the case has the status UNPUSHED.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -96,7 +96,11 @@ def with_known(study: Scene, model: RowModel, motion: Motion, free: RowRun) -> R
             ends = layout.ends[k, :4]
             np.add.at(shares, ends[ends >= 0], layout.shares[k, :4][ends >= 0])
             parts = [(paths[side], shares[slice(*model.firsts[side : side + 2])]) for side in sides]
-            points[k, HIGHEST], points[k, LOWEST] = extremes(*_sum_of(parts))
+            # Σ share u over both, until the first of them ends.
+            times = np.unique(np.concatenate([path.times for path, _ in parts]))
+            times = times[times <= min(path.times[-1] for path, _ in parts)]
+            pieces = zip(*(path.pieces(times, own) for path, own in parts), strict=True)
+            points[k, HIGHEST], points[k, LOWEST] = extremes(*(sum(one) for one in pieces))
     return free._replace(points=points, floors=floors, rest=rest)
 
 
@@ -116,14 +120,6 @@ def _paths(study: Scene, model: RowModel, motion: Motion) -> list[Path]:
             own = slice(*model.firsts[place : place + 2])
             paths.append(Path(times, states[:, 0, own], states[:, 1, own]))
     return paths
-
-
-def _sum_of(parts: Sequence[tuple[Path, Array]]) -> tuple[Array, Array, Array]:
-    """Σ share u over paths with shares, as `Path.pieces` gives it, until the first of them ends."""
-    times = np.unique(np.concatenate([path.times for path, _ in parts]))
-    times = times[times <= min(path.times[-1] for path, _ in parts)]
-    values, starts, ends = (sum(each) for each in zip(*(path.pieces(times, own) for path, own in parts), strict=True))
-    return values, starts, ends
 
 
 class KnownCases:

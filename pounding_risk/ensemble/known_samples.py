@@ -57,15 +57,13 @@ class KnownSamples:
     def __init__(self, dataset: xr.Dataset, target: Path):
         self._dataset, self._target = dataset, target
         self._axes = [axis.name for axis in axes_of(dataset)]
-        self._variants = dict((name, (along, values)) for name, along, values in self._listed("attributes"))
+        attributes = variants_of(dataset).get("attributes", [])
+        self._variants = {name: (along, values) for name, along, values in attributes}
         self.count = dataset.sizes[SAMPLE]
         size = sum(variable.nbytes for variable in dataset.data_vars.values())
         self._step = max(1, int(BYTES * self.count / max(size, 1)))
         self._span = range(0)
         self._arrays: dict[str, tuple[tuple[str, ...], np.ndarray]] = {}
-
-    def _listed(self, name: str) -> list[Any]:
-        return variants_of(self._dataset).get(name, [])
 
     def has(self, places: Mapping[str, int]) -> bool:
         """True for a place whose cases it has."""

@@ -80,31 +80,29 @@ def check_dampers(study: Scene) -> None:
     for link in study.links:
         if not link.exponent:
             continue
+        left, right = (study.buildings[link.interface + side].name for side in range(2))
         # Of a power the damping is largest, or least, at rest.
         dampings = damping_at_rest(link.damping, link.exponent), link.exponent * link.damping
         if link.is_braced and (slack := link.brace / min(dampings)) > QUICKEST:
-            left, right = (study.buildings[link.interface + side].name for side in range(2))
-            raise SceneError(
-                study.source,
-                [
-                    f"the brace of the damper between {left} and {right} is as good as rigid: its force would "
-                    f"follow the damper's at {slack:.2g} 1/s, and a run follows {QUICKEST:.2g} 1/s at most; remove "
-                    "link_brace_stiffness, or write a softer brace"
-                ],
+            raise _refused(
+                study,
+                f"the brace of the damper between {left} and {right} is as good as rigid: its force would follow the "
+                f"damper's at {slack:.2g} 1/s, and a run follows {QUICKEST:.2g} 1/s at most; remove "
+                "link_brace_stiffness, or write a softer brace",
             )
         if link.is_braced or link.exponent == 1.0:
             continue
-        rate = max(dampings) * _pliancy(study, link)
-        if rate > QUICKEST:
-            left, right = (study.buildings[link.interface + side].name for side in range(2))
-            raise SceneError(
-                study.source,
-                [
-                    f"the damper between {left} and {right} holds them like a tie: their motion against each "
-                    f"other would decay at {rate:.2g} 1/s, and a run follows {QUICKEST:.2g} 1/s at most; write a "
-                    "smaller link_damping or a larger link_exponent, or link_stiffness in its place"
-                ],
+        if (rate := max(dampings) * _pliancy(study, link)) > QUICKEST:
+            raise _refused(
+                study,
+                f"the damper between {left} and {right} holds them like a tie: their motion against each other would "
+                f"decay at {rate:.2g} 1/s, and a run follows {QUICKEST:.2g} 1/s at most; write a smaller link_damping "
+                "or a larger link_exponent, or link_stiffness in its place",
             )
+
+
+def _refused(study: Scene, sentence: str) -> SceneError:
+    return SceneError(study.source, [sentence])
 
 
 def response_bytes(study: Scene, motion: Motion) -> float:
@@ -139,14 +137,12 @@ def check_memory(study: Scene, motions: Iterable[Motion], *, histories: bool = F
         size = by_dt[motion.dt] * motion.acceleration.size
         if free and size > free:
             turn = fastest_rate(study) * motion.dt
-            raise SceneError(
-                study.source,
-                [
-                    f"the fastest mode turns by {turn:.3g} rad within a sample of {motion.name}, so that each is "
-                    f"divided into {max(1, ceil(turn / TURN))}: one response takes {size / 1e9:.3g} GB, and "
-                    f"{free / 1e9:.3g} GB of memory are free; check mass, period and stiffness of the buildings"
-                    + (", and stiffness and damping of links" if study.links else "")
-                ],
+            links = ", and stiffness and damping of links" if study.links else ""
+            raise _refused(
+                study,
+                f"the fastest mode turns by {turn:.3g} rad within a sample of {motion.name}, so that each is divided "
+                f"into {max(1, ceil(turn / TURN))}: one response takes {size / 1e9:.3g} GB, and {free / 1e9:.3g} GB of "
+                f"memory are free; check mass, period and stiffness of the buildings{links}",
             )
 
 
@@ -169,12 +165,10 @@ def check_scenes(variants: Variants, motions: tuple[Motion, ...], *, every: bool
 def check_dataset(study: Scene, cases: int, size: int) -> None:
     """Raise SceneError for a grid whose dataset fits no disk."""
     if size > MOST_BYTES:
-        raise SceneError(
-            study.source,
-            [
-                f"the grid has {cases:.3g} cases, and their dataset {size / 1e12:.3g} TB before compression; no disk "
-                "holds that: write fewer values in [grid]"
-            ],
+        raise _refused(
+            study,
+            f"the grid has {cases:.3g} cases, and their dataset {size / 1e12:.3g} TB before compression; no disk "
+            "holds that: write fewer values in [grid]",
         )
 
 
@@ -185,12 +179,10 @@ def check_disk(study: Scene, size: int, folder: Path) -> None:
     """
     free = shutil.disk_usage(folder).free
     if size > free:
-        raise SceneError(
-            study.source,
-            [
-                f"the cases take {size / 1e9:.3g} GB before compression, and {free / 1e9:.3g} GB are free in "
-                f"{folder.resolve()}; write fewer values in [grid], or name another place with -o"
-            ],
+        raise _refused(
+            study,
+            f"the cases take {size / 1e9:.3g} GB before compression, and {free / 1e9:.3g} GB are free in "
+            f"{folder.resolve()}; write fewer values in [grid], or name another place with -o",
         )
 
 
@@ -198,12 +190,10 @@ def check_held(study: Scene, size: int) -> None:
     """Raise SceneError where a dataset that is to stay in memory is larger than the free memory."""
     free = free_memory()
     if free and size > free:
-        raise SceneError(
-            study.source,
-            [
-                f"the cases take {size / 1e9:.3g} GB, and {free / 1e9:.3g} GB of memory are free; scan into a file, "
-                "or write fewer values in [grid]"
-            ],
+        raise _refused(
+            study,
+            f"the cases take {size / 1e9:.3g} GB, and {free / 1e9:.3g} GB of memory are free; scan into a file, or "
+            "write fewer values in [grid]",
         )
 
 
@@ -237,8 +227,12 @@ def _allowed() -> float:
     if limit == resource.RLIM_INFINITY:
         return 0.0
     try:
-        with open("/proc/self/statm", encoding="ascii") as counts:
-            used = int(counts.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+        return max(float(limit - own_memory(0)), 1.0)
     except OSError:
         return float(limit)
-    return max(float(limit - used), 1.0)
+
+
+def own_memory(which: int) -> int:
+    """Memory of this process [bytes]: all its addresses (0) or what is resident (1); OSError where none is told."""
+    with open("/proc/self/statm", encoding="ascii") as counts:
+        return int(counts.read().split()[which]) * os.sysconf("SC_PAGE_SIZE")

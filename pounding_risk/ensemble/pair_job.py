@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 from functools import cached_property
 from hashlib import blake2b
 from types import SimpleNamespace
@@ -54,7 +54,9 @@ class PairJob(GridJob):
         self.held = {"free": Shared(FREE_RESPONSES)}
 
     def worth_kernels(self, scenes: int) -> bool:
-        return is_worth_kernels(self.study, scenes * self.batches * self.width, self.scan_input.motions)
+        motions = self.scan_input.motions
+        samples = sum(motion.acceleration.size for motion in motions) / max(len(motions), 1)
+        return scenes * self.batches * self.width / len(self.laws) * samples >= WORTH_A_KERNEL
 
     @classmethod
     def alone_key(cls, study: Scene) -> Hashable:
@@ -149,12 +151,6 @@ class PairJob(GridJob):
 
     def writer(self) -> PairWriter:
         return PairWriter(self)
-
-
-def is_worth_kernels(study: Scene, cases: int, motions: Sequence[Motion]) -> bool:
-    """True where each contact law of a grid of so many cases gets kernels with its own code; the bits are the same."""
-    samples = sum(motion.acceleration.size for motion in motions) / max(len(motions), 1)
-    return cases / len(study.grid.contact_models) * samples >= WORTH_A_KERNEL
 
 
 class PairWriter:

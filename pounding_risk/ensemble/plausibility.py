@@ -6,8 +6,9 @@ contacts are in `results.contact_notes`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from math import isfinite, pi, sqrt
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -296,12 +297,15 @@ def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
         return
     motions = tuple(motion for motion in motions if not motion.record.get(STILL))
     usual = USUAL["PGA as recorded"]
-    for outside, most in ((_below(usual.low), min), (_above(usual.high), max)):
-        unusual = {motion.name: motion.pga for motion in motions if outside(motion.pga) and not _doubted(motion)}
+    # Not those whose unit a flag of theirs already questions.
+    sure = [motion for motion in motions if not any(flag.endswith(UNIT_CHECKED) for flag in motion.flags)]
+    weak = [(motion.pga, motion.name) for motion in sure if motion.pga < usual.low]
+    strong = [(motion.pga, motion.name) for motion in sure if motion.pga > usual.high]
+    for unusual, most in ((weak, min), (strong, max)):
         if unusual:
-            name = most(unusual, key=unusual.__getitem__)
+            pga, name = most(unusual, key=itemgetter(0))
             others = f" and {len(unusual) - 1} more" if len(unusual) > 1 else ""
-            yield from _unusual("PGA as recorded", {f"{name}{others}": unusual[name]})
+            yield from _unusual("PGA as recorded", {f"{name}{others}": pga})
 
 
 def _of_levels(grid: Axes, motions: tuple[Motion, ...]) -> Iterator[str]:
@@ -337,16 +341,3 @@ def _of_grounds(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
         f"{worst.when[place]:.3g} s), which is part of what closes and opens the gap; {end} are left at the end: "
         "in a record without baseline correction that is drift, no motion of the ground"
     )
-
-
-def _below(limit: float) -> Callable[[float], bool]:
-    return lambda value: value < limit
-
-
-def _above(limit: float) -> Callable[[float], bool]:
-    return lambda value: value > limit
-
-
-def _doubted(motion: Motion) -> bool:
-    """True where a flag of the motion already questions its unit."""
-    return any(flag.endswith(UNIT_CHECKED) for flag in motion.flags)

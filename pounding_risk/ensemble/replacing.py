@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,25 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pounding_risk.ensemble.identity import HISTORY, difference
 from pounding_risk.errors import PoundingError
+from pounding_risk.results.attributes import from_text
+from pounding_risk.results.check import kind_of_names
 from pounding_risk.results.files import head_of
 from pounding_risk.scene.overrides import WITHOUT_RUNS
 
 if TYPE_CHECKING:
     from pounding_risk.scene.scene import Scene
 
-# Variables or dimensions by which the datasets of a command are recognised, tried in this order.
-MARKS = {
-    "compare": {"flips"},
-    "accuracy": {"time_to_reach"},
-    "effects": {"time_ratio"},
-    "spectra": {"left_period"},
-    "amplification": {"period_ratio"},
-    "damage": {"demand_ratio"},
-    "uncertainty": {"uncertain_number"},
-    "histories": {"sample", "time"},
-    "simulate": {"time"},
-    "scan": {"impact_count"},
-}
 OTHER_NAME = "move it away, or write to another name"
 CHOICE = "to replace it say so (--new, or new=True in Python), or write to another name (-o)"
 
@@ -50,7 +38,7 @@ def check_replaceable(
     target
         Where results are about to be written; nothing is refused where there is no file.
     command
-        That writes them, one of `MARKS`.
+        That writes them, as `check.kind_of` has it.
     identity
         Tables of `identity.identity`, of which those that the file tells too are compared; None compares none.
     new
@@ -93,7 +81,7 @@ def read_finished(target: Path) -> Finished:
         return Finished("", {})
     if "versions" not in attrs and "kernels_digest" not in attrs:
         return Finished("", attrs)
-    return Finished(next((command for command, marks in MARKS.items() if marks <= set(names)), ""), attrs)
+    return Finished(kind_of_names(names, names, set(attrs)), attrs)
 
 
 def recorded_identity(attrs: Mapping[str, Any]) -> dict[str, Any]:
@@ -101,9 +89,9 @@ def recorded_identity(attrs: Mapping[str, Any]) -> dict[str, Any]:
     tables = {
         "scene": _scene(attrs.get("scene_resolved")),
         "records": _records(attrs),
-        "options": _json(attrs.get("options")),
+        "options": from_text(attrs.get("options")),
         "program": _program(attrs),
-        "laws": _json(attrs.get("own_laws", "{}")),
+        "laws": from_text(attrs.get("own_laws", "{}")),
     }
     return {name: table for name, table in tables.items() if table is not None}
 
@@ -116,13 +104,6 @@ def comparable(identity: Mapping[str, Any]) -> dict[str, Any]:
     return {**identity, **({} if program is None else {"program": {**program, "source": source_digest()}})}
 
 
-def _json(text: Any) -> Any:
-    try:
-        return json.loads(text)
-    except (TypeError, ValueError, RecursionError):
-        return None
-
-
 def _scene(text: Any) -> dict[str, Any] | None:
     """The resolved scene without its title and states of damage, which change no number."""
     try:
@@ -132,7 +113,7 @@ def _scene(text: Any) -> dict[str, Any] | None:
 
 
 def _records(attrs: Mapping[str, Any]) -> list[dict[str, Any]] | None:
-    records, digests, steps = (_json(attrs.get(name)) for name in ("records", "motions_sha256", "processing"))
+    records, digests, steps = (from_text(attrs.get(name)) for name in ("records", "motions_sha256", "processing"))
     if not isinstance(records, list) or not isinstance(digests, dict) or not isinstance(steps, dict):
         return None
     return [
@@ -149,7 +130,7 @@ def _records(attrs: Mapping[str, Any]) -> list[dict[str, Any]] | None:
 
 
 def _program(attrs: Mapping[str, Any]) -> dict[str, str] | None:
-    versions = _json(attrs.get("versions"))
+    versions = from_text(attrs.get("versions"))
     if not isinstance(versions, dict) or "kernels_digest" not in attrs:
         return None
     from pounding_risk.ensemble.identity import LIBRARIES

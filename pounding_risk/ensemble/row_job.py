@@ -30,6 +30,7 @@ from pounding_risk.solver.pair.grid import KNOWN, SIMULATED
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import HIGHEST, FreeResponse, RowRun
 from pounding_risk.solver.row.cases import Answered, Cases, Driven
+from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import (
     Outputs,
     Variable,
@@ -59,6 +60,12 @@ LEAST_RESPONSES = 4
 def responses_held(size: float) -> int:
     """Of how many motions the states without contact are kept, at so many bytes each."""
     return int(min(max(RESPONSE_BYTES / size, LEAST_RESPONSES), MOTIONS))
+
+
+def respond_alone(model: RowModel, motion: Motion) -> tuple[FreeResponse, NDArray[Any]]:
+    """The response of a row to a motion without contact, and the ground under its buildings."""
+    under = model.under(motion.drive, motion.own_grounds)
+    return rows.free_response(model.row(motion.dt, model.has_many(motion.own_grounds)), under), under
 
 
 class RowJob(GridJob):
@@ -114,9 +121,7 @@ class RowJob(GridJob):
         gaps = model.gaps(np.array([study.interface_gaps(gap) for gap in study.grid.gaps]))
 
         def respond(motion: Motion) -> tuple[Array, Any]:
-            own = motion.own_grounds
-            under = model.under(motion.drive, own)
-            response = rows.free_response(model.row(motion.dt, model.has_many(own)), under)
+            response, under = respond_alone(model, motion)
             free = response.run
             # A response that fails is the result of its cases.
             is_whole = free.status == COMPLETE
@@ -145,10 +150,7 @@ class RowJob(GridJob):
         """The row's response to a motion of the grid without contact, with its states at all nodes."""
 
         def respond() -> FreeResponse:
-            ground, model = self.ground(motion), self.grid.model
-            own = ground.own_grounds
-            under = model.under(ground.drive, own)
-            return rows.free_response(model.row(ground.dt, model.has_many(own)), under)
+            return respond_alone(self.grid.model, self.ground(motion))[0]
 
         return self.held["responses"].of((self.free_key, motion), respond)
 

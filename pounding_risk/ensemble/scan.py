@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from math import prod
 from os import cpu_count
@@ -146,8 +146,12 @@ class Scan:
 
         about = About(self.job.batches, self.job.width, self.study.name, self.command)
         own, path = identity(self.job.scan_input, self.job.prepared), folder_of(target)
-        if not new:
-            self._take_known(target, own)
+        if not new and isinstance(self.job, VariantJob) and self.study.uncertain is not None:
+            from pounding_risk.ensemble.known_samples import known_samples
+
+            # The cases of a finished scan of fewer samples of the same scene, where there is one.
+            self.job.known = known_samples(target, own, self.study.axes, self.job.shape[len(self.study.axes) :])
+            self.known = self.job.known_batches()
         # A scan that was allowed to replace the file when it began need not be allowed again.
         if not self.known and not is_begun(path, own):
             choice = {"choice": OTHER_NAME} if shared else {}
@@ -156,14 +160,6 @@ class Scan:
         if self.known:
             checkpoint.log("known", cases=self.job.width * sum(map(len, self.known)), file=target.name)
         return checkpoint
-
-    def _take_known(self, target: Path, own: Mapping[str, Any]) -> None:
-        """Take the cases of a finished scan of fewer samples of the same scene, where there is one."""
-        if isinstance(self.job, VariantJob) and self.study.uncertain is not None:
-            from pounding_risk.ensemble.known_samples import known_samples
-
-            self.job.known = known_samples(target, own, self.study.axes, self.job.shape[len(self.study.axes) :])
-            self.known = self.job.known_batches()
 
     def close(self) -> None:
         """Close the finished scan whose cases are taken, where there is one."""

@@ -109,6 +109,9 @@ def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequenc
     parts, size = _parts(folder)
     log = list(read_lines(folder / LOG))
     holders = running(folder / LOCK)
+    # Shards by their names where the log has them.
+    named = {str(line["shard"]) for line in log if "shard" in line}
+    shared = {(line["host"], line["pid"]) for line in log if line["event"] == "start" and line.get("shared")}
     total, cases = study["lines"] * study["width"], sum(map(len, merged(parts))) * study["width"]
     # Those that the scan takes from a finished one of fewer samples.
     cases += next((line["cases"] for line in reversed(log) if line["event"] == "known"), 0)
@@ -119,7 +122,7 @@ def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequenc
         "size": size,
         "begun": study["begun"],
         "last_activity": log[-1]["time"] if log else study["begun"],
-        "shards": _shards(log),
+        "shards": len(named or shared),
     }
     if holders:
         speed = _speed(log, holders, study["width"])
@@ -164,14 +167,6 @@ def _speed(log: Sequence[dict[str, Any]], holders: Sequence[Holder], width: int)
     chunks = [chunk for chunk in chunks if chunk[0] >= chunks[-1][0] - WINDOW]
     span = chunks[-1][0] - chunks[0][0] if chunks else 0.0
     return sum(cases for _, cases in chunks[1:]) / span if span > 0.0 else 0.0
-
-
-def _shards(log: Sequence[dict[str, Any]]) -> int:
-    """Number of shards that have worked on the scan, by their names where the log has them."""
-    named = {str(line["shard"]) for line in log if "shard" in line}
-    return len(
-        named or {(line["host"], line["pid"]) for line in log if line["event"] == "start" and line.get("shared")}
-    )
 
 
 def _command(study: dict[str, Any], folder: Path) -> str:

@@ -44,6 +44,7 @@ from pounding_risk.solver.row.cases import Limits
 from pounding_risk.solver.row.outputs import closing, outputs
 
 Array = NDArray[np.float64]
+Timed = tuple[Array, float]  # answers, and the processor time that they took [s]
 FIXED = {"Newmark average acceleration": "newmark", "central difference": "central_difference", "Runge-Kutta 4": "rk4"}
 REFERENCE = 1e-12  # rtol of the event-driven reference
 OWN_GROUNDS = "ground of a building's own"
@@ -128,7 +129,7 @@ class Bench:
         """Laws and relations of restitution by contact point."""
         raise NotImplementedError
 
-    def free_event(self, driven: Driven) -> tuple[Array, float]:
+    def free_event(self, driven: Driven) -> Timed:
         """Gap required by interface [m] of the event-driven solver without contact, and its processor time [s]."""
         raise NotImplementedError
 
@@ -136,9 +137,7 @@ class Bench:
         """The event-driven solver over cases under one motion and one law, every case run."""
         raise NotImplementedError
 
-    def run_fixed(
-        self, method: str, driven: Driven, law: int, limits: Sequence[Limits], dt: float
-    ) -> tuple[Array, float]:
+    def run_fixed(self, method: str, driven: Driven, law: int, limits: Sequence[Limits], dt: float) -> Timed:
         """A fixed-step method over such cases, (cases, contact points, columns of `fixed_step`), and its time [s]."""
         raise NotImplementedError
 
@@ -226,7 +225,7 @@ class Bench:
         """A fixed-step method over all cases in steps of about ``dt`` [s], a whole number of them a sample."""
         far = np.full(len(self.points), inf)
 
-        def required(each: Driven) -> tuple[Array, float]:
+        def required(each: Driven) -> Timed:
             raw, seconds = self.run_fixed(method, each, 0, [Limits(far, far, far)], dt)
             gaps = np.where(raw[0, :, fixed_step.UNSTABLE] != 0.0, nan, raw[0, :, fixed_step.CLOSING])
             return self.of_interfaces(np.maximum, gaps), seconds
@@ -249,12 +248,8 @@ class Bench:
 
     def general(self, solver: str, rtol: float) -> Outcome:
         """SciPy over one case of each of the first motions, the first gap with the largest yield force."""
-        values, contacts, steps, durations = (
-            np.full((self.size, self.points[-1].interface + 1, len(OUTPUTS)), nan),
-            0.0,
-            0.0,
-            [],
-        )
+        values = np.full((self.size, self.points[-1].interface + 1, len(OUTPUTS)), nan)
+        contacts, steps, durations = 0.0, 0.0, []
         at, (laws, rules) = len(self.yield_forces) - 1, self.models(0)
         there = Contacts(self.limits[at].gaps, laws, rules, self.limits[at].yield_forces)
         for number, each in enumerate(self.driven[: self.most_general]):
@@ -278,7 +273,7 @@ class Bench:
         columns = [self.of_interfaces(gather.get(name, np.maximum), points[name]) for name in NAMES]
         return np.stack(columns, axis=-1).astype(float)
 
-    def _all(self, free: Callable[[Driven], tuple[Array, float]], runs: Callable[[Driven, int], Runs]) -> Outcome:
+    def _all(self, free: Callable[[Driven], Timed], runs: Callable[[Driven, int], Runs]) -> Outcome:
         """The outcome of all batches, each motion without contact once, before its runs."""
         required: dict[tuple[int, int, int], Array] = {}
         values, contacts, steps, residual, seconds, free_seconds = [], 0.0, 0.0, nan, 0.0, 0.0
@@ -322,7 +317,7 @@ class PairBench(Bench):
         gaps, forces = ([float(each[axis][0]) for each in limits] for axis in (0, 1))
         return np.unique(gaps), np.unique(forces), self.study.restitution
 
-    def free_event(self, driven: Driven) -> tuple[Array, float]:
+    def free_event(self, driven: Driven) -> Timed:
         motion, begun = driven.motion, process_time()
         free = free_response(
             self.pair, motion.acceleration, motion.dt, self.study.supports, self.initial, motion.own_grounds
@@ -342,15 +337,12 @@ class PairBench(Bench):
         columns = (np.maximum(raw[..., HIGH], -raw[..., LOW]), raw[..., tally.PEAK_FORCE], raw[..., tally.COUNT])
         values = np.stack([*columns, exceeds, raw[..., tally.FIRST_TOUCH]], axis=-1)
         values[raw[..., tally.STATUS] != tally.COMPLETE] = nan
-        residual = np.abs(raw[..., tally.RESIDUAL]) / np.where(
-            raw[..., tally.ENERGY] > 0.0, raw[..., tally.ENERGY], 1.0
-        )
+        energy = raw[..., tally.ENERGY]
+        residual = np.abs(raw[..., tally.RESIDUAL]) / np.where(energy > 0.0, energy, 1.0)
         contacts, steps = raw[..., tally.COUNT].sum(), raw[..., tally.STEPS].sum()
         return Runs(values.reshape(-1, 1, len(NAMES)), contacts, steps, float(residual.max()), seconds)
 
-    def run_fixed(
-        self, method: str, driven: Driven, law: int, limits: Sequence[Limits], dt: float
-    ) -> tuple[Array, float]:
+    def run_fixed(self, method: str, driven: Driven, law: int, limits: Sequence[Limits], dt: float) -> Timed:
         grid, motion = self._grid(limits), driven.motion
         raw = np.zeros((grid[0].size, grid[1].size, fixed_step.COLUMNS))
         ground, begun = fixed_step.divided(motion.acceleration, motion.dt, dt), process_time()
@@ -375,7 +367,7 @@ class RowBench(Bench):
         mechanics = self.job.grid.mechanics[law]
         return tuple(map(lowered, mechanics.laws)), tuple(map(lowered, mechanics.restitutions))
 
-    def free_event(self, driven: Driven) -> tuple[Array, float]:
+    def free_event(self, driven: Driven) -> Timed:
         motion, begun = driven.motion, process_time()
         under = self.model.under(motion.drive, motion.own_grounds)
         free = rows.free_row(self.model.row(motion.dt, self.model.has_many(motion.own_grounds)), under)
@@ -396,9 +388,7 @@ class RowBench(Bench):
         contacts = float(np.nansum(np.array(values)[..., NAMES.index("impact_count")]))
         return Runs(np.array(values), contacts, steps, residual, seconds)
 
-    def run_fixed(
-        self, method: str, driven: Driven, law: int, limits: Sequence[Limits], dt: float
-    ) -> tuple[Array, float]:
+    def run_fixed(self, method: str, driven: Driven, law: int, limits: Sequence[Limits], dt: float) -> Timed:
         motion, (laws, rules), raw, seconds = driven.motion, self.models(law), [], 0.0
         ground = fixed_step.divided(motion.acceleration, motion.dt, dt)
         for each in limits:

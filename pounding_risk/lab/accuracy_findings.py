@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pounding_risk.render.sheet import computing_time
+from pounding_risk.results.tolerance_check import WORDS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,14 +18,7 @@ LEVELS = tuple(10.0**-power for power in range(2, 10))
 DIGITS = 4  # that the commands print
 RESTING = 1e-6  # s from which on a first impact is one, and not a gap that is closed at rest
 
-OUTPUTS = {
-    "peak_relative_displacement": "peak relative displacement",
-    "peak_contact_force": "peak contact force",
-    "impact_count": "impact count",
-    "yield_exceedance": "yield exceedance",
-    "first_impact_time": "first impact time",
-    "gap_required": "gap required",
-}
+OUTPUTS = WORDS | {"first_impact_time": "first impact time", "gap_required": "gap required"}
 REACH, FORCE, COUNT, YIELDS, FIRST, GAP = range(6)
 
 

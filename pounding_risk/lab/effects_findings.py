@@ -16,13 +16,11 @@ if TYPE_CHECKING:
 NONE, ALL = "none", "all together"
 # What an effect may change, with the words for it; the first is the one that the finding speaks of.
 COMPARED = {
-    "peak_relative_displacement": "peak relative displacement",
-    "peak_contact_force": "peak contact force",
-    "impact_count": "impact count",
-    "impulse": "impulse",
-    "peak_storey_shear": "peak storey shear",
-    "peak_floor_acceleration": "peak floor acceleration",
-    "permanent_set": "permanent set",
+    name: name.replace("_", " ")
+    for name in (
+        *("peak_relative_displacement", "peak_contact_force", "impact_count", "impulse"),
+        *("peak_storey_shear", "peak_floor_acceleration", "permanent_set"),
+    )
 }
 DIGITS = 4  # that a table shows
 

@@ -48,10 +48,7 @@ def read_attribute(dataset: xr.Dataset, name: str, default: Any) -> Any:
 
     Raises PoundingError where the attribute is damaged, or holds another kind of value than ``default``.
     """
-    try:
-        value = json.loads(dataset.attrs[name]) if name in dataset.attrs else default
-    except (TypeError, ValueError, RecursionError):
-        value = None
+    value = from_text(dataset.attrs[name]) if name in dataset.attrs else default
     if type(value) is not type(default):
         whose = f"{name_of(dataset)}: " if SOURCE in dataset.encoding else ""
         raise PoundingError(
@@ -158,3 +155,11 @@ def isolated_buildings(scene: Mapping[str, Any]) -> list[str]:
 def as_text(value: Any) -> str:
     """A value as JSON, for an attribute: netCDF attributes hold no tables."""
     return json.dumps(value, ensure_ascii=False, sort_keys=True, default=str)
+
+
+def from_text(text: Any) -> Any:
+    """The value of an attribute that `as_text` wrote; None where it cannot be read as JSON."""
+    try:
+        return json.loads(text)
+    except (TypeError, ValueError, RecursionError):
+        return None

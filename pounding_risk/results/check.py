@@ -7,7 +7,6 @@ names the variables that it needs. No solver is imported.
 
 from __future__ import annotations
 
-import json
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
@@ -21,7 +20,7 @@ import numpy as np
 from pounding_risk._common.letters import refused, refused_below
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS
-from pounding_risk.results.attributes import name_of
+from pounding_risk.results.attributes import from_text, name_of
 from pounding_risk.results.layout import dims_in, scene_dims
 from pounding_risk.results.variables import CHANGES, COORDINATES, NUMBER, TEXT, VARIABLES, WHOLE, Declared
 from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse, shown
@@ -76,13 +75,18 @@ BESIDE = {
 
 def kind_of(dataset: xr.Dataset) -> str:
     """The call that made a dataset: scan, simulate, histories or one of `MARKS`; "" where none did."""
-    names = set(map(str, dataset.variables)) | (set(dataset.attrs) - {"effects"})
+    return kind_of_names(set(map(str, dataset.dims)), set(map(str, dataset.variables)), set(dataset.attrs))
+
+
+def kind_of_names(dims: set[str], variables: set[str], attrs: set[str]) -> str:
+    """`kind_of` of a dataset with dimensions, variables and attributes of these names."""
+    names = variables | (attrs - {"effects"})
     for kind, marks in MARKS.items():
         if marks & names:
             return kind
-    if "sample" in dataset.dims and "time" in dataset.variables:  # a scan may have samples of uncertain numbers
+    if "sample" in dims and "time" in variables:  # a scan may have samples of uncertain numbers
         return "histories"
-    if "time" in dataset.dims and "contact_force" in dataset.variables:
+    if "time" in dims and "contact_force" in variables:
         return "simulate"
     return "scan" if {"impact_count", "record", "gap"} <= names else ""
 
@@ -260,13 +264,12 @@ def _form_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _dims(dataset: xr.Dataset, declared: Declared) -> tuple[str, ...]:
-    """The dimensions that a variable must have; an axis with one value selected is none."""
-    return tuple(dim for dim in dims_in(dataset, declared.dims) if not _is_selected(dataset, dim))
+    """The dimensions that a variable must have; an axis with one value selected is none.
 
-
-def _is_selected(dataset: xr.Dataset, dim: str) -> bool:
-    """True where one value of an axis was selected: a label has its value, or the scan had one value only."""
-    return dim not in dataset.dims and (dim == "pga" or dim in dataset.coords)
+    Then a label has that value, or the scan had one value only.
+    """
+    selected = {"pga", *dataset.coords} - set(dataset.dims)
+    return tuple(dim for dim in dims_in(dataset, declared.dims) if dim not in selected)
 
 
 def _list(names: Iterable[Any]) -> str:
@@ -280,7 +283,7 @@ def _attribute_faults(dataset: xr.Dataset) -> Iterator[str]:
     # What `compare` and `effects` leave out are laws or effects, in words.
     lists = [name for name in LISTS if name != "left_out" or kind_of(dataset) not in ("compare", "effects")]
     for name, kind in (*((name, dict) for name in TABLES), *((name, list) for name in lists), ("records", list)):
-        if name in dataset.attrs and not isinstance(_json(dataset.attrs[name]), kind):
+        if name in dataset.attrs and not isinstance(from_text(dataset.attrs[name]), kind):
             yield f"the attribute {name} cannot be read as a {'table' if kind is dict else 'list'} in JSON"
     if why := refused(str(dataset.attrs.get("title", ""))):
         yield f"the attribute title {why}"
@@ -290,17 +293,9 @@ def _attribute_faults(dataset: xr.Dataset) -> Iterator[str]:
         yield f"the attribute rtol is {rtol!r}, not a number above 0"
 
 
-def _json(text: Any) -> Any:
-    """The value of a text in JSON; None where it cannot be read."""
-    try:
-        return json.loads(text)
-    except (TypeError, ValueError, RecursionError):
-        return None
-
-
 def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
     """Faults of the entries of JSON attributes."""
-    records = _json(dataset.attrs.get("records", "[]"))
+    records = from_text(dataset.attrs.get("records", "[]"))
     if isinstance(records, list):
         if not all(isinstance(record, dict) and isinstance(record.get("name"), str) for record in records):
             yield "the attribute records has an entry without a name"
@@ -311,22 +306,19 @@ def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
             lost = [str(name) for name in np.atleast_1d(dataset["record"].values) if str(name) not in known]
             if lost:
                 yield f"the attribute records says nothing of {', '.join(lost[:3])}"
-    for name in ("motions_sha256", "versions"):
-        table = _json(dataset.attrs.get(name, "{}"))
-        if isinstance(table, dict) and not all(isinstance(entry, str) for entry in table.values()):
-            yield f"the attribute {name} has an entry that is no text"
-    for name in ("notes", "unused_keys", "overrides"):
-        entries = _json(dataset.attrs.get(name, "[]"))
-        if isinstance(entries, list) and not all(isinstance(entry, str) for entry in entries):
+    for name in ("motions_sha256", "versions", "notes", "unused_keys", "overrides"):
+        entries = from_text(dataset.attrs.get(name, "[]"))
+        listed = list(entries.values()) if isinstance(entries, dict) else entries
+        if isinstance(entries, dict if name in TABLES else list) and not _is_texts(listed):
             yield f"the attribute {name} has an entry that is no text"
     for name in ("processing", "flags"):
-        table = _json(dataset.attrs.get(name, "{}"))
+        table = from_text(dataset.attrs.get(name, "{}"))
         if isinstance(table, dict) and not all(map(_is_texts, table.values())):
             yield f"the attribute {name} holds something else than a list of sentences for each record"
 
 
 def _is_texts(entry: Any) -> bool:
-    return isinstance(entry, list) and all(isinstance(item, str) for item in entry)
+    return isinstance(entry, list) and all(isinstance(text, str) for text in entry)
 
 
 def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:
@@ -386,7 +378,7 @@ def _status_faults(dataset: xr.Dataset) -> Iterator[str]:
         yield "the attributes flag_values and flag_meanings of the variable status do not say what its codes mean"
     elif int(codes[meanings.index("complete")]) != 0:
         yield "the variable status calls another code than 0 complete"
-    sentences = _json(attrs.get("sentences", "{}"))
+    sentences = from_text(attrs.get("sentences", "{}"))
     if not isinstance(sentences, dict) or not all(
         key.lstrip("-").isdecimal() and isinstance(text, str) for key, text in sentences.items()
     ):

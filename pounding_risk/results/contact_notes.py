@@ -54,9 +54,12 @@ def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
     """A sentence for each way in which the contacts of one run are implausible."""
     lengths = (getattr(building, "floor_length", 0.0) for building in study.buildings)
     notes = [_depth_words(float(np.nanmax(run["peak_penetration"].values, initial=0.0)), lengths)]
-    for sides, durations in zip(pairwise(study.buildings), _durations(run), strict=True):
-        short = shortest({building.name: building.period for building in sides if not building.is_rigid})
-        if short and durations.size and (middle := float(np.median(durations))) >= LONGEST_CONTACT * short[1]:
+    point = dict(zip(run["contact_point"].values, run["contact_point_interface"].values, strict=True))
+    places = np.array([point[name] for name in run["contact_place"].values])
+    durations = (run["contact_end"] - run["contact_start"]).values
+    for place, sides in enumerate(pairwise(study.buildings)):
+        short, here = shortest({one.name: one.period for one in sides if not one.is_rigid}), durations[places == place]
+        if short and here.size and (middle := float(np.median(here))) >= LONGEST_CONTACT * short[1]:
             notes.append(f"contacts last {say(middle, TIME, 3)}, {share_of(middle, *short)}: {PUSHING}")
     model = str(run.attrs.get("contact_model", ""))
     ends = [
@@ -71,14 +74,6 @@ def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
     depths = run["peak_closing"].values - run["interface_gap"].values
     notes += [beyond_end(float(depth), end) for depth, end in zip(depths, ends, strict=True)]
     return tuple(filter(None, notes))
-
-
-def _durations(run: xr.Dataset) -> list[Array]:
-    """Durations of the contacts of a run [s], by interface."""
-    point = dict(zip(run["contact_point"].values, run["contact_point_interface"].values, strict=True))
-    interface = np.array([point[name] for name in run["contact_place"].values])
-    durations = (run["contact_end"] - run["contact_start"]).values
-    return [durations[interface == number] for number in range(run.sizes["interface"])]
 
 
 def _of_contacts(results: xr.Dataset, lengths: list[float], tabulated: dict[int, Any]) -> Iterator[str]:
@@ -118,7 +113,10 @@ def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[s
             continue
         end, count, deepest = parse(between["table"]["penetration"][-1], GAP), 0, 0.0
         closing = results["peak_closing"].isel(interface=place, contact_model=chosen)
-        for at, gap in enumerate(_gaps(results, place)):
+        gaps = (
+            results["interface_gap"].isel(interface=place) if "interface_gap" in results.variables else results["gap"]
+        )
+        for at, gap in enumerate(gaps.values):
             depth = closing.isel(gap=at).values - gap
             count += int((depth > end).sum())
             deepest = max(deepest, float(np.nanmax(depth, initial=0.0)))
@@ -152,14 +150,6 @@ def _beyond_bumper(depth: float, length: float) -> str:
         f"the penetration of {say(depth, GAP, 3)} is more than the bumpers are long, {say(length, GAP, 3)}: where they "
         "are solid faces meet faces, which only a table of forces that goes on with the stiffness of the faces says"
     )
-
-
-def _gaps(results: xr.Dataset, place: int) -> Array:
-    """The gaps of an interface along the axis of gaps [m]."""
-    if "interface_gap" in results.variables:
-        gaps: Array = results["interface_gap"].isel(interface=place).values
-        return gaps
-    return np.asarray(results["gap"].values, dtype=np.float64)
 
 
 def _depth_words(depth: float, lengths: Iterable[float]) -> str:

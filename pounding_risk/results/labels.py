@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate, pairwise
 from math import inf
@@ -149,7 +150,8 @@ def _of_points(points: Sequence[Point]) -> dict[str, Any]:
 
 def _of_buildings(buildings: Sequence[Any]) -> dict[str, Any]:
     """Facts on each building and its storeys; NaN where a rigid one, or one without storeys, has no such value."""
-    storeys = [storey_count(building) for building in buildings]
+    # A single mass counts as one storey.
+    storeys = [0 if one.is_rigid else len(getattr(one, "masses", (one.mass,))) for one in buildings]
     levels = np.full((len(buildings), max(1, *storeys)), np.nan)
     for place, building in enumerate(buildings):
         given = list(accumulate(building.heights))
@@ -170,11 +172,6 @@ def _of_buildings(buildings: Sequence[Any]) -> dict[str, Any]:
             described("m", "level of the floor above the storey; NaN where not given"),
         ),
     }
-
-
-def storey_count(building: Any) -> int:
-    """Number of storeys of a building: one of a single mass, none of a rigid building."""
-    return 0 if building.is_rigid else len(getattr(building, "masses", (building.mass,)))
 
 
 def positions(count: int) -> list[str]:
@@ -205,16 +202,12 @@ def kept_as(whole: bool) -> np.dtype[Any]:
     return np.dtype(np.int32) if whole else np.dtype(np.float64)
 
 
-def _slug(sentence: str) -> str:
-    return "_".join("".join(letter if letter.isalnum() else " " for letter in sentence).split())
-
-
 def status_variable(sentences: Mapping[int, str]) -> CaseVariable:
     """How the run of each case ended, by the codes of these sentences."""
     about = {
         "long_name": "how the run ended",
         "flag_values": np.array(list(sentences), dtype=np.int8),
-        "flag_meanings": " ".join(map(_slug, sentences.values())),
+        "flag_meanings": " ".join("_".join(re.findall(r"[^\W_]+", sentence)) for sentence in sentences.values()),
         "sentences": as_text({str(code): sentence for code, sentence in sentences.items()}),
     }
     return CaseVariable((), np.dtype(np.int8), about)

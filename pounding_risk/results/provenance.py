@@ -145,9 +145,9 @@ def _folder(raw: Mapping[str, Any], attrs: Mapping[str, Any], path: Path, folder
 
 
 def check_records(results: xr.Dataset, motions: Sequence[Motion]) -> list[str]:
-    """A sentence for fault motion whose record is the same, but whose processed samples are not.
+    """A sentence for each motion whose record is the same, but whose processed samples are not.
 
-    Raises PoundingError, with a sentence for fault, where records are not those that the results name.
+    Raises PoundingError, with a sentence for each fault, where records are not those that the results name.
     """
     before = _checksums(results)
     after = dict(one for motion in motions for one in _files_of({"sha256": "", **motion.record, "name": motion.name}))

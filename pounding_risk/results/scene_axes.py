@@ -24,9 +24,9 @@ import numpy as np
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
-from pounding_risk.results.attributes import as_text
+from pounding_risk.results.attributes import as_text, from_text
 from pounding_risk.results.check import check_version
-from pounding_risk.results.layout import AXES, SCENE_AXES, axes_of_cases
+from pounding_risk.results.layout import AXES, SCENE_AXES, axes_of_cases, read_scene_axes
 from pounding_risk.results.variables import COORDINATES, PLACES, VARIABLES, described
 from pounding_risk.scene.overrides import address_of, override, parts_of
 from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap, labels_of, overrides_at
@@ -59,15 +59,7 @@ def axis_text(axes: Sequence[SceneAxis]) -> str:
 
 def axes_of(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
     """The axes of other numbers of the scene that a dataset was made with; none of another dataset."""
-    text = dataset.attrs.get(SCENE_AXES)
-    if not text:
-        return ()
-    try:
-        return tuple(map(_axis, json.loads(text)))
-    except (TypeError, ValueError, LookupError, AttributeError, RecursionError):
-        raise PoundingError(
-            f"the attribute {SCENE_AXES} cannot be read: the file was damaged or changed since it was written"
-        ) from None
+    return read_scene_axes(dataset, _axis)
 
 
 def _axis(entry: Any) -> SceneAxis:
@@ -110,19 +102,16 @@ def _label_faults(dataset: xr.Dataset, axes: Sequence[SceneAxis]) -> Iterator[st
             found = dataset.variables.get(name)
             if found is None or found.dims != (axis.name,):
                 yield f"the axis {axis.name} has no labels {name}"
-            elif (found.dtype.kind in "UOT") != isinstance(labels.values[0], str) or not all(
-                any(_equal(known, value) for known in known_values)
-                for value, known_values in _beside(found.values.tolist(), labels.values)
-            ):
+                continue
+            # A label is that of its own place, or any where places were selected.
+            known, whole = labels.values, found.size == len(labels.values)
+            may_be = [known[place : place + 1] if whole else known for place in range(found.size)]
+            pairs = zip(found.values.tolist(), may_be, strict=True)
+            is_text = found.dtype.kind in "UOT"
+            if is_text != isinstance(known[0], str) or not all(any(_equal(k, v) for k in among) for v, among in pairs):
                 yield f"the labels {name} are not those of the attribute {SCENE_AXES}"
             elif str(found.attrs.get("units")) != str(labels.unit):
                 yield f"the labels {name} are in {found.attrs.get('units')!r}, not in {labels.unit!r}"
-
-
-def _beside(found: list[Any], known: tuple[Any, ...]) -> Iterator[tuple[Any, tuple[Any, ...]]]:
-    """Each label with those that it may be: its own, or any where places were selected."""
-    for place, value in enumerate(found):
-        yield value, (known[place],) if len(found) == len(known) else known
 
 
 def _variant_faults(variants: Mapping[str, list[Any]], shape: tuple[int, ...]) -> Iterator[str]:
@@ -131,12 +120,11 @@ def _variant_faults(variants: Mapping[str, list[Any]], shape: tuple[int, ...]) -
         for entry in listed:
             if not isinstance(entry, list) or len(entry) != 3 or not isinstance(entry[0], str):
                 yield f"the attribute {VARIANTS} has an entry without a name, its axes and values"
-            elif not _is_along(entry[1], len(shape)) or not _has_shape(entry[2], [shape[axis] for axis in entry[1]]):
-                yield f"the attribute {VARIANTS} has values of {entry[0]} that do not lie along its axes"
-
-
-def _is_along(along: Any, count: int) -> bool:
-    return isinstance(along, list) and all(type(axis) is int and 0 <= axis < count for axis in along)
+                continue
+            name, along, values = entry
+            is_along = isinstance(along, list) and all(type(one) is int and 0 <= one < len(shape) for one in along)
+            if not is_along or not _has_shape(values, [shape[axis] for axis in along]):
+                yield f"the attribute {VARIANTS} has values of {name} that do not lie along its axes"
 
 
 def _has_shape(values: Any, shape: Sequence[int]) -> bool:
@@ -149,10 +137,7 @@ def _has_shape(values: Any, shape: Sequence[int]) -> bool:
 
 def variants_of(dataset: xr.Dataset) -> dict[str, list[Any]]:
     """What else differs along the axes: lists of attributes and of tables; raises PoundingError where it is damaged."""
-    try:
-        found = json.loads(dataset.attrs.get(VARIANTS, "{}"))
-    except (TypeError, ValueError, RecursionError):
-        found = None
+    found = from_text(dataset.attrs.get(VARIANTS, "{}"))
     if not isinstance(found, dict) or not all(isinstance(listed, list) for listed in found.values()):
         raise PoundingError(
             f"the attribute {VARIANTS} cannot be read: the file was damaged or changed since it was written; take the "
@@ -433,12 +418,12 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
             f"{source}: the labels of {', '.join(elsewhere)} lie along another dimension; run the scan again"
         )
     bare = dataset.drop_vars(missing)
-    changed: dict[Any, Any] = {
-        name: _expanded(
-            variable, [dim for dim in missing if dim in _dims_of(str(name), name in bare.coords)], (*axes, *PLACES)
-        )
-        for name, variable in bare.variables.items()
-    }
+    changed: dict[Any, Any] = {}
+    for name, variable in bare.variables.items():
+        added = [dim for dim in missing if dim in _dims_of(str(name), name in bare.coords)]
+        sizes: dict[Any, int] = dict.fromkeys(added, 1) | dict(variable.sizes)
+        ordered = dict.fromkeys([*(dim for dim in (*axes, *PLACES) if dim in sizes), *variable.dims])
+        changed[name] = variable.set_dims({dim: sizes[dim] for dim in ordered}) if added else variable
     coords: dict[Any, Any] = {name: changed[name] for name in bare.coords if name not in bare.dims}
     coords |= {axis: dataset[axis].variable.set_dims({axis: 1}) for axis in missing}
     return _with_own_points(bare.assign({name: changed[name] for name in bare.data_vars}).assign_coords(coords))
@@ -452,14 +437,6 @@ def _dims_of(name: str, is_coordinate: bool) -> tuple[str, ...]:
     if is_coordinate:
         return ()
     return AXES[:3] if name.endswith("_free") else AXES
-
-
-def _expanded(variable: xr.Variable, axes: list[str], order: Sequence[str]) -> xr.Variable:
-    """The variable with these axes added, of length 1, and all axes in this order."""
-    sizes: dict[Any, int] = dict.fromkeys(axes, 1) | dict(variable.sizes)
-    ordered = [dim for dim in order if dim in sizes]
-    other = [dim for dim in variable.dims if dim not in ordered]
-    return variable.set_dims({dim: sizes[dim] for dim in (*ordered, *other)}) if axes else variable
 
 
 def _with_own_points(dataset: xr.Dataset) -> xr.Dataset:

@@ -13,6 +13,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import wraps
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -51,7 +52,8 @@ class Blockwise(ABC):
         then.
         """
         with self._guarded():
-            for block in self._touched(batches):
+            first = np.searchsorted([block.stop for block in self._blocks], batches.start, side="right")
+            for block in takewhile(lambda block: block.start < batches.stop, self._blocks[first:]):
                 part = range(max(batches.start, block.start), min(batches.stop, block.stop))
                 if block != self._block:
                     self._flush(block)
@@ -83,13 +85,6 @@ class Blockwise(ABC):
 
     def __exit__(self, *_: object) -> None:
         self.abandon()
-
-    def _touched(self, batches: range) -> Iterator[range]:
-        first = np.searchsorted([block.stop for block in self._blocks], batches.start, side="right")
-        for block in self._blocks[first:]:
-            if block.start >= batches.stop:
-                return
-            yield block
 
     def _take(self, block: range, part: range, name: str, values: np.ndarray) -> None:
         whole = (len(block), self.template.width, *self.template.extra(name))

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import fsum, inf, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -144,8 +144,12 @@ def counted(dataset: xr.Dataset) -> dict[str, int]:
 
 def failures(dataset: xr.Dataset, statuses: Mapping[int, int] | None = None) -> dict[str, int]:
     """Number of failed cases by the sentence that says why; ``statuses`` are those of `_statuses`, if known."""
-    number = _statuses(dataset) if statuses is None else statuses
-    sentences = _sentences(dataset["status"].attrs)
+    number, attrs = _statuses(dataset) if statuses is None else statuses, dataset["status"].attrs
+    if "sentences" in attrs:
+        sentences = {int(code): sentence for code, sentence in json.loads(attrs["sentences"]).items()}
+    else:
+        meanings = str(attrs.get("flag_meanings", "")).split()
+        sentences = dict(zip(map(int, np.atleast_1d(attrs.get("flag_values", ()))), meanings, strict=False))
     failed = [code for code in sorted(number) if code not in (COMPLETE, UNPUSHED)]
     return {sentences.get(code, f"status {code}"): number[code] for code in failed}
 
@@ -157,14 +161,6 @@ def _statuses(dataset: xr.Dataset) -> Counter[int]:
         codes, counts = np.unique(piece["status"], return_counts=True)
         number.update(dict(zip(map(int, codes), map(int, counts), strict=True)))
     return number
-
-
-def _sentences(attrs: Mapping[str, Any]) -> dict[int, str]:
-    """The sentence of each status, from the attributes of the variable."""
-    if "sentences" in attrs:
-        return {int(code): sentence for code, sentence in json.loads(attrs["sentences"]).items()}
-    meanings = str(attrs.get("flag_meanings", "")).split()
-    return {int(code): word for code, word in zip(np.atleast_1d(attrs.get("flag_values", ())), meanings, strict=False)}
 
 
 class _Accumulator:

@@ -17,12 +17,7 @@ if TYPE_CHECKING:
 TIGHTER, TIGHTEST = 100.0, 1e-12  # rtol of a repeated run: so many times smaller, but not below
 # Outputs of which relative changes are recorded, and those of which differences are: counts and flags.
 RELATIVE, COUNTED = ("peak_relative_displacement", "peak_contact_force"), ("impact_count", "yield_exceedance")
-WORDS = {
-    "peak_relative_displacement": "peak relative displacement",
-    "peak_contact_force": "peak contact force",
-    "impact_count": "impact count",
-    "yield_exceedance": "yield exceedance",
-}
+WORDS = {name: name.replace("_", " ") for name in (*RELATIVE, *COUNTED)}
 SHARE = Quantity("1", 0.0, 1.0, "share of the runs", example="0.01")
 
 

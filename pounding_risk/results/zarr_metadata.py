@@ -59,7 +59,10 @@ def check_store(path: Path) -> None:
     if not is_zarr_of_ours(path):
         raise PoundingError(f"{path}: is no Zarr store of pounding-risk; name what scan or convert wrote")
     _check_files(path)
-    documents = _consolidated(path)
+    content = _json(path / CONSOLIDATED)  # the metadata of all variables, from which the library reads them
+    documents = content.get("metadata") if isinstance(content, dict) else None
+    if not isinstance(documents, dict) or not all(isinstance(document, dict) for document in documents.values()):
+        raise PoundingError(f"{path / CONSOLIDATED}: holds no table of metadata; run the scan again")
     for name, document in documents.items():
         _check_document(path, name, document)
     for file in sorted(path.glob("*/.zarray")):
@@ -103,15 +106,6 @@ def _json(file: Path) -> Any:
         raise PoundingError(f"{file}: is missing: the store is not whole; run the scan again") from None
     except (OSError, ValueError, RecursionError) as error:
         raise PoundingError(f"{file}: cannot be read as JSON ({error}); run the scan again") from None
-
-
-def _consolidated(path: Path) -> dict[str, dict[str, Any]]:
-    """The metadata of all variables that stand in one file, from which the library reads them."""
-    content = _json(path / CONSOLIDATED)
-    documents = content.get("metadata") if isinstance(content, dict) else None
-    if not isinstance(documents, dict) or not all(isinstance(document, dict) for document in documents.values()):
-        raise PoundingError(f"{path / CONSOLIDATED}: holds no table of metadata; run the scan again")
-    return documents
 
 
 def _check_document(path: Path, name: str, document: Any) -> None:

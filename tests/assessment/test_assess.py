@@ -9,13 +9,16 @@ import numpy as np
 import pytest
 import xarray as xr
 from figure_words import words_of
+from made_hazard import site_file
 from scenes import BOTH, scene_text, single
 from scipy.stats import lognorm, norm
 from typer.testing import CliRunner
 
 from pounding_risk import assess, cli
 from pounding_risk.assessment import demands
+from pounding_risk.assessment.assess import InterfaceAssessment
 from pounding_risk.assessment.demands import motions_of
+from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.assessment.intensities import intensities
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.ensemble.scan import scan
@@ -99,6 +102,10 @@ def lognormal(count: int, scale: float = 0.02, spread: float = 0.5, seed: int = 
     return lognorm(spread, scale=scale).rvs((count, 2), random_state=seed)
 
 
+def contact_at_20_mm(one: InterfaceAssessment) -> Fragility:
+    return next(each for each in one.fragility if each.gap == 0.02 and each.what == "contact")
+
+
 @pytest.fixture(scope="module")
 def dataset() -> xr.Dataset:
     return scan(parse_scene(SCENE), check_fraction=0.0)
@@ -166,7 +173,7 @@ def test_the_fragility_of_scaled_motions_is_that_of_their_capacities():
     """One amplitude only: motion i closes the gap at 4 m/s2 × gap / closing."""
     closing = lognormal(20)
     (one,) = assess(made_up(closing, pga=4.0)).interfaces
-    found = next(each for each in one.fragility if each.gap == 0.02 and each.what == "contact")
+    found = contact_at_20_mm(one)
     assert found.method == "scaled motions"
     assert found.median == pytest.approx(4.0 * 0.02 / np.exp(np.log(closing).mean()))
     assert found.dispersion == pytest.approx(np.log(closing).std())
@@ -180,8 +187,7 @@ def test_a_wider_gap_takes_a_stronger_motion(tmp_path):
 
     Stripes see few contacts at wide gaps, and their curves cross: of such ensembles some give a wider gap more often.
     """
-    file = tmp_path / "site.csv"
-    file.write_text("pga [m/s^2],annual rate\n0.1,1\n100,1e-6\n")
+    file = site_file(tmp_path, "pga [m/s^2],annual rate")
     closing = lognormal(20, scale=0.003)[..., None] * np.array([1.0, 2.0, 4.0, 8.0])
     (one,) = assess(made_up(closing), hazard=file, pga=2.0).interfaces
     curves, rates = zip(
@@ -199,7 +205,7 @@ def test_the_fragility_of_stripes_finds_the_truth():
     results = made_up(unit[..., None] * np.array([1.0, 2.0, 4.0, 8.0]))
     results.attrs["scene_resolved"] += "[effects]\ninelastic_storeys = {}\n"  # buildings are not linear
     (one,) = assess(results).interfaces
-    found = next(each for each in one.fragility if each.gap == 0.02 and each.what == "contact")
+    found = contact_at_20_mm(one)
     assert found.method == "multiple stripes"
     assert abs(np.log(found.median / 2.0)) < 3.0 * found.errors[0]
     assert abs(found.dispersion - 0.5) < 3.0 * found.errors[1]
@@ -213,10 +219,10 @@ def test_intensities_are_those_of_the_motions():
     closing = lognormal(30)
     results = made_up(closing)
     (one,) = assess(results).interfaces
-    contact = next(each for each in one.fragility if each.gap == 0.02 and each.what == "contact")
+    contact = contact_at_20_mm(one)
     assert [stripe.im for stripe in contact.stripes] == pytest.approx(np.linspace(2.0, 4.0, 30))
     (one,) = assess(results, intensity="sa(A)").interfaces
-    contact = next(each for each in one.fragility if each.gap == 0.02 and each.what == "contact")
+    contact = contact_at_20_mm(one)
     known = np.sort((2.0 * np.pi / 0.5) ** 2 * closing.ravel())
     assert [stripe.im for stripe in contact.stripes] == pytest.approx(known)
     # The closing is the building's own displacement here: it touches at one Sa, and nothing is left to spread.
@@ -411,8 +417,7 @@ def scaled_to_sa(value: float, period: float, closing: np.ndarray, apart: float)
 @pytest.mark.complete
 def test_an_ensemble_scaled_to_sa_has_no_curve_of_yielding_and_no_rate(tmp_path):
     """What a study was told of before: "dispersion 0.000" from intensities 1.5e-9 apart, and a rate from it."""
-    file = tmp_path / "site.csv"
-    file.write_text("Sa(0.5 s) [m/s^2],annual rate\n0.1,1\n100,1e-6\n")
+    file = site_file(tmp_path, "Sa(0.5 s) [m/s^2],annual rate")
     results = scaled_to_sa(6.0, 0.5, lognormal(20), 1.5e-9)
     for intensity in (None, "sa(left)", "sa(A)", "sa(0.5 s)"):
         found = assess(results, intensity=intensity, hazard=file)
@@ -424,7 +429,7 @@ def test_an_ensemble_scaled_to_sa_has_no_curve_of_yielding_and_no_rate(tmp_path)
             assert np.isnan(rate.annual) and rate.fault == each.fault
             assert len(each.stripes) == 1
     assert assess(results).intensity == "sa(0.5 s)"
-    contact = next(each for each in one.fragility if each.gap == 0.02 and each.what == "contact")
+    contact = contact_at_20_mm(one)
     assert contact.method == "scaled motions" and not contact.fault
     assert contact.median == pytest.approx(6.0 * 0.02 / np.exp(np.log(lognormal(20)).mean()))
     assert contact.factor == pytest.approx(contact.median / 6.0)
@@ -501,8 +506,7 @@ def test_sa_at_any_period_is_read_from_the_spectra():
 
 
 def test_rates_come_with_a_hazard_curve(tmp_path):
-    file = tmp_path / "site.csv"
-    file.write_text("pga [m/s^2],annual rate [1/year]\n0.1,1\n100,1e-6\n")
+    file = site_file(tmp_path, "pga [m/s^2],annual rate [1/year]")
     (one,) = assess(made_up(lognormal(20), pga=4.0), hazard=file).interfaces
     assert len(one.rates) == len(one.fragility)
     place = next(place for place, each in enumerate(one.fragility) if each.gap == 0.02)
@@ -523,15 +527,13 @@ def test_rates_come_with_a_hazard_curve(tmp_path):
     ],
 )
 def test_a_hazard_curve_of_another_intensity_is_refused(tmp_path, curve, words):
-    file = tmp_path / "site.csv"
-    file.write_text(f"{curve} [g],annual rate\n0.01,1\n10,1e-6\n")
+    file = site_file(tmp_path, f"{curve} [g],annual rate")
     with pytest.raises(PoundingError, match=words):
         assess(made_up(lognormal(20)), hazard=file, intensity="sa(A)")
 
 
 def test_a_hazard_curve_of_the_buildings_period_is_taken_and_kept(tmp_path):
-    file = tmp_path / "site.csv"
-    file.write_text("Sa(0.5 s) [m/s^2],annual rate\n0.1,1\n100,1e-6\n")
+    file = site_file(tmp_path, "Sa(0.5 s) [m/s^2],annual rate")
     found = assess(made_up(lognormal(20)), hazard=file, intensity="sa(A)")
     assert found.hazard_rows == ((0.1, 1.0), (100.0, 1e-6))
 
@@ -669,8 +671,7 @@ def test_one_record_is_assessed_with_its_limits_told():
 @pytest.mark.complete
 def test_the_command_prints_writes_and_draws(dataset, tmp_path):
     file, out, figure = tmp_path / "scan.nc", tmp_path / "found.json", tmp_path / "found.png"
-    site = tmp_path / "site.csv"
-    site.write_text("pga [g],annual rate [1/year]\n0.02,0.1\n0.5,1e-4\n")
+    site = site_file(tmp_path, "pga [g],annual rate [1/year]", "0.02,0.1", "0.5,1e-4")
     save(dataset, file)
     arguments = [str(file), "--gap", "10 mm", "--percentile", "90", "--hazard", str(site)]
     run = CliRunner().invoke(cli.app, ["assess", *arguments, "-o", str(out), "--figure", str(figure)])
@@ -775,8 +776,7 @@ def many_curves(forces: int = 12) -> xr.Dataset:
 
 def test_every_curve_and_rate_of_yielding_is_listed_with_its_model(tmp_path, capsys):
     """Twelve F_E under two laws: 24 curves and as many rates, none of them dropped and none without its law."""
-    site = tmp_path / "site.csv"
-    site.write_text("pga [m/s^2],annual rate\n0.1,1\n100,1e-6\n")
+    site = site_file(tmp_path, "pga [m/s^2],annual rate")
     print_sheet(sheet(assess(many_curves(), hazard=site)))
     told = capsys.readouterr().out
     curves, rates = (told.partition(start)[2].partition("\n\n")[2] for start in ("fragility against", "annual rates"))

@@ -7,13 +7,13 @@ import json
 import numpy as np
 import pytest
 from damaged_tables import survey
+from made_hazard import fragility
 from scenes import BOTH, scene_text, single
 from scipy.stats import norm
 from typer.testing import CliRunner
 
 import pounding_risk as pr
 from pounding_risk import cli
-from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.assessment.gmfs import read_fields, scenario_of
 from pounding_risk.errors import PoundingError
 
@@ -30,13 +30,6 @@ SCENE = scene_text(
     records={"names": ["RSN6-180", "RSN6-270", "RSN1690-090"], "window": ["0 s", "8 s"], "polarity": BOTH},
     grid={"pga": ["0.1 g", "0.3 g"]},
 )
-
-
-def fragility(median: float = 3.0, dispersion: float = 0.4, **more) -> Fragility:
-    errors = {"se_median": 0.1, "se_dispersion": 0.05} | more
-    by_recording = {f"{name}_recordings": value for name, value in errors.items()}
-    about = ("contact", 0.02, None, None, "pga", "multiple stripes", median, dispersion)
-    return Fragility(*about, **errors, **by_recording, correlation=0.0, fault="", note="", stripes=())
 
 
 @pytest.fixture

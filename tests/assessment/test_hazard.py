@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_hazard import fragility, site_file
 from scenes import scene_text, storeyed
 from scipy.integrate import quad
 from scipy.stats import chi2, kstest, norm
@@ -27,13 +28,6 @@ G = 9.80665
 def power_law(low: float = 1e-3, high: float = 1e3, rows: int = 25) -> Hazard:
     im = np.geomspace(low, high, rows)
     return Hazard("pga", im, K0 * im**-K)
-
-
-def curve(median: float = 3.0, dispersion: float = 0.4, **more: float) -> Fragility:
-    errors = {"se_median": 0.1, "se_dispersion": 0.05} | more
-    by_recording = {f"{name}_recordings": value for name, value in errors.items()}
-    about = ("contact", 0.02, None, None, "pga", "multiple stripes", median, dispersion)
-    return Fragility(*about, **errors, **by_recording, correlation=0.0, fault="", note="", stripes=())
 
 
 def _density(im: float) -> float:
@@ -69,7 +63,7 @@ def test_fifty_years_are_poisson():
 
 def test_what_the_table_cuts_off_is_told():
     """Only intensities of the table count: the rate there, P at its weakest, and what stronger ones add at most."""
-    whole, cut = (rate_of(power_law(*ends), curve(), 0.95) for ends in ((1e-3, 1e3), (3.0, 12.0)))
+    whole, cut = (rate_of(power_law(*ends), fragility(), 0.95) for ends in ((1e-3, 1e3), (3.0, 12.0)))
     assert cut.below == pytest.approx(0.5)
     assert cut.above == pytest.approx(K0 * 12.0**-K)
     assert cut.annual < whole.annual
@@ -81,18 +75,18 @@ def test_what_the_table_cuts_off_is_told():
 
 def test_the_share_that_a_table_leaves_out_is_what_its_slopes_continue_to():
     """Of a power law nothing is guessed: the share is that of SciPy's quadrature beyond the table's ends."""
-    cut = rate_of(power_law(3.0, 12.0), curve(), 0.95)
+    cut = rate_of(power_law(3.0, 12.0), fragility(), 0.95)
     beyond = sum(quad(_density, *ends, epsabs=1e-16)[0] for ends in ((0.1, 3.0), (12.0, np.inf)))
     assert cut.missing == pytest.approx(beyond / (beyond + cut.annual), rel=1e-6)
     assert cut.at_least
-    whole = rate_of(power_law(), curve(), 0.95)
+    whole = rate_of(power_law(), fragility(), 0.95)
     assert whole.missing < 1e-6 and not whole.at_least
 
 
 @pytest.mark.parametrize(("ends", "side"), [((1e-3, 3.0), "above"), ((3.0, 1e3), "below")])
 def test_a_curve_that_ends_on_one_side_alone_is_told(ends, side):
     """Rows up to the median, or from it on: the other side is what is left out."""
-    cut = rate_of(power_law(*ends), curve(), 0.95)
+    cut = rate_of(power_law(*ends), fragility(), 0.95)
     limits = (3.0, np.inf) if side == "above" else (0.1, 3.0)
     beyond = quad(_density, *limits, epsabs=1e-16)[0]
     assert cut.missing == pytest.approx(beyond / (beyond + cut.annual), rel=1e-5)
@@ -108,9 +102,9 @@ def test_steep_and_wide_ends_stay_a_share():
 
 def test_bounds_follow_the_fragilitys_errors():
     """No error, no width; an error of ln θ alone moves the rate by exp(−k z σ), of the even draws to 1 %."""
-    narrow = rate_of(power_law(), curve(se_median=0.0, se_dispersion=0.0), 0.95)
+    narrow = rate_of(power_law(), fragility(se_median=0.0, se_dispersion=0.0), 0.95)
     assert (narrow.low, narrow.high) == pytest.approx((narrow.annual, narrow.annual))
-    wide = rate_of(power_law(), curve(se_median=0.2, se_dispersion=0.0), 0.95)
+    wide = rate_of(power_law(), fragility(se_median=0.2, se_dispersion=0.0), 0.95)
     assert wide.high / wide.annual == pytest.approx(np.exp(K * 1.96 * 0.2), rel=0.01)
     assert wide.low / wide.annual == pytest.approx(np.exp(-K * 1.96 * 0.2), rel=0.01)
 
@@ -119,7 +113,7 @@ def test_bounds_follow_the_fragilitys_errors():
 def test_bounds_of_few_motions_are_those_of_a_million_draws(count):
     """To 3 %: a million draws of the pivots, written here, leave 1 % of bounds of 5 motions, the even draws 1 %."""
     hazard, rng = power_law(), np.random.default_rng(1)
-    found = rate_of(hazard, replace(curve(median=3.0, dispersion=0.4), independent=count), 0.95)
+    found = rate_of(hazard, replace(fragility(median=3.0, dispersion=0.4), independent=count), 0.95)
     beta = 0.4 * np.sqrt(count / rng.chisquare(count - 1.0, 1_000_000))
     theta = 3.0 * np.exp(beta * rng.standard_normal(beta.size) / np.sqrt(count))
     rates = K0 * theta**-K * np.exp(np.minimum(0.5 * (K * beta) ** 2, 300.0))
@@ -139,7 +133,7 @@ def test_the_median_of_a_rate_is_cornells():
 
 def test_draws_of_scaled_motions_are_those_of_a_normal_sample():
     """With n independent capacities β²(n − 1)/n is unbiased for what is drawn, and ln θ has Student's distribution."""
-    sample = replace(curve(median=3.0, dispersion=0.4), independent=12.0)
+    sample = replace(fragility(median=3.0, dispersion=0.4), independent=12.0)
     medians, dispersions = sample.draws()
     share = kstest(12.0 * 0.4**2 / dispersions**2, chi2(11.0).cdf).pvalue
     assert share > 0.01
@@ -155,9 +149,9 @@ def test_no_fragility_no_rate():
 
 
 def test_a_table_is_read_with_its_unit(tmp_path):
-    file = tmp_path / "site.csv"
-    file.write_text("# a site\nPGA [g], annual rate [1/year]\n0.1, 0.01\n0.2, 0.002\n\n0.4,3e-4\n")
-    found = read_hazard(file)
+    found = read_hazard(
+        site_file(tmp_path, "# a site", "PGA [g], annual rate [1/year]", "0.1, 0.01", "0.2, 0.002", "", "0.4,3e-4")
+    )
     assert found.im == pytest.approx(9.80665 * np.array([0.1, 0.2, 0.4]))
     assert found.rate == pytest.approx([0.01, 0.002, 3e-4])
     assert (found.name, found.source) == ("pga", "site.csv")
@@ -277,14 +271,14 @@ def test_one_hazard_in_all_forms_gives_the_same_rates(tmp_path, head, rate_first
     found = read_hazard(file)
     assert found.im.tolist() == CURVE.im.tolist()
     assert found.rate == pytest.approx(CURVE.rate, rel=1e-11)
-    assert rate_of(found, curve(), 0.95).annual == pytest.approx(rate_of(CURVE, curve(), 0.95).annual, rel=1e-11)
+    annual, known = (rate_of(hazard, fragility(), 0.95).annual for hazard in (found, CURVE))
+    assert annual == pytest.approx(known, rel=1e-11)
     assert ("Poisson" in found.reading) == ("prob" in head.lower() or "poe" in head.lower())
 
 
 def test_percentages_may_stand_in_the_cells(tmp_path):
-    file = tmp_path / "site.csv"
     for head in ("probability in 50 years", "probability in 50 years [%]"):
-        file.write_text(f"pga [g],{head}\n0.1,50 %\n0.2,10 %\n")
+        file = site_file(tmp_path, f"pga [g],{head}", "0.1,50 %", "0.2,10 %")
         assert read_hazard(file).rate == pytest.approx([np.log(2.0) / 50.0, -np.log(0.9) / 50.0])
 
 
@@ -365,11 +359,9 @@ def test_a_curve_between_the_periods_of_spectra_is_that_of_the_power(tmp_path, t
 
 
 def test_one_curve_may_name_its_period_beside_its_rate(tmp_path):
-    file = tmp_path / "site.csv"
-    file.write_text("sa [g],annual rate at 0.2 s [1/year]\n0.1,0.01\n0.2,0.001\n")
+    file = site_file(tmp_path, "sa [g],annual rate at 0.2 s [1/year]", "0.1,0.01", "0.2,0.001")
     assert read_hazard(file).at("sa(0.2 s)").im == pytest.approx(G * np.array([0.1, 0.2]))
-    file.write_text("pga [g],annual rate at the site\n0.1,0.01\n0.2,0.001\n")
-    assert read_hazard(file).name == "pga"
+    assert read_hazard(site_file(tmp_path, "pga [g],annual rate at the site")).name == "pga"
 
 
 def test_spectra_between_periods_need_not_be_a_power(tmp_path):
@@ -418,9 +410,7 @@ def test_spectra_of_another_damping_say_so(tmp_path):
     "head", ["annual rate [1/year]", "Mean annual frequency of exceedance", "rate [1/yr]", "annual rate [yr^-1]"]
 )
 def test_an_annual_rate_goes_by_several_names(tmp_path, head):
-    file = tmp_path / "site.csv"
-    file.write_text(f"pga [g],{head}\n0.1,0.01\n0.2,0.001\n")
-    assert read_hazard(file).rate == pytest.approx([0.01, 0.001])
+    assert read_hazard(site_file(tmp_path, f"pga [g],{head}")).rate == pytest.approx([1.0, 1e-6])
 
 
 def test_a_table_that_is_not_there_is_refused(tmp_path):

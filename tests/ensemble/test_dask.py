@@ -12,11 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chunked_work import Kept, Numbers, ScanInput, scanned
+from chunked_work import Interrupted, Kept, Numbers, ScanInput, full_disk, pending_of, scanned
 
 from pounding_risk.ensemble import dask as dask_executor
 from pounding_risk.ensemble.dask import Dask
-from pounding_risk.ensemble.threads import Pending
 from pounding_risk.errors import PoundingError
 
 distributed = pytest.importorskip("distributed")
@@ -44,10 +43,6 @@ def client():
         distributed.Client(cluster, set_as_default=False) as client,
     ):
         yield client
-
-
-def pending_of(job, **more):
-    return Pending([range(job.batches)], job.law_at, bytes_per_batch=job.bytes_per_batch, **more)
 
 
 def expected(scan_input):
@@ -127,18 +122,10 @@ def test_a_line_that_ends_every_worker_is_told(client):
 @complete
 def test_an_interrupt_keeps_what_is_back_and_drops_the_rest(client):
     scan_input = ScanInput(batches=400, laws=1, seconds=2e-3)
-    job, kept, tries = Numbers(scan_input), Kept(scan_input.batches, scan_input.seconds), []
-
-    def keep(batches, part, seconds):
-        tries.append(batches)
-        if len(tries) == 3:
-            time.sleep(0.3)  # the others come back
-            raise KeyboardInterrupt
-        kept(batches, part, seconds)
-
+    job, kept = Numbers(scan_input), Interrupted(scan_input.batches, scan_input.seconds, pause=0.3)
     with pytest.raises(KeyboardInterrupt):
-        Dask(client, counted).run(job, pending_of(job, length=10), keep)
-    assert tries[2] == tries[3], "the part in hand is kept"
+        Dask(client, counted).run(job, pending_of(job, length=10), kept)
+    assert kept.tries[2] == kept.tries[3], "the part in hand is kept"
     assert len(kept.chunks) > 3
     found = kept.times > 0
     assert np.array_equal(kept.value[found], expected(scan_input)[found])
@@ -158,12 +145,9 @@ def test_what_a_user_can_repair_comes_back_as_it_is(client):
 
 @complete
 def test_a_disk_that_is_full_drops_the_rest(client):
-    def full(batches, part, seconds):
-        raise PoundingError("no space")
-
     job = Numbers(ScanInput(batches=60))
     with pytest.raises(PoundingError, match="no space"):
-        Dask(client, counted).run(job, pending_of(job, length=5), full)
+        Dask(client, counted).run(job, pending_of(job, length=5), full_disk)
     assert forgotten(client)
 
 

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from chunked_work import SCENE, Kept, Numbers, ScanInput, scanned
+from chunked_work import SCENE, Interrupted, Kept, Numbers, ScanInput, full_disk, pending_of, scanned
 from hypothesis import given
 from hypothesis import strategies as st
 from processes import python
@@ -32,12 +32,6 @@ from pounding_risk.ensemble.threads import (
 from pounding_risk.errors import PoundingError, Stopped
 from pounding_risk.results.store import Netcdf
 from pounding_risk.scene.reader import parse_scene
-
-
-def pending_of(job, batches=None, **more):
-    return Pending(
-        [range(job.batches)] if batches is None else batches, job.law_at, bytes_per_batch=job.bytes_per_batch, **more
-    )
 
 
 class Timed(Numbers):
@@ -288,13 +282,9 @@ def test_what_a_line_raises_reaches_the_caller_with_its_place():
 def test_a_full_disk_stops_the_threads():
     scan_input = ScanInput(batches=400, seconds=1e-4)
     job = Numbers(scan_input)
-
-    def full(batches, part, seconds):
-        raise PoundingError("no space")
-
     before = set(threading.enumerate())  # threads of other tests may be ending meanwhile
     with pytest.raises(PoundingError, match="no space"):
-        Threads(2).run(job, pending_of(job, length=10), full)
+        Threads(2).run(job, pending_of(job, length=10), full_disk)
     for _ in range(100):
         if not (left := set(threading.enumerate()) - before):
             break
@@ -305,19 +295,10 @@ def test_a_full_disk_stops_the_threads():
 def test_what_is_finished_is_kept_when_a_run_is_interrupted():
     """Also the part in hand, once more, and those that wait behind it."""
     scan_input = ScanInput(batches=300, laws=1)
-    job, kept = Numbers(scan_input), Kept(scan_input.batches)
-    tries = []
-
-    def keep(batches, part, seconds):
-        tries.append(batches)
-        if len(tries) == 3:
-            time.sleep(0.1)  # the others go on until there is no room
-            raise KeyboardInterrupt
-        kept(batches, part, seconds)
-
+    job, kept = Numbers(scan_input), Interrupted(scan_input.batches, pause=0.1)  # until there is no room
     with pytest.raises(KeyboardInterrupt):
-        Threads(2).run(job, pending_of(job, length=10), keep)
-    assert tries[2] == tries[3]
+        Threads(2).run(job, pending_of(job, length=10), kept)
+    assert kept.tries[2] == kept.tries[3]
     assert len(kept.chunks) >= 2 + 5  # room for two threads is five
     found = kept.times > 0
     assert np.array_equal(kept.value[found], serial(scan_input)[found])

@@ -12,7 +12,6 @@ import shutil
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +19,7 @@ from axes import pair_text
 from scenes import scene_text, single, storeyed, two_records
 from sentences import refusal
 from uncertain import uncertain_text
+from zarr_metadata import changed
 
 import pounding_risk as pr
 from pounding_risk._common.files import checksum
@@ -71,16 +71,6 @@ def stores(tmp_path_factory) -> Path:
     return folder
 
 
-def changed(store: Path, document: str, key: str, value: Any) -> None:
-    """Change an entry of a document of metadata, in its own file and among those of all; ``...`` takes it away."""
-    every = json.loads((store / ".zmetadata").read_text())
-    every["metadata"][document] |= {key: value} if value is not ... else {}
-    if value is ...:
-        every["metadata"][document].pop(key)
-    (store / ".zmetadata").write_text(json.dumps(every))
-    (store / document).write_text(json.dumps(every["metadata"][document]))
-
-
 def called(store: Path, name: str, other: str) -> None:
     """Give a variable another name, or take it away where that is empty, without a trace in the store's mark."""
     every = json.loads((store / ".zmetadata").read_text())
@@ -114,14 +104,14 @@ def damages(store: Path) -> Iterator[tuple[str, Damage]]:
             for value in values:
                 yield (
                     f"{name}: {key} {value}",
-                    lambda one, name=name, key=key, value=value: changed(one, f"{name}/.zarray", key, value),
+                    lambda one, name=name, key=key, value=value: changed(one, f"{name}/.zarray", **{key: value}),
                 )
     for document in (name for name in documents if name.endswith(".zattrs")):
         for key in documents[document]:
             for value in VALUES:
                 yield (
                     f"{document}: {key} = {value!r:.30}",
-                    lambda one, document=document, key=key, value=value: changed(one, document, key, value),
+                    lambda one, document=document, key=key, value=value: changed(one, document, **{key: value}),
                 )
 
 
@@ -191,9 +181,9 @@ OPENED = {
 
 @pytest.mark.parametrize("case", OPENED)
 def test_what_was_changed_is_told_when_a_store_is_opened(copied, case, says):
-    kind, *change = OPENED[case]
+    kind, document, key, value = OPENED[case]
     store = copied(kind)
-    changed(store, *change)
+    changed(store, document, **{key: value})
     # The libraries' own words are not ours to keep.
     says(re.sub(r"position \d+|KeyError: '\w+'", "...", refusal(open_results, store)))
 
@@ -202,15 +192,15 @@ def test_what_is_no_store_s_value_is_not_taken_for_one(copied, tmp_path):
     """A fill value hides no number, a piece of another size is told late, and so are letters that do not exist."""
     store = copied("pair")
     sound = open_results(store)
-    changed(store, "impact_count/.zarray", "fill_value", 0)
+    changed(store, "impact_count/.zarray", fill_value=0)
     assert open_results(store)["impact_count"].dtype == np.int32
     assert open_results(store)["impact_count"].equals(sound["impact_count"])
-    changed(store, "impulse/.zarray", "dtype", "|b1")
+    changed(store, "impulse/.zarray", dtype="|b1")
     for read in (pr.summary, lambda one: pr.convert(one, tmp_path / "c.nc")):
         with pytest.raises(PoundingError, match="is not a readable Zarr store"):
             read(store)
     assert not (tmp_path / "c.nc").exists()
-    changed(store, "record/.zarray", "compressor", None)
+    changed(store, "record/.zarray", compressor=None)
     piece(store, "record", lambda _: np.full(sound["record"].dtype.itemsize // 2, 0x12FFFE00, "<u4").tobytes())
     with pytest.raises(PoundingError, match="is not a readable Zarr store"):
         open_results(store)
@@ -228,7 +218,7 @@ ENTRIES = {
 @pytest.mark.parametrize("name", ENTRIES)
 def test_entries_of_another_kind_are_told_by_every_reader(copied, tmp_path, name, says):
     store = copied("pair")
-    changed(store, ".zattrs", name, ENTRIES[name])
+    changed(store, ".zattrs", **{name: ENTRIES[name]})
     read = readers(store, "pair", tmp_path)
     says([f"{command}: {refusal(read[command])}" for command in read if command != "convert"])
 
@@ -286,9 +276,9 @@ def test_every_sentence_names_the_store(copied, damage, tmp_path):
     """Of attributes and variables that are missed late, where the dataset is known and not its file."""
     store = copied("storeys")
     if damage == "scene_resolved":
-        changed(store, ".zattrs", damage, ...)
+        changed(store, ".zattrs", scene_resolved=...)
     elif damage == "options":
-        changed(store, ".zattrs", damage, "")
+        changed(store, ".zattrs", options="")
     elif damage == "building_damping":
         piece(store, damage, lambda raw: np.full(len(raw) // 8, np.nan).tobytes())
     else:

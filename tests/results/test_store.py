@@ -40,10 +40,10 @@ def small_blocks(monkeypatch):
     monkeypatch.setattr(layout, "BLOCK_BYTES", 10_000)
 
 
-def write(store, template):
+def write(store, template, later=LATER):
     for block, values in pieces(template):
         store.write(block, values)
-    store.finish(LATER)
+    store.finish(later)
     return store
 
 
@@ -207,10 +207,7 @@ store.finish({"later": 1})
 def test_bytes_follow_from_the_values_alone(tmp_path, suffix):
     """Two processes, at another second: no time and no name is in the bytes."""
     template, start = made_template(), int(time.time())
-    store = store_of(template, tmp_path / f"one{suffix}")
-    for block, values in pieces(template):
-        store.write(block, values)
-    store.finish({"later": 1})
+    write(store_of(template, tmp_path / f"one{suffix}"), template, {"later": 1})
     while int(time.time()) == start:  # times in such files have whole seconds
         time.sleep(0.02)
     run = python("-c", WRITE, tmp_path / f"other{suffix}")

@@ -15,6 +15,7 @@ import xarray as xr
 from made_forms import made_template, pieces
 from sentences import refusal
 from typer.testing import CliRunner
+from zarr_metadata import changed
 
 from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
@@ -49,15 +50,6 @@ def store(sound, tmp_path) -> Path:
     return Path(shutil.copytree(sound, tmp_path / "results.zarr"))
 
 
-def change(store: Path, variable: str, **facts: object) -> None:
-    """Change metadata of a variable, in its own file and among those of all."""
-    own = store / variable / ".zarray"
-    own.write_text(json.dumps(json.loads(own.read_text()) | facts))
-    every = json.loads((store / ".zmetadata").read_text())
-    every["metadata"][f"{variable}/.zarray"] |= facts
-    (store / ".zmetadata").write_text(json.dumps(every))
-
-
 def refused(store: Path) -> str:
     """Opened in every way there is, the store is refused in these words."""
     first, *others = (
@@ -70,7 +62,7 @@ def refused(store: Path) -> str:
 def test_a_sound_store_is_opened_and_one_with_a_codec_by_its_name_is_not(store):
     """Which the library itself does not take."""
     assert isinstance(open_results(store), xr.Dataset)
-    change(store, "status", compressor="blosc")
+    changed(store, "status/.zarray", compressor="blosc")
     assert "is not a readable Zarr store" in refused(store)
 
 
@@ -88,7 +80,7 @@ def test_a_pickle_in_a_store_is_not_unpickled(store, codecs, tmp_path, monkeypat
     code = pickle.dumps(np.array([Trap(folder)], dtype=object))
     pickle.loads(code)
     folder.rmdir()
-    change(store, "status", dtype="|O", shape=[1], chunks=[1], **codecs)
+    changed(store, "status/.zarray", dtype="|O", shape=[1], chunks=[1], **codecs)
     for piece in (store / "status").glob("[0-9]*"):
         piece.unlink()
     (store / "status" / "0").write_bytes(code)
@@ -117,7 +109,7 @@ FOREIGN = {
 
 @pytest.mark.parametrize("facts", FOREIGN.values(), ids=FOREIGN)
 def test_what_is_not_ours_is_named(store, facts, says):
-    change(store, "status", **facts)
+    changed(store, "status/.zarray", **facts)
     says(refused(store))
 
 

@@ -6,8 +6,8 @@ import doctest
 
 import numpy as np
 import pytest
+from likelihoods import Lost, best_of, curvature_errors
 from scipy import stats
-from scipy.optimize import minimize
 
 from pounding_risk.statistics import damage_fits
 from pounding_risk.statistics.damage_fits import (
@@ -25,7 +25,7 @@ from pounding_risk.statistics.damage_fits import (
     fit_ida,
     fit_stripes,
 )
-from pounding_risk.statistics.fragility import fit_capacities
+from pounding_risk.statistics.fragility import Fit, fit_capacities
 
 RECORDINGS, COMPONENTS = 30, 2
 LEVELS = np.geomspace(1.5, 6.0, 9)
@@ -41,17 +41,15 @@ def motions(levels: np.ndarray = LEVELS, steep: float = 1.3, noise: float = 0.0)
     return Observed(ims, ratios, np.repeat(np.arange(RECORDINGS), COMPONENTS))
 
 
-def curvature_errors(lost, best: np.ndarray, step: float = 1e-4) -> np.ndarray:
-    """Standard errors from second differences of a negative log-likelihood."""
-    units = step * np.eye(2)
-    second = [
-        [
-            (lost(best + a + b) - lost(best + a - b) - lost(best - a + b) + lost(best - a - b)) / (4.0 * step**2)
-            for b in units
-        ]
-        for a in units
-    ]
-    return np.sqrt(np.diag(np.linalg.inv(np.array(second))))
+def agree_with_scipy(fitted: Fit, data: stats.CensoredData) -> None:
+    dispersion, _, median = stats.lognorm.fit(data, floc=0.0)
+    assert (fitted.median, fitted.dispersion) == pytest.approx((median, dispersion), rel=1e-4)  # as far as scipy goes
+
+
+def is_largest(fitted: Fit, lost: Lost) -> None:
+    found = np.array([np.log(fitted.median), fitted.dispersion])
+    assert found == pytest.approx(best_of(lost, [1.0, 0.6]), abs=1e-6)
+    assert (fitted.se_median, fitted.se_dispersion) == pytest.approx(curvature_errors(lost, found), rel=1e-4)
 
 
 def test_examples_in_docstrings_are_right():
@@ -84,19 +82,14 @@ def test_capacities_beyond_the_levels_are_fitted_as_scipy_does():
     found, fitted = capacities(seen.ims, seen.ratios), fit_ida(seen)
     known, below, above = (found.values[found.status == status] for status in (KNOWN, BELOW, ABOVE))
     assert min(below.size, above.size) > 0 and known.size > 40
-    data = stats.CensoredData(uncensored=known, left=below, right=above)
-    dispersion, _, median = stats.lognorm.fit(data, floc=0.0)
-    assert (fitted.median, fitted.dispersion) == pytest.approx((median, dispersion), rel=1e-4)  # as far as scipy goes
+    agree_with_scipy(fitted, stats.CensoredData(uncensored=known, left=below, right=above))
 
     def lost(point: np.ndarray) -> float:
         curve = stats.norm(*point)
         parts = curve.logpdf(np.log(known)), curve.logcdf(np.log(below)), curve.logsf(np.log(above))
         return -float(sum(part.sum() for part in parts))
 
-    best = minimize(lost, [1.0, 0.6], method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12}).x
-    assert [np.log(fitted.median), fitted.dispersion] == pytest.approx(best, abs=1e-6)
-    errors = curvature_errors(lost, np.array([np.log(fitted.median), fitted.dispersion]))
-    assert (fitted.se_median, fitted.se_dispersion) == pytest.approx(tuple(errors), rel=1e-4)
+    is_largest(fitted, lost)
 
 
 def test_capacities_between_two_levels_are_fitted_as_scipy_does():
@@ -109,23 +102,16 @@ def test_capacities_between_two_levels_are_fitted_as_scipy_does():
     inside = found.status == BETWEEN
     lines = capacities(seen.ims, seen.ratios)  # of the same motions, whose demands are lines in the logarithms
     assert ((found.below < lines.values) & (lines.values < found.values))[inside].all()
-    data = stats.CensoredData(
-        left=high[found.status == BELOW],
-        right=low[found.status == ABOVE],
-        interval=np.stack([low[inside], high[inside]], axis=1),
-    )
-    dispersion, _, median = stats.lognorm.fit(data, floc=0.0)
-    assert (fitted.median, fitted.dispersion) == pytest.approx((median, dispersion), rel=1e-4)  # as far as scipy goes
+    intervals = np.stack([low[inside], high[inside]], axis=1)
+    ends = {"left": high[found.status == BELOW], "right": low[found.status == ABOVE]}
+    agree_with_scipy(fitted, stats.CensoredData(**ends, interval=intervals))
 
     def lost(point: np.ndarray) -> float:
         curve = stats.norm(*point)
         with np.errstate(divide="ignore"):
             return -float(np.log(curve.cdf(np.log(high)) - curve.cdf(np.log(low))).sum())
 
-    best = minimize(lost, [1.0, 0.6], method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12}).x
-    assert [np.log(fitted.median), fitted.dispersion] == pytest.approx(best, abs=1e-6)
-    errors = curvature_errors(lost, best)
-    assert (fitted.se_median, fitted.se_dispersion) == pytest.approx(tuple(errors), rel=1e-4)
+    is_largest(fitted, lost)
 
 
 def test_a_cap_at_the_threshold_does_not_move_the_median():

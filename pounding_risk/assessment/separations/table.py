@@ -294,22 +294,21 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
     medians = (float(np.median(left[known])), float(np.median(right[known])))
     case = Case((left[moved], right[moved]), periods, dampings, site)
     rows = separations((first, second), medians, periods, dampings, site)
-    if has_own_grounds(results.scene):
-        rows = tuple(replace(row, note="; ".join(filter(None, (row.note, rules.ONE_GROUND)))) for row in rows)
-    if has_histories(results.scene):
-        rows = tuple(replace(row, note=row.note.replace(rules.NOT_REDUCED, rules.OF_HISTORIES)) for row in rows)
-    if set(rotating_buildings(results.scene)) & {first, second}:
-        rows = tuple(replace(row, note="; ".join(filter(None, (row.note, rules.ROTATING)))) for row in rows)
-    if set(isolated_buildings(results.scene)) & {first, second}:
-        rows = tuple(
-            replace(row, note="; ".join(filter(None, (row.note, rules.ISOLATED)))) if row.rule == "cqc" else row
-            for row in rows
-        )
-    if lost := int((~known).sum()):
-        words = f"without the {lost} of {counted(known.size, 'motion')} that have no finite response"
-        rows = tuple(replace(row, note="; ".join(filter(None, (row.note, words)))) for row in rows)
-    if bumper:
-        rows = tuple(replace(row, note="; ".join(filter(None, (row.note, rules.CLEAR)))) for row in rows)
+    scene, lost = results.scene, int((~known).sum())
+    added = {
+        rules.ONE_GROUND: has_own_grounds(scene),
+        rules.ROTATING: {first, second} & set(rotating_buildings(scene)),
+        rules.ISOLATED: {first, second} & set(isolated_buildings(scene)),  # of the rule that takes periods
+        f"without the {lost} of {counted(known.size, 'motion')} that have no finite response": lost,
+        rules.CLEAR: bumper,
+    }
+    d_is = rules.OF_HISTORIES if has_histories(scene) else rules.NOT_REDUCED
+
+    def note_of(row: SeparationRow) -> str:
+        own = [note for note, holds in added.items() if holds and (note != rules.ISOLATED or row.rule == "cqc")]
+        return "; ".join(filter(None, (row.note.replace(rules.NOT_REDUCED, d_is), *own)))
+
+    rows = tuple(replace(row, note=note_of(row)) for row in rows)
     amplitude = results.amplitudes.values[0]
     both_move = bool(np.isfinite(shown["building_period"].values).all())
     demand_median, demand = enough_for(closing[known], (MIDDLE, percentile)).tolist()

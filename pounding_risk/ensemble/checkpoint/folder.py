@@ -162,7 +162,9 @@ class Checkpoint:
                 f"{_differences(study, identity, same)}\nput that back to go on with it, write --new to discard "
                 "it, or write the results under another name (-o)"
             )
-        self._discard()
+        # The files of an earlier scan, and no others.
+        for file in (self.path / STUDY, *map(self._file, self._files()), self.path / LOG):
+            file.unlink(missing_ok=True)
         self._write_study(identity)
 
     def _write_study(self, identity: Mapping[str, Any]) -> None:
@@ -225,7 +227,11 @@ class Checkpoint:
 
     def clear(self) -> None:
         """Remove the chunks when the results are in place; ``study.json`` and the log stay."""
-        self._remove_parts()
+        for file in map(self._file, self._files()):
+            file.unlink(missing_ok=True)
+        self._sound = {}
+        if self._alone:
+            self._remove_leftovers()
         self.log("complete")
 
     def close(self) -> None:
@@ -283,20 +289,6 @@ class Checkpoint:
     def _remove(self, file: Path, why: str) -> None:
         file.unlink(missing_ok=True)
         self.log("removed", file=file.name, why=why)
-
-    def _remove_parts(self) -> None:
-        for batches in self._files():
-            self._file(batches).unlink(missing_ok=True)
-        self._sound = {}
-        if self._alone:
-            self._remove_leftovers()
-
-    def _discard(self) -> None:
-        """Remove the files of an earlier scan, and no others."""
-        (self.path / STUDY).unlink(missing_ok=True)
-        for batches in self._files():
-            self._file(batches).unlink(missing_ok=True)
-        (self.path / LOG).unlink(missing_ok=True)
 
     def kept(self) -> str:
         """How many cases have a chunk, in words; from the names of the files."""

@@ -21,8 +21,14 @@ def changes(before: Scene, after: Scene) -> tuple[str, ...]:
     """
     old, new = dict(flat(before.resolved())), dict(flat(after.resolved()))
     keys = dict.fromkeys([*old, *new])
-    pairs = ((key, old.get(key, NOWHERE), new.get(key, NOWHERE)) for key in keys)
-    return tuple(f"{key}: {_from_to(was, now)}" for key, was, now in pairs if was != now)
+    lines = []
+    for key in keys:
+        both = [old.get(key, NOWHERE), new.get(key, NOWHERE)]
+        words = [_shown(value, _rounded) for value in both]
+        if both[0] != both[1]:  # with all digits where they would read alike
+            words = words if words[0] != words[1] else [_shown(value, str) for value in both]
+            lines.append(f"{key}: {' -> '.join(words)}")
+    return tuple(lines)
 
 
 def marked_as_idle(changes: tuple[str, ...]) -> tuple[str, ...]:
@@ -49,12 +55,6 @@ def flat(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]
                 yield from flat(table, f"{path}." if len(value) == 1 else f"{path}.{called}.")
         else:
             yield path, value
-
-
-def _from_to(was: Any, now: Any) -> str:
-    """Both values rounded; with all digits where they would read alike."""
-    short = [_shown(value, _rounded) for value in (was, now)]
-    return " -> ".join(short if short[0] != short[1] else [_shown(value, str) for value in (was, now)])
 
 
 def _shown(value: Any, text: Callable[[str], str]) -> str:

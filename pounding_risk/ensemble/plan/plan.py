@@ -214,30 +214,20 @@ def _changes(before: Scene | None, study: Scene, motions: tuple[Motion, ...]) ->
     """What the overrides change, which of them change no motion, and how the number of cases changes."""
     from pounding_risk.ensemble.plan.overrides import changes, marked_as_idle
     from pounding_risk.ensemble.plan.size import shape_of
+    from pounding_risk.errors import RecordError, SceneError
+    from pounding_risk.scene.motions import gathered
 
     if before is None:
         return ()
     sentences = changes(before, study)
-    were = _motions_before(before, study, motions)
-    if were is None:
+    try:
+        were = motions if before.records == study.records else gathered(before).motions
+    except (RecordError, SceneError):  # the overrides repair it
         return sentences
     if before.records != study.records and [motion.digest for motion in were] == [motion.digest for motion in motions]:
         sentences = marked_as_idle(sentences)
     old, new = (prod(shape_of(one, count).values()) for one, count in ((before, len(were)), (study, len(motions))))
     return (*sentences, f"cases: {old} -> {new}") if old != new else sentences
-
-
-def _motions_before(before: Scene, study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...] | None:
-    """The motions of the scene without the overrides; None where they cannot be used."""
-    from pounding_risk.errors import RecordError, SceneError
-    from pounding_risk.scene.motions import gathered
-
-    if before.records == study.records:
-        return motions
-    try:
-        return gathered(before).motions
-    except (RecordError, SceneError):  # the overrides repair it
-        return None
 
 
 def _timed(made: Plan, ensemble: MotionEnsemble) -> Plan:

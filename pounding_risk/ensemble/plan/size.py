@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterable, Mapping
 from math import prod
@@ -12,6 +11,7 @@ import numpy as np
 
 from pounding_risk.ensemble.grid_job import Sizes
 from pounding_risk.ensemble.job_choice import job_kind
+from pounding_risk.ensemble.limits import own_memory
 from pounding_risk.ensemble.threads import CHUNK_BYTES
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.layout import AMPLITUDE, BLOCK_BYTES, axes_by
@@ -70,8 +70,7 @@ def memory(study: Scene, shape: Mapping[str, int], threads: int, motions: Iterab
 def resident() -> int:
     """Memory of this process [bytes]: now, its peak where the system tells no more, or 0 where it tells nothing."""
     try:
-        with open("/proc/self/statm", encoding="ascii") as counts:
-            return int(counts.read().split()[1]) * os.sysconf("SC_PAGESIZE")
+        return own_memory(1)
     except OSError:
         pass
     try:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
-from pounding_risk.assessment.demands import motions_of, touching
+from pounding_risk.assessment.demands import motions_of, share_with_lost, touching
 from pounding_risk.assessment.row import RowCase, any_of_building, row_case
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
 from pounding_risk.errors import PoundingError
@@ -183,13 +183,9 @@ def lost_words(lost: int, motions: int) -> str:
 
 
 def share_of_building(closes: Array, weight: float, confidence: float) -> tuple[float, float, float]:
-    """The share of the motions that close a gap, with bounds; ``closes`` (its interfaces, motions).
-
-    No gap is wide enough for a motion without a finite response: it counts as one, and as none in the lower bound.
-    """
-    most, least = (np.nan_to_num(closes, nan=lost).max(axis=0) for lost in (1.0, 0.0))
-    share, _, high = _share(most, weight, confidence)
-    return share, _share(least, weight, confidence)[1], high
+    """The share of the motions that close any gap of a building, with bounds; ``closes`` (its interfaces, motions)."""
+    share = share_with_lost(closes, nan, weight, confidence)
+    return share.probability, share.low_recordings, share.high_recordings
 
 
 def _building(row: Row, at: int) -> dict[str, Any]:
