@@ -38,23 +38,17 @@ def _of_record(key: str) -> Callable[[Motion], Any]:
 # What a row holds, and how it is read back.
 COLUMNS: dict[str, tuple[Callable[[Motion], Any], type]] = {
     "name": (lambda motion: motion.name, str),
-    "source": (_of_record("source"), str),
-    "file": (_of_record("file"), str),
-    "sha256": (_of_record("sha256"), str),
-    "event": (_of_record("event"), str),
-    "date": (_of_record("date"), str),
+    **{key: (_of_record(key), str) for key in ("source", "file", "sha256", "event", "date")},
     "magnitude": (_of_record("magnitude"), float),
     "distance [km]": (_of_record("distance_km"), float),
-    "station": (_of_record("station"), str),
-    "component": (_of_record("component"), str),
+    **{key: (_of_record(key), str) for key in ("station", "component")},
     "azimuth [deg]": (_of_record("azimuth"), float),
     "dt [s]": (lambda motion: motion.dt, float),
     "npts": (lambda motion: len(motion.acceleration), int),
     "duration [s]": (lambda motion: motion.duration, float),
     "PGA [m/s2]": (lambda motion: motion.pga, float),
     "factor": (lambda motion: motion.record.get("factor", 1.0), float),
-    "state": (_of_record("state"), str),
-    "origin": (_of_record("origin"), str),
+    **{key: (_of_record(key), str) for key in ("state", "origin")},
     "processing": (lambda motion: SEPARATOR.join(motion.processing), str),
 }
 CHECKED = ("sha256", "dt [s]", "npts", "PGA [m/s2]", "processing")
@@ -89,16 +83,12 @@ def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
     target, text = Path(path), StringIO(newline="")
     writer = csv.DictWriter(text, COLUMNS)
     writer.writeheader()
-    rows = ({**row, "source": _beside(row["source"], target.parent)} for row in manifest(motions))
+    rows = manifest(motions)
+    for row in rows:
+        if row["source"] is not None and split_component(row["source"])[0].is_file():  # otherwise an id
+            row["source"] = Path(os.path.relpath(row["source"], target.parent)).as_posix()
     writer.writerows({key: cell(value) for key, value in row.items()} for row in rows)
     return write_text(target, text.getvalue().encode(), "check the folder")
-
-
-def _beside(source: str | None, folder: Path) -> str | None:
-    """The path of a source relative to a folder, where it is a file; an id as it is."""
-    if source is None or not split_component(source)[0].is_file():
-        return source
-    return Path(os.path.relpath(source, folder)).as_posix()
 
 
 def source_of(row: Mapping[str, Any], folder: Path) -> str | Path:

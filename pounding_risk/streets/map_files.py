@@ -83,7 +83,8 @@ def _from_layer(path: Path, layer: str | None) -> Features:
     rows = zip(*(column.tolist() for column in columns), strict=True) if names else ((),) * len(fids)
     properties = [dict(zip(names, map(_known, row), strict=True)) for row in rows]
     numbers = fids.tolist() if path.suffix.lower() == ".gpkg" else range(1, len(fids) + 1)  # as QGIS shows them
-    shapes = [None] * len(fids) if geometry is None else _shapes(geometry)
+    # None where there is no geometry, or none that can be read.
+    shapes = [None] * len(fids) if geometry is None else list(shapely.from_wkb(geometry, on_invalid="ignore"))
     return Features([f"feature {number}" for number in numbers], properties, shapes, _ids(properties), meta["crs"])
 
 
@@ -122,11 +123,6 @@ def _known(value: Any) -> Any:
     value = value.item() if isinstance(value, np.generic) else value
     is_missing = value is None or type(value).__name__ in ("NAType", "NaTType") or value != value
     return None if isinstance(is_missing, bool) and is_missing else value
-
-
-def _shapes(geometry: Any) -> list[Geometry | None]:
-    """Geometries from WKB; None where there is none, or none that can be read."""
-    return [None if code is None else shapely.from_wkb(code, on_invalid="ignore") for code in geometry]
 
 
 def _ids(properties: Sequence[Mapping[str, Any]]) -> list[str]:

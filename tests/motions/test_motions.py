@@ -92,8 +92,7 @@ def test_the_raw_record_drifts():
 
 
 @pytest.mark.parametrize(
-    ("record", "pga", "pgv", "pgd"),
-    [("CCC-HN1", 0.4701, 78.1, 28.0), ("CCC-HN2", 0.5604, 41.8, 25.9)],
+    ("record", "pga", "pgv", "pgd"), [("CCC-HN1", 0.4701, 78.1, 28.0), ("CCC-HN2", 0.5604, 41.8, 25.9)]
 )
 def test_the_chain_gives_gmprocess_peaks(record, pga, pgv, pgd):
     found = peaks(read_motion(record, processing=GMPROCESS))
@@ -333,10 +332,7 @@ def test_what_cannot_be_used_is_refused_in_a_sentence(name, says):
 
 def test_streams_of_more_than_one_trace(says):
     east, north = catalogue.load("NAPA-HNE")[0], catalogue.load("NAPA-HNN")[0]
-    early, late = (
-        east.slice(endtime=east.stats.starttime + 10),
-        east.slice(starttime=east.stats.starttime + 14),
-    )
+    early, late = (east.slice(endtime=east.stats.starttime + 10), east.slice(starttime=east.stats.starttime + 14))
     other = late.copy()
     other.stats.sampling_rate = 100.0
     for traces in ([east, north], [early, late], [early, other]):
