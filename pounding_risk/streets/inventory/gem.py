@@ -207,8 +207,8 @@ def _put_storeys(draft: Draft, atom: Atom, head: str) -> None:
         draft.note(f"{atom} in its {head} bounds the storeys and gives no number; it is not read")
     else:
         middle = max(-(-sum(numbers) // len(numbers)), 1)
-        is_told = len(numbers) > 1 or atom.name == "HAPP"
-        draft.put("storeys", middle, rule=f"its {head}, {atom}" if is_told else "")
+        is_estimate = len(numbers) > 1 or atom.name == "HAPP"
+        draft.put("storeys", middle, rule=f"its {head}, {atom}" if is_estimate else "")
 
 
 def year_of(text: str) -> int | None:
