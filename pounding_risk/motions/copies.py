@@ -42,19 +42,14 @@ class Copy(NamedTuple):
     factor: float  # below zero where it is turned round
     same_times: bool  # time step, start and end, but for what holds no shaking
 
-    @property
-    def is_turned(self) -> bool:
-        """True where the copy has the opposite sign."""
-        return self.factor < 0.0
-
     def is_same_motion(self, *, any_size: bool = False) -> bool:
         """True where the copy drives the same runs as its original; ``any_size``: where both are scaled to one PGA."""
-        return self.same_times and not self.is_turned and (any_size or abs(self.factor - 1.0) <= SAME_SIZE)
+        return self.same_times and self.factor > 0.0 and (any_size or abs(self.factor - 1.0) <= SAME_SIZE)
 
     def words(self) -> str:
         """The difference between the copy and its original, in words."""
         size = [] if abs(abs(self.factor) - 1.0) <= SAME_SIZE else [f"times {self.factor:.4g}"]
-        turned = ["with the other sign"] if self.is_turned and not size else []
+        turned = ["with the other sign"] if self.factor < 0.0 and not size else []
         return " and ".join([*size, *turned, *([] if self.same_times else ["cut or sampled otherwise"])])
 
 

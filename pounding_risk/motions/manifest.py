@@ -132,7 +132,20 @@ def read_manifest(path: str | Path) -> list[dict[str, Any]]:
     if columns != list(COLUMNS):
         words = faults[0] if faults else f"its columns are {', '.join(columns)}; a manifest has {', '.join(COLUMNS)}"
         raise RecordError(f"{source}: {words}")
-    return [_read(source, number, cells) for number, (_, cells) in enumerate(rows[1:], start=2)]
+    read = []
+    for number, (_, cells) in enumerate(rows[1:], start=2):
+        if words := uneven(cells, tuple(COLUMNS)):
+            raise RecordError(f"{source}, line {number}: {words}; write the manifest again")
+        values: dict[str, Any] = {}
+        for cell_text, (name, (_, kind)) in zip(cells, COLUMNS.items(), strict=True):
+            try:
+                values[name] = kind(without_mark(cell_text)) if cell_text else None
+            except ValueError:
+                raise RecordError(
+                    f'{source}: line {number}, {name}: "{cell_text}" is no number; write the manifest again'
+                ) from None
+        read.append(values)
+    return read
 
 
 def check_manifest(path: str | Path, motions: Iterable[Motion]) -> None:
@@ -169,20 +182,6 @@ def _by_name(rows: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
         again = f" ({times[row['name']]})" if times[row["name"]] > 1 else ""
         by_name[f"{row['name']}{again}"] = row
     return by_name
-
-
-def _read(source: Path, number: int, cells: list[str]) -> dict[str, Any]:
-    if words := uneven(cells, tuple(COLUMNS)):
-        raise RecordError(f"{source}, line {number}: {words}; write the manifest again")
-    values: dict[str, Any] = {}
-    for cell_text, (name, (_, kind)) in zip(cells, COLUMNS.items(), strict=True):
-        try:
-            values[name] = kind(without_mark(cell_text)) if cell_text else None
-        except ValueError:
-            raise RecordError(
-                f'{source}: line {number}, {name}: "{cell_text}" is no number; write the manifest again'
-            ) from None
-    return values
 
 
 def _differences(stated: Mapping[str, Any], actual: Mapping[str, Any]) -> list[str]:

@@ -188,7 +188,9 @@ def _ring(ring: Any, metres: bool) -> Array:
     if not isinstance(ring, list) or len(ring) < 4:
         raise ValueError("a ring has fewer than four positions, the first of them repeated at its end; draw it again")
     for position in ring:
-        if not (isinstance(position, list) and len(position) >= 2 and all(map(_is_number, position[:2]))):
+        numbers = position[:2] if isinstance(position, list) else []
+        is_number = [type(one) in (int, float) and abs(one) <= FARTHEST for one in numbers]
+        if is_number != [True, True]:
             raise ValueError(f"{shown(position)} is not a position; write two numbers, such as [174.776, -41.286]")
     corners = np.array([position[:2] for position in ring], dtype=np.float64)
     if not metres and (np.abs(corners) > (180.0, 90.0)).any():
@@ -204,7 +206,3 @@ def no_degrees(corner: Array) -> str:
         f"[{corner[0]:g}, {corner[1]:g}] is no longitude and latitude in degrees; export the file in WGS 84, or "
         f"{METRES_HINT}"
     )
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= FARTHEST
