@@ -42,19 +42,14 @@ class Copy(NamedTuple):
     factor: float  # below zero where it is turned round
     same_times: bool  # time step, start and end, but for what holds no shaking
 
-    @property
-    def is_turned(self) -> bool:
-        """True where the copy has the opposite sign."""
-        return self.factor < 0.0
-
     def is_same_motion(self, *, any_size: bool = False) -> bool:
         """True where the copy drives the same runs as its original; ``any_size``: where both are scaled to one PGA."""
-        return self.same_times and not self.is_turned and (any_size or abs(self.factor - 1.0) <= SAME_SIZE)
+        return self.same_times and self.factor > 0.0 and (any_size or abs(self.factor - 1.0) <= SAME_SIZE)
 
     def words(self) -> str:
         """The difference between the copy and its original, in words."""
         size = [] if abs(abs(self.factor) - 1.0) <= SAME_SIZE else [f"times {self.factor:.4g}"]
-        turned = ["with the other sign"] if self.is_turned and not size else []
+        turned = ["with the other sign"] if self.factor < 0.0 and not size else []
         return " and ".join([*size, *turned, *([] if self.same_times else ["cut or sampled otherwise"])])
 
 
@@ -119,7 +114,10 @@ def _copy(first: _Record, second: _Record) -> tuple[float, bool] | None:
     for lag in dict.fromkeys((0, second.peak - first.peak)):
         factor = _factor(first, second, lag)
         if factor is not None:
-            return factor, step == 1 and lag == 0 and _is_quiet_outside(first, second)
+            # The longer of two that start together may hold no shaking after the end of the shorter one.
+            end = min(len(first.samples), len(second.samples))
+            is_quiet = all(np.sum(one.samples[end:] ** 2) <= ROUNDING * one.energy for one in (first, second))
+            return factor, step == 1 and lag == 0 and is_quiet
     return None
 
 
@@ -144,9 +142,3 @@ def _unlike(first: Samples, second: Samples) -> float:
     """1 − r² of two intervals of equal length, r their correlation; 1 where one is too short or holds no motion."""
     both = float(first @ first) * float(second @ second) if len(first) > 2 else 0.0
     return 1.0 - float(first @ second) ** 2 / both if both > 0.0 else 1.0
-
-
-def _is_quiet_outside(one: _Record, other: _Record) -> bool:
-    """True where the longer of two records that start together holds no shaking after the end of the shorter one."""
-    count = min(len(one.samples), len(other.samples))
-    return all(float(np.sum(record.samples[count:] ** 2)) <= ROUNDING * record.energy for record in (one, other))

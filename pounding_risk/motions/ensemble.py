@@ -96,7 +96,7 @@ def read_ensemble(
     left_out: list[str] = []
     chosen = list(_of_manifest(request, folder) if request.manifest else _of_sources(request, folder, left_out))
     one_size = not scaled or request.pga is not None or request.sa is not None
-    chosen, repeated, copied = _each_once(chosen, one_size)
+    chosen, repeated, copied = _without_copies(chosen, one_size)
     groups: list[tuple[Source, ...]] = [(record.source,) for record in chosen]
     if request.direction is not None:
         groups = pairs([record.source for record in chosen], repeated)
@@ -135,7 +135,7 @@ def each_once(sources: Iterable[Source]) -> list[Source]:
     return list(once.values())
 
 
-def _each_once(chosen: list[_Chosen], one_size: bool) -> tuple[list[_Chosen], list[str], list[str]]:
+def _without_copies(chosen: list[_Chosen], one_size: bool) -> tuple[list[_Chosen], list[str], list[str]]:
     """The records without those that would drive the same runs as an earlier one.
 
     With a sentence for each that is left out, and one for each other copy, which stays and shares its recording.

@@ -334,19 +334,15 @@ def _peaks_of_motion(a: Samples, dt: float) -> tuple[float, float]:
     turns = before * after < 0.0
     crests = v[:-1][turns] + 0.5 * dt * before[turns] ** 2 / (before[turns] - after[turns])
     pgv = max(np.abs(v).max(), np.abs(crests).max(initial=0.0))
-    return float(pgv), float(max(np.abs(part).max() for part in (u, *_turns(a, v, u, dt))))
-
-
-def _turns(a: Samples, v: Samples, u: Samples, dt: float) -> tuple[Samples, Samples]:
-    """u at the zeros of v inside an interval, up to two of them; 0 where there is none."""
+    # u at the zeros of v inside an interval, up to two of them; 0 where there is none.
     push, slope, speed = a[:-1], np.diff(a) / dt, v[:-1]
     with np.errstate(divide="ignore", invalid="ignore"):
         # v + a x + ȧ x² / 2 = 0, in the form that does not cancel; NaN or infinite where there is no root.
         both = -(push + np.copysign(np.sqrt(push * push - 2.0 * slope * speed), push))
         roots = [both / slope, 2.0 * speed / both]
     inside = [np.where((x > 0.0) & (x < dt), x, nan) for x in roots]
-    first, second = (u[:-1] + x * (speed + x * (0.5 * push + x * slope / 6.0)) for x in inside)
-    return np.nan_to_num(first), np.nan_to_num(second)
+    turned = [np.nan_to_num(u[:-1] + x * (speed + x * (0.5 * push + x * slope / 6.0))) for x in inside]
+    return float(pgv), float(max(np.abs(part).max() for part in (u, *turned)))
 
 
 def _time_of(share: float, husid: Samples, dt: float) -> float:

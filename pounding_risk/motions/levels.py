@@ -114,8 +114,10 @@ class Measure(NamedTuple):
 
     @property
     def _at(self) -> str:
+        """Periods, and the damping where it is not the usual one: "0.5 s", "0.5 s, 2 %"."""
         periods = "-".join(f"{period:.{DIGITS}g}" for period in self.periods)
-        return at_words(f"{periods} s", self.damping)
+        usual = isclose(self.damping, USUAL_DAMPING, rel_tol=1e-9)
+        return f"{periods} s" + ("" if usual else f", {100.0 * self.damping:.{DIGITS}g} %")
 
     def is_same(self, other: Measure) -> bool:
         """True where both are the same measure at the same periods and damping."""
@@ -157,23 +159,17 @@ class Level(NamedTuple):
 
     def of(self, motion: Motion) -> Motion:
         """The motion times the factor with which its measure has this value; raises RecordError where none does it."""
-        measure = self.measure
-        if measure.name == "pga":
-            return motion.scaled_to(self.value)
-        if measure.name == FACTOR:
-            return scaling.by_factor(motion, self.value)
-        return scaling.by_factor(motion, *self._factor(motion.without_tail()))
-
-    def _factor(self, record: Motion) -> tuple[float, str]:
-        """The factor on a record, and its aim in words."""
-        measure = self.measure
-        if measure.name == "pgv":
-            return scaling.pgv_factor(record, self.value)
-        if measure.name == "sa":
-            return scaling.spectral_factor(record, self.value, measure.periods[0], measure.damping)
-        return scaling.mean_spectral_factor(
-            record, self.value, (measure.periods[0], measure.periods[-1]), measure.damping
-        )
+        (name, periods, damping, *_), value = self.measure, self.value
+        if name == "pga":
+            return motion.scaled_to(value)
+        record, factor, aim = motion.without_tail(), value, ""  # of `FACTOR`
+        if name == "pgv":
+            factor, aim = scaling.pgv_factor(record, value)
+        elif name == "sa":
+            factor, aim = scaling.spectral_factor(record, value, periods[0], damping)
+        elif name == "sa_avg":
+            factor, aim = scaling.mean_spectral_factor(record, value, (periods[0], periods[-1]), damping)
+        return scaling.by_factor(motion, factor, aim)
 
     @property
     def words(self) -> str:
@@ -203,12 +199,6 @@ def driven(motion: Motion, polarity: str, level: Level | None) -> Motion:
 def say_level(value: float, quantity: Quantity, digits: int = DIGITS) -> str:
     """A level [SI] with its unit as the trade writes it: velocities of the ground in cm/s."""
     return f"{100.0 * value:.{digits}g} cm/s" if quantity == scaling.PGV else say(value, quantity, digits)
-
-
-def at_words(periods: str, damping: float) -> str:
-    """Periods, and the damping where it is not the usual one: "0.5 s", "0.5 s, 2 %"."""
-    usual = isclose(damping, USUAL_DAMPING, rel_tol=1e-9)
-    return periods + ("" if usual else f", {100.0 * damping:.{DIGITS}g} %")
 
 
 def read_measure(text: str) -> Measure | None:

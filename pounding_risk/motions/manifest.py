@@ -38,23 +38,17 @@ def _of_record(key: str) -> Callable[[Motion], Any]:
 # What a row holds, and how it is read back.
 COLUMNS: dict[str, tuple[Callable[[Motion], Any], type]] = {
     "name": (lambda motion: motion.name, str),
-    "source": (_of_record("source"), str),
-    "file": (_of_record("file"), str),
-    "sha256": (_of_record("sha256"), str),
-    "event": (_of_record("event"), str),
-    "date": (_of_record("date"), str),
+    **{key: (_of_record(key), str) for key in ("source", "file", "sha256", "event", "date")},
     "magnitude": (_of_record("magnitude"), float),
     "distance [km]": (_of_record("distance_km"), float),
-    "station": (_of_record("station"), str),
-    "component": (_of_record("component"), str),
+    **{key: (_of_record(key), str) for key in ("station", "component")},
     "azimuth [deg]": (_of_record("azimuth"), float),
     "dt [s]": (lambda motion: motion.dt, float),
     "npts": (lambda motion: len(motion.acceleration), int),
     "duration [s]": (lambda motion: motion.duration, float),
     "PGA [m/s2]": (lambda motion: motion.pga, float),
     "factor": (lambda motion: motion.record.get("factor", 1.0), float),
-    "state": (_of_record("state"), str),
-    "origin": (_of_record("origin"), str),
+    **{key: (_of_record(key), str) for key in ("state", "origin")},
     "processing": (lambda motion: SEPARATOR.join(motion.processing), str),
 }
 CHECKED = ("sha256", "dt [s]", "npts", "PGA [m/s2]", "processing")
@@ -89,16 +83,12 @@ def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
     target, text = Path(path), StringIO(newline="")
     writer = csv.DictWriter(text, COLUMNS)
     writer.writeheader()
-    rows = ({**row, "source": _beside(row["source"], target.parent)} for row in manifest(motions))
+    rows = manifest(motions)
+    for row in rows:
+        if row["source"] is not None and split_component(row["source"])[0].is_file():  # otherwise an id
+            row["source"] = Path(os.path.relpath(row["source"], target.parent)).as_posix()
     writer.writerows({key: cell(value) for key, value in row.items()} for row in rows)
     return write_text(target, text.getvalue().encode(), "check the folder")
-
-
-def _beside(source: str | None, folder: Path) -> str | None:
-    """The path of a source relative to a folder, where it is a file; an id as it is."""
-    if source is None or not split_component(source)[0].is_file():
-        return source
-    return Path(os.path.relpath(source, folder)).as_posix()
 
 
 def source_of(row: Mapping[str, Any], folder: Path) -> str | Path:
@@ -142,7 +132,20 @@ def read_manifest(path: str | Path) -> list[dict[str, Any]]:
     if columns != list(COLUMNS):
         words = faults[0] if faults else f"its columns are {', '.join(columns)}; a manifest has {', '.join(COLUMNS)}"
         raise RecordError(f"{source}: {words}")
-    return [_read(source, number, cells) for number, (_, cells) in enumerate(rows[1:], start=2)]
+    read = []
+    for number, (_, cells) in enumerate(rows[1:], start=2):
+        if words := uneven(cells, tuple(COLUMNS)):
+            raise RecordError(f"{source}, line {number}: {words}; write the manifest again")
+        values: dict[str, Any] = {}
+        for cell_text, (name, (_, kind)) in zip(cells, COLUMNS.items(), strict=True):
+            try:
+                values[name] = kind(without_mark(cell_text)) if cell_text else None
+            except ValueError:
+                raise RecordError(
+                    f'{source}: line {number}, {name}: "{cell_text}" is no number; write the manifest again'
+                ) from None
+        read.append(values)
+    return read
 
 
 def check_manifest(path: str | Path, motions: Iterable[Motion]) -> None:
@@ -179,20 +182,6 @@ def _by_name(rows: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
         again = f" ({times[row['name']]})" if times[row["name"]] > 1 else ""
         by_name[f"{row['name']}{again}"] = row
     return by_name
-
-
-def _read(source: Path, number: int, cells: list[str]) -> dict[str, Any]:
-    if words := uneven(cells, tuple(COLUMNS)):
-        raise RecordError(f"{source}, line {number}: {words}; write the manifest again")
-    values: dict[str, Any] = {}
-    for cell_text, (name, (_, kind)) in zip(cells, COLUMNS.items(), strict=True):
-        try:
-            values[name] = kind(without_mark(cell_text)) if cell_text else None
-        except ValueError:
-            raise RecordError(
-                f'{source}: line {number}, {name}: "{cell_text}" is no number; write the manifest again'
-            ) from None
-    return values
 
 
 def _differences(stated: Mapping[str, Any], actual: Mapping[str, Any]) -> list[str]:

@@ -225,7 +225,12 @@ class Motion(ShortRepr):
         """
         if (self.own_grounds or self.across is not None) and done.samples.size != self.acceleration.size:
             raise RecordError(f"{self.name}: other records stand beside it; cut it before they do")
-        record = after_cut(self.record, done.cut * self.dt) | _corners(self.record, *done.band)
+        record = self.record | _corners(self.record, *done.band)
+        if done.cut:
+            seconds = done.cut * self.dt
+            record["cut_from_start"] = record.get("cut_from_start", 0.0) + seconds
+            if record.get("start"):
+                record["start"] = (datetime.fromisoformat(record["start"]) + timedelta(seconds=seconds)).isoformat()
         if done.factor != 1.0:
             record["factor"] = self.record.get("factor", 1.0) * done.factor
         sentences = (*self.processing, *([done.sentence] if done.sentence else []))
@@ -233,14 +238,7 @@ class Motion(ShortRepr):
         beside = self._beside(lambda samples: done.factor * samples) if done.factor != 1.0 else {}
         tail, late = (self.tail, self.late) if done.samples.size == self.acceleration.size else (0, 0)
         return replace(
-            self,
-            acceleration=done.samples,
-            dt=dt,
-            record=record,
-            processing=sentences,
-            **beside,
-            tail=tail,
-            late=late,
+            self, acceleration=done.samples, dt=dt, record=record, processing=sentences, **beside, tail=tail, late=late
         ).doubted(done.flags)
 
     def first(self, count: int) -> Motion:
@@ -263,16 +261,6 @@ class Motion(ShortRepr):
     def doubted(self, flags: Sequence[str]) -> Motion:
         """The motion with further flags; each sentence stands once."""
         return replace(self, flags=tuple(dict.fromkeys((*self.flags, *flags))))
-
-
-def after_cut(record: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """The facts of a record after so many ``seconds`` were cut from its start."""
-    if not seconds:
-        return record
-    record = {**record, "cut_from_start": record.get("cut_from_start", 0.0) + seconds}
-    if record.get("start"):
-        record["start"] = (datetime.fromisoformat(record["start"]) + timedelta(seconds=seconds)).isoformat()
-    return record
 
 
 def _corners(record: dict[str, Any], low: float, high: float) -> dict[str, float]:

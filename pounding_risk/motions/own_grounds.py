@@ -98,14 +98,15 @@ def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
     end = before[id(motion)] + (motion.acceleration.size - motion.tail - 1) * parts[id(motion)] + 1
     if shared.size > end + motion.tail * parts[id(motion)]:
         sentences.append(f"zeros up to {(count - 1) * dt:g} s, where the longest record beside it ends")
-    keys = ("source", "sha256")  # with the name, what it takes to find a record again
-    beside = [{"name": record.name, **{key: str(record.record.get(key, "")) for key in keys}} for record in others]
     flags = [f"{record.name}, beside it: {flag}" for record in others for flag in record.flags]
     return replace(
         motion,
         acceleration=shared,
         dt=dt,
-        record={**after_cut(motion.record, -before[id(motion)] * dt), "beside": beside},
+        record={
+            **after_cut(motion.record, -before[id(motion)] * dt),
+            "beside": [_found_again(record) for record in others],
+        },
         processing=(*motion.processing, *sentences),
         own_grounds=own_samples if any(samples is not None for samples in own_samples) else (),
         tail=shared.size - end,
@@ -140,21 +141,16 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
     factor = motion.record.get("factor", 1.0) if ratio is None else ratio * motion.pga / aftershock.pga
     still = np.zeros(max(ceil(pause / dt - WHOLE) - 1, 1))
     begins = (before.size + still.size) * dt
-    keys = ("source", "sha256")
-    facts = {"name": aftershock.name, **{key: str(aftershock.record.get(key, "")) for key in keys}}
     across = motion.across
     if across is not None and aftershock.across is not None:
-        before_across, after_across = (
-            divided(across, parts[id(motion)]),
-            divided(aftershock.across, parts[id(aftershock)]),
-        )
-        across = np.concatenate([before_across, still, factor * after_across])
+        after_across = divided(aftershock.across, parts[id(aftershock)])
+        across = np.concatenate([divided(across, parts[id(motion)]), still, factor * after_across])
     joined = replace(
         motion,
         acceleration=np.concatenate([before, still, factor * after]),
         across=across,
         dt=dt,
-        record={**motion.record, "beside": [*motion.record.get("beside", []), facts]},
+        record={**motion.record, "beside": [*motion.record.get("beside", []), _found_again(aftershock)]},
         processing=(*motion.processing, f"followed from {begins:g} s on by {aftershock.name}, times {factor:.6g}"),
         tail=0,
         late=0,
@@ -162,6 +158,11 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
     if factor * aftershock.pga > (1.0 + WHOLE) * motion.pga:
         joined = joined.doubted([f"its aftershock is stronger: PGA and spectra are those of {aftershock.name}"])
     return joined.with_tail(tail) if tail else joined
+
+
+def _found_again(record: Motion) -> dict[str, str]:
+    """The facts that it takes to find a record again."""
+    return {"name": record.name, **{key: str(record.record.get(key, "")) for key in ("source", "sha256")}}
 
 
 def _parts(record: Motion, dt: float, motions: Sequence[Motion]) -> int:

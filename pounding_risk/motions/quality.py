@@ -204,9 +204,11 @@ def _noise(record: CheckedRecord) -> Result:
 def _clipping(record: CheckedRecord) -> tuple[str, str, bool]:
     """Several samples in a row at the extreme. 118 good records have one sample at each extreme."""
     room = SAME * float(np.ptp(record.samples))
-    longest = max(
-        _longest_run(np.abs(record.samples - top) <= room) for top in (record.samples.min(), record.samples.max())
-    )
+    longest = 0
+    for top in (record.samples.min(), record.samples.max()):
+        marks = np.concatenate([[False], np.abs(record.samples - top) <= room, [False]])
+        edges = np.flatnonzero(np.diff(marks.astype(np.int8)))  # of the runs of samples at the extreme
+        longest = max(longest, int((edges[1::2] - edges[::2]).max()))
     rows = "1 sample" if longest == 1 else f"{longest} samples in a row"
     return f"{rows} at the extreme", f"at most {LONGEST_FLAT}", longest <= LONGEST_FLAT
 
@@ -218,10 +220,21 @@ def _spikes(record: CheckedRecord) -> tuple[str, str, bool]:
     118 good records have none above 3.5 times, sharp arrivals near the source included; the test of gmprocess, a jump
     of a part of the range alone, takes records of 50 samples a second for spiked.
     """
-    index = _sharpest(record.samples, record.dt)
-    if index is None:
+    samples, dt = record.samples, record.dt
+    if len(samples) < 3:
         return "none", "none", True
-    return f"a single sample sticks out at {index * record.dt:.4g} s", "none", False
+    jumps = np.diff(samples)
+    bends = np.abs(np.diff(jumps)) / 2.0
+    out = np.where(jumps[:-1] * jumps[1:] < 0.0, np.minimum(np.abs(jumps[:-1]), np.abs(jumps[1:])), 0.0)
+    # The sharpest bend on either side; the bends beside a spike are its own and are left out.
+    reach = max(5, round(NEIGHBOURHOOD / dt))
+    around = sliding_window_view(np.pad(bends, reach + 1), reach).max(axis=1)
+    others = np.maximum(around[: len(bends)], around[reach + 3 : reach + 3 + len(bends)])
+    excess = np.where(out > SPIKE_OF_RANGE * np.ptp(samples), out - SPIKE_OF_OTHERS * others, 0.0)
+    index = int(np.argmax(excess))
+    if excess[index] > 0.0:
+        return f"a single sample sticks out at {(index + 1) * dt:.4g} s", "none", False
+    return "none", "none", True
 
 
 @check("offset")
@@ -283,25 +296,3 @@ def _percent(share: float) -> str:
 def _share(part: Samples, trace: Samples) -> float:
     peak = float(np.abs(trace).max())
     return float(np.abs(part).max()) / peak if peak > 0.0 else 0.0
-
-
-def _longest_run(marks: Samples) -> int:
-    """Length of the longest run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], marks, [False]]).astype(np.int8)))
-    return int((edges[1::2] - edges[::2]).max())
-
-
-def _sharpest(samples: Samples, dt: float) -> int | None:
-    """Index of the sample that looks most like a spike; None where none does."""
-    if len(samples) < 3:
-        return None
-    jumps = np.diff(samples)
-    bends = np.abs(np.diff(jumps)) / 2.0
-    out = np.where(jumps[:-1] * jumps[1:] < 0.0, np.minimum(np.abs(jumps[:-1]), np.abs(jumps[1:])), 0.0)
-    # The sharpest bend on either side; the bends beside a spike are its own and are left out.
-    reach = max(5, round(NEIGHBOURHOOD / dt))
-    around = sliding_window_view(np.pad(bends, reach + 1), reach).max(axis=1)
-    others = np.maximum(around[: len(bends)], around[reach + 3 : reach + 3 + len(bends)])
-    excess = np.where(out > SPIKE_OF_RANGE * np.ptp(samples), out - SPIKE_OF_OTHERS * others, 0.0)
-    index = int(np.argmax(excess))
-    return index + 1 if excess[index] > 0.0 else None

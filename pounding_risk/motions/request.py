@@ -154,21 +154,15 @@ def matching(folder: Path, pattern: str) -> list[Path]:
         return sorted(path for path in literal.iterdir() if path.is_file() and not path.name.startswith("."))
     if "#" in pattern and (folder / pattern.rpartition("#")[0]).is_file():
         return [literal]
-    _check_width(folder, pattern)
+    if "**" in pattern:
+        above = re.split(r"[*?\[]", pattern, maxsplit=1)[0].rpartition("/")  # up to the last folder without a wildcard
+        base, count = folder / (above[0] + above[1]), 0
+        for _, folders, names in os.walk(base):
+            count += len(folders) + len(names)
+            if count > MOST_ENTRIES:
+                raise RecordError(
+                    f"{pattern}: {base} has more than {MOST_ENTRIES} files and folders below it; name the folder of "
+                    'the records, such as files = ["my/records/**/*.AT2"]'
+                )
     files = (folder / name for name in glob.glob(pattern, root_dir=folder, recursive=True))
     return sorted(path for path in files if path.is_file())
-
-
-def _check_width(folder: Path, pattern: str) -> None:
-    """Refuse a recursive pattern that would walk through more than a folder of records: raises RecordError."""
-    if "**" not in pattern:
-        return
-    above = re.split(r"[*?\[]", pattern, maxsplit=1)[0].rpartition("/")  # up to the last folder without a wildcard
-    base, count = folder / (above[0] + above[1]), 0
-    for _, folders, files in os.walk(base):
-        count += len(folders) + len(files)
-        if count > MOST_ENTRIES:
-            raise RecordError(
-                f"{pattern}: {base} has more than {MOST_ENTRIES} files and folders below it; name the folder of the "
-                'records, such as files = ["my/records/**/*.AT2"]'
-            )

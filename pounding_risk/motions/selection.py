@@ -417,10 +417,6 @@ def _doubts(parts: tuple[Motion, ...], criteria: Criteria) -> tuple[str, ...]:
     return (f"compared up to {criteria.periods[1]:g} s, and usable up to {longest} ({lowest:.4g} Hz) only",)
 
 
-def _alone(candidates: list[tuple[Motion, ...]], periods: Samples, damping: float) -> Samples:
-    return spectral_accelerations([parts[0] for parts in candidates], periods, damping)
-
-
 def _geometric(candidates: list[tuple[Motion, ...]], periods: Samples, damping: float) -> Samples:
     """sqrt(Sa1 Sa2) of pairs; the peaks of the two components may come at different times."""
     both = spectral_accelerations([motion for parts in candidates for motion in parts], periods, damping)
@@ -446,7 +442,9 @@ def _of_direction(percentile: float) -> Callable[[list[tuple[Motion, ...]], Samp
 
 
 SPECTRA: dict[str, Callable[[list[tuple[Motion, ...]], Samples, float], Samples]] = {
-    "component": _alone,
+    "component": lambda candidates, periods, damping: spectral_accelerations(
+        [parts[0] for parts in candidates], periods, damping
+    ),
     "geomean": _geometric,
     "rotd50": _of_direction(50.0),
     "rotd100": _of_direction(100.0),

@@ -309,16 +309,13 @@ def _number(text: str) -> float:
     return float(text.removesuffix(" s").removesuffix(" g"))
 
 
-def _acceleration(text: str) -> float:
-    return parse(text, PGA)  # a_g is quoted in g as often as in m/s²
-
-
 # What a shape takes: how each key is read, in the order of the arguments, and its example. Only damping may be absent.
 SHAPES: dict[str, tuple[Callable[..., Target], dict[str, Callable[[str], Any]], str]] = {
     "asce7": (asce7, {"sds": _number, "sd1": _number, "tl": _number}, "asce7:sds=1.0,sd1=0.6,tl=8"),
     "ec8": (
         eurocode8,
-        {"ag": _acceleration, "ground": str.upper, "type": int, "damping": float},
+        # a_g is quoted in g as often as in m/s².
+        {"ag": lambda text: parse(text, PGA), "ground": str.upper, "type": int, "damping": float},
         "ec8:ag=0.25 g,ground=B,type=1",
     ),
 }

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -51,7 +52,21 @@ def write_motion(motion: Motion, path: str | Path) -> Path:
     target = check_target(path, SUFFIXES)
     if target.suffix.lower() == ".csv":
         return write_columns(motion, target)
-    text = "\n".join([*_at2(motion), ""])
+    record, day = motion.record, str(motion.record.get("date") or "")
+    with suppress(ValueError):  # month/day/year, as PEER writes a date; text that is no ISO date stays as it is
+        iso = date.fromisoformat(day)
+        day = f"{iso.month}/{iso.day}/{iso.year}"
+    title = (record.get("event"), day, record.get("station"), record.get("component"))
+    values = motion.acceleration / STANDARD_GRAVITY
+    lines = [
+        "PEER AT2 RECORD, WRITTEN BY POUNDING_RISK",
+        ", ".join(" ".join(str(part or "").split()) for part in title),
+        "ACCELERATION TIME SERIES IN UNITS OF G",
+        f"NPTS= {len(values)}, DT= {motion.dt!r} SEC",
+    ]
+    for start in range(0, len(values), AT2_COLUMNS):
+        lines.append("".join(f"{value:15.7E}" for value in values[start : start + AT2_COLUMNS]))
+    text = "\n".join([*lines, ""])
     return write_text(target, text.encode("latin-1", errors="replace"), "choose another place")
 
 
@@ -121,28 +136,6 @@ def _of_trace(trace: Any) -> tuple[list[float], float, dict[str, Any], Sequence[
     facts = {**source.record, "state": state, "starttime": stats.starttime, "source": ""}
     samples = np.asarray(source.trace.data, dtype=np.float64)
     return samples.tolist(), float(stats.delta), facts, (*history, source.units)
-
-
-def _at2(motion: Motion) -> Iterator[str]:
-    """The lines of a PEER AT2 file."""
-    record = motion.record
-    parts = (record.get("event"), _american(record.get("date")), record.get("station"), record.get("component"))
-    yield "PEER AT2 RECORD, WRITTEN BY POUNDING_RISK"
-    yield ", ".join(" ".join(str(part or "").split()) for part in parts)
-    yield "ACCELERATION TIME SERIES IN UNITS OF G"
-    yield f"NPTS= {len(motion.acceleration)}, DT= {motion.dt!r} SEC"
-    values = motion.acceleration / STANDARD_GRAVITY
-    for start in range(0, len(values), AT2_COLUMNS):
-        yield "".join(f"{value:15.7E}" for value in values[start : start + AT2_COLUMNS])
-
-
-def _american(day: object) -> str:
-    """Month/day/year, as PEER writes a date; text that is no ISO date stays as it is."""
-    try:
-        parsed = date.fromisoformat(str(day))
-    except ValueError:
-        return str(day or "")
-    return f"{parsed.month}/{parsed.day}/{parsed.year}"
 
 
 def _one_line(value: Any) -> str:

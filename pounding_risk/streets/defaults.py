@@ -11,7 +11,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH, USUAL_DEPTH
 from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.models.structures.typologies import EUROPEAN, known_typology
-from pounding_risk.streets.hazus import FAMILIES, LEVELS, OF_TYPOLOGY, Chain, Type, chain, family_of, level_of, type_of
+from pounding_risk.streets.hazus import FAMILIES, LEVELS, NO_CODE, OF_TYPOLOGY, Chain, Type, chain, family_of, type_of
 from pounding_risk.streets.table import AREA, HEIGHT, LOAD, STOREYS, Entry, Mapped
 from pounding_risk.units import (
     DAMPING,
@@ -256,7 +256,7 @@ class _Completed:
         """Storeys by Hazus for a number of them and a mass of a floor, each value listed."""
         values, family = self.values, family_of(kind.name)
         given = values.get("code level", self.rules.code_level).lower()
-        level = level_of(family, given)
+        level = "low" if family in NO_CODE and given in ("high", "moderate") else given
         if given not in LEVELS:
             self.fault(f", code level: {shown(given)} is none; it may be {', '.join(LEVELS)}")
             return None

@@ -171,11 +171,6 @@ def type_of(family: str, storeys: int) -> Type | None:
     return known.get(family) or known.get(family + rise)
 
 
-def level_of(family: str, level: str) -> str:
-    """The level of the code that a family is read at: low in place of what the manual has not."""
-    return "low" if family in NO_CODE and level in ("high", "moderate") else level
-
-
 def chain(kind: Type, level: str, storeys: int, floor_mass: float, period: float | None = None) -> Chain:
     """The storeys of a building of floors of this mass [kg]; ``period`` [s] stands for that of its type."""
     n, limits = storeys, kind.levels[level]

@@ -83,7 +83,8 @@ def _from_layer(path: Path, layer: str | None) -> Features:
     rows = zip(*(column.tolist() for column in columns), strict=True) if names else ((),) * len(fids)
     properties = [dict(zip(names, map(_known, row), strict=True)) for row in rows]
     numbers = fids.tolist() if path.suffix.lower() == ".gpkg" else range(1, len(fids) + 1)  # as QGIS shows them
-    shapes = [None] * len(fids) if geometry is None else _shapes(geometry)
+    # None where there is no geometry, or none that can be read.
+    shapes = [None] * len(fids) if geometry is None else list(shapely.from_wkb(geometry, on_invalid="ignore"))
     return Features([f"feature {number}" for number in numbers], properties, shapes, _ids(properties), meta["crs"])
 
 
@@ -122,11 +123,6 @@ def _known(value: Any) -> Any:
     value = value.item() if isinstance(value, np.generic) else value
     is_missing = value is None or type(value).__name__ in ("NAType", "NaTType") or value != value
     return None if isinstance(is_missing, bool) and is_missing else value
-
-
-def _shapes(geometry: Any) -> list[Geometry | None]:
-    """Geometries from WKB; None where there is none, or none that can be read."""
-    return [None if code is None else shapely.from_wkb(code, on_invalid="ignore") for code in geometry]
 
 
 def _ids(properties: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -192,7 +188,9 @@ def _ring(ring: Any, metres: bool) -> Array:
     if not isinstance(ring, list) or len(ring) < 4:
         raise ValueError("a ring has fewer than four positions, the first of them repeated at its end; draw it again")
     for position in ring:
-        if not (isinstance(position, list) and len(position) >= 2 and all(map(_is_number, position[:2]))):
+        numbers = position[:2] if isinstance(position, list) else []
+        is_number = [type(one) in (int, float) and abs(one) <= FARTHEST for one in numbers]
+        if is_number != [True, True]:
             raise ValueError(f"{shown(position)} is not a position; write two numbers, such as [174.776, -41.286]")
     corners = np.array([position[:2] for position in ring], dtype=np.float64)
     if not metres and (np.abs(corners) > (180.0, 90.0)).any():
@@ -208,7 +206,3 @@ def no_degrees(corner: Array) -> str:
         f"[{corner[0]:g}, {corner[1]:g}] is no longitude and latitude in degrees; export the file in WGS 84, or "
         f"{METRES_HINT}"
     )
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= FARTHEST

@@ -14,8 +14,7 @@ import shapely
 from pounding_risk.streets.table import Entry
 
 LISTED = 5  # features, or properties of a map, that a note names
-# Tags of OpenStreetMap that are columns here; its heights are in metres unless they have one (its wiki, Key:height).
-OSM_COLUMNS = {"building:levels": "storeys"}
+# Heights of OpenStreetMap are in metres unless they have a unit (its wiki, Key:height).
 OSM_FEET = re.compile(r"""([0-9]+(?:\.[0-9]+)?)'(?:\s*([0-9]+(?:\.[0-9]+)?)\")?""")
 OTHER_TAGS = re.compile(
     r'"((?:[^"\\]|\\.)*)"=>"((?:[^"\\]|\\.)*)"'
@@ -23,7 +22,6 @@ OTHER_TAGS = re.compile(
 # Values of the tag building that mean no building with floors; the others are uses, from which no typology follows.
 OSM_HOLLOW = ("no", "roof", "carport", "construction", "ruins", "collapsed", "demolished", "proposed", "tent", "bridge")
 # Properties of Overture's buildings (docs.overturemaps.org/schema/reference/buildings/building); heights in metres.
-OVERTURE_COLUMNS = {"num_floors": "storeys"}
 OVERTURE_KEYS = ("num_floors", "has_parts", "num_floors_underground", "facade_material", "roof_shape", "is_underground")
 MAPPED_FROM_IMAGES = 0.5  # m; assumed for the walls of OpenStreetMap and Overture, which say nothing of it
 
@@ -77,14 +75,14 @@ def _in_metres(height: Any) -> Any:
 
 OSM = Dialect(
     "OpenStreetMap",
-    OSM_COLUMNS,
+    {"building:levels": "storeys"},
     _of_osm,
     "tags of OpenStreetMap: a height without a unit is in metres, building:levels are the storeys, and building is a "
     "use, from which no typology follows; give typology where it is known",
 )
 OVERTURE = Dialect(
     "Overture",
-    OVERTURE_COLUMNS,
+    {"num_floors": "storeys"},
     _of_overture,
     "properties of Overture: height is in metres, num_floors are the storeys, and no typology follows from the others",
 )

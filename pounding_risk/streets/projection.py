@@ -34,10 +34,8 @@ class Projection(NamedTuple):
         degrees = degrees[np.isfinite(degrees).all(axis=1)]
         if not len(degrees):
             degrees = np.zeros((1, 2))
-        latitude, first = (
-            float(degrees[:, 1].mean()),
-            float(degrees[0, 0]),
-        )  # across the meridian of 180 degrees longitudes go on
+        latitude, first = float(degrees[:, 1].mean()), float(degrees[0, 0])
+        # Across the meridian of 180 degrees longitudes go on.
         longitude = float(np.mean((degrees[:, 0] - first + 180.0) % 360.0 - 180.0)) + first
         ellipsoid = system.ellipsoid
         shape = f"+a={ellipsoid.semi_major_metre!r} +b={ellipsoid.semi_minor_metre!r}"

@@ -137,16 +137,9 @@ class Block(ShortRepr):
         """
         return {
             name: scene_text(
-                row,
-                self.filled_of(row),
-                self.close_to(row),
-                self.source,
-                records=records,
-                contact=contact,
-                tables=tables,
-                gaps=self.gap_words,
+                row, *own, self.source, records=records, contact=contact, tables=tables, gaps=self.gap_words
             )
-            for name, row in zip(self.file_names(), self.rows, strict=True)
+            for name, row, own in zip(self.file_names(), self.rows, self._by_row(), strict=True)
         }
 
     def file_names(self) -> list[str]:
@@ -155,21 +148,18 @@ class Block(ShortRepr):
         shared = set(repeated(names))
         return [f"{name}-{number}.toml" if name in shared else f"{name}.toml" for number, name in enumerate(names, 1)]
 
-    def filled_of(self, row: BlockRow) -> list[Filled]:
-        """The values that were filled in for the buildings of a row."""
-        return [self.filled[number] for number in _numbers(self._filled_by_building, row)]
-
-    @cached_property
-    def _filled_by_building(self) -> Numbers:
-        return _by_building([(value.street, value.building)] for value in self.filled)
-
-    def close_to(self, row: BlockRow) -> list[ClosePair]:
-        """The pairs of `close` with a building of this row."""
-        return [self.close[number] for number in _numbers(self._close_by_building, row)]
-
-    @cached_property
-    def _close_by_building(self) -> Numbers:
-        return _by_building([(each.street, each.name) for each in (pair.one, pair.other)] for pair in self.close)
+    def _by_row(self) -> list[tuple[list[Filled], list[ClosePair]]]:
+        """For each row the values that were filled in for its buildings, and the pairs of `close` with one of them."""
+        row_of = {(row.street, one.name): at for at, row in enumerate(self.rows) for one in row.buildings}
+        own: list[tuple[list[Filled], list[ClosePair]]] = [([], []) for _ in self.rows]
+        for value in self.filled:
+            if (value.street, value.building) in row_of:
+                own[row_of[value.street, value.building]][0].append(value)
+        for pair in self.close:
+            names = {(one.street, one.name) for one in (pair.one, pair.other)}
+            for at in {row_of[name] for name in names & row_of.keys()}:
+                own[at][1].append(pair)
+        return own
 
     def buildings_csv(self) -> str:
         """Every building as CSV: its row and place in it, the sides adjoined, where it is, and its footprint.
@@ -215,23 +205,6 @@ class Block(ShortRepr):
         else:
             words += "; check the walls and the coordinates, or write a larger limit (--limit)"
         raise BlockError(self.source, [words])
-
-
-Numbers = dict[tuple[str, str], list[int]]  # of values or pairs, by the street and the name of a building
-
-
-def _by_building(keys: Iterable[list[tuple[str, str]]]) -> Numbers:
-    """The places in a list of what concerns each building."""
-    numbers: Numbers = {}
-    for number, buildings in enumerate(keys):
-        for building in buildings:
-            numbers.setdefault(building, []).append(number)
-    return numbers
-
-
-def _numbers(numbers: Numbers, row: BlockRow) -> list[int]:
-    """Those of the buildings of a row, each once, in order."""
-    return sorted({number for house in row.buildings for number in numbers.get((row.street, house.name), ())})
 
 
 def block(

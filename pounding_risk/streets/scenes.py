@@ -130,15 +130,14 @@ def scene_text(
         if name not in SECTIONS:
             raise PoundingError(f"tables: {shown(name)} cannot be given; it may be {', '.join(SECTIONS)}")
     own_records = own_tables.get("records", {})
-    place = {"place": _middle(row)} if "sites" in own_records and _middle(row) else {}
+    middle = _middle(row) if "sites" in own_records else {}
     # Names, where no other source is given, and both polarities.
     has_source = records is None and any(key in own_records for key in SOURCES)
     names = {} if has_source else {"names": horizontal_records() if records is None else list(records)}
-    keys_of_records = {**names, "polarity": POLARITIES, **own_records, **place}
-    all_tables: dict[str, Any] = {**own_tables, "records": keys_of_records}
-    uncertain = _uncertain(row, own_tables)
-    all_tables.pop("uncertain", None)
-    all_tables |= {"uncertain": uncertain} if uncertain else {}
+    keys_of_records = {**names, "polarity": POLARITIES, **own_records, **({"place": middle} if middle else {})}
+    all_tables: dict[str, Any] = {**own_tables, "records": keys_of_records, "uncertain": _uncertain(row, own_tables)}
+    if not all_tables["uncertain"]:
+        del all_tables["uncertain"]
     keys = {key: value for key, value in contact._asdict().items() if value is not None}
     document: dict[str, Any] = {
         "scene": {"name": f"{row.name}, {row.buildings[0].name} to {row.buildings[-1].name}"},
@@ -231,14 +230,11 @@ def horizontal_records() -> list[str]:
 
 def _building(house: House) -> dict[str, Any]:
     """The table of a building: of a typology, or with its storeys by Hazus."""
-    mass, rest = (
-        written(house.floor_mass, MASS),
-        {"damping": house.damping, "floor_depth": written(house.floor_depth, GAP)},
-    )
+    rest = {"damping": house.damping, "floor_depth": written(house.floor_depth, GAP)}
     if (chain := house.chain) is not None:
         return {
             "name": house.name,
-            "floor_masses": mass,
+            "floor_masses": written(house.floor_mass, MASS),
             "storey_stiffnesses": written(chain.stiffness, STIFFNESS),
             "storey_heights": written(house.height / house.storeys, GAP),
             "storey_strengths": [written(strength, STOREY_STRENGTH) for strength in chain.strengths],
@@ -250,7 +246,7 @@ def _building(house: House) -> dict[str, Any]:
         "height": written(house.height, GAP),
         "storeys": house.storeys,
         "typology": house.typology,
-        "floor_mass": mass,
+        "floor_mass": written(house.floor_mass, MASS),
         **({} if house.period is None else {"period": written(house.period, PERIOD)}),
         **rest,
     }

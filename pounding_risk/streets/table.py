@@ -108,12 +108,25 @@ class Table(NamedTuple):
 def read_table(path: Path) -> Table:
     """The table of a .csv file; raises BlockError with every fault of it."""
     faults: list[str] = []
-    table = _read_csv(file_text(path), faults)
-    if not faults and not table.entries:
+    rows = csv_rows(file_text(path), faults, HEAD)
+    entries: list[Entry] = []
+    left_out: list[str] = []
+    if rows:
+        at, heads = rows[0]
+        columns, left_out = columns_of(heads, f"line {at}", faults)
+        if len(columns) < 2 and not faults:
+            faults.append(f"line {at}: names no two columns of a street; {HEAD}")
+        for at, cells in rows[1:]:
+            where = f"line {at}"
+            if words := uneven(cells, heads):
+                faults.append(f"{where}: {words}")
+            else:
+                entries.append(Entry(where, values_of(where, zip(heads, cells, strict=True), columns, faults)))
+    if not faults and not entries:
         faults.append(f"has no building; {HEAD}")
     if faults:
         raise BlockError(str(path), faults)
-    return table
+    return Table(entries, left_out)
 
 
 def need_maps(source: str) -> None:
@@ -166,25 +179,6 @@ def columns_of(
     most = LISTED if is_foreign else len(left_out)
     more = f" and {len(left_out) - most} more" if len(left_out) > most else ""
     return columns, [f"{where}: {', '.join(map(shown, left_out[:most]))}{more} {verb} not read"] if left_out else []
-
-
-def _read_csv(text: str, faults: list[str]) -> Table:
-    """The lines under a head."""
-    rows = csv_rows(text, faults, HEAD)
-    at, heads = rows[0] if rows else (0, [])
-    if not rows:
-        return Table([], [])
-    columns, left_out = columns_of(heads, f"line {at}", faults)
-    if len(columns) < 2 and not faults:
-        faults.append(f"line {at}: names no two columns of a street; {HEAD}")
-    entries = []
-    for at, cells in rows[1:]:
-        where = f"line {at}"
-        if words := uneven(cells, heads):
-            faults.append(f"{where}: {words}")
-        else:
-            entries.append(Entry(where, values_of(where, zip(heads, cells, strict=True), columns, faults)))
-    return Table(entries, left_out)
 
 
 def values_of(

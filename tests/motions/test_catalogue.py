@@ -66,11 +66,7 @@ def test_the_aftershock_is_not_taken_for_the_mainshock():
 def test_published_peaks():
     """NGA-West2's own El Centro, and the peaks in the header of the Ridgecrest accelerogram."""
     assert round(catalogue.entry("RSN6-180").pga_g, 3) == 0.281
-    assert [round(catalogue.entry(f"CCC-{name}").pga_g, 3) for name in ("HN1", "HN2", "HNZ")] == [
-        0.471,
-        0.567,
-        0.361,
-    ]
+    assert [round(catalogue.entry(f"CCC-{name}").pga_g, 3) for name in ("HN1", "HN2", "HNZ")] == [0.471, 0.567, 0.361]
 
 
 @pytest.mark.parametrize("entry", SHIPPED, ids=lambda entry: entry.id)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from damaged_tables import survey
 from sentences import refusal
+from test_selection import noise
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.matching import Aim, Limits, correlation, match, simulated
-from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.selection import select
 from pounding_risk.motions.sites.conditional_spectrum import read_conditional
 from pounding_risk.motions.target_spectra import Target, read_target
@@ -129,10 +129,6 @@ def test_no_more_of_one_event_than_allowed():
 
 
 def test_records_are_scaled_to_the_conditioning_period_and_told():
-    def noise(seed: int) -> Motion:
-        burst = np.random.default_rng(seed).standard_normal(600) * np.sin(np.pi * np.arange(600) / 600)
-        return Motion(f"noise {seed}", burst, 0.01, {})
-
     periods = np.array([0.1, 0.5, 1.0])
     target = Target("cs", periods, np.array([6.0, 4.0, 2.0]), deviation=np.array([0.3, 0.0, 0.4]))
     motions = [noise(seed) for seed in range(30)]

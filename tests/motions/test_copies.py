@@ -187,11 +187,7 @@ def test_a_selection_chooses_a_record_once():
     assert twice.left_out == {"being a copy of another candidate": 2}
 
 
-DEAD = {
-    "zeros": np.zeros(900),
-    "a level": np.full(900, 0.3),
-    "hardly a motion": 1e-7 * np.sin(np.arange(900.0)),
-}
+DEAD = {"zeros": np.zeros(900), "a level": np.full(900, 0.3), "hardly a motion": 1e-7 * np.sin(np.arange(900.0))}
 
 
 @pytest.mark.parametrize("words", DEAD)

@@ -123,10 +123,7 @@ FORMULAS = {
         linear_sweep,
         {"pga": 2.0, "start": 0.5, "end": 3.0, "duration": 4.0, "sweep": "linear", "rise": 0.0},
     ),
-    "exponential swept_sine": (
-        exponential_sweep,
-        {"pga": 2.0, "start": 0.5, "end": 3.0, "duration": 4.0, "rise": 0.0},
-    ),
+    "exponential swept_sine": (exponential_sweep, {"pga": 2.0, "start": 0.5, "end": 3.0, "duration": 4.0, "rise": 0.0}),
     "constant_acceleration": (constant, {"pga": 1.5, "duration": 2.0, "rise": 0.25}),
 }
 GIVEN = pytest.mark.parametrize("name", FORMULAS)

@@ -62,20 +62,22 @@ def test_a_folder_stands_for_its_horizontal_records(folder):
     assert np.allclose(found.motions[0].acceleration, read_motion("NAPA-HNE").acceleration, rtol=1e-9, atol=1e-12)
 
 
-def test_a_pattern_leaves_verticals_out_and_a_name_does_not(folder):
-    assert names(read_ensemble(PLAIN._replace(files=("*.AT2",)), folder)) == ["RSN6-180", "RSN6-270"]
-    assert names(read_ensemble(PLAIN._replace(files=("RSN6-UP.AT2",)), folder)) == ["RSN6-UP"]
-
-
-def test_a_file_named_twice_is_read_once(folder):
-    assert names(read_ensemble(PLAIN._replace(files=("RSN6-180.AT2", "*.AT2")), folder)) == ["RSN6-180", "RSN6-270"]
-
-
-def test_records_of_one_name_are_told_apart(folder):
-    for part, component in (("a", "180"), ("b", "270")):
-        (folder / part).mkdir()
-        shutil.copy(folder / f"RSN6-{component}.AT2", folder / part / "x.AT2")
-    assert names(read_ensemble(PLAIN._replace(files=("*/x.AT2",)), folder)) == ["a/x.AT2", "b/x.AT2"]
+@pytest.mark.parametrize(
+    ("files", "expected"),
+    [
+        (("*.AT2",), ["RSN6-180", "RSN6-270"]),
+        (("RSN6-UP.AT2",), ["RSN6-UP"]),
+        (("RSN6-180.AT2", "*.AT2"), ["RSN6-180", "RSN6-270"]),
+        (("*/x.AT2",), ["a/x.AT2", "b/x.AT2"]),
+        (("x.*",), ["x.E", "x.N"]),
+    ],
+)
+def test_names_and_patterns_of_files(folder, files, expected):
+    """A pattern leaves verticals out and a name does not; a file twice is one; shared names get folder or suffix."""
+    for other, component in (("a/x.AT2", "180"), ("b/x.AT2", "270"), ("x.N", "180"), ("x.E", "270")):
+        (folder / other).parent.mkdir(exist_ok=True)
+        shutil.copy(folder / f"RSN6-{component}.AT2", folder / other)
+    assert names(read_ensemble(PLAIN._replace(files=files), folder)) == expected
 
 
 def test_text_that_is_no_table_is_no_record_of_a_folder(folder):
@@ -88,12 +90,6 @@ def test_text_that_is_no_table_is_no_record_of_a_folder(folder):
         (folder / "README.txt").write_text(text)
         with pytest.raises(RecordError, match=sentence):
             read_ensemble(PLAIN._replace(files=(".",)), folder)
-
-
-def test_files_that_differ_by_their_suffix_are_told_apart(folder):
-    shutil.copy(folder / "RSN6-180.AT2", folder / "x.N")
-    shutil.copy(folder / "RSN6-270.AT2", folder / "x.E")
-    assert names(read_ensemble(PLAIN._replace(files=("x.*",)), folder)) == ["x.E", "x.N"]
 
 
 def test_a_scene_tells_what_it_leaves_out(folder, capsys):
@@ -292,6 +288,7 @@ def test_raw_components_of_a_row_pass_one_filter():
     filters = [sentence.partition("bandpass: ")[2] for sentence in turned.processing if "bandpass" in sentence]
     bands = [re.search(r", (\S+) to (\S+) Hz", words).groups() for words in filters]
     assert len(bands) == 2 and bands[0] == bands[1]
+    assert turned.processing[-1].startswith("corners of the band-pass: the stricter of 2 components: ")
     alone = [read_motion(name) for name in ("NAPA-HNE", "NAPA-HNN")]
     own = [re.search(r"bandpass: .*?, (\S+) to (\S+) Hz", " ".join(motion.processing)).groups() for motion in alone]
     assert bands[0] == (max((low for low, _ in own), key=float), min((high for _, high in own), key=float))
@@ -303,8 +300,3 @@ def test_two_earthquakes_of_one_day_at_one_station_are_two_recordings():
     facts = [dict(open_source(trace).record) for trace in traces]
     later = {**facts[0], "start": "2014-08-24T11:00:00"}
     assert recording(facts[0], "a") == recording(facts[1], "b") != recording(later, "c")
-
-
-def test_a_turned_pair_says_why_its_corners_are_where_they_are():
-    (turned,) = read_ensemble(PLAIN._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=40.0), None).motions
-    assert turned.processing[-1].startswith("corners of the band-pass: the stricter of 2 components: ")

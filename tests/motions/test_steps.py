@@ -40,7 +40,3 @@ def test_adding_a_step_is_adding_a_file(one_more_file):
     assert motion.pga == plain.pga / 2.0 and "halved: divided by two" in motion.processing
     with pytest.raises(RecordError, match=r"it may be bandpass, .*, halved, "):
         read_motion("RSN6-180", processing=[{"step": "half"}])
-
-
-def test_the_default_chain_is_of_known_steps():
-    assert {step.name for step in processing.DEFAULT_CHAIN} <= set(processing.known_steps())

@@ -160,7 +160,7 @@ def test_the_faced_length_is_that_of_lines_along_the_street(left, right, across,
         assert length == 0.0
         return
     lines = np.linspace(low, high, 1002)[1:-1]
-    gaps = np.array([first(right, v) - last(left, v) for v in lines])
+    gaps = np.array([min(cuts(right, v)) - max(cuts(left, v)) for v in lines])
     step = (high - low) / 1001
     assert length == pytest.approx((gaps < reach).sum() * step, abs=40 * step)
 
@@ -169,14 +169,6 @@ def cuts(corners: np.ndarray, v: float) -> list[float]:
     """Where a line along the street cuts an outline."""
     walls = zip(corners, np.roll(corners, -1, axis=0), strict=True)
     return [a[0] + (v - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) for a, b in walls if (a[1] > v) != (b[1] > v)]
-
-
-def first(corners: np.ndarray, v: float) -> float:
-    return min(cuts(corners, v))
-
-
-def last(corners: np.ndarray, v: float) -> float:
-    return max(cuts(corners, v))
 
 
 def test_parts_that_do_not_reach_a_line_do_not_count():

@@ -18,9 +18,13 @@ wall,2,120,,,,,0.3 s
 """
 
 
-def modes(storeys, stiffness):
+def read(folder, text, **rules):
+    (folder / "street.csv").write_text(text, encoding="utf-8")
+    return read_block(folder / "street.csv", pr.streets.Rules(**rules))
+
+
+def modes(count, stiffness):
     """Angular frequencies and shapes of a uniform shear chain, by numpy from its matrices."""
-    count = storeys
     stiffnesses = stiffness * (2.0 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1))
     stiffnesses[-1, -1] = stiffness
     values, shapes = np.linalg.eigh(stiffnesses / MASS)
@@ -85,9 +89,7 @@ def test_the_table_is_whole_and_weaker_by_older_codes():
 
 
 def test_block_writes_storeys_strengths_and_states_and_lists_each(tmp_path):
-    table = tmp_path / "street.csv"
-    table.write_text(STREET, encoding="utf-8")
-    street = read_block(table, pr.streets.Rules(chain="hazus"))
+    street = read(tmp_path, STREET, chain="hazus")
     files = write_block(street, tmp_path / "out", records=["RSN6-180"])
     scene = pr.read_scene(files[0])
     assert [building.period for building in scene.buildings] == pytest.approx([0.75, 3 * 0.175, 0.3], rel=1e-5)
@@ -117,16 +119,12 @@ def test_block_writes_storeys_strengths_and_states_and_lists_each(tmp_path):
     ],
 )
 def test_an_unknown_type_or_level_is_refused_with_its_line(tmp_path, change, sentence):
-    table = tmp_path / "street.csv"
-    table.write_text(STREET.replace(*change), encoding="utf-8")
     with pytest.raises(PoundingError, match=sentence):
-        read_block(table, pr.streets.Rules(chain="hazus"))
+        read(tmp_path, STREET.replace(*change), chain="hazus")
 
 
 def test_a_typology_follows_from_a_type_where_storeys_are_those_of_typologies(tmp_path):
-    table = tmp_path / "street.csv"
-    table.write_text(STREET, encoding="utf-8")
-    street = read_block(table)
+    street = read(tmp_path, STREET)
     assert [house.typology for house in street.rows[0].buildings] == ["concrete_frame", "masonry", "masonry"]
     told = {(value.building, value.column): value.rule for value in street.filled}
     assert told["old", "typology"] == "its hazus type C1M" and "stated" in told["wall", "typology"]

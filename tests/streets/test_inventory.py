@@ -33,7 +33,8 @@ FEATURES = """{"type": "FeatureCollection", "features": [
 {"type": "Feature", "id": "7", "properties": {"NumberOfStories": 3, "PlanArea [ft^2]": 700.5, "YearBuilt": 1974.0,
 "StructureType": "RM1", "Height": null, "gap [mm]": 25}, "geometry": {"type": "Polygon", "coordinates":
 [[[-81.9363, 26.4458], [-81.9362, 26.4458], [-81.9362, 26.4459], [-81.9363, 26.4458]]]}},
-{"type": "Feature", "id": "8", "properties": {"NumberOfStories": 2, "StructureType": "C1", "YearBuilt": 1990},
+{"type": "Feature", "id": "8", "properties": {"NumberOfStories": 2, "StructureType": "C1", "YearBuilt": 1990,
+"storeys": "a tag"},
 "geometry": {"type": "Point", "coordinates": [-81.936, 26.446]}}]}
 """
 METADATA = """<?xml version="1.0" encoding="UTF-8"?>
@@ -117,23 +118,11 @@ def test_assets_of_r2d_are_read_with_the_unit_of_the_head_or_of_the_run(tmp_path
 
 
 def test_features_of_r2d_are_read_with_their_outlines(tmp_path):
+    first, second = read_inventory(written(tmp_path, "assets.geojson", FEATURES)).entries
+    assert (first.values["name"], first.values["storeys"], first.values["gap"], first.year) == ("7", 3, 0.025, 1974)
     ring = [[-81.9363, 26.4458], [-81.9362, 26.4458], [-81.9362, 26.4459], [-81.9363, 26.4458]]
-    properties = {"NumberOfStories": 3, "PlanArea": 700.0, "YearBuilt": 1974.0, "StructureType": "RM1", "Height": None}
-    more = {"gap [mm]": 20, "storeys": "a tag"}
-    features = [
-        {
-            "type": "Feature",
-            "id": "7",
-            "properties": properties,
-            "geometry": {"type": "Polygon", "coordinates": [ring]},
-        },
-        {"id": "8", "properties": properties | more, "geometry": {"type": "Point", "coordinates": [-81.9, 26.4]}},
-    ]
-    text = json.dumps({"type": "FeatureCollection", "features": features})
-    first, second = read_inventory(written(tmp_path, "assets.geojson", text)).entries
-    assert (first.values["name"], first.values["storeys"], first.year) == ("7", 3, 1974)
     assert shapely.from_wkt(first.footprint).equals(shapely.Polygon(ring))
-    assert (second.longitude, second.latitude, second.values["gap"]) == (-81.9, 26.4, 0.02)
+    assert (second.longitude, second.latitude, second.values["storeys"]) == (-81.936, 26.446, 2)
 
 
 def test_an_exposure_is_read_through_its_metadata(tmp_path):

@@ -351,10 +351,6 @@ class Lines:
         start = column * columns.width
         return self._lines[at + row][start : start + columns.width], f"{self.name}, line {at + row + 1}"
 
-    def skip(self, count: int, columns: Columns) -> None:
-        """Pass over a table without reading its numbers; raises RecordError where the file ends before."""
-        self.take(-(-count // columns.each), "its samples")
-
 
 def channel_code(dt: float, azimuth: float | None, vertical: bool) -> str:
     """The SEED code of a channel: the band by the time step, N for an accelerometer, the direction."""

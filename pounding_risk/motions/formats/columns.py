@@ -244,7 +244,9 @@ def step_of_times(name: str, first: int, words: list[str]) -> tuple[float, float
             f"{name}, line {first + at + 1}: the times do not rise in equal steps, by {rises[at - 1]:.6g} s here and "
             f"by {usual:.6g} s elsewhere; restore missing lines, print more digits, or resample to equal steps"
         )
-    return _shortest(step, float(off[-1]) / steps), float(off[-1])
+    # The decimal of fewest digits that fits: 0.01 and not 0.010000000000000002.
+    rounded = (round(step, digits) for digits in range(16))
+    return next((short for short in rounded if abs(short - step) <= float(off[-1]) / steps), step), float(off[-1])
 
 
 def _last_digit(times: NDArray[np.float64], words: list[str]) -> NDArray[np.float64]:
@@ -257,11 +259,6 @@ def _last_digit(times: NDArray[np.float64], words: list[str]) -> NDArray[np.floa
         digits = max(digits, len((integer_part + fraction).lstrip("0")))
     leading = np.floor(np.log10(np.maximum(np.abs(times), 1e-12))) + 1.0
     return np.asarray(10.0 ** np.maximum(-min(decimals, 20), leading - digits), dtype=np.float64)
-
-
-def _shortest(value: float, off: float) -> float:
-    """The decimal of fewest digits within ``off`` of ``value``: 0.01 and not 0.010000000000000002."""
-    return next((short for digits in range(16) if abs((short := round(value, digits)) - value) <= off), value)
 
 
 KIND = "plain columns"

@@ -58,8 +58,8 @@ def _in_si(trace: Trace, name: str) -> Trace:
     header = trace.stats.kinemetrics_evt
     volts, per_g = float(header.chan_fullscale), float(header.chan_sensitivity)
     if not (0.0 < volts < 1e3 and 0.0 < per_g < 1e3):
-        told_so = f"channel {trace.stats.channel} has a full scale of {volts:g} V and {per_g:g} V per g"
-        raise RecordError(f"{name}: {told_so}, which gives no acceleration; fetch the record again")
+        cause = f"channel {trace.stats.channel} has a full scale of {volts:g} V and {per_g:g} V per g"
+        raise RecordError(f"{name}: {cause}, which gives no acceleration; fetch the record again")
     size = volts / FULL_SCALE / per_g * STANDARD_GRAVITY
     trace.data = trace.data.astype(float) * size
     trace.stats.calib = 1.0
@@ -86,8 +86,8 @@ def _check_sums(raw: bytes, name: str) -> None:
             raise unreadable(name, KIND, f"there is no tag of a frame at byte {at}")
         body = raw[at + TAG.size : at + TAG.size + length + more]
         if len(body) < length + more:
-            told_so = f"the frame at byte {at} has {length + more} bytes, {len(body)} are left"
-            raise RecordError(f"{name}: is cut short, {told_so}; fetch it again")
+            cause = f"the frame at byte {at} has {length + more} bytes, {len(body)} are left"
+            raise RecordError(f"{name}: is cut short, {cause}; fetch it again")
         if sum(body) & 0xFFFF != checksum:
             raise unreadable(name, KIND, f"the checksum of the frame at byte {at} is wrong")
         at, frames = at + TAG.size + len(body), frames + 1

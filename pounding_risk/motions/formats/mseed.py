@@ -41,8 +41,8 @@ def check_blocks(raw: bytes, name: str) -> None:
             reason = str(error) if isinstance(error, ValueError) else "its header leads out of the file"
             raise unreadable(name, KIND, f"block at byte {at}: {reason}") from None
         if at + length > len(raw):
-            length_told = f"the block at byte {at} has {length} bytes, {len(raw) - at} are left"
-            raise RecordError(f"{name}: is cut short, {length_told}; fetch the record again")
+            cause = f"the block at byte {at} has {length} bytes, {len(raw) - at} are left"
+            raise RecordError(f"{name}: is cut short, {cause}; fetch the record again")
         at += length
 
 

@@ -146,11 +146,5 @@ def _place(name: str, text: str, key: str, sample: int | None = None) -> str:
 
 
 FORMAT = Format(
-    "SIMCENTER",
-    "SimCenter JSON (.json)",
-    (".json",),
-    _is_simcenter,
-    _read_simcenter,
-    takes=("unit",),
-    needs=("unit",),
+    "SIMCENTER", "SimCenter JSON (.json)", (".json",), _is_simcenter, _read_simcenter, takes=("unit",), needs=("unit",)
 )

@@ -194,12 +194,7 @@ OF_RANDOM = {
 
 
 def motion_kind(
-    name: str,
-    *,
-    amplitude: tuple[str, ...],
-    named_by: tuple[str, ...] = (),
-    random: bool = False,
-    **options: Option,
+    name: str, *, amplitude: tuple[str, ...], named_by: tuple[str, ...] = (), random: bool = False, **options: Option
 ) -> Callable[[Callable[..., Form]], Callable[..., Form]]:
     """Enter a function in the registry: it takes its keys in SI and returns the `Form` of a motion.
 

@@ -131,10 +131,7 @@ def constant_acceleration(*, pga: float, duration: float, rise: float | None) ->
 
 
 @motion_kind(
-    "still",
-    amplitude=(),
-    named_by=("duration",),
-    duration=Option("Its length.", DURATION._replace(example="10 s")),
+    "still", amplitude=(), named_by=("duration",), duration=Option("Its length.", DURATION._replace(example="10 s"))
 )
 def still(*, duration: float) -> Wave:
     """Ground that does not move, for buildings that begin displaced or moving."""

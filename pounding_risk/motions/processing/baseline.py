@@ -53,10 +53,7 @@ def baseline(
         return _bilinear(samples, dt, (start, end))
     if start is not None or end is not None:
         raise RecordError('start and end are times of offsets; leave them out, or write scheme = "bilinear"')
-    return _polynomial(samples, dt, whole(6 if order is None else order, "a baseline", 2))
-
-
-def _polynomial(samples: Samples, dt: float, degree: int) -> Done:
+    degree = whole(6 if order is None else order, "a baseline", 2)
     duration = (len(samples) - 1) * dt
     share = np.linspace(0.0, 1.0, len(samples))
     powers = np.arange(2, degree + 1)

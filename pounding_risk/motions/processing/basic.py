@@ -81,7 +81,8 @@ def taper(samples: Samples, dt: float, *, lead: float | None = None, tail: float
     """
     duration = (len(samples) - 1) * dt
     if lead is None:
-        lead = usual_lead(quiet_before(samples, dt))
+        quiet = quiet_before(samples, dt)
+        lead = min(LONGEST_LEAD, quiet / 2) if quiet >= SHORTEST_PRE_EVENT else 0.0
     if tail is None:
         tail = min(LONGEST_TAIL, duration / 10)
     if lead + tail > duration:
@@ -95,8 +96,3 @@ def taper(samples: Samples, dt: float, *, lead: float | None = None, tail: float
     if tail > 0.0:
         weight *= cosine_rise((duration - time) / tail)
     return Done(samples * weight, f"taper: cosine, first {lead:.3g} s and last {tail:.3g} s")
-
-
-def usual_lead(quiet: float) -> float:
-    """The default taper [s] at the start of a record, from the quiet [s] before the earthquake."""
-    return min(LONGEST_LEAD, quiet / 2) if quiet >= SHORTEST_PRE_EVENT else 0.0

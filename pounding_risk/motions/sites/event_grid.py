@@ -110,18 +110,12 @@ def grid_sources(
     yield from _sources(sites[found.position], wanted, found, _unit(path, unit), dt)
 
 
-def all_sources(path: Path, *, unit: str | None = None, dt: float | None = None) -> Iterator[Source]:
-    """Every component of every motion at every site of a grid."""
-    unit = _unit(path, unit)
-    for number, site in enumerate(read_grid(path)):
-        yield from _sources(site, None, Site(number, site.place), unit, dt)
-
-
 def sources_at(path: Path, site: str, *, unit: str | None = None, dt: float | None = None) -> Iterator[Source]:
     """As `grid_sources`, at the site that a text names; at all of them where it is empty."""
-    if not site:
-        return all_sources(path, unit=unit, dt=dt)
-    return grid_sources(path, read_site(site, str(path)), unit=unit, dt=dt)
+    if site:
+        return grid_sources(path, read_site(site, str(path)), unit=unit, dt=dt)
+    unit, sites = _unit(path, unit), enumerate(read_grid(path))
+    return (source for at, one in sites for source in _sources(one, None, Site(at, one.place), unit, dt))
 
 
 def _sources(

@@ -138,19 +138,15 @@ def with_found(text: str, position: str, has_pounding: bool) -> str:
     kept = tuple(atom for atom in (shape.atoms if shape else ()) if not position or atom.name not in POSITIONS)
     written = [Attribute((*kept, *((Atom(position),) if position else ())))] if kept or position else []
     if has_pounding:
-        written.append(_pounding(irregular.atoms if irregular else ()))
+        atoms = irregular.atoms if irregular else ()
+        vertical = next((atom for atom in atoms if atom.name == VERTICAL), Atom(VERTICAL))
+        others = (atom for atom in atoms if atom.name not in (REGULAR, IRREGULAR, VERTICAL))
+        added = Attribute((Atom(POUNDING),))
+        arguments = vertical.arguments if added in vertical.arguments else (*vertical.arguments, added)
+        written.append(Attribute((Atom(IRREGULAR), *others, Atom(VERTICAL, arguments))))
     elif irregular:
         written.append(irregular)
     return "/".join(map(str, [*attributes[:last], *written, *attributes[last:]])) or UNKNOWN
-
-
-def _pounding(atoms: tuple[Atom, ...]) -> Attribute:
-    """The irregularities of a string with POP among the vertical ones."""
-    vertical = next((atom for atom in atoms if atom.name == VERTICAL), Atom(VERTICAL))
-    others = tuple(atom for atom in atoms if atom.name not in (REGULAR, IRREGULAR, VERTICAL))
-    added = Attribute((Atom(POUNDING),))
-    arguments = vertical.arguments if added in vertical.arguments else (*vertical.arguments, added)
-    return Attribute((Atom(IRREGULAR), *others, Atom(VERTICAL, arguments)))
 
 
 def kind_of(attributes: tuple[Attribute, ...]) -> Kind | None:
@@ -207,8 +203,8 @@ def _put_storeys(draft: Draft, atom: Atom, head: str) -> None:
         draft.note(f"{atom} in its {head} bounds the storeys and gives no number; it is not read")
     else:
         middle = max(-(-sum(numbers) // len(numbers)), 1)
-        is_told = len(numbers) > 1 or atom.name == "HAPP"
-        draft.put("storeys", middle, rule=f"its {head}, {atom}" if is_told else "")
+        is_estimate = len(numbers) > 1 or atom.name == "HAPP"
+        draft.put("storeys", middle, rule=f"its {head}, {atom}" if is_estimate else "")
 
 
 def year_of(text: str) -> int | None:

@@ -110,21 +110,16 @@ def _doubt_area(draft: Draft, footprint: str) -> None:
     if size is None:
         return
     if footprint:
-        outlined = _area_about(footprint)
+        # The area within the outer rings [m²], on a sphere, as near as a doubt needs.
+        shape, outlined = outline_json(footprint), 0.0
+        for polygon in [shape["coordinates"]] if shape["type"] == "Polygon" else shape["coordinates"]:
+            x, y = np.array(polygon[0]).T
+            x, y = (x - x[0]) * DEGREE * np.cos(np.radians(y[0])), (y - y[0]) * DEGREE
+            outlined += abs(0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)))
         if not outlined / UNLIKE <= size <= outlined * UNLIKE:
             draft.note("its PlanArea is less than half or more than twice the area of its footprint; check its unit")
     elif size < LEAST_AREA:
         draft.note(f"its PlanArea is less than {LEAST_AREA:g} m²; check its unit")
-
-
-def _area_about(footprint: str) -> float:
-    """Area within the outer rings of a footprint [m²], on a sphere, as near as a doubt needs."""
-    shape, area = outline_json(footprint), 0.0
-    for polygon in [shape["coordinates"]] if shape["type"] == "Polygon" else shape["coordinates"]:
-        x, y = np.array(polygon[0]).T
-        x, y = (x - x[0]) * DEGREE * np.cos(np.radians(y[0])), (y - y[0]) * DEGREE
-        area += abs(0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)))
-    return area
 
 
 def _kind(draft: Draft) -> None:

@@ -47,11 +47,7 @@ MODULES = {
     "PEER_AT2": test_peer_at2,
     "SMC": test_smc,
 }
-BAD = {
-    **{name: module.BAD for name, module in MODULES.items()},
-    "COLUMNS": test_columns.BAD,
-    **test_native.bad(),
-}
+BAD = {**{name: module.BAD for name, module in MODULES.items()}, "COLUMNS": test_columns.BAD, **test_native.bad()}
 # Of a file's first component, by how much the largest sample may differ from the header's [m/s²]: digits of either.
 PEAKS = {
     **{"cosmos-pomona.v1c": 1e-13, "cosmos-bremner.v2c": 1e-13, "cosmos-yucaipa.v1": 5e-6},

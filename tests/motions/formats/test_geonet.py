@@ -58,15 +58,16 @@ SMALL_RAW, SMALL_CORRECTED = short(RAW), short(CORRECTED)
 
 
 @pytest.mark.parametrize("data", [RAW, CORRECTED], ids=["V1A", "V2A"])
-def test_samples_are_those_of_the_columns(data):
-    for trace, (_, rows) in zip(_read_geonet(BytesIO(data)), blocks(data), strict=True):
+def test_samples_are_those_of_the_columns_and_peak_as_and_when_the_heading_says(data):
+    """PGV and PGD of the file's own velocity and displacement, to half the last digit printed.
+
+    Times of peaks count from the start of the buffer, five seconds after the first sample of a corrected record.
+    """
+    for trace, (heading, rows) in zip(_read_geonet(BytesIO(data)), blocks(data), strict=True):
         assert np.array_equal(trace.data, values(rows[0]) * 0.001)
-
-
-@pytest.mark.parametrize("data", [RAW, CORRECTED], ids=["V1A", "V2A"])
-def test_peaks_of_the_heading_are_those_of_the_samples(data):
-    """PGV and PGD of the file's own velocity and displacement, to half the last digit printed."""
-    for trace, (_, rows) in zip(_read_geonet(BytesIO(data)), blocks(data), strict=True):
+        stated = float(re.search(r"at\s+(\S+) s", heading[13])[1])
+        peak = trace.stats.starttime + float(np.abs(trace.data).argmax()) * trace.stats.delta
+        assert peak - BUFFER == pytest.approx(stated, abs=0.0051)  # half of the last digit, rounded up or down
         record = trace.stats.record
         if record.state == "processed":
             assert np.abs(values(rows[1])).max() * 1e-3 == pytest.approx(record.header_pgv, abs=0.005e-3)
@@ -78,15 +79,6 @@ def test_the_velocity_of_the_heading_comes_from_our_samples_too():
     for trace in _read_geonet(BytesIO(CORRECTED)):
         velocity = np.cumsum(trace.data) * trace.stats.delta - 0.5 * trace.data * trace.stats.delta
         assert np.abs(velocity).max() == pytest.approx(trace.stats.record.header_pgv, rel=5e-3)
-
-
-@pytest.mark.parametrize("data", [RAW, CORRECTED], ids=["V1A", "V2A"])
-def test_peaks_are_when_the_heading_says(data):
-    """Its times count from the start of the buffer, five seconds after the first sample of a corrected record."""
-    for trace, (heading, _) in zip(_read_geonet(BytesIO(data)), blocks(data), strict=True):
-        told = float(re.search(r"at\s+(\S+) s", heading[13])[1])
-        peak = trace.stats.starttime + float(np.abs(trace.data).argmax()) * trace.stats.delta
-        assert peak - BUFFER == pytest.approx(told, abs=0.0051)  # half of the last digit, rounded up or down
 
 
 def test_the_raw_and_the_corrected_record_are_one_at_the_same_times():

@@ -8,11 +8,11 @@ import re
 import shutil
 import struct
 from io import BytesIO
-from pathlib import Path
 
 import numpy as np
 import obspy
 import pytest
+from damage import EVTS, KNET, written
 from obspy import UTCDateTime
 from real_files import G
 from sentences import refusal
@@ -28,11 +28,8 @@ from pounding_risk.motions.record import is_vertical
 from pounding_risk.motions.request import RecordRequest
 from pounding_risk.motions.source import open_source
 
-OBSPY = Path(obspy.__file__).parent / "io"
-KNET = OBSPY / "nied/tests/data/test.knet"
-EVTS = {name: OBSPY / "kinemetrics/tests/data" / name for name in ("BI008_MEMA-04823.evt", "BX456_MOLA-02351.evt")}
-OLD_K2 = OBSPY / "kinemetrics/tests/data/STNA.20020722.044649.evt.gz"
-ETNA = EVTS["BI008_MEMA-04823.evt"]
+ETNA = EVTS[0]
+OLD_K2 = ETNA.parent / "STNA.20020722.044649.evt.gz"
 
 
 def put(raw, place, value):
@@ -51,9 +48,7 @@ def with_sensors(raw, kind, count):
 
 def sac_bytes():
     """The counts of a shipped record as ObsPy writes them to SAC."""
-    target = BytesIO()
-    obspy.read(str(catalogue.path("NAPA-HNE")), format="MSEED")[0].write(target, format="SAC")
-    return target.getvalue()
+    return written(obspy.read(str(catalogue.path("NAPA-HNE")), format="MSEED")[0], "SAC")
 
 
 def in_word(word, value):
@@ -148,7 +143,7 @@ def test_both_depths_of_a_kiknet_station_are_recordings_of_their_own(tmp_path):
 # --- Kinemetrics ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("path", [*EVTS.values(), OLD_K2], ids=lambda path: path.name)
+@pytest.mark.parametrize("path", [*EVTS, OLD_K2], ids=lambda path: path.name)
 def test_evt_gives_the_counts_that_its_header_tells(tmp_path, path):
     """The recorder wrote the largest and the smallest count of each channel, and how many there are."""
     copy = tmp_path / "quake.evt"
