@@ -142,7 +142,9 @@ def contact_laws(
             notes.append(f"{name}: e is its own, that of waves in the floors; their force has no stiffness")
             continue
         if name == TABULATED:
-            laws.append(_tabulated(law, collision.table))
+            if collision.table is None:
+                raise PoundingError('tabulated needs its forces; write --table "bumper.csv"')
+            laws.append(law(collision.table.stiffness, collision.table))
             notes.append(f"{name}: {collision.table.words()}")
             continue
         if is_instant(law):
@@ -182,13 +184,6 @@ def _table(path: str | None, unloading_stiffness: str | None) -> Any:
     if path is None and unloading_stiffness is not None:
         raise PoundingError('--unloading-stiffness is that of a table; write --table "bumper.csv" too')
     return None if path is None else read_table(path, unloading_stiffness)
-
-
-def _tabulated(law: Any, table: Any) -> Any:
-    """The law of a table; raises PoundingError where there is none."""
-    if table is None:
-        raise PoundingError('tabulated needs its forces; write --table "bumper.csv"')
-    return law(table.stiffness, table)
 
 
 def _stiffnesses(texts: Sequence[str]) -> dict[str, float]:

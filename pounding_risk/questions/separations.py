@@ -155,7 +155,11 @@ def separations(
     site = _site(height, behaviour_factor, factor, ground)
     site = site._replace(aligned=aligned, alike=alike, zone=zone, intensity=intensity, structure=structure)
     if results is None:
-        given, moving = _displacements(displacement), _moving(period, damping)
+        from pounding_risk.assessment.separations.table import DISPLACEMENT
+
+        allowed = DISPLACEMENT._replace(low=0.0, open_high=True)
+        given = _by_side("displacement", displacement, allowed, BOTH_DISPLACEMENTS)
+        moving = _moving(period, damping)
         return Given(code.separations(("left", "right"), given, *moving, site=site), given, site, *moving)
     share = percentile_of(percentile)
     dataset = with_axes(open_results(results) if isinstance(results, str | Path) else results, str(results))
@@ -233,12 +237,6 @@ def _by_side(name: str, texts: Sequence[str], quantity: Quantity, example: str) 
     if missing:
         raise PoundingError(f"{name}: has none for {' and '.join(missing)}; write {example}")
     return sides["left"], sides["right"]
-
-
-def _displacements(texts: Sequence[str]) -> tuple[float, float]:
-    from pounding_risk.assessment.separations.table import DISPLACEMENT
-
-    return _by_side("displacement", texts, DISPLACEMENT._replace(low=0.0, open_high=True), BOTH_DISPLACEMENTS)
 
 
 def _behaviour(texts: Sequence[str]) -> tuple[float, float]:

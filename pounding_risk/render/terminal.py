@@ -225,10 +225,6 @@ def _print_verdict(block: Block) -> None:
     print("\n".join(f"  {sentence}" for sentence in block["conclusion"]))
 
 
-def _print_source(block: Block) -> None:
-    print(f"{block['caption']}\n\n{block['text']}")
-
-
 def _print_text(block: Block) -> None:
     print(block["text"])
 
@@ -236,7 +232,7 @@ def _print_text(block: Block) -> None:
 _PRINTERS: dict[str, Callable[[Block], None]] = {
     "paragraph": _print_text,
     "heading": _print_text,
-    "source": _print_source,
+    "source": lambda block: print(f"{block['caption']}\n\n{block['text']}"),
     "verdict": _print_verdict,
     "list": _print_list,
     "table": _print_table_block,
