@@ -12,7 +12,7 @@ from pounding_risk.render.sheet import Block, Cell, facts, figure, heading, list
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pounding_risk.lab.verification import Check, Property, Verification
+    from pounding_risk.lab.verification import Property, Verification
 
 ORDER = 88
 FUNCTION = "lab.verification.run"
@@ -81,20 +81,17 @@ def sections_of(outcome: Verification) -> list[tuple[str, str, list[Block]]]:
 
 def values(outcome: Verification) -> list[Block]:
     """The table of every published value beside ours; nothing without one."""
-    rows = [(check.case, check.quantity, check.source, check.kind, *_compared(check)) for check in outcome.checks]
+    rows = [
+        (
+            *(check.case, check.quantity, check.source, check.kind),
+            {"text": check.printed, "raw": check.published, "unit": check.unit},
+            {"text": said(check), "raw": check.ours, "unit": check.unit},
+            *(_share(check.difference), _share(abs(check.change)), check.word),
+        )
+        for check in outcome.checks
+    ]
     caption = "Every published value, as printed, and ours in the same unit."
     return [table(caption, HEADS, rows, keep=range(len(rows)))] if rows else []
-
-
-def _compared(check: Check) -> tuple[Cell | str, ...]:
-    """Published value, ours, difference, tolerance effect and the word."""
-    return (
-        {"text": check.printed, "raw": check.published, "unit": check.unit},
-        {"text": said(check), "raw": check.ours, "unit": check.unit},
-        _share(check.difference),
-        _share(abs(check.change)),
-        check.word,
-    )
 
 
 def _share(value: float) -> Cell:

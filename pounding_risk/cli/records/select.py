@@ -77,12 +77,13 @@ def select(
 
 def print_selection(selection: Selection) -> None:
     """Print the chosen records, closest first, each with its factor, then what was chosen from and how."""
+    known = {"magnitude": "{:.4g}", "distance_km": "{:.4g} km"}
     rows = [
         (
             row.name,
             f"{row.factor:.3f}{' (limit)' if row.limited else ''}",
             f"{row.misfit:.3f}",
-            *(_known(row.known(key), unit) for key, unit in (("magnitude", ""), ("distance_km", " km"))),
+            *("–" if row.known(key) is None else words.format(float(row.known(key))) for key, words in known.items()),
             one_line(", ".join(str(row.known(key)) for key in ("event", "date") if row.known(key))),
         )
         for row in selection.rows
@@ -92,7 +93,3 @@ def print_selection(selection: Selection) -> None:
     pairs = (sentence.partition(": ") for sentence in selection.words())
     print_pairs((heading, words) for heading, _, words in pairs)
     print_notes(f"{row.name}: {doubt}" for row in selection.rows for doubt in row.doubts)
-
-
-def _known(value: Any, unit: str) -> str:
-    return "–" if value is None else f"{float(value):.4g}{unit}"
