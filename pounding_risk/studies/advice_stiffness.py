@@ -157,9 +157,9 @@ def ms(seconds: float) -> str:
     return f"{1e3 * seconds:.3g} ms"
 
 
-def stiffness_words(value: float, unit: str, digits: int = 4) -> str:
-    """A stiffness as a scene file reads it, in SI: 2.75e9 N/m^1.5."""
-    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+def stiffness_words(stiffness: float, unit: str) -> str:
+    """A stiffness as a scene file reads it, in SI and four digits: 2.75e9 N/m^1.5."""
+    mantissa, exponent = f"{stiffness:.3e}".split("e")
     return f"{float(mantissa):g}e{int(exponent)} {unit}"
 
 
