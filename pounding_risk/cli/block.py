@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pounding_risk.cli._common.files import announce, check_folder
-from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import NONE, argument, option, read_option, read_optional
 from pounding_risk.errors import PoundingError
-from pounding_risk.render.terminal import engineering, print_table
+from pounding_risk.render.terminal import engineering, print_notes, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.streets.neighbours import BlockRow, Neighbours

@@ -7,11 +7,10 @@ from math import inf
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pounding_risk.cli._common.files import draw
-from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import Figure, option, read_option, read_optional
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions.notes import FASTER
-from pounding_risk.render.terminal import engineering, print_table
+from pounding_risk.render.terminal import engineering, print_notes, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.solver.pair.isolated import Impact

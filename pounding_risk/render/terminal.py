@@ -243,3 +243,14 @@ _PRINTERS: dict[str, Callable[[Block], None]] = {
 def one_line(words: object) -> str:
     """Words without line breaks and repeated blanks."""
     return " ".join(str(words).split())
+
+
+def print_notes(notes: Iterable[str], prefix: str = "") -> None:
+    """Print a line for each note, with a prefix such as "excluded: "."""
+    for note in notes:
+        print(f"note: {prefix}{note}")
+
+
+def print_left_out(sentences: Iterable[str]) -> None:
+    """Print a line for each record, file or component that is left out."""
+    print_notes(sentences, "excluded: ")

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pounding_risk.cli._common.files import announce, draw
-from pounding_risk.cli._common.notes import print_left_out, print_notes
 from pounding_risk.cli._common.options import Figure, option, out_option, read_option
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli.records import _options as options
-from pounding_risk.render.terminal import one_line, print_pairs, print_table
+from pounding_risk.render.terminal import one_line, print_left_out, print_notes, print_pairs, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.motions.selection import Selection
