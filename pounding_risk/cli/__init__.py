@@ -11,7 +11,7 @@ import os
 import sys
 import threading
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout, suppress
+from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
 from typing import Annotated, Any, cast
 
 import typer
@@ -62,15 +62,12 @@ class PlainText:
             self.write(line)
 
 
-def _plain_output() -> AbstractContextManager[Any]:
-    return nullcontext() if sys.stdout is None else redirect_stdout(cast(Any, PlainText(sys.stdout)))
-
-
 @contextmanager
 def _sentences() -> Iterator[None]:
     """Errors that a user can repair become a sentence and an exit status."""
     try:
-        with report_trouble(), _missing_named(), _plain_output():
+        output = nullcontext() if sys.stdout is None else redirect_stdout(cast(Any, PlainText(sys.stdout)))
+        with report_trouble(), _missing_named(), output:
             yield
     except PoundingError as error:
         typer.echo(plain(f"pounding-risk: {error}"), err=True)

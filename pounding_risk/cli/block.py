@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pounding_risk.cli._common.files import announce, check_folder
-from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import NONE, argument, option, read_option, read_optional
 from pounding_risk.errors import PoundingError
-from pounding_risk.render.terminal import engineering, print_table
+from pounding_risk.render.terminal import engineering, print_notes, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.streets.neighbours import BlockRow, Neighbours
@@ -140,15 +139,11 @@ def _of_sites(sites: Path, out: Path | None, unit: str | None, others: Mapping[s
         if is_given:
             raise PoundingError(f"--sites: the motions of the sites are taken as they are; leave {option_name} out")
     read_grid(sites)
-    return {"sites": _from_folder(sites, out or Path()), **({} if unit is None else {"unit": unit})}
-
-
-def _from_folder(file: Path, folder: Path) -> str:
-    """A path as a scene in a folder has it: from there, or from the root where the two are on different drives."""
     try:
-        return Path(relpath(file, folder)).as_posix()
-    except ValueError:
-        return file.resolve().as_posix()
+        seen_from_scenes = Path(relpath(sites, out or Path())).as_posix()
+    except ValueError:  # on different drives
+        seen_from_scenes = sites.resolve().as_posix()
+    return {"sites": seen_from_scenes, **({} if unit is None else {"unit": unit})}
 
 
 def _restitution(text: str) -> str | float:

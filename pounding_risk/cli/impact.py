@@ -7,11 +7,10 @@ from math import inf
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pounding_risk.cli._common.files import draw
-from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import Figure, option, read_option, read_optional
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions.notes import FASTER
-from pounding_risk.render.terminal import engineering, print_table
+from pounding_risk.render.terminal import engineering, print_notes, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.solver.pair.isolated import Impact
@@ -142,7 +141,9 @@ def contact_laws(
             notes.append(f"{name}: e is its own, that of waves in the floors; their force has no stiffness")
             continue
         if name == TABULATED:
-            laws.append(_tabulated(law, collision.table))
+            if collision.table is None:
+                raise PoundingError('tabulated needs its forces; write --table "bumper.csv"')
+            laws.append(law(collision.table.stiffness, collision.table))
             notes.append(f"{name}: {collision.table.words()}")
             continue
         if is_instant(law):
@@ -182,13 +183,6 @@ def _table(path: str | None, unloading_stiffness: str | None) -> Any:
     if path is None and unloading_stiffness is not None:
         raise PoundingError('--unloading-stiffness is that of a table; write --table "bumper.csv" too')
     return None if path is None else read_table(path, unloading_stiffness)
-
-
-def _tabulated(law: Any, table: Any) -> Any:
-    """The law of a table; raises PoundingError where there is none."""
-    if table is None:
-        raise PoundingError('tabulated needs its forces; write --table "bumper.csv"')
-    return law(table.stiffness, table)
 
 
 def _stiffnesses(texts: Sequence[str]) -> dict[str, float]:

@@ -13,7 +13,6 @@ from typing import Annotated, Any
 import typer
 
 from pounding_risk.cli._common.files import draw, out_or
-from pounding_risk.cli._common.notes import print_left_out, print_notes
 from pounding_risk.cli._common.options import (
     NONE,
     RUN_FAILED,
@@ -29,7 +28,7 @@ from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli.validate import print_plan
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions.notes import FASTER, of_records
-from pounding_risk.render.terminal import print_pairs
+from pounding_risk.render.terminal import print_left_out, print_notes, print_pairs
 
 ORDER = 50
 # Options that cannot change a number, and whether they take a value: left out of the command that the results carry.

@@ -33,25 +33,21 @@ def _pairs(state: Status) -> list[tuple[str, str]]:
     """Labels and words of what is known of a study."""
     shards = f"; {counted(state.shards, 'shard')} so far" if state.shards else ""
     size = f"{counted(state.parts, 'part')}, {state.size / 1e6:.1f} MB" if state.parts else ""
+    cases = ""
+    if state.total:
+        cases = f"{state.cases} of {state.total} ({100 * state.cases // state.total} %)"
+        cases += pace(state.cases_a_second, state.total - state.cases)
     pairs = [
         ("study", str(state.path)),
         ("title", state.title),
         ("state", state.state + shards),
-        ("cases", _case_words(state)),
+        ("cases", cases),
         ("on disk", size),
         ("begun", _time_words(state.begun)),
         ("last activity", _time_words(state.last_activity)),
         ("note", state.note),
     ]
     return [(label, words) for label, words in pairs if words]
-
-
-def _case_words(state: Status) -> str:
-    """How many cases are done, and when the rest will be; "" where the number of cases is not known."""
-    if not state.total:
-        return ""
-    share = f"{state.cases} of {state.total} ({100 * state.cases // state.total} %)"
-    return share + pace(state.cases_a_second, state.total - state.cases)
 
 
 def _time_words(time: str) -> str:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pounding_risk.cli._common.notes import print_left_out, print_notes
 from pounding_risk.cli._common.options import NONE, Overrides, Scene
 from pounding_risk.questions.notes import of_records
-from pounding_risk.render.terminal import engineering, print_pairs, print_table
+from pounding_risk.render.terminal import engineering, print_left_out, print_notes, print_pairs, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.ensemble.plan.plan import Plan

@@ -12,7 +12,7 @@ from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, mess
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pounding_risk.studies.advice import Advice, Influence
+    from pounding_risk.studies.advice import Advice
     from pounding_risk.studies.advice_stiffness import StiffnessRange
 
 MOST_PANELS = 3  # interfaces that are drawn, the first ones
@@ -82,12 +82,16 @@ def advice_figure(advice: Advice, note: str = "") -> Figure:
 def _panel(axis: Any, advice: Advice, stiffness_range: StiffnessRange) -> tuple[list[float], list[Any]]:
     """The curves of one interface; the values drawn, and the labels at their ends."""
     _frame(axis, stiffness_range)
+    # Of each output the curve whose values change most: at the interface, or of a building beside it that is no wall.
+    places = [stiffness_range.interface, *(name for name in stiffness_range.buildings if name != stiffness_range.wall)]
     drawn: list[float] = []
     labels: list[Any] = []
     for output, (words, marker, colour, dash) in DRAWN.items():
-        curve = _widest(advice, stiffness_range, output)
-        if curve is None:
+        curves = [advice.influence("stiffness", output, place) for place in places]
+        defined = [curve for curve in curves if curve is not None and curve.verdict]
+        if not defined:
             continue
+        curve = max(defined, key=lambda curve: float(np.nanmax(np.abs(curve.medians))))
         ratios = 1.0 + np.array(curve.medians)
         ratios[~(ratios > 0.0)] = np.nan  # none at all has no place on an axis of powers of ten
         stiffnesses = stiffness_range.own * np.array([float(text.removeprefix("× ")) for text in curve.tried])
@@ -120,11 +124,3 @@ def _frame(axis: Any, stiffness_range: StiffnessRange) -> None:
         if low < rule.equivalent < high:
             ends = [rule.equivalent, rule.equivalent], [0.0, 0.03]
             axis.plot(*ends, color="black", linewidth=1.4, transform=axis.get_xaxis_transform())
-
-
-def _widest(advice: Advice, stiffness_range: StiffnessRange, output: str) -> Influence | None:
-    """The curve of an output: at the interface, or of that building beside it, no wall, whose values change most."""
-    places = [stiffness_range.interface, *(name for name in stiffness_range.buildings if name != stiffness_range.wall)]
-    curves = [advice.influence("stiffness", output, candidate) for candidate in places]
-    defined = [curve for curve in curves if curve is not None and curve.verdict]
-    return max(defined, key=lambda curve: float(np.nanmax(np.abs(curve.medians))), default=None)

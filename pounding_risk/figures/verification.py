@@ -168,7 +168,9 @@ def property_figure(one: Any) -> Figure:
 
 def _draw_series(axis: Any, item: Any, number: int) -> Any:
     """Draw a series, the one of this number in its panel; its entry for the legend."""
-    colour, dash = STYLES[number % len(STYLES)][0], _dash(number)
+    colour = STYLES[number % len(STYLES)][0]
+    # Where colours come a second time, a dash that no line has had.
+    dash: Any = STYLES[number][1] if number < len(STYLES) else FURTHER_DASHES[number % len(FURTHER_DASHES)]
     if item.look == "points":
         spread = None if item.low is None else [item.y - item.low, item.high - item.y]
         look = {"color": colour, "marker": POINT_MARKS[number % len(POINT_MARKS)], "markerfacecolor": "none"}
@@ -185,11 +187,6 @@ def _draw_series(axis: Any, item: Any, number: int) -> Any:
     if item.look == "band":
         axis.fill_between(item.x, item.low, item.high, color=colour, alpha=0.2, linewidth=0.0)
     return axis.plot(item.x, item.y, color=colour, linestyle=dash, linewidth=1.5, label=item.label)[0]
-
-
-def _dash(number: int) -> Any:
-    """Dash of a line; where colours come a second time, one that no line has had."""
-    return STYLES[number][1] if number < len(STYLES) else FURTHER_DASHES[number % len(FURTHER_DASHES)]
 
 
 def _shown_share(share: float) -> float:

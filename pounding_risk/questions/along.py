@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pounding_risk.assessment.along import along_finding, idle_words, kept_words, lost_words
 from pounding_risk.assessment.options import NO_BOUND, NO_UPPER
@@ -50,6 +50,7 @@ def places(assessed: xr.Dataset) -> Block:
     keys = [str(key) for key, coordinate in assessed.coords.items() if coordinate.dims[:1] != ("interface",)]
     several = assessed.sizes["interface"] > 1
     units = {key: str(assessed[key].attrs.get("units", "1")) for key in keys}
+    shown = {key: unit if unit in SHOWN else "1" for key, unit in units.items()}
     heads = [head(key, units[key]) if units[key] in SHOWN else f"{key} [{units[key]}]" for key in keys]
     heads += ["neighbours"] if several else []
     heads += [head("gap", "m"), "P(contact) [%]", "bounds [%]", head("gap required", "m"), head("bounds", "m")]
@@ -59,15 +60,19 @@ def places(assessed: xr.Dataset) -> Block:
     for place in product(*(range(assessed.sizes[dim]) for dim in (*axes, "interface"))):
         cell = assessed.isel(dict(zip((*axes, "interface"), place, strict=True)))
         share, need = ([float(cell[f"{name}{end}"]) for end in ("", "_low", "_high")] for name in NAMES)
+        at = {key: cell[key].item() for key in keys}
+        bounds = between(need[1], need[2], "m")
+        if not cell["required_gap_bounded"] > 0.0:
+            bounds |= {"text": f"{bounds['text']} {NO_UPPER}"}
         rows.append(
             [
-                *(_value(cell[key].item(), units[key]) for key in keys),
+                *(at[key] if isinstance(at[key], str) else number(at[key], shown[key], GIVEN) for key in keys),
                 *([str(cell["interface"].item())] if several else []),
                 number(cell["assessed_gap"], "m", GIVEN),
                 number(share[0], "%", 3),
                 between(share[1], share[2], "%", 3),
                 number(need[0], "m"),
-                _bounds(need[1], need[2], bool(cell["required_gap_bounded"] > 0.0)),
+                bounds,
                 *([count(cell["motions_without_response"])] if is_lost else []),
             ]
         )
@@ -75,14 +80,3 @@ def places(assessed: xr.Dataset) -> Block:
     most = sorted(range(len(rows)), key=lambda at: -needs[at])[:KEPT]
     note = "those that need most"
     return table("Contact and gap required along the axes.", heads, rows, keep=sorted(most), note=note)
-
-
-def _bounds(low: float, high: float, is_bounded: bool) -> Cell:
-    """The bounds of a required gap in the unit of the column's head, with the mark of one that has none from above."""
-    cell = between(low, high, "m")
-    return cell if is_bounded else cell | {"text": f"{cell['text']} {NO_UPPER}"}
-
-
-def _value(value: Any, unit: str) -> Cell | str:
-    """Cell of a value along an axis."""
-    return value if isinstance(value, str) else number(value, unit if unit in SHOWN else "1", GIVEN)

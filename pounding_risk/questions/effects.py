@@ -69,7 +69,8 @@ def _changes(dataset: xr.Dataset) -> Block:
     lines: list[list[Cell | str]] = []
     for name, changed, time, ratio, spread in rows(dataset):
         largest_set = number(dataset["permanent_set"].sel(effects=name).max(), "m", 3)
-        changes = [MISSING if name == NONE else _change(spread[output]) for output in HEADS]
+        changes = [middle(spread[output], "%") if any(spread[output]) else "none" for output in HEADS]
+        changes = changes if name != NONE else [MISSING] * len(HEADS)
         lines.append([name, computing_time(time), number(ratio, digits=3), count(changed), *changes, largest_set])
     wide = ", of all cases where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
     caption = (
@@ -77,7 +78,3 @@ def _changes(dataset: xr.Dataset) -> Block:
         f"cases that yield{wide}."
     )
     return table(caption, [*heads, head("largest set", "m")], lines)
-
-
-def _change(spread: tuple[float, float, float]) -> Cell | str:
-    return middle(spread, "%") if any(spread) else "none"

@@ -32,7 +32,9 @@ def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
     motions = sum(closing > bumper for closing in one.closing)
     compared = [at for at, rule in enumerate(one.separations) if rule.exceeded is not None]
     notes = [rule.row.note for rule in one.separations]
-    common = _common([rule.row.note for rule in one.separations if rule.row.separation is not None])
+    # The parts that every note of a separation has are written once, above the table.
+    parts = [rule.row.note.split("; ") for rule in one.separations if rule.row.separation is not None]
+    common = [part for part in parts[0] if all(part in others for others in parts)] if parts else []
     sentences = [
         short_in(one.separations, motions),
         *(f"Everywhere {note}" for note in common if note not in DOUBTS),
@@ -49,12 +51,6 @@ def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
         paragraph(" ".join(f"{sentence}." for sentence in sentences)),
         table(caption, heads, rows, keep=compared or None, note="those that give a separation" if compared else ""),
     ]
-
-
-def _common(notes: Sequence[str]) -> list[str]:
-    """The parts that every note has, so that they are written once."""
-    parts = [note.split("; ") for note in notes]
-    return [part for part in parts[0] if all(part in others for others in parts)] if parts else []
 
 
 def _rule_cells(rule: Comparison, gap: float, motions: int, common: Sequence[str]) -> Row:

@@ -155,7 +155,11 @@ def separations(
     site = _site(height, behaviour_factor, factor, ground)
     site = site._replace(aligned=aligned, alike=alike, zone=zone, intensity=intensity, structure=structure)
     if results is None:
-        given, moving = _displacements(displacement), _moving(period, damping)
+        from pounding_risk.assessment.separations.table import DISPLACEMENT
+
+        allowed = DISPLACEMENT._replace(low=0.0, open_high=True)
+        given = _by_side("displacement", displacement, allowed, BOTH_DISPLACEMENTS)
+        moving = _moving(period, damping)
         return Given(code.separations(("left", "right"), given, *moving, site=site), given, site, *moving)
     share = percentile_of(percentile)
     dataset = with_axes(open_results(results) if isinstance(results, str | Path) else results, str(results))
@@ -206,7 +210,9 @@ def _site(
 ) -> Site:
     """Heights, factors and design acceleration of a site; raises PoundingError for what is out of its range."""
     heights = _pair("height", [si(each, HEIGHT, "height") for each in height], '"12 m"', '"20 m"')
-    factors = _pair("factor", factor, "0.8", "1") or _behaviour(behaviour_factor)
+    factors = _pair("factor", factor, "0.8", "1") or (1.0, 1.0)
+    if behaviour_factor and not factor:
+        factors = _by_side_or_both("behaviour_factor", behaviour_factor, FACTOR, (3, 2))
     return Site(heights=heights, factors=factors, ground=None if ground is None else si(ground, PGA, "ground"))
 
 
@@ -233,17 +239,6 @@ def _by_side(name: str, texts: Sequence[str], quantity: Quantity, example: str) 
     if missing:
         raise PoundingError(f"{name}: has none for {' and '.join(missing)}; write {example}")
     return sides["left"], sides["right"]
-
-
-def _displacements(texts: Sequence[str]) -> tuple[float, float]:
-    from pounding_risk.assessment.separations.table import DISPLACEMENT
-
-    return _by_side("displacement", texts, DISPLACEMENT._replace(low=0.0, open_high=True), BOTH_DISPLACEMENTS)
-
-
-def _behaviour(texts: Sequence[str]) -> tuple[float, float]:
-    """The factors of the two displacements; 1 where none is given."""
-    return _by_side_or_both("behaviour_factor", texts, FACTOR, (3, 2)) if texts else (1.0, 1.0)
 
 
 def _moving(periods: Sequence[str], dampings: Sequence[str]) -> tuple[Any, Any]:

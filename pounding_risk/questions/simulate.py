@@ -78,12 +78,13 @@ def sheet(run: xr.Dataset) -> list[Block]:
     attrs = run.attrs
     is_one = run.sizes["interface"] == 1
     levels = (("gap", "m"), ("yield_force", "N")) if is_one else ()  # of several interfaces the table has them
+    record = f"{attrs['record']}, {attrs['polarity']}, PGA {amount(attrs['pga'], 'm/s2')['text']}"
+    measure = read_measure(attrs.get("intensity", ""))
+    if measure is not None:  # the level of intensity that the record was scaled to
+        record += f", {Level(measure, attrs['intensity_level']).words}"
     about: list[tuple[str, Cell | str]] = [
         ("scene", attrs["title"]),
-        (
-            "record",
-            f"{attrs['record']}, {attrs['polarity']}, PGA {amount(attrs['pga'], 'm/s2')['text']}{_level(attrs)}",
-        ),
+        ("record", record),
         ("contact model", attrs["contact_model"]),
         *((name.replace("_", " "), _amount(attrs[name], unit)) for name, unit in levels),
         ("status", attrs["status"]),
@@ -110,12 +111,6 @@ def check(given: Mapping[str, Any]) -> None:
 def failed(run: xr.Dataset) -> bool:
     """Whether the run failed, by which `--strict` ends the command."""
     return bool(run.attrs["status"] != "complete")
-
-
-def _level(attrs: Mapping[str, Any]) -> str:
-    """The level of intensity that the record was scaled to, in words; "" without."""
-    measure = read_measure(attrs.get("intensity", ""))
-    return "" if measure is None else f", {Level(measure, attrs['intensity_level']).words}"
 
 
 def _outputs(run: xr.Dataset) -> Block:

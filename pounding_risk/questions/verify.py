@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pounding_risk.lab.verification.property import bounds, plain, rounded
 from pounding_risk.lab.verification.run import EXACT, RUNGS, said, share
@@ -13,7 +12,7 @@ from pounding_risk.render.sheet import Block, Cell, facts, figure, heading, list
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pounding_risk.lab.verification import Check, Property, Verification
+    from pounding_risk.lab.verification import Property, Verification
 
 ORDER = 88
 FUNCTION = "lab.verification.run"
@@ -45,7 +44,17 @@ def sheet(outcome: Verification) -> list[Block]:
     outcome : Verification
         As `verify` gives it.
     """
-    far = [*map(_far, outcome.unacceptable), *(words for one in outcome.properties for words in _outside(one))]
+    far = [
+        f"{one.case}, {one.quantity}: {share(one.difference)} from {one.printed} of {one.source}, "
+        f"more than {share(one.limit)}{'; ours has converged' * one.is_converged}"
+        for one in outcome.unacceptable
+    ]
+    far += [
+        f"{one.name}, {reading.quantity}: {rounded(reading.ours)}, bounds {bounds(reading)}: {reading.reason}"
+        for one in outcome.properties
+        for reading in one.readings
+        if not reading.holds
+    ]
     return [
         *values(outcome),
         *([_properties_in_short(outcome)] if outcome.properties else []),
@@ -72,31 +81,21 @@ def sections_of(outcome: Verification) -> list[tuple[str, str, list[Block]]]:
 
 def values(outcome: Verification) -> list[Block]:
     """The table of every published value beside ours; nothing without one."""
-    rows = [(check.case, check.quantity, check.source, check.kind, *_compared(check)) for check in outcome.checks]
+    rows = [
+        (
+            *(check.case, check.quantity, check.source, check.kind),
+            {"text": check.printed, "raw": check.published, "unit": check.unit},
+            {"text": said(check), "raw": check.ours, "unit": check.unit},
+            *(_share(check.difference), _share(abs(check.change)), check.word),
+        )
+        for check in outcome.checks
+    ]
     caption = "Every published value, as printed, and ours in the same unit."
     return [table(caption, HEADS, rows, keep=range(len(rows)))] if rows else []
 
 
-def _compared(check: Check) -> tuple[Cell | str, ...]:
-    """Published value, ours, difference, tolerance effect and the word."""
-    return (
-        {"text": check.printed, "raw": check.published, "unit": check.unit},
-        {"text": said(check), "raw": check.ours, "unit": check.unit},
-        _share(check.difference),
-        _share(abs(check.change)),
-        check.word,
-    )
-
-
 def _share(value: float) -> Cell:
     return worded(value, share(value))
-
-
-def _far(check: Check) -> str:
-    """A sentence on a value that ours does not reach."""
-    why = "; ours has converged" if check.is_converged else ""
-    most = f"more than {share(check.limit)}{why}"
-    return f"{check.case}, {check.quantity}: {share(check.difference)} from {check.printed} of {check.source}, {most}"
 
 
 def _properties_in_short(outcome: Verification) -> Block:
@@ -114,18 +113,13 @@ def _properties_in_short(outcome: Verification) -> Block:
     return table("Published properties.", heads, rows, keep=range(len(rows)))
 
 
-def _outside(one: Property) -> Iterator[str]:
-    """A sentence on each reading of a property that is out of its bounds."""
-    for reading in one.readings:
-        if not reading.holds:
-            ours, ends = rounded(reading.ours), bounds(reading)
-            yield f"{one.name}, {reading.quantity}: {ours}, bounds {ends}: {reading.reason}"
-
-
 def _values(outcome: Verification) -> list[Block]:
     if not outcome.checks:
         return []
-    summary = f"{outcome.finding()}. {_recalled(outcome)}".strip()
+    recalled = ", ".join(f"`{case.name}`" for case in outcome.cases if case.about.basis == "from memory")
+    summary = f"{outcome.finding()}."
+    if recalled:  # their source was not read, nor a text that quotes it
+        summary += f" Known from memory, not read: {recalled}; look the source up before you rely on it."
     return [paragraph(summary), listing(MEANING), *values(outcome), *_ladder(outcome)]
 
 
@@ -148,17 +142,6 @@ def _ladder(outcome: Verification) -> list[Block]:
         f"How far ours at each tolerance is from ours at {RUNGS[-1]:.0e}, where a published value is not met exactly."
     )
     return [table(words, heads, rows, keep=range(len(rows)))]
-
-
-def _recalled(outcome: Verification) -> str:
-    """A sentence on the cases whose source was not read, nor a text that quotes it."""
-    names = ", ".join(f"`{case.name}`" for case in outcome.cases if case.about.basis == "from memory")
-    return f"Known from memory, not read: {names}; look the source up before you rely on it." if names else ""
-
-
-def _basis(about: Any) -> str:
-    """Whether the source was read, and in which words of the case."""
-    return about.basis if about.known == about.basis else f"{about.basis}: {about.known}"
 
 
 def _figures(outcome: Verification) -> list[Block]:
@@ -208,15 +191,11 @@ def property_rows(one: Property) -> list[tuple[Cell | str, ...]]:
     return [
         (
             reading.quantity,
-            *(_number(value, reading.unit) for value in (reading.expected, reading.ours)),
+            *(worded(at, f"{rounded(at)} {reading.unit}".strip()) for at in (reading.expected, reading.ours)),
             *(bounds(reading), reading.reason, reading.word),
         )
         for reading in one.readings
     ]
-
-
-def _number(value: float, unit: str) -> Cell:
-    return worded(value, f"{rounded(value)} {unit}".strip())
 
 
 def _unreached(outcome: Verification) -> list[Block]:
@@ -239,7 +218,7 @@ def _cases(outcome: Verification) -> list[Block]:
             ("source", about.citation),
             ("where", about.where),
             ("address", about.url),
-            ("known", _basis(about)),
+            ("known", about.basis if about.known == about.basis else f"{about.basis}: {about.known}"),
         ]
         rows += [("note", about.note)]
         rows += [(value.quantity.replace("_", " "), value.note) for value in case.published if value.note]

@@ -225,10 +225,6 @@ def _print_verdict(block: Block) -> None:
     print("\n".join(f"  {sentence}" for sentence in block["conclusion"]))
 
 
-def _print_source(block: Block) -> None:
-    print(f"{block['caption']}\n\n{block['text']}")
-
-
 def _print_text(block: Block) -> None:
     print(block["text"])
 
@@ -236,7 +232,7 @@ def _print_text(block: Block) -> None:
 _PRINTERS: dict[str, Callable[[Block], None]] = {
     "paragraph": _print_text,
     "heading": _print_text,
-    "source": _print_source,
+    "source": lambda block: print(f"{block['caption']}\n\n{block['text']}"),
     "verdict": _print_verdict,
     "list": _print_list,
     "table": _print_table_block,
@@ -247,3 +243,14 @@ _PRINTERS: dict[str, Callable[[Block], None]] = {
 def one_line(words: object) -> str:
     """Words without line breaks and repeated blanks."""
     return " ".join(str(words).split())
+
+
+def print_notes(notes: Iterable[str], prefix: str = "") -> None:
+    """Print a line for each note, with a prefix such as "excluded: "."""
+    for note in notes:
+        print(f"note: {prefix}{note}")
+
+
+def print_left_out(sentences: Iterable[str]) -> None:
+    """Print a line for each record, file or component that is left out."""
+    print_notes(sentences, "excluded: ")

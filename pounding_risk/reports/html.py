@@ -75,14 +75,11 @@ def script_page(folder: str, model: Mapping[str, Any], library: str = "", **part
     html, style, script = ((source / f"page.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js"))
     # In a script element only "<" could end the data.
     data = json.dumps(model, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
-    allowed = " ".join(f"'sha256-{_digest(text)}'" for text in (library, script) if text)
+    digests = [sha256(text.encode("utf-8")).digest() for text in (library, script) if text]
+    allowed = " ".join(f"'sha256-{base64.b64encode(digest).decode('ascii')}'" for digest in digests)
     parts |= {"title": escape(str(model["title"])), "allowed": allowed, "style": style, "data": data, "script": script}
     before, *pieces = html.split("{{")
     return before + "".join(parts[key] + after for key, _, after in (piece.partition("}}") for piece in pieces))
-
-
-def _digest(script: str) -> str:
-    return base64.b64encode(sha256(script.encode("utf-8")).digest()).decode("ascii")
 
 
 def packed(values: np.ndarray, kind: str) -> str:

@@ -28,7 +28,11 @@ def write_sheet_page(target: Path, title: str, blocks: Iterable[Block]) -> Path:
     Path
         The file.
     """
-    sections = [{"name": "answer", "title": "Answer", "blocks": [part for block in blocks for part in _by_line(block)]}]
+    parts: list[Block] = []  # a paragraph of several lines is one for each line
+    for block in blocks:
+        is_text = block["kind"] == "paragraph"
+        parts += [paragraph(line) for line in block["text"].split("\n") if line] if is_text else [block]
+    sections = [{"name": "answer", "title": "Answer", "blocks": parts}]
     number_blocks(sections)
     return write_page(
         target,
@@ -43,10 +47,3 @@ def write_sheet_page(target: Path, title: str, blocks: Iterable[Block]) -> Path:
             }
         ),
     )
-
-
-def _by_line(block: Block) -> list[Block]:
-    """A paragraph of several lines as one for each line; any other block alone."""
-    if block["kind"] != "paragraph":
-        return [block]
-    return [paragraph(line) for line in block["text"].split("\n") if line]

@@ -7,7 +7,7 @@ bodies. Durations are those of the undamped isolated impact (`ensemble.plausibil
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from math import inf, pi, sqrt
 from typing import NamedTuple
 
@@ -157,9 +157,9 @@ def ms(seconds: float) -> str:
     return f"{1e3 * seconds:.3g} ms"
 
 
-def stiffness_words(value: float, unit: str, digits: int = 4) -> str:
-    """A stiffness as a scene file reads it, in SI: 2.75e9 N/m^1.5."""
-    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+def stiffness_words(stiffness: float, unit: str) -> str:
+    """A stiffness as a scene file reads it, in SI and four digits: 2.75e9 N/m^1.5."""
+    mantissa, exponent = f"{stiffness:.3e}".split("e")
     return f"{float(mantissa):g}e{int(exponent)} {unit}"
 
 
@@ -269,22 +269,17 @@ def _verdict(value: float, low: float, high: float) -> str:
     return BELOW if value < low else ABOVE if value > high else WITHIN
 
 
-def _sizes(floors: Sequence[Floor]) -> str:
-    """Lengths and wave speeds of floors: "L = 20 m, c = 3500 m/s"."""
-    pairs = dict.fromkeys(f"L = {floor.length:g} m, c = {floor.wave_speed:g} m/s" for floor in floors)
-    return " and ".join(pairs)
-
-
 def _published(floors: tuple[Floor, Floor]) -> Iterator[tuple[str, float, str, str, str]]:
     """Name, value, unit, source and how it is known, of each rule."""
     k, beta = LINEAR_STIFFNESS.unit, HERTZ_STIFFNESS.unit
     moving = [floor for floor in floors if floor.mass < inf]
     axial = 1.0 / sum(1.0 / floor.axial for floor in moving)
+    sizes = dict.fromkeys(f"L = {floor.length:g} m, c = {floor.wave_speed:g} m/s" for floor in moving)
     yield (
         "E A / L of the colliding floors, one behind the other",
         axial,
         k,
-        f"OpenSees, Impact Material; Kharazian and Lopez-Almansa (2017); here m (c / L)², {_sizes(moving)}",
+        f"OpenSees, Impact Material; Kharazian and Lopez-Almansa (2017); here m (c / L)², {' and '.join(sizes)}",
         "derived",
     )
     lateral = max(floor.lateral for floor in moving)

@@ -20,8 +20,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from commands import rows, run
 from scenes import FRAME, scene_text, single
-from typer.testing import CliRunner
 
 import pounding_risk
 from pounding_risk import cli
@@ -62,16 +62,6 @@ def folder(tmp_path, monkeypatch) -> Path:
     faulty = SCENE.replace('"44.36 t"', '"44.36 m"').replace('"hertz"', '"hertzian"').replace("[grid]", "[grit]")
     Path("bad.toml").write_text(faulty, encoding="utf-8")
     return tmp_path
-
-
-def run(*words: str):
-    """A command in this very process."""
-    return CliRunner().invoke(cli.app, list(words), prog_name="pounding-risk")
-
-
-def rows(text: str) -> list[list[str]]:
-    """The cells of printed tables: columns are two spaces apart at least."""
-    return [re.split(r" {2,}", line.strip()) for line in text.splitlines() if line.strip()]
 
 
 def test_help_lists_the_commands():

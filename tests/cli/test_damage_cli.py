@@ -5,14 +5,13 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
+import commands
 import numpy as np
 import pytest
 from figure_words import words_of
 from scenes import scene_text, single
-from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk import cli
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures import damage_figure, ida_figure, results_figure
 
@@ -52,7 +51,7 @@ def folder(tmp_path_factory) -> Path:
 
 def run(folder: Path, monkeypatch, *words: str):
     monkeypatch.chdir(folder)
-    return CliRunner().invoke(cli.app, ["damage", *words], prog_name="pounding-risk")
+    return commands.run("damage", *words)
 
 
 @pytest.mark.complete

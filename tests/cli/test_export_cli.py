@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from commands import refused, run
 from scenes import scene_text
-from typer.testing import CliRunner
-
-from pounding_risk import cli
 
 
 @pytest.fixture(scope="module")
@@ -16,11 +14,6 @@ def folder(tmp_path_factory):
     (made / "s.toml").write_text(scene_text(records={"window": ["0 s", "3 s"]}), encoding="utf-8")
     assert run("scan", made / "s.toml", "-o", made / "r.nc").exit_code == 0
     return made
-
-
-def run(*words):
-    """A command as typed."""
-    return CliRunner().invoke(cli.app, [str(word) for word in words])
 
 
 def test_demands_and_a_script_are_written_and_told(folder, tmp_path):
@@ -45,6 +38,5 @@ def test_demands_and_a_script_are_written_and_told(folder, tmp_path):
 )
 def test_what_cannot_be_written_is_a_sentence(folder, tmp_path, monkeypatch, source, words, sentence):
     monkeypatch.chdir(tmp_path)
-    told = run("export", folder / source, *words)
-    assert told.exit_code == 2 and sentence in told.stderr
+    assert sentence in refused("export", folder / source, *words)
     assert not list(tmp_path.iterdir())

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import pkgutil
-import re
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
+import commands
 import numpy as np
 import obspy
 import pytest
-from typer.testing import CliRunner
+from commands import rows
 
-from pounding_risk import cli
 from pounding_risk.cli import records
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions import catalogue, record_sets
@@ -60,14 +60,7 @@ def folder(tmp_path, monkeypatch) -> Path:
     return tmp_path
 
 
-def run(*words: str):
-    """A command in this very process."""
-    return CliRunner().invoke(cli.app, ["records", *words], prog_name="pounding-risk")
-
-
-def rows(text: str) -> list[list[str]]:
-    """The cells of printed tables: columns are two spaces apart at least."""
-    return [re.split(r" {2,}", line.strip()) for line in text.splitlines() if line.strip()]
+run = partial(commands.run, "records")
 
 
 def row(text: str, name: str) -> list[str]:

@@ -9,9 +9,9 @@ from io import StringIO
 from pathlib import Path
 
 import pytest
+from commands import run
 from scenes import two_records
 from typer.main import get_command
-from typer.testing import CliRunner
 
 import pounding_risk as pr
 from pounding_risk import cli, questions
@@ -83,10 +83,6 @@ def widest(tmp_path, monkeypatch) -> Iterator[Path]:
     yield tmp_path / "r.nc"
     sys.modules.pop("pounding_risk.questions.widest", None)
     vars(pr).pop("widest", None)
-
-
-def run(*words: str):
-    return CliRunner().invoke(cli.app, list(words), prog_name="pounding-risk")
 
 
 def test_one_file_is_a_command_a_call_and_a_method(widest):

@@ -7,25 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import run
 from figure_words import words_of
 from made_row import STREET, made_row, made_run
 from sentences import refusal
 from streets_drawn import street_file
-from typer.testing import CliRunner
 
 import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.assessment.separations.table import code_table
-from pounding_risk.cli import app
 from pounding_risk.figures.scan import scan_figure
 from pounding_risk.results.files import save
 
 PICTURES = {"elevation": "e.svg", "profiles": "q.pdf"}
-
-
-def run(*words: str | Path):
-    """A command in this process, as typed."""
-    return CliRunner().invoke(app, [str(word) for word in words])
 
 
 @pytest.fixture(scope="module")

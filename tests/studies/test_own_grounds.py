@@ -25,9 +25,7 @@ from pounding_risk.scene.reader import parse_scene
 pytestmark = pytest.mark.complete
 
 HINGE = 1.0 / (20.0 * np.pi)  # 1/ω of 10 Hz
-FREE = {"law": "linear", "gap": "20 mm"}
 FEW = {"gap": ["5 mm", "20 mm"]}
-SAME = ("parts",)
 
 
 def pair(left: dict[str, Any] | None = None, right: dict[str, Any] | None = None, **more: Any) -> pr.Scene:

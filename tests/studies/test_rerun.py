@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 import struct
+from functools import partial
 from hashlib import sha256
 
+import commands
 import numpy as np
 import pytest
 from scenes import TWO_AND_A_WALL, scene_text, single
-from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.manifest import write_manifest
 from pounding_risk.motions.motion import Motion
@@ -51,8 +51,7 @@ def folder(tmp_path):
     return made
 
 
-def command(*words):
-    return CliRunner().invoke(app, ["rerun", *map(str, words)])
+command = partial(commands.run, "rerun")
 
 
 def changed(path, change):

@@ -67,8 +67,9 @@ class Question:
         self.function = Outline(declared.source_of_function())[self.name]
         own, sheet = (getattr(self.outline, name, None) for name in ("answer", "sheet"))
         functions = [function for function in (self.function, own) if function is not None]
-        if own is not None and not _passes_options(own):
-            functions = [own]
+        if own is not None:
+            kinds = {each.kind for each in inspect.signature(own).parameters.values()}
+            functions = functions if Parameter.VAR_KEYWORD in kinds else [own]
         if passed := getattr(self.outline, "PASSED", ""):
             home, _, name = passed.rpartition(".")
             functions.insert(0, Outline(source_of(home))[name])
@@ -139,7 +140,7 @@ class Question:
         shown: Any = bool(default)
         if kind is str and isinstance(default, int | float):
             default, shown = None, f"{default:g}"
-        settings: dict[str, Any] = {"help": option.help or _help(self.texts.get(name, ""))}
+        settings: dict[str, Any] = {"help": option.help or self.texts.get(name, "").replace("`", "")}
         if kind == list[str] and not option.is_argument and "twice" not in settings["help"]:
             settings["help"] += " Repeat for several."
         if option.metavar or kind == list[str]:
@@ -157,11 +158,9 @@ class Question:
         own = self.files["out"].suffixes if "out" in self.files else ()
         if self.writes:
             return own
-        kinds = [*own] if ".nc" in own or not self._is_dataset() else [".nc", *own]
+        is_dataset = "out" in self.takes or "Dataset" in str(inspect.signature(self.function).return_annotation)
+        kinds = [*own] if ".nc" in own or not is_dataset else [".nc", *own]
         return tuple(dict.fromkeys([*kinds, ".csv", ".html"]))
-
-    def _is_dataset(self) -> bool:
-        return "out" in self.takes or "Dataset" in str(inspect.signature(self.function).return_annotation)
 
     # ----------------------------------------------------------------------------------------------------- run
 
@@ -298,11 +297,6 @@ def parameters_of(function: Any) -> dict[str, str]:
     return {name: " ".join(filter(None, words)) for name, words in found.items()}
 
 
-def _help(text: str) -> str:
-    """A description as a terminal shows it: without the marks of code."""
-    return text.replace("``", "").replace("`", "")
-
-
 def _kind(annotation: str) -> Any:
     """Type of an option from the annotation of its parameter."""
     words = set(re.findall(r"[\w.]+", annotation))
@@ -329,10 +323,6 @@ def _named(name: str) -> Callable[..., Any]:
     """The function of a name below `pounding_risk`, "module.function"."""
     module, _, function = name.rpartition(".")
     return getattr(import_module(f"pounding_risk.{module}"), function)
-
-
-def _passes_options(function: Callable[..., Any]) -> bool:
-    return any(each.kind == Parameter.VAR_KEYWORD for each in inspect.signature(function).parameters.values())
 
 
 def _figure_field(name: str) -> str:

@@ -122,15 +122,15 @@ def _checked(results: Path) -> Any:
     return dataset
 
 
-def at_site(file: Path | None, site: str | None, option: str = "--hazard") -> Path | None:
-    """The file of an ``option`` with the site of ``--site`` after it; raises PoundingError where there is no file."""
+def at_site(file: Path | None, site: str | None) -> Path | None:
+    """A file with the site of ``--site`` after it; raises PoundingError where there is no file."""
     if site is None:
         return file
     from pounding_risk.motions.sites.places import read_site
 
     read_site(site, "--site")
     if file is None:
-        raise PoundingError(f"--site: is the site of a file, and {option} names none; add it, or leave --site out")
+        raise PoundingError("--site: is the site of a file, and --hazard names none; add it, or leave --site out")
     return Path(f"{file}#{site}")
 
 

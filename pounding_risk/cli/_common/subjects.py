@@ -60,10 +60,6 @@ def _scene(values: dict[str, Any], name: str = "scene") -> Any:
     return shared.chosen_scene(values.pop(name), values.pop("overrides"), values.pop("select"))
 
 
-def _scene_or_results(values: dict[str, Any]) -> Any:
-    return _file(values.pop("source"), [], values.pop("overrides"))
-
-
 def _records(values: dict[str, Any]) -> Any:
     treatment = {name: values.pop(name) for name in TREATMENT}
     return read_subject(values.pop("source"), values.pop("overrides"), treatment)
@@ -120,7 +116,7 @@ SUBJECTS: dict[str, Subject] = {
             ),
             **OVERRIDES,
         },
-        _scene_or_results,
+        lambda values: _file(values.pop("source"), [], values.pop("overrides")),
     ),
     "records": Subject(
         {

@@ -6,11 +6,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pounding_risk.cli._common.notes import print_notes
 from pounding_risk.cli._common.options import argument
 from pounding_risk.cli.records._options import Step, Unit, stated_facts
 from pounding_risk.errors import PoundingError
-from pounding_risk.render.terminal import engineering, one_line, print_pairs, print_table
+from pounding_risk.render.terminal import engineering, one_line, print_notes, print_pairs, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.motions.catalogue import Entry

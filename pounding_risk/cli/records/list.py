@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pounding_risk.cli._common.notes import print_left_out
 from pounding_risk.cli._common.options import option
 from pounding_risk.cli.records._options import Set, Step, Unit, find_sources, stated_facts
 from pounding_risk.errors import PoundingError
-from pounding_risk.render.terminal import engineering, one_line, print_table
+from pounding_risk.render.terminal import engineering, one_line, print_left_out, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.motions.record import Source

@@ -8,11 +8,11 @@ from typing import Annotated
 import typer
 
 from pounding_risk.cli._common.files import FIGURES, draw
-from pounding_risk.cli._common.notes import print_left_out
 from pounding_risk.cli._common.options import NONE, file_option, option, read_option
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli.records import _options as options
 from pounding_risk.errors import PoundingError
+from pounding_risk.render.terminal import print_left_out
 
 ORDER = 40
 

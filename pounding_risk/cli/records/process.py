@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pounding_risk.cli._common.files import check_folder, make_folder, writable
-from pounding_risk.cli._common.notes import print_left_out
 from pounding_risk.cli._common.options import NONE, Figure
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli.records import _options as options
 from pounding_risk.errors import PoundingError
-from pounding_risk.render.terminal import engineering, one_line, print_table
+from pounding_risk.render.terminal import engineering, one_line, print_left_out, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.motions.motion import Motion

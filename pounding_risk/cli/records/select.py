@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pounding_risk.cli._common.files import announce, draw
-from pounding_risk.cli._common.notes import print_left_out, print_notes
 from pounding_risk.cli._common.options import Figure, option, out_option, read_option
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli.records import _options as options
-from pounding_risk.render.terminal import one_line, print_pairs, print_table
+from pounding_risk.render.terminal import one_line, print_left_out, print_notes, print_pairs, print_table
 
 if TYPE_CHECKING:
     from pounding_risk.motions.selection import Selection
@@ -77,12 +76,13 @@ def select(
 
 def print_selection(selection: Selection) -> None:
     """Print the chosen records, closest first, each with its factor, then what was chosen from and how."""
+    known = {"magnitude": "{:.4g}", "distance_km": "{:.4g} km"}
     rows = [
         (
             row.name,
             f"{row.factor:.3f}{' (limit)' if row.limited else ''}",
             f"{row.misfit:.3f}",
-            *(_known(row.known(key), unit) for key, unit in (("magnitude", ""), ("distance_km", " km"))),
+            *("–" if row.known(key) is None else words.format(float(row.known(key))) for key, words in known.items()),
             one_line(", ".join(str(row.known(key)) for key in ("event", "date") if row.known(key))),
         )
         for row in selection.rows
@@ -92,7 +92,3 @@ def print_selection(selection: Selection) -> None:
     pairs = (sentence.partition(": ") for sentence in selection.words())
     print_pairs((heading, words) for heading, _, words in pairs)
     print_notes(f"{row.name}: {doubt}" for row in selection.rows for doubt in row.doubts)
-
-
-def _known(value: Any, unit: str) -> str:
-    return "–" if value is None else f"{float(value):.4g}{unit}"

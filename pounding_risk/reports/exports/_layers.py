@@ -147,7 +147,12 @@ def layers_of(datasets: Sequence[xr.Dataset], options: Options) -> Layers:
             f"{building} of {title} is in two of the results; name those of each row once, and give each scene a name"
         )
     places: Places = nominal_places(members) if options.street is None else street_places(options.street, members)
-    rows = [_row(results, options) for results in datasets]
+    chosen: dict[str, Any] = {"gap": options.gap, "pga": options.pga, "intensity_level": options.intensity_level}
+    rows = []
+    for results in datasets:
+        assessment = assess(results, **chosen)
+        closing = closing_motions(results, assessment)
+        rows.append(Row(assessment.title, row_case(results, **chosen), assessment, closing))
     buildings = [_building(row, at) for row in rows for at in range(len(row.buildings))]
     between = [_interface(row, at) for row in rows for at in range(len(row.buildings) - 1)]
     return Layers(
@@ -156,12 +161,6 @@ def layers_of(datasets: Sequence[xr.Dataset], options: Options) -> Layers:
         places.crs,
         (*places.notes, *dict.fromkeys(sentence for row in rows for sentence in _notes(row))),
     )
-
-
-def _row(results: xr.Dataset, options: Options) -> Row:
-    chosen: dict[str, Any] = {"gap": options.gap, "pga": options.pga, "intensity_level": options.intensity_level}
-    assessment = assess(results, **chosen)
-    return Row(assessment.title, row_case(results, **chosen), assessment, closing_motions(results, assessment))
 
 
 def closing_motions(results: xr.Dataset, assessment: Assessment) -> Array:
@@ -241,17 +240,16 @@ def _interface(row: Row, at: int) -> dict[str, Any]:
         *(one.verdict.word, one.verdict.sentence),
         *share_of_building(row.closes[[at]], weight, confidence),
         *(_yielding(one, force) if is_run else [nan] * 3),
-        *(_known(value) for gap in required for value in (gap.gap, gap.low, gap.high if gap.bounded else nan)),
+        *(
+            at if isfinite(at) else nan
+            for gap in required
+            for at in (gap.gap, gap.low, gap.high if gap.bounded else nan)
+        ),
         *(one.own_model, force if isfinite(force) else nan),
         *((touch.impacts, touch.force) if is_run else (nan, nan)),
         *(closing.size, one.verdict.recordings, one.at),
     ]
     return dict(zip(INTERFACE, values, strict=True))
-
-
-def _known(gap: float) -> float:
-    """A gap [m]; NaN, an empty place, where none is wide enough."""
-    return gap if isfinite(gap) else nan
 
 
 def _yielding(one: InterfaceAssessment, force: float) -> tuple[float, float, float]:

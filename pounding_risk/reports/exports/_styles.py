@@ -45,7 +45,16 @@ def style(kind: str, label: str) -> str:
         about = {"key": _key(f"{kind} {number}"), "symbol": str(number), "label": one.words, "filter": one.passes}
         Xml.SubElement(rules, "rule", about)
         _add_symbol(symbols, kind, number, one.colour)
-    _add_labels(root, label, "1" if kind == "fill" else "0")
+    labeling = Xml.SubElement(root, "labeling", {"type": "simple"})
+    settings = Xml.SubElement(labeling, "settings", {"calloutType": "simple"})
+    text = {"fieldName": label, "isExpression": "1", "fontSize": "8", "fontSizeUnit": "Point"}
+    text |= {"textColor": _colour(INK), "textOpacity": "1", "fontFamily": "Sans Serif", "multilineHeight": "1"}
+    element = Xml.SubElement(settings, "text-style", text)
+    halo = {"bufferDraw": "1", "bufferSize": "0.8", "bufferSizeUnits": "MM", "bufferColor": _colour(PAPER)}
+    Xml.SubElement(element, "text-buffer", halo | {"bufferOpacity": "1", "bufferNoFill": "0"})
+    placement = {"placement": "1" if kind == "fill" else "0", "dist": "1", "distUnits": "MM"}
+    Xml.SubElement(settings, "placement", placement)
+    Xml.SubElement(settings, "rendering", {"drawLabels": "1", "obstacle": "1", "fontMaxPixelSize": "10000"})
     Xml.SubElement(root, "layerGeometryType").text = {"marker": "0", "line": "1", "fill": "2"}[kind]
     Xml.indent(root, " ")
     return f"<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n{Xml.tostring(root, encoding='unicode')}\n"
@@ -83,15 +92,3 @@ def _add_layer(symbol: Xml.Element, name: str, options: dict[str, str]) -> None:
     table = Xml.SubElement(layer, "Option", {"type": "Map"})
     for key, value in options.items():
         Xml.SubElement(table, "Option", {"type": "QString", "name": key, "value": value})
-
-
-def _add_labels(root: Xml.Element, expression: str, placement: str) -> None:
-    labeling = Xml.SubElement(root, "labeling", {"type": "simple"})
-    settings = Xml.SubElement(labeling, "settings", {"calloutType": "simple"})
-    text = {"fieldName": expression, "isExpression": "1", "fontSize": "8", "fontSizeUnit": "Point"}
-    text |= {"textColor": _colour(INK), "textOpacity": "1", "fontFamily": "Sans Serif", "multilineHeight": "1"}
-    element = Xml.SubElement(settings, "text-style", text)
-    halo = {"bufferDraw": "1", "bufferSize": "0.8", "bufferSizeUnits": "MM", "bufferColor": _colour(PAPER)}
-    Xml.SubElement(element, "text-buffer", halo | {"bufferOpacity": "1", "bufferNoFill": "0"})
-    Xml.SubElement(settings, "placement", {"placement": placement, "dist": "1", "distUnits": "MM"})
-    Xml.SubElement(settings, "rendering", {"drawLabels": "1", "obstacle": "1", "fontMaxPixelSize": "10000"})

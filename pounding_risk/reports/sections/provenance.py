@@ -78,15 +78,11 @@ def _commands(data: ReportData) -> list[str]:
     else:
         changed = "".join(f" --set '{override}'" for override in data.facts("overrides", []))
         scan = f"pounding-risk scan scene.toml -o results.nc{changed}"
-    return [scan, shlex.join(["pounding-risk", "report", _target(scan), "-o", f"report{data.suffix}", *_asked(data)])]
-
-
-def _target(scan: str) -> str:
-    """Path of the file that a command writes."""
     words = shlex.split(scan)
     indices = [at + 1 for at, word in enumerate(words[:-1]) if word in ("-o", "--out")]
     joined = [word.removeprefix("--out=") for word in words if word.startswith("--out=")]
-    return words[indices[-1]] if indices else joined[-1] if joined else "results.nc"
+    target = words[indices[-1]] if indices else joined[-1] if joined else "results.nc"
+    return [scan, shlex.join(["pounding-risk", "report", target, "-o", f"report{data.suffix}", *_asked(data)])]
 
 
 def _asked(data: ReportData) -> list[str]:

@@ -54,7 +54,9 @@ def write(data: ReportData) -> list[Block]:
         figure("spectra", drawing, f"Response spectra, damping 5 %, {as_felt}.", alt),
         _records_table(data, is_felt, as_felt),
     ]
-    unused, doubts = data.facts("unused_keys", []), _doubts(data)
+    unused = data.facts("unused_keys", [])
+    doubts = [f"{sentence}." for sentence in of_records(data.facts("flags", {}))]
+    doubts += [f"Excluded: {sentence}." for sentence in data.facts("left_out", [])]
     if unused:
         unused_keys = listing([f"{sentence}." for sentence in unused])
         blocks += [heading("Keys of the scene without effect", "unused"), unused_keys]
@@ -107,9 +109,3 @@ def _records_table(data: ReportData, is_felt: bool, as_felt: str) -> Block:
     caption += f"{at}{widest_of}."
     keep = sorted(map(int, np.argsort(-needed.max("polarity").values, kind="stable")[:KEPT]))
     return table(caption, heads, rows, keep=keep, note="the records that need the widest gaps")
-
-
-def _doubts(data: ReportData) -> list[str]:
-    """A sentence for each doubt, with the records that share it; then records that were excluded."""
-    doubts = [f"{sentence}." for sentence in of_records(data.facts("flags", {}))]
-    return doubts + [f"Excluded: {sentence}." for sentence in data.facts("left_out", [])]

@@ -54,7 +54,6 @@ SCENES = {
     ),
     "a row with storeys": scene_text(FLATS, SHOP, single("c", "200 t", "0.8 s", height="3 m"), records=SHORT),
 }
-OUTPUTS = ("peak_relative_displacement", "peak_contact_force")
 
 
 def peaks_of(script: Path, step: float) -> dict[str, tuple[float, float]]:

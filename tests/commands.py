@@ -1,0 +1,27 @@
+"""Commands in this very process, and the tables that they print."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from typer.testing import CliRunner
+
+from pounding_risk import cli
+
+
+def run(*words: object) -> Any:
+    """What a command prints, and its exit status."""
+    return CliRunner().invoke(cli.app, list(map(str, words)), prog_name="pounding-risk")
+
+
+def refused(*words: object) -> str:
+    """The sentence of a command that ends with status 2, without a traceback."""
+    done = run(*words)
+    assert done.exit_code == 2 and "Traceback" not in done.output, done.output
+    return done.stderr
+
+
+def rows(text: str) -> list[list[str]]:
+    """The cells of printed tables: columns are two spaces apart at least."""
+    return [re.split(r" {2,}", line.strip()) for line in text.splitlines() if line.strip()]
