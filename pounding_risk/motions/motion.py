@@ -225,12 +225,7 @@ class Motion(ShortRepr):
         """
         if (self.own_grounds or self.across is not None) and done.samples.size != self.acceleration.size:
             raise RecordError(f"{self.name}: other records stand beside it; cut it before they do")
-        record = self.record | _corners(self.record, *done.band)
-        if done.cut:
-            seconds = done.cut * self.dt
-            record["cut_from_start"] = record.get("cut_from_start", 0.0) + seconds
-            if record.get("start"):
-                record["start"] = (datetime.fromisoformat(record["start"]) + timedelta(seconds=seconds)).isoformat()
+        record = after_cut(self.record, done.cut * self.dt) | _corners(self.record, *done.band)
         if done.factor != 1.0:
             record["factor"] = self.record.get("factor", 1.0) * done.factor
         sentences = (*self.processing, *([done.sentence] if done.sentence else []))
@@ -261,6 +256,16 @@ class Motion(ShortRepr):
     def doubted(self, flags: Sequence[str]) -> Motion:
         """The motion with further flags; each sentence stands once."""
         return replace(self, flags=tuple(dict.fromkeys((*self.flags, *flags))))
+
+
+def after_cut(record: dict[str, Any], seconds: float) -> dict[str, Any]:
+    """The facts of a record after so many ``seconds`` were cut from its start; below zero as many were put before it."""
+    if not seconds:
+        return record
+    record = {**record, "cut_from_start": record.get("cut_from_start", 0.0) + seconds}
+    if record.get("start"):
+        record["start"] = (datetime.fromisoformat(record["start"]) + timedelta(seconds=seconds)).isoformat()
+    return record
 
 
 def _corners(record: dict[str, Any], low: float, high: float) -> dict[str, float]:

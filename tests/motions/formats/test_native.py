@@ -8,6 +8,7 @@ import re
 import shutil
 import struct
 from io import BytesIO
+from pathlib import Path
 
 import numpy as np
 import obspy
