@@ -93,6 +93,8 @@ class Motion(ShortRepr):
         check_samples(samples, self.dt, self.name)
         samples.flags.writeable = False
         object.__setattr__(self, "acceleration", samples)
+        if self.across is not None and self.across.shape != samples.shape:
+            raise RecordError(f"{self.name}: its motion across has {self.across.size} samples, along it {samples.size}")
 
     @property
     def pga(self) -> float:
@@ -259,7 +261,7 @@ class Motion(ShortRepr):
 
 
 def after_cut(record: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """The facts of a record after so many ``seconds`` were cut from its start; below zero as many were put before it."""
+    """The facts of a record after so many ``seconds`` were cut from its start, below zero put before it."""
     if not seconds:
         return record
     record = {**record, "cut_from_start": record.get("cut_from_start", 0.0) + seconds}
