@@ -142,7 +142,7 @@ def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str, float | None, 
             f"{beside}: gives no sensitivity for {trace.id} at {stats.starttime} ({reason}); fetch "
             "the StationXML of this channel with its response"
         ) from None
-    if not output.upper().startswith("COUNT"):
+    if "COUNT" not in output.upper():  # also "digital counts"
         raise RecordError(
             f"{beside}: the sensitivity of {trace.id} is in {output[:40]} and not in counts; fetch the StationXML of "
             "this channel with the response of its digitiser"
