@@ -130,7 +130,7 @@ def model_of(buildings: list[Storeys], links: Sequence[Link] = ()) -> RowModel:
         for place in range(len(buildings) - 1)
         for meeting in automatic_points(buildings[place], buildings[place + 1])
     ]
-    if any(building.plan for building in buildings):  # contact at both ends of the faces
+    if any(building.plans for building in buildings):  # contact at both ends of the faces
         effects: list[tuple[str, list[Any]]] = []
         points = [point._replace(across=across) for point in points for across in PLAN.face]
     else:
@@ -235,8 +235,11 @@ def element_rows() -> dict[str, RowModel]:
         "a damper of the power 0.3 between two roofs": (first, [Link(0, 4.0, 4.0, 0.0, 5e5, exponent=0.3)]),
         "the same on a brace": (first, [Link(0, 4.0, 4.0, 0.0, 5e5, exponent=0.3, brace=5e7)]),
         "a link that breaks between two roofs": (first, [Link(0, 4.0, 4.0, 2e7, 0.0, breaking=3e5)]),
-        "floors of the first that rotate": (replace(first, plan=PLAN), []),
-        "and move across, under two components": (replace(first, plan=PLAN._replace(eccentricity_along=1.0)), []),
+        "floors of the first that rotate": (replace(first, plans=(PLAN,) * len(first.masses)), []),
+        "and move across, under two components": (
+            replace(first, plans=(PLAN._replace(eccentricity_along=1.0),) * len(first.masses)),
+            [],
+        ),
         "the first of bilinear storeys": (yields, []),
         "the first of pinched storeys": (replace(yields, hysteresis=pinched), []),
         "the first of Bouc-Wen storeys": (replace(yields, hysteresis=Hysteresis("bouc_wen")), []),

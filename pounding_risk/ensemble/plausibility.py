@@ -171,8 +171,8 @@ def _of_buildings(study: Scene) -> Iterator[str]:
         for mass in dict.fromkeys((min(masses), max(masses))):
             yield from _unusual("mass of a floor", {building.name: mass})
         yield from _of_storeys(building)
-        plan = getattr(building, "plan", None)
-        if plan is not None and not plan.moves_across:
+        plans = getattr(building, "plans", ())
+        if plans and not plans[0].moves_across:
             yield (
                 f"{building.name}: only ground motion along the row turns its floors; that across it does too where "
                 "the centre of stiffness is off along the row, which eccentricity_along of its plan states"

@@ -153,11 +153,11 @@ def reader_of(target: KeyPath, known: Known) -> Callable[[Any, Number], Any]:
     key = known[section].get(name)
     if key is not None and not below:
         return lambda value, number: key.write(key.read(value, number))
+    inner = INLINE[name].keys().get(str(below[-1])) if name in INLINE else None
+    if inner is not None:  # of a list of tables too: building.A.plan.2.eccentricity
+        return lambda value, number: inner.write(inner.read(value, number))
     if key is not None and isinstance(below[0], int):
         return lambda value, number: key.write(key.read([value], number))[0]
-    inner = INLINE[name].keys().get(str(below[0])) if name in INLINE else None
-    if inner is not None:
-        return lambda value, number: inner.write(inner.read(value, number))
     return lambda value, number: value
 
 

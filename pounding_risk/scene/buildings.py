@@ -42,7 +42,7 @@ from pounding_risk.scene.keys import (
     text,
 )
 from pounding_risk.scene.matrices import MODES, OF_DASHPOTS, OF_STIFFNESS, matrix_key
-from pounding_risk.scene.plan import PLAN, PlanTable
+from pounding_risk.scene.plan import PLAN, PlanTable, plans_of, tables_of
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import (
     COLUMN_STRENGTH,
@@ -228,9 +228,9 @@ def wrong_lengths(keys: Section, names: Iterable[str], count: int, stated: str) 
 
 
 def wrong_initial(keys: Section, count: int, stated: str) -> Iterator[Fault]:
-    """Faults for initial states of storeys that have not one value for each floor; a slab on isolators is one more."""
+    """Faults for initial states and plans of which not each floor has one; a slab on isolators is a floor more."""
     words = f"{stated} and the slab on the isolators" if "isolation" in keys else stated
-    return wrong_lengths(keys, INITIAL, count + ("isolation" in keys), words)
+    return wrong_lengths(keys, (*INITIAL, "plan"), count + ("isolation" in keys), words)
 
 
 class AnyBuilding(Table):
@@ -449,15 +449,14 @@ class OfStoreys(MovingBuilding):
     ] = inf
     hysteresis: Annotated[HysteresisTable | None, HYSTERESIS] = None
     isolation: Isolated = None
-    plan: Annotated[PlanTable | None, PLAN] = None
+    plan: Annotated[tuple[PlanTable, ...], PLAN] = ()
 
     def completed(self, bare: Storeys) -> Storeys:
         """The building on its isolators, with its initial state."""
         building = bare if self.isolation is None else bare.isolated(self.isolation.isolators())
         initial: dict[str, Any] = {key: self.by_floor(key, len(building.masses)) for key in INITIAL}
-        plan = None if self.plan is None else self.plan.plan()
         law = None if self.hysteresis is None else self.hysteresis.law()
-        return replace(building, **initial, plan=plan, hysteresis=law)
+        return replace(building, **initial, plans=plans_of(self.plan, len(building.masses)), hysteresis=law)
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -465,10 +464,6 @@ class OfStoreys(MovingBuilding):
         for key in ("isolation", "displacement_history", "hysteresis") if "plan" in keys else ():
             if key in keys:
                 yield keys.fault(key, f"is not computed for floors that rotate; remove {key}, or plan")
-        if "plan" in keys and keys.get("damping_rule", DAMPING_RULES[0]) != DAMPING_RULES[0]:
-            yield keys.fault(
-                "damping_rule", f'floors that rotate have the rule "{DAMPING_RULES[0]}"; remove it, or plan'
-            )
 
 
 class ShearBuilding(OfStoreys):
@@ -829,8 +824,8 @@ def structure_of(keys: Section) -> Building | Storeys:
     if isinstance(building, Building):
         periods = [] if building.is_rigid else [building.period]
     else:
-        diagonal = np.diag(building.elastic_stiffness()).tolist()
-        periods = [2.0 * pi * sqrt(mass / spring) for mass, spring in zip(building.masses, diagonal, strict=True)]
+        springs = np.diag(building.elastic_stiffness())[: len(building.masses)].tolist()
+        periods = [2.0 * pi * sqrt(mass / spring) for mass, spring in zip(building.masses, springs, strict=True)]
     if periods and min(periods) < LEAST_PERIOD:
         place = "" if isinstance(building, Building) else f"floor {periods.index(min(periods)) + 1} on its storeys "
         raise PoundingError(
@@ -855,8 +850,8 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
         stated["isolation"], building = Isolation.of(building.isolators), building.superstructure()
     if isinstance(building, Storeys) and building.hysteresis is not None:
         stated["hysteresis"] = HysteresisTable.of(building.hysteresis)
-    if isinstance(building, Storeys) and building.plan is not None:
-        stated["plan"] = PlanTable.of(building.plan)
+    if isinstance(building, Storeys) and building.plans:
+        stated["plan"] = tables_of(building.plans)
     for key in set(kind.key_names()) - implied:
         if key in OF_GROUND:
             value = getattr(building.support, OF_GROUND[key])

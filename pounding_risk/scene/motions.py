@@ -55,8 +55,8 @@ def gathered(study: Scene) -> MotionEnsemble:
 
 def request_of(study: Scene) -> RecordRequest:
     """What the scene asks of its records, with both components where a building moves across the row too."""
-    plans = [building.plan for building in study.buildings if isinstance(building, Storeys)]
-    return study.records._replace(both=any(plan.moves_across for plan in plans if plan is not None))
+    storeyed = [building for building in study.buildings if isinstance(building, Storeys)]
+    return study.records._replace(both=any(plan.moves_across for building in storeyed for plan in building.plans))
 
 
 def check_arrivals(study: Scene, motions: Iterable[Motion]) -> None:

@@ -277,6 +277,7 @@ def level_notes(study: Scene) -> dict[str, str]:
         calls = [] if interface.contact else close_calls(*sides, interface.levels)
         sentences = [_sentence(sides, interface.levels, calls)] if calls else []
         sentences += [_BEARINGS.format(study.buildings[at].name) for at in _struck_at_bearings(study, interface)]
+        sentences += _faces_apart(sides, interface)
         if sentences:
             notes[study.interface_names[place]] = " ".join(sentences)
     return notes
@@ -286,6 +287,17 @@ _BEARINGS = (
     "A floor strikes {} below its slab, where it has isolators and no columns: the slab takes its share of the "
     "force all the same; give the points that meet in contact."
 )
+
+
+def _faces_apart(sides: tuple[Any, Any], interface: ResolvedInterface) -> Iterator[str]:
+    """The floors at one level whose faces do not meet, by the plans of floors that rotate."""
+    if interface.contact or not any(getattr(side, "plans", ()) for side in sides):
+        return
+    met = {(point.left_floor, point.right_floor) for point in interface.points}
+    meetings = [meeting[:2] for meeting in automatic_points(*sides, interface.levels.is_one)]
+    if apart := [str(int(left)) for left, right in meetings if (left, right) not in met]:
+        floors = f"floor{'s' * (len(apart) > 1)} {', '.join(apart)} of {sides[0].name}"
+        yield f"By the faces of their plans {floors} and the floors of {sides[1].name} at that level do not meet."
 
 
 def _struck_at_bearings(study: Scene, interface: ResolvedInterface) -> Iterator[int]:

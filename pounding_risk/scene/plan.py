@@ -1,8 +1,8 @@
-"""The key `plan` of a building: an inline table of floors that rotate."""
+"""The key `plan` of a building: inline tables of floors that rotate."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import inf
 from typing import Annotated, Any
 
@@ -37,7 +37,7 @@ def _face(value: Any, number: Number) -> tuple[float, float]:
 
 
 class PlanTable(Table):
-    """The plan of all floors of a building, by which they rotate as they move along the row."""
+    """The plan of one floor and the storey below it, or of all, by which floors rotate as they move along the row."""
 
     face: Annotated[
         tuple[float, float],
@@ -90,12 +90,22 @@ class PlanTable(Table):
         float,
         measured(RATIO, "Frequency of translation across the row over that along it, each alone.", "0.9", "1"),
     ] = 1.0
+    centre_along: Annotated[
+        float,
+        measured(
+            ACROSS._replace(words="place along the row", example="2 m"),
+            "Place of the centre of mass along the row, of floors with unlike plans: from one vertical axis of the "
+            "building, positive to the right.",
+            '"2 m"',
+            "centres of mass above each other along the row",
+        ),
+    ] = 0.0
 
     @classmethod
     def of(cls, plan: Plan) -> Any:
         """The table of a plan, every value stated."""
         values = plan._asdict()
-        absent = {"centre": 0.5 * sum(plan.face), "eccentricity_along": None, "across_ratio": 1.0}
+        absent = {"centre": 0.5 * sum(plan.face), "eccentricity_along": None, "across_ratio": 1.0, "centre_along": 0.0}
         for key, value in absent.items():
             if values[key] == value:
                 del values[key]
@@ -105,7 +115,31 @@ class PlanTable(Table):
         """The plan as buildings of `models.structures` have it."""
         centre = 0.5 * sum(self.face) if self.centre is None else self.centre
         own = self.face, centre, self.eccentricity, self.gyration, self.torsional_ratio
-        return Plan(*own, self.eccentricity_along, self.across_ratio)
+        return Plan(*own, self.eccentricity_along, self.across_ratio, self.centre_along)
+
+
+def plans_of(tables: Sequence[PlanTable], count: int) -> tuple[Plan, ...]:
+    """The plans of so many floors, from a table for each of them or one for all; none from none."""
+    plans = tuple(table.plan() for table in tables)
+    return plans * count if len(plans) == 1 else plans
+
+
+def tables_of(plans: Sequence[Plan]) -> tuple[PlanTable, ...]:
+    """A table for each plan, or one where all are equal."""
+    return tuple(PlanTable.of(plan) for plan in (plans[:1] if len(set(plans)) == 1 else plans))
+
+
+def _plans(value: Any, number: Number) -> tuple[PlanTable, ...]:
+    """One table for all floors, or a list with one for each; all of them move across the row, or none does."""
+    if not isinstance(value, list | tuple):
+        return (_plan(value, number),)
+    example = f"[{EXAMPLE}, ...], one for each floor from the ground up"
+    tables = tuple(each(list_of(list(value), example), lambda item: _plan(item, number)))
+    moving = [table.eccentricity_along is not None for table in tables]
+    if any(moving) and not all(moving):
+        words = 'is missing here, and stands in other plans of the building; write it in all, such as "0 m", or in none'
+        raise Several([((moving.index(False), "eccentricity_along"), words)])
+    return tables
 
 
 def _plan(value: Any, number: Number) -> PlanTable:
@@ -120,21 +154,26 @@ def _plan(value: Any, number: Number) -> PlanTable:
     return table
 
 
+def _write(tables: Sequence[PlanTable]) -> Any:
+    written = [table.written() for table in tables]
+    return written[0] if len(written) == 1 else written
+
+
 PLAN = Key(
-    "Floors that rotate, one plan for all: elastic storeys whose centre of stiffness is not that of mass, under one "
-    "component of ground motion, or two.",
-    _plan,
+    "Floors that rotate: elastic storeys whose centre of stiffness is not that of mass, under one component of ground "
+    "motion, or two; one plan for all floors, or a list with one for each, from the ground up.",
+    _plans,
     EXAMPLE,
     "floors move along the row alone",
-    write=lambda table: table.written(),
-    schema={"$ref": "#/$defs/PlanTable"},
+    write=_write,
+    schema={"anyOf": [{"$ref": "#/$defs/PlanTable"}, {"type": "array", "items": {"$ref": "#/$defs/PlanTable"}}]},
 )
 
 
 def plan_checks(draft: Draft) -> Iterator[Fault]:
     """What floors that move across the row need: both horizontals, and one ground under all buildings."""
     buildings = draft.tables("building")
-    moving = [keys for keys in buildings if (plan := keys.get("plan")) and plan.eccentricity_along is not None]
+    moving = [keys for keys in buildings if any(plan.eccentricity_along is not None for plan in keys.get("plan", ()))]
     if not moving:
         return
     name = moving[0].raw.get("name", "a building")

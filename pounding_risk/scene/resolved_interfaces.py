@@ -145,30 +145,42 @@ def _contact_points(here: Beside) -> tuple[tuple[Point, ...], list[Fault]]:
         wrong = _too_deep(here)
         meetings = [] if wrong else automatic_points(*sides, rule.is_one)
     points = [Point(here.place, *meeting) for meeting in meetings]
-    if not wrong and any(_plan_of(side) for side in sides):
+    if not wrong and any(_plans_of(side) for side in sides):
         points, wrong = _at_both_ends(here, points)
     return tuple(points), wrong
 
 
-def _plan_of(side: Building | Storeys) -> Plan | None:
-    return side.plan if isinstance(side, Storeys) else None
+def _plans_of(side: Building | Storeys) -> tuple[Plan, ...]:
+    return side.plans if isinstance(side, Storeys) else ()
 
 
 def _at_both_ends(here: Beside, points: Sequence[Point]) -> tuple[list[Point], list[Fault]]:
-    """Contact points of floors that rotate: at both ends of what the faces of both buildings share."""
-    faces = [plan.face for side in here.sides if (plan := _plan_of(side))]  # a building without has one as long
-    low, high = max(face[0] for face in faces), min(face[1] for face in faces)
+    """Contact points of floors that rotate: at both ends of what the faces of two floors share, where they do."""
     left, right = (side.name for side in here.sides)
-    if not low < high:
-        words = f"the faces of {left} and {right} do not meet; their ends are in one coordinate across the row"
-        return [], [Fault(("building", here.place, "plan"), words)]
     if any(point.kind == COLUMN for point in points):
         words = (
             f"floors that rotate meet floors, and here of {left} and {right} one meets a column; write contact with "
             "the floors that meet, or a floor_depth or tolerance by which their levels are one"
         )
         return [], [Fault((*here.base, "contact"), words)]
-    return [point._replace(across=across) for point in points for across in (low, high)], []
+    shared = [point._replace(across=across) for point in points for across in _shared_ends(here.sides, point)]
+    apart = [point for point in points if not _shared_ends(here.sides, point)]
+    if apart and (here.table.contact or not shared):
+        words = f"the faces of {left} and {right} do not meet"
+        if shared:
+            words += f" at {floor_words(apart[0].left_floor)} of {left}; remove it from contact, or correct plan:"
+        else:
+            words += ";"
+        return [], [Fault(("building", here.place, "plan"), f"{words} their ends are in one coordinate across the row")]
+    return shared, []
+
+
+def _shared_ends(sides: tuple[Any, Any], point: Point) -> tuple[float, ...]:
+    """Both ends of what the faces of the floors at a contact point share [m]; none where they share nothing."""
+    floors = zip(sides, (point.left_floor, point.right_floor), strict=True)
+    faces = [plans[int(floor) - 1].face for side, floor in floors if (plans := _plans_of(side))]
+    low, high = max(face[0] for face in faces), min(face[1] for face in faces)  # without a plan one is as long
+    return (low, high) if low < high else ()
 
 
 def _links(here: Beside, points: Sequence[Point]) -> tuple[Link, ...]:
@@ -186,7 +198,7 @@ def _misplaced_links(here: Beside, *, stands_apart: bool) -> list[Fault]:
     """Links at places that are none, and between buildings of a row whose grounds differ."""
     table = here.table
     key = "link_stiffness" if table.link_stiffness else "link_damping"
-    if any(_plan_of(side) for side in here.sides) and (table.link_stiffness or table.link_damping):
+    if any(_plans_of(side) for side in here.sides) and (table.link_stiffness or table.link_damping):
         return [Fault((*here.base, key), "links of floors that rotate are not computed; remove it, or plan")]
     if stands_apart and (table.link_stiffness or table.link_damping):
         words = "links are computed where all buildings stand on one ground motion; remove it, or what parts them"

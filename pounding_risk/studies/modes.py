@@ -79,6 +79,7 @@ def building_modes(
     driven = chain.mass * chain.felt()
     shares = effective_shares(driven, normal)
     damped = np.einsum("ij,ik,kj->j", normal, chain.damping, normal)
+    normal = normal * np.where(normal[chain.foundations + chain.floors - 1 :][:1] < 0.0, -1.0, 1.0)
     moved = normal[: chain.foundations + chain.floors]  # of floors that rotate their displacements alone
     most = np.abs(moved).max(axis=0, initial=0.0)
     most[most == 0.0] = 1.0  # a rotation alone

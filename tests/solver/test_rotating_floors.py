@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from scenes import scene_text, storeyed
 from scipy.integrate import solve_ivp
+from scipy.linalg import eigh
 from sentences import refusal
 
 import pounding_risk as pr
@@ -20,6 +21,7 @@ from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.own_grounds import followed_by
 from pounding_risk.scene.motions import motions_of
+from pounding_risk.scene.notes import level_notes
 from pounding_risk.scene.reader import parse_scene
 
 PLAN = {"face": ["-6 m", "10 m"], "centre": "1 m", "eccentricity": "1.8 m", "gyration": "5 m", "torsional_ratio": 1.2}
@@ -27,6 +29,15 @@ STRAIGHT = PLAN | {"eccentricity": "0 m"}
 OTHER = {"face": ["-9 m", "8 m"], "eccentricity": "-1 m", "gyration": "5.5 m", "torsional_ratio": 0.9}
 ACROSS = PLAN | {"eccentricity_along": "1.5 m", "across_ratio": 0.8}
 OTHER_ACROSS = OTHER | {"eccentricity_along": "-2 m", "across_ratio": 1.3}
+# The floor above the first one of `ACROSS`: a tower on one side of it.
+TOWER = {
+    "face": ["-4 m", "8 m"],
+    "centre": "2.5 m",
+    "eccentricity": "-0.8 m",
+    "gyration": "4 m",
+    "torsional_ratio": 0.7,
+}
+TOWER_ACROSS = TOWER | {"eccentricity_along": "0.5 m", "across_ratio": 1.1, "centre_along": "-2 m"}
 LEFT = storeyed("A", ["200 t", "150 t"], ["90 MN/m", "60 MN/m"], ["3 m", "3 m"])
 RIGHT = storeyed("B", ["300 t", "200 t"], ["200 MN/m", "150 MN/m"], ["3 m", "3 m"])
 RECORD = {"names": ["RSN6-180"], "window": ["1.5 s", "4 s"], "pga": "0.5 g"}
@@ -52,6 +63,27 @@ def test_each_mode_of_the_storeys_becomes_two():
     masses = np.einsum("ij,i,ij->j", forms, chain.mass, forms)
     damped = np.einsum("ij,ik,kj->j", forms, chain.damping, forms)
     assert damped / (2.0 * np.sqrt(squares) * masses) == pytest.approx(np.full(4, 0.05), rel=1e-9)
+
+
+def test_unlike_floors_have_the_frequencies_of_coordinates_at_one_place():
+    """All displacements at one vertical axis: a mass matrix with terms beside its diagonal, storey matrices without.
+
+    By rounding. Rayleigh damping over the modes of both motions has 5 % in its two modes.
+    """
+    study = scene({"plan": [PLAN, TOWER], "damping_rule": "rayleigh"}, {})
+    chain = model_of(study).chains[0]
+    mass, spring, centre, off = ([200e3, 150e3], [90e6, 60e6], [1.0, 2.5], [1.8, -0.8])
+    mass, spring, centre, stiff = map(np.array, (mass, spring, centre, np.add(centre, off)))
+    inertia = mass * (np.array([5.0, 4.0]) ** 2 + centre**2)
+    masses = np.block([[np.diag(mass), np.diag(-mass * centre)], [np.diag(-mass * centre), np.diag(inertia)]])
+    turning = spring * ((np.array([1.2, 0.7]) * np.array([5.0, 4.0])) ** 2 + stiff**2)
+    parts = [np.array([[k.sum(), -k[1]], [-k[1], k[1]]]) for k in (spring, -spring * stiff, turning)]
+    squares = np.sort(eigh(np.block([[parts[0], parts[1]], [parts[1], parts[2]]]), masses, eigvals_only=True))
+    found = np.linalg.eigvals(chain.stiffness() / chain.mass[:, None])
+    assert np.sort(found) == pytest.approx(squares, rel=1e-12)
+    (tower, _) = pr.modes(study)
+    assert np.isclose(tower.dampings, 0.05, rtol=1e-9).tolist() == [True, False, False, True]
+    assert (tower.shapes[-1] > 0.0).all()
 
 
 def test_without_eccentricity_the_row_is_that_of_storeys():
@@ -84,40 +116,47 @@ def components(direction: float) -> tuple[np.ndarray, np.ndarray, float]:
     return factor * along, factor * across, south.dt
 
 
-def matrices(masses, springs, plan, across):
-    """M, K of (u, θ) of all floors: springs at the centre of stiffness, and of rotation about it.
+def numbers(plan: dict) -> dict:
+    """The numbers of a plan, lengths in m."""
+    texts = {key: value for key, value in plan.items() if key != "face"}
+    return {"centre_along": 0.0} | {key: float(str(value).removesuffix(" m")) for key, value in texts.items()}
 
-    ``plan`` = (eccentricity, radius of gyration, ratio of frequencies); with ``across`` = (eccentricity along the row,
-    ratio of frequencies) those of (u, θ, w).
+
+def matrices(masses, springs, plans):
+    """M, K of (u, θ), or (u, θ, w) where plans have an eccentricity along the row, of all floors.
+
+    Springs at the centre of stiffness of each storey, and of rotation about it; ``plans`` of the floors, from the
+    ground up. Displacements are those of the centres of mass.
     """
-    count, (eccentricity, gyration, ratio) = len(masses), plan
-    motions = 3 if across else 2
+    count, plans = len(masses), [numbers(plan) for plan in plans]
+    acts_across = "eccentricity_along" in plans[0]
+    motions = 3 if acts_across else 2
     stiffness = np.zeros((motions * count, motions * count))
-    for storey, spring in enumerate(springs):
+    for storey, (spring, plan) in enumerate(zip(springs, plans, strict=True)):
         drift = np.zeros((motions, motions * count))  # at the centre of stiffness, of rotation, across
-        springs_here = [spring, spring * (ratio * gyration) ** 2]
+        springs_here = [spring, spring * (plan["torsional_ratio"] * plan["gyration"]) ** 2]
         for floor, sign in ((storey, 1.0), (storey - 1, -1.0)):
             if floor >= 0:
-                drift[0, floor], drift[0, count + floor] = sign, -sign * eccentricity
+                arm = plan["centre"] + plan["eccentricity"] - plans[floor]["centre"]
+                drift[0, floor], drift[0, count + floor] = sign, -sign * arm
                 drift[1, count + floor] = sign
-                if across:
-                    drift[2, 2 * count + floor], drift[2, count + floor] = sign, sign * across[0]
-        if across:
-            springs_here.append(spring * across[1] ** 2)
+                if acts_across:
+                    ahead = plan["centre_along"] + plan["eccentricity_along"] - plans[floor]["centre_along"]
+                    drift[2, 2 * count + floor], drift[2, count + floor] = sign, sign * ahead
+        if acts_across:
+            springs_here.append(spring * plan["across_ratio"] ** 2)
         stiffness += drift.T @ np.diag(springs_here) @ drift
-    return np.concatenate([masses, gyration**2 * np.array(masses), masses][:motions]), stiffness
+    inertias = [plan["gyration"] ** 2 * mass for plan, mass in zip(plans, masses, strict=True)]
+    return np.concatenate([masses, inertias, masses][:motions]), stiffness
 
 
-def by_scipy(ground, dt: float, gap: float, stiffness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def by_scipy(plans, ground, dt: float, gap: float, stiffness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Peaks of u of both buildings, the force at each contact point, and all displacements at each sample.
 
-    ``ground`` = (a_g along the row,), or with that across it.
+    ``plans`` of the floors of either building; ``ground`` = (a_g along the row,), or with that across it.
     """
     acts_across = len(ground) > 1
-    sides = (
-        matrices([200e3, 150e3], [90e6, 60e6], (1.8, 5.0, 1.2), (1.5, 0.8) if acts_across else None),
-        matrices([300e3, 200e3], [200e6, 150e6], (-1.0, 5.5, 0.9), (-2.0, 1.3) if acts_across else None),
-    )
+    sides = matrices([200e3, 150e3], [90e6, 60e6], plans[0]), matrices([300e3, 200e3], [200e6, 150e6], plans[1])
     masses, size = np.concatenate([side[0] for side in sides]), sides[0][0].size
     whole, damping = np.zeros((2 * size, 2 * size)), np.zeros((2 * size, 2 * size))
     for start, (mass, matrix) in zip((0, size), sides, strict=True):
@@ -127,9 +166,12 @@ def by_scipy(ground, dt: float, gap: float, stiffness: float) -> tuple[np.ndarra
         squares, forms = np.linalg.eigh(matrix / np.outer(root, root))
         damping[dofs, dofs] = np.outer(root, root) * ((forms * (0.1 * np.sqrt(squares))) @ forms.T)
     shares = np.zeros((4, 2 * size))
-    for row, (floor, across) in enumerate((floor, across) for floor in (0, 1) for across in (-6.0, 8.0)):
-        shares[row, [floor, 2 + floor]] = 1.0, -(across - 1.0)
-        shares[row, [size + floor, size + 2 + floor]] = -1.0, across + 0.5
+    for row, (floor, end) in enumerate((floor, end) for floor in (0, 1) for end in (0, 1)):
+        faces = [[float(place.removesuffix(" m")) for place in side[floor]["face"]] for side in plans]
+        across = min(face[1] for face in faces) if end else max(face[0] for face in faces)
+        for side, sign in ((0, 1.0), (1, -1.0)):
+            arm = across - numbers(plans[side][floor])["centre"]
+            shares[row, [side * size + floor, side * size + 2 + floor]] = sign, -sign * arm
     felt = np.zeros((len(ground), 2 * size))
     felt[0, [0, 1, size, size + 1]] = 1.0
     if acts_across:
@@ -174,27 +216,35 @@ def by_scipy(ground, dt: float, gap: float, stiffness: float) -> tuple[np.ndarra
 
 
 @pytest.mark.parametrize(
-    "acts_across",
+    ("left", "right"),
     [
-        pytest.param(False, id="along"),
-        pytest.param(True, id="along and across", marks=pytest.mark.complete),  # compiles kernels of its own
+        pytest.param([PLAN] * 2, [OTHER] * 2, id="along"),
+        pytest.param([PLAN, TOWER], [OTHER] * 2, id="along, unlike floors"),
+        # Compiles kernels of its own.
+        pytest.param([ACROSS] * 2, [OTHER_ACROSS] * 2, id="along and across", marks=pytest.mark.complete),
+        pytest.param(
+            [ACROSS, TOWER_ACROSS], [OTHER_ACROSS] * 2, id="across, unlike floors", marks=pytest.mark.complete
+        ),
     ],
 )
-def test_rotating_floors_with_contact_at_both_ends_are_those_of_scipy(acts_across):
+def test_rotating_floors_with_contact_at_both_ends_are_those_of_scipy(left, right):
     """The motions at all samples agree to 1e-8, a hundred times the tolerance of the run, after some ten contacts.
 
     SciPy's peaks are the largest of 400 places an interval of 0.8 rad at most: 0.5 (0.8 / 798)² = 5e-7 too low. A
     penetration is a part of the closing, and its relative error larger by their ratio.
     """
+    acts_across = "eccentricity_along" in left[0]
+    plans = [{"plan": side if side[0] != side[1] else side[0]} for side in (left, right)]
     if acts_across:
-        study = scene({"plan": ACROSS}, {"plan": OTHER_ACROSS}, stiffness="400 MN/m", records=BOTH)
+        study = scene(*plans, stiffness="400 MN/m", records=BOTH)
         *ground, dt = components(40.0)
     else:
-        study = scene({"plan": PLAN}, {"plan": OTHER}, stiffness="400 MN/m")
+        study = scene(*plans, stiffness="400 MN/m")
         motion = pr.read_motion("RSN6-180", window=(1.5, 4.0), pga="0.5 g")
         ground, dt = [motion.acceleration], motion.dt
     results = pr.scan(study, check_fraction=0.0)
-    peaks, forces, samples = by_scipy(ground, dt, 0.006, 200e6)
+    full = [[{"centre": "-0.5 m"} | plan for plan in side] for side in (left, right)]  # the middle of `OTHER`'s face
+    peaks, forces, samples = by_scipy(full, ground, dt, 0.006, 200e6)
     run = pr.simulate(study)
     places = np.abs(run["time"].values[:, None] - dt * np.arange(len(samples))).argmin(axis=0)
     names = ("displacement", "floor_rotation", "displacement_across")[: samples.shape[1] // 4]
@@ -207,8 +257,9 @@ def test_rotating_floors_with_contact_at_both_ends_are_those_of_scipy(acts_acros
     found = results["contact_point_peak_contact_force"].values.ravel()
     assert (forces > 0.0).sum() >= 3
     np.testing.assert_allclose(found, forces, rtol=2e-5)
+    shared = [(-6, 8), (-6, 8) if left[0] == left[1] else (-4, 8)]
     assert [str(label) for label in results["contact_point"].values] == [
-        f"A {floor} | B {floor} at {across} m" for floor in (1, 2) for across in (-6, 8)
+        f"A {floor} | B {floor} at {across} m" for floor, ends in enumerate(shared, 1) for across in ends
     ]
 
 
@@ -258,11 +309,23 @@ def test_a_corner_strikes_with_its_effective_mass():
     assert pr.simulate(study)["impulse"].item() == pytest.approx(2.0 * effective, rel=1e-3)
 
 
-def test_scenes_with_a_plan_are_written_back_and_their_numbers_are_axes():
-    study = scene({"plan": PLAN}, {}, grid={'"building.A.plan.eccentricity"': ["0 m", "1 m", "2 m"]})
+@pytest.mark.parametrize(
+    ("plan", "axis"),
+    [(PLAN, "plan.eccentricity"), ([PLAN, TOWER], "plan.2.eccentricity")],
+    ids=["one", "of each floor"],
+)
+def test_scenes_with_a_plan_are_written_back_and_their_numbers_are_axes(plan, axis):
+    study = scene({"plan": plan}, {}, grid={f'"building.A.{axis}"': ["0 m", "1 m", "2 m"]})
     assert parse_scene(study.to_toml()) == study
-    gaps = pr.scan(study, check_fraction=0.0)["peak_closing_free"].values.ravel()
-    assert len(set(gaps.tolist())) == 3
+    results = pr.scan(study, check_fraction=0.0)
+    assert len(set(results["peak_closing_free"].values.ravel().tolist())) == 3
+    np.testing.assert_array_equal(results[f"building.A.{axis}"], [0.0, 1.0, 2.0])
+
+
+def test_floors_whose_faces_share_nothing_do_not_meet(says):
+    study = scene({"plan": [PLAN, TOWER | {"face": ["9 m", "10 m"], "centre": "9.5 m"}]}, {"plan": OTHER})
+    assert [(point.left_floor, point.across) for point in study.interfaces[0].points] == [(1.0, -6.0), (1.0, 8.0)]
+    says(level_notes(study)["A | B"])
 
 
 def test_what_does_not_go_with_rotating_floors_is_refused(says):
@@ -271,7 +334,15 @@ def test_what_does_not_go_with_rotating_floors_is_refused(says):
     says(refusal(scene, {"plan": PLAN | {"across_ratio": 0.8}}, {}))
     says(refusal(scene, {"plan": ACROSS}, {}))
     says(refusal(scene, {"plan": ACROSS}, {"ground_delay": "0.1 s"}, records=BOTH))
-    says(refusal(scene, {"plan": PLAN, "damping_rule": "rayleigh"}, {}))
+    says(refusal(scene, {"plan": [PLAN] * 3}, {}))
+    says(refusal(scene, {"plan": [ACROSS, TOWER]}, {}, records=BOTH))
+    says(refusal(scene, {"plan": [PLAN, TOWER | {"gyration": "-1 m"}]}, {}))
+    aside = {"plan": [PLAN, TOWER | {"face": ["9 m", "10 m"], "centre": "9.5 m"}]}
+    says(
+        refusal(
+            scene, aside, {"plan": OTHER}, contact=[{"left": f"storey {n}", "right": f"storey {n}"} for n in (1, 2)]
+        )
+    )
     strong = {"plan": PLAN, "storey_strengths": "1 MN"}
     says(refusal(scene, strong, {}, effects={"inelastic_storeys": {}}))
     says(refusal(scene, {"plan": PLAN}, {"plan": OTHER | {"face": ["12 m", "20 m"]}}))

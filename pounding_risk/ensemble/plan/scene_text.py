@@ -12,6 +12,7 @@ from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.effects import EFFECTS, option_words
 from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import COLUMN, LevelRule
+from pounding_risk.models.structures.plan import Plan
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import FACTOR, PEAK, say_level
@@ -199,15 +200,9 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
 
 def _special(building: Storeys) -> str:
     """What lets floors rotate, or the isolators with the period while they yield; nothing of other buildings."""
-    if building.plan is not None:
-        plan, along = building.plan, building.plan.eccentricity_along
-        second = "" if along is None else f" across and {say(along, ACROSS)} along the row, both components of motion"
-        ratio = "" if along is None else f", frequency across {plan.across_ratio:g} of that along"
-        return (
-            f", floors that rotate: eccentricity {say(plan.eccentricity, ACROSS)}{second}, radius of gyration "
-            f"{say(plan.gyration, GYRATION)}, torsional ratio {plan.torsional_ratio:g}{ratio}, faces from "
-            f"{say(plan.face[0], ACROSS)} to {say(plan.face[1], ACROSS)}"
-        )
+    if building.plans:
+        words = [f"{_floors_of(building.plans, plan)}{_plan(plan)}" for plan in dict.fromkeys(building.plans)]
+        return f", floors that rotate: {'; '.join(words)}"
     law = building.isolator_law
     if law is None or building.isolators is None:
         return ""
@@ -216,6 +211,24 @@ def _special(building: Storeys) -> str:
         f"{say(law.soft, STIFFNESS)} past yield at {say(building.isolators.yield_displacement, GAP)}, period "
         f"{say(building.isolated_period, PERIOD)} while they yield"
     )
+
+
+def _plan(plan: Plan) -> str:
+    along = plan.eccentricity_along
+    second = "" if along is None else f" across and {say(along, ACROSS)} along the row, both components of motion"
+    ratio = "" if along is None else f", frequency across {plan.across_ratio:g} of that along"
+    centre = f", centre of mass at {say(plan.centre_along, ACROSS)} along the row" if plan.centre_along else ""
+    return (
+        f"eccentricity {say(plan.eccentricity, ACROSS)}{second}, radius of gyration "
+        f"{say(plan.gyration, GYRATION)}, torsional ratio {plan.torsional_ratio:g}{ratio}, faces from "
+        f"{say(plan.face[0], ACROSS)} to {say(plan.face[1], ACROSS)}{centre}"
+    )
+
+
+def _floors_of(plans: Sequence[Plan], plan: Plan) -> str:
+    """The floors that have a plan, such as "floors 1, 2: "; "" where all have it."""
+    floors = [str(number) for number, one in enumerate(plans, 1) if one == plan]
+    return "" if len(floors) == len(plans) else f"floor{'s' * (len(floors) > 1)} {', '.join(floors)}: "
 
 
 def _beginning(displacement: tuple[float, ...], velocity: tuple[float, ...]) -> str:

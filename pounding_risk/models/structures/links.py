@@ -109,7 +109,7 @@ def floor_shares(chain: Chain, level: float, across: float = inf) -> list[tuple[
     """
     floors, above = chain.floors, ceil(level)
     if chain.twists and above == level and 0 < above <= floors:
-        return [(above - 1, 1.0), (floors + above - 1, chain.centre - across)]
+        return [(above - 1, 1.0), (floors + above - 1, chain.centres[above - 1] - across)]
     if chain.mass.size == 0:
         return []
     if not 0 <= above <= floors:

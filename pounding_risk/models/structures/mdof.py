@@ -10,7 +10,7 @@ A building that is given by its stiffness matrix has that matrix in place of sto
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import isfinite, isnan, nan
+from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +20,6 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.law import snake_case
 from pounding_risk.models.effects import building_effects
 from pounding_risk.models.structures.hysteresis import Hysteresis
-from pounding_risk.models.structures.plan import Plan
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, on_base, stiffness_matrix
 from pounding_risk.units import INITIAL_DISPLACEMENT, STIFFNESS, say
@@ -45,7 +44,7 @@ class Chain(NamedTuple):
     foundations: int = 0  # 1 where the first mass is the foundation on its soil
     initial: Array = np.zeros((2, 0))  # u [m] and u̇ [m/s] of each mass when the motion begins; empty at rest
     coupling: Array = np.zeros((0, 0))  # N/m, symmetric, between masses beside the storey springs; empty without
-    centre: float = nan  # m across the row, of mass, where floors rotate; behind the masses stand moments of inertia
+    centres: Array = np.zeros(0)  # m across the row, of mass, of floors that rotate; their moments of inertia follow
     bottoms: tuple[int, ...] = (0,)  # masses whose storey stands on the ground: several of linked buildings
     laws: Array = np.zeros((0, 0))  # `Hysteresis.numbers` of each storey, zero where it has none; empty without
     moves_across: bool = False  # where floors rotate: behind the moments of inertia stand the masses across the row
@@ -53,7 +52,7 @@ class Chain(NamedTuple):
     @property
     def twists(self) -> bool:
         """True where floors rotate in plan, about a vertical axis."""
-        return not isnan(self.centre)
+        return self.centres.size > 0
 
     @property
     def floors(self) -> int:
@@ -218,8 +217,8 @@ def _bare(building: Building | Storeys) -> Chain:
             np.full(springs.size, np.inf),
             coupling=coupling if given else np.zeros((0, 0)),
         )
-        if building.plan is not None:
-            return _begun(_rotating(bare, building.plan, stiffness), *_with_rest(building, building.plan.motions))
+        if building.plans:
+            return _rotating(bare, building)
         if law is not None:
             elastic = np.ones(springs.size - 1)
             bare = bare._replace(
@@ -235,28 +234,19 @@ def _bare(building: Building | Storeys) -> Chain:
     return _begun(bare, (building.initial_displacement,) * count, (building.initial_velocity,) * count)
 
 
-def _rotating(bare: Chain, plan: Plan, stiffness: Array) -> Chain:
-    """The chain with a rotation of each floor behind the displacements and, behind these, those across the row."""
-    count = bare.mass.size
-    nothing = np.zeros(plan.motions * count)
-    return bare._replace(
-        mass=np.outer([1.0, plan.gyration**2, 1.0][: plan.motions], bare.mass).ravel(),
-        spring=nothing,
-        shear=nothing,
-        damping=plan.damping(bare.damping),
-        strength=nothing + np.inf,
-        coupling=plan.stiffness(stiffness),
-        centre=plan.centre,
-        bottoms=tuple(count * motion for motion in range(plan.motions)),
-        moves_across=plan.moves_across,
+def _rotating(bare: Chain, building: Storeys) -> Chain:
+    """The chain whose masses are displacements, rotations and, where floors move so, displacements across the row."""
+    count = len(building.masses)
+    still = (0.0,) * (bare.mass.size - count)  # an initial state is one along the row
+    initial = [
+        (*state, *still) if state else () for state in (building.initial_displacement, building.initial_velocity)
+    ]
+    chain = bare._replace(
+        centres=np.array([plan.centre for plan in building.plans]),
+        bottoms=tuple(range(0, bare.mass.size, count)),
+        moves_across=building.plans[0].moves_across,
     )
-
-
-def _with_rest(building: Storeys, motions: int) -> tuple[tuple[float, ...], ...]:
-    """Initial displacements and velocities of a building whose floors have so many motions, only along the row."""
-    still = (0.0,) * (motions - 1) * len(building.masses)
-    initial = building.initial_displacement, building.initial_velocity
-    return tuple((*values, *still) if values else () for values in initial)
+    return _begun(chain, *initial)
 
 
 def _begun(chain: Chain, displacement: Sequence[float], velocity: Sequence[float]) -> Chain:

@@ -1,25 +1,25 @@
-"""Floors that rotate: the plan of a building whose centre of stiffness is not its centre of mass.
+"""Floors that rotate: plans of a building whose centres of stiffness are not its centres of mass.
 
-Each floor has a displacement u along the row and a rotation θ about its centre of mass; a place y across the row, from
-that centre, moves by u − y θ. With the stiffness matrix K of the storeys in translation, their centre of stiffness at
-e, Ω the frequency of rotation about it over that of translation, and ρ the radius of gyration (Chopra, Dynamics of
-Structures, section 9.6):
+Floor i has a displacement u along the row and a rotation θ about its centre of mass; a place y across the row moves by
+u − (y − y_i) θ, y_i the place of that centre. Storey j, below floor j, has the stiffness k at its centre of stiffness,
+y_j + e, and the stiffness k Ω² ρ² against rotation about it, Ω the frequency of rotation over that of translation and
+ρ the radius of gyration (Chopra, Dynamics of Structures, section 9.6). With d the drift of the storey at a place and
+φ = θ_j − θ_(j−1), springs hold the energy
 
-    [m      0   ] [ü]   [K       −e K         ] [u]     [m]
-    [0    ρ² m  ] [θ̈] + [−e K  (e² + Ω² ρ²) K ] [θ] = −[0] a_g
+    ½ Σ_j k [d(y_j + e)² + Ω² ρ² φ²],     d(y) = u_j − (y − y_j) θ_j − u_(j−1) + (y − y_(j−1)) θ_(j−1)
 
-so that each mode of the storeys becomes two, with ω² times the eigenvalues of [[1, −e/ρ], [−e/ρ, (e/ρ)² + Ω²]].
+and the masses of u and θ of floor i are m and ρ² m. Where the plan is the same on all floors each mode of the storeys
+becomes two, with ω² times the eigenvalues of [[1, −e/ρ], [−e/ρ, (e/ρ)² + Ω²]].
 
-Where the centre of stiffness is off along the row too, at x = d, floors also move across the row, by w, with Λ the
-frequency across over that along, under a second component of the ground motion b_g (section 9.6, a building of one
-storey with two-way asymmetry). The matrix of u, ρ θ and w is then that of the spring energy
-½ K [(u − e θ)² + Ω² ρ² θ² + Λ² (w + d θ)²]:
-
-    [[1, −e/ρ, 0], [−e/ρ, (e/ρ)² + Ω² + Λ² (d/ρ)², Λ² d/ρ], [0, Λ² d/ρ, Λ²]] K,     load −m (a_g, 0, b_g)
+Where centres of stiffness are off along the row too, at x_j + s, floors also move across the row, by w, with Λ the
+frequency across over that along, under a second component of the ground motion (section 9.6, a building of one storey
+with two-way asymmetry). Each storey then holds ½ k Λ² c(x_j + s)² more, c(x) the drift across at a place,
+w_j + (x − x_j) θ_j − w_(j−1) − (x − x_(j−1)) θ_(j−1).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -29,50 +29,46 @@ Array = NDArray[np.float64]
 
 
 class Plan(NamedTuple):
-    """The plan of every floor of a building; lengths across the row [m]."""
+    """The plan of a floor and of the storey below it; lengths [m], across the row where nothing else is said."""
 
     face: tuple[float, float]  # both ends of the faces towards the neighbours
     centre: float  # of mass
     eccentricity: float  # of the centre of stiffness from that of mass, e
     gyration: float  # radius of gyration about the centre of mass, ρ
     torsional_ratio: float  # Ω
-    eccentricity_along: float | None = None  # the same along the row, d; None where floors do not move across it
+    eccentricity_along: float | None = None  # the same along the row, s; None where floors do not move across it
     across_ratio: float = 1.0  # Λ
+    centre_along: float = 0.0  # of mass along the row, from one vertical axis of the building, x
 
     @property
     def moves_across(self) -> bool:
         """True where floors move across the row too, under the second component of the ground motion."""
         return self.eccentricity_along is not None
 
-    @property
-    def motions(self) -> int:
-        """How many displacements a floor has: along the row, rotation and, where it moves so, across."""
-        return 3 if self.moves_across else 2
 
-    def couplings(self) -> Array:
-        """The matrix of all motions of a storey over its stiffness, in the coordinates u, ρ θ and w."""
-        off = self.eccentricity / self.gyration
-        both = np.array([[1.0, -off], [-off, off * off + self.torsional_ratio**2]])
-        if self.eccentricity_along is None:
-            return both
-        across = np.array([0.0, self.eccentricity_along / self.gyration, 1.0]) * self.across_ratio
-        return np.pad(both, (0, 1)) + np.outer(across, across)
+def plan_inertias(plans: Sequence[Plan], masses: Array) -> Array:
+    """Masses [kg] of u of all floors, then of θ [kg m²] and, where floors move across the row, of w."""
+    inertias = [masses, masses * np.array([plan.gyration for plan in plans]) ** 2, masses]
+    return np.concatenate(inertias[: 3 if plans[0].moves_across else 2])
 
-    def scaled(self, couplings: Array, matrix: Array) -> Array:
-        """The matrix of u, θ and w of all floors, from that of their translation and the couplings."""
-        sizes = np.array([1.0, self.gyration, 1.0])[: self.motions]
-        return np.asarray(np.kron(couplings * np.outer(sizes, sizes), matrix))
 
-    def stiffness(self, matrix: Array) -> Array:
-        """K of u, θ and w of all floors, from that of their translation [N/m]."""
-        return self.scaled(self.couplings(), matrix)
+def plan_stiffness(plans: Sequence[Plan], springs: Array) -> Array:
+    """K of u, θ and, where floors move across the row, w of all floors, from the springs of the storeys [N/m]."""
+    count = len(plans)
+    still, drifts = np.zeros((count, count)), np.eye(count) - np.eye(count, k=-1)
+    ratio, gyration = (np.array([getattr(plan, key) for plan in plans]) for key in ("torsional_ratio", "gyration"))
+    along = np.hstack([drifts, -_arms(plans, "centre", "eccentricity") * drifts])
+    rotation = np.hstack([still, ratio[:, None] * gyration[:, None] * drifts])
+    strains = np.vstack([along, rotation])
+    if plans[0].moves_across:
+        across = np.hstack([still, _arms(plans, "centre_along", "eccentricity_along") * drifts, drifts])
+        stiffer = np.array([[plan.across_ratio] for plan in plans])
+        strains = np.vstack([np.pad(strains, ((0, 0), (0, count))), stiffer * across])
+    weighted = np.sqrt(np.tile(springs, len(strains) // count))[:, None] * strains
+    return np.asarray(weighted.T @ weighted)
 
-    def damping(self, matrix: Array) -> Array:
-        """C of u, θ and w of all floors with the same ratio in every mode, from the C of their translation [N s/m]."""
-        squares, vectors = np.linalg.eigh(self.couplings())
-        return self.scaled((vectors * np.sqrt(squares)) @ vectors.T, matrix)
 
-    @property
-    def slowest(self) -> float:
-        """The lowest frequency over that of translation alone."""
-        return float(np.sqrt(np.linalg.eigvalsh(self.couplings())[0]))
+def _arms(plans: Sequence[Plan], centre: str, eccentricity: str) -> Array:
+    """Distance of each storey's centre of stiffness (rows) from each floor's centre of mass (columns) [m]."""
+    centres = np.array([getattr(plan, centre) for plan in plans])
+    return np.asarray(centres[:, None] - centres + np.array([[getattr(plan, eccentricity)] for plan in plans]))

@@ -27,7 +27,7 @@ from pounding_risk.models.ground import SHARED, Support
 from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.models.structures.isolation import IsolatorLaw, Isolators
 from pounding_risk.models.structures.matrices import check_stiff, symmetric
-from pounding_risk.models.structures.plan import Plan
+from pounding_risk.models.structures.plan import Plan, plan_inertias, plan_stiffness
 from pounding_risk.models.structures.typologies import known_typology
 from pounding_risk.units import (
     DAMPING,
@@ -92,7 +92,8 @@ class Storeys:
     the slab where the building has ``isolators``. ``strengths`` are the storeys' yield
     shears for `inelastic_storeys`; without any the building stays elastic. Without ``initial_displacement`` and
     ``initial_velocity`` it begins at rest. Files of ``displacement_history`` give u without contact in place of the
-    equation. Raises PoundingError for numbers that no building has.
+    equation. With ``plans`` floors rotate, and matrices and modes are those of all their motions. Raises PoundingError
+    for numbers that no building has.
 
     >>> round(Storeys("A", (25e3,) * 3, (3.46e6,) * 3, (3.0,) * 3).period, 4)
     1.2001
@@ -114,7 +115,7 @@ class Storeys:
     damping_matrix: tuple[tuple[float, ...], ...] = ()  # N s/m; empty where a rule makes it
     displacement_history: tuple[str, ...] = ()
     isolators: Isolators | None = None  # of its lowest storey, whose floor is their slab
-    plan: Plan | None = None  # of floors that rotate
+    plans: tuple[Plan, ...] = ()  # of floors that rotate, one of each; empty where none does
     hysteresis: Hysteresis | None = None  # of storeys that yield; None is bilinear, under `inelastic_storeys`
     column_strength: float = inf  # N, at which its columns yield where a floor strikes them; infinite if not given
 
@@ -197,8 +198,7 @@ class Storeys:
     @property
     def period(self) -> float:
         """Period of the first mode [s], on rigid ground and without P-Δ."""
-        slowest = 1.0 if self.plan is None else self.plan.slowest
-        return float(2.0 * pi / self.vibration().frequencies[0]) / slowest
+        return float(2.0 * pi / self.vibration().frequencies[0])
 
     @property
     def isolator_law(self) -> IsolatorLaw | None:
@@ -253,10 +253,17 @@ class Storeys:
         """The modes, on rigid ground and without P-Δ."""
         law = self.isolator_law
         matrix = self._matrix(0.0 if law is None else law.stiff)
-        return vibration(np.array(self.masses), np.array(self.stiffnesses), matrix)
+        return vibration(self.inertias(), np.array(self.stiffnesses), matrix)
+
+    def inertias(self) -> Array:
+        """Mass of each floor [kg]; of floors that rotate then what `plan_inertias` adds."""
+        masses = np.array(self.masses)
+        return plan_inertias(self.plans, masses) if self.plans else masses
 
     def _matrix(self, below: float) -> Array | None:
-        """K [N/m] of one given by its matrix, ``below`` the stiffness of its isolators; None of storey springs."""
+        """K of one by a matrix or with plans, ``below`` the stiffness [N/m] of isolators; None of storey springs."""
+        if self.plans:
+            return plan_stiffness(self.plans, np.array(self.stiffnesses))
         if not self.stiffness_matrix:
             return None
         above = np.array(self.stiffness_matrix)
@@ -275,7 +282,7 @@ class Storeys:
 
     def matrices(self) -> tuple[Array, Array, Array]:
         """M [kg], C [N s/m] and K [N/m]."""
-        masses, stiffness = np.array(self.masses), self.elastic_stiffness()
+        masses, stiffness = self.inertias(), self.elastic_stiffness()
         return np.diag(masses), self._damping(masses, stiffness), stiffness
 
     def damped_modes(self) -> tuple[int, ...]:
@@ -283,14 +290,15 @@ class Storeys:
         if self.damping_rule == BY_MATRIX:
             return ()
         if self.damping_rule == "modal":
-            return tuple(range(1, len(self.masses) + 1))
+            return tuple(range(1, self.inertias().size + 1))
         return (1,) if self.damping_rule == "stiffness" else (1, self._second_mode())
 
     def _second_mode(self) -> int:
         """Rayleigh's second mode, counted from 1; the first again where there is no other."""
-        shares = effective_shares(np.array(self.masses), self.vibration().shapes)
+        shapes = self.vibration().shapes
+        shares = effective_shares(np.array(self.masses), shapes[: len(self.masses)])
         carried = int(np.searchsorted(np.cumsum(shares), RAYLEIGH_SHARE)) + 1
-        return min(max(carried, 2), len(self.masses))
+        return min(max(carried, 2), len(shapes))
 
     def _damping(self, masses: Array, stiffness: Array) -> Array:
         """C [N s/m] by the building's rule; of an isolated one by that of what stands on the slab, and the dashpot."""
