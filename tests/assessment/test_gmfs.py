@@ -134,7 +134,7 @@ def test_an_assessment_tells_the_probability_in_an_event(fields, monkeypatch):
     done = CliRunner().invoke(cli.app, words, prog_name="pounding-risk")
     assert done.exit_code == 0 and "The site is at 23.7, 38, 0.876 km from 23.71, 38" in done.output
     alone = CliRunner().invoke(cli.app, ["assess", "scan.nc", "--site", "1"], prog_name="pounding-risk")
-    assert "--site: is the site of a file, and --hazard names none" in alone.output
+    assert "--site: is the site of a file of --hazard or --gmfs; name one" in " ".join(alone.output.split())
 
 
 def test_states_of_damage_have_their_probability_in_an_event(fields):

@@ -332,6 +332,14 @@ def _figure_field(name: str) -> str:
 def _join_site(values: dict[str, Any]) -> None:
     """Put the site of ``--site`` behind the file that it is a site of."""
     site = values.pop("site", None)
-    which = "hazard" if values.get("gmfs") is None else "gmfs"
-    if site is not None or values.get(which) is not None:
-        values[which] = shared.at_site(values.get(which), site)
+    if site is None:
+        return
+    from pounding_risk.motions.sites.places import read_site
+
+    read_site(site, "--site")
+    takers = [name for name in ("gmfs", "hazard") if name in values]
+    which = next((name for name in takers if values[name] is not None), None)
+    if which is None:
+        files = " or ".join(f"--{name}" for name in reversed(takers))
+        raise PoundingError(f"--site: is the site of a file of {files}; name one, or leave --site out")
+    values[which] = Path(f"{values[which]}#{site}")

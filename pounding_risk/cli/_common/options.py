@@ -122,18 +122,6 @@ def _checked(results: Path) -> Any:
     return dataset
 
 
-def at_site(file: Path | None, site: str | None) -> Path | None:
-    """A file with the site of ``--site`` after it; raises PoundingError where there is no file."""
-    if site is None:
-        return file
-    from pounding_risk.motions.sites.places import read_site
-
-    read_site(site, "--site")
-    if file is None:
-        raise PoundingError("--site: is the site of a file, and --hazard names none; add it, or leave --site out")
-    return Path(f"{file}#{site}")
-
-
 def read_option(option: str, text: str, quantity: Quantity) -> float:
     """The SI value of an option's text; raises PoundingError that names the option."""
     from pounding_risk.units import QuantityError, parse
