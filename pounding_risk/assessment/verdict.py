@@ -193,7 +193,7 @@ def _evidence(
     doubts: Sequence[str],
 ) -> Iterator[str]:
     yield _margin(basis, required)
-    yield _sample_size(basis)
+    yield sample_size(basis)
     named = "; ".join(f"{motion.record} {motion.polarity} {say(motion.closing, GAP, 4)}" for motion in governing)
     yield f"The motions that close most: {named}."
     tail = lognormal_share(contact.motions.closing[:, 0], contact.gap)
@@ -234,7 +234,7 @@ def _margin(basis: Basis, required: RequiredGap) -> str:
     return f"{needs} ({bounds}); the gap is {ratio if basis.gap > 0.0 else 'closed'}."
 
 
-def _sample_size(basis: Basis) -> str:
+def sample_size(basis: Basis) -> str:
     """Sentence on how many independent motions there are, and what so many can show."""
     least = least_upper_bound(basis.independent, basis.criterion.confidence)
     worth = f"{basis.independent:.0f}" if basis.independent >= 10.0 else f"{basis.independent:.2g}"
@@ -243,6 +243,8 @@ def _sample_size(basis: Basis) -> str:
     who = f"{counted(basis.motions, 'motion')} from {counted(basis.recordings, 'recording')}"
     can = f"Even with no contact at all, {many} could only show P(contact) < {share_words(least)}"
     takes = f"showing {basis.target} takes at least {needed} independent motions"
+    recordings = recordings_to_settle(basis._replace(contacts=0, lost=0))
+    takes += f", those of {recordings} such recordings" if recordings and recordings != needed else ""
     return f"{who} (effective sample size {worth}). {can}; {takes}."
 
 

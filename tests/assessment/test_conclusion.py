@@ -6,7 +6,7 @@ import pytest
 from scipy.stats import binom
 
 from pounding_risk.assessment.options import read_criterion
-from pounding_risk.assessment.verdict import Basis, conclusion, recordings_to_settle
+from pounding_risk.assessment.verdict import Basis, conclusion, recordings_to_settle, sample_size
 from pounding_risk.statistics.required_gap import RequiredGap
 
 BOUNDED = RequiredGap(90.0, 0.092, 0.076, 0.115, True, 0.09)
@@ -44,6 +44,14 @@ def test_recordings_count_for_what_they_are_worth():
     alone = recordings_to_settle(basis(1, 20))
     assert recordings_to_settle(basis(2, 40, recordings=20, independent=20.0)) == alone
     assert recordings_to_settle(basis(2, 40, recordings=20, independent=40.0)) == pytest.approx(alone / 2, abs=1)
+
+
+def test_independent_motions_are_counted_in_recordings_too():
+    """At a target of 10 %, of recordings that count for 7/6 of a motion each."""
+    assert 0.9**35 <= 0.025 < 0.9**34
+    assert "takes at least 35 independent motions." in sample_size(basis(1, 20))
+    told = sample_size(basis(1, 24, recordings=12, independent=14.0))
+    assert told.endswith("takes at least 35 independent motions, those of 30 such recordings.")  # 30 · 7 / 6 = 35
 
 
 def test_a_share_at_the_target_is_never_settled():
