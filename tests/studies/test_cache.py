@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -60,7 +61,8 @@ def command(folder: Path, *words: str, **more: str) -> subprocess.CompletedProce
 def test_a_scan_after_it_calls_nothing_else(name, tmp_path):
     """So that nothing is left to be compiled: every kernel, with every combination of types."""
     (tmp_path / "scene.toml").write_text(SCENES[name], encoding="utf-8")
-    home = {"HOME": str(Path.home())}  # the user's own cache: what other tests have compiled
+    # The cache of these tests, or else the user's own: what others have compiled.
+    home = {"HOME": str(Path.home())} | {key: os.environ[key] for key in ("NUMBA_CACHE_DIR",) if key in os.environ}
     called = {}
     for words in ("cache", "scan"):
         done = python(tmp_path, "-c", CALLED, words, **home)
