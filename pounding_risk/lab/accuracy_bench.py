@@ -51,6 +51,7 @@ OWN_GROUNDS = "ground of a building's own"
 INITIAL_STATES = "initial displacement or velocity"  # what the other methods do not begin with
 NAMES = tuple(OUTPUTS)[:5]  # outputs of a run; the gap required is that of the motion without contact
 ROTATING = "floors that rotate"
+TWO_COMPONENTS = "floors that move across the row"
 LAWS_OF_LINKS = "link_strength, link_slack, link_breaking_force, link_exponent or link_brace_stiffness"
 OPEN = 1e3  # m: a gap that stays open, and leaves SciPy's root search a finite number
 
@@ -153,6 +154,7 @@ class Bench:
             inelastic = ["inelastic_storeys"] if "inelastic_storeys" in dict(study.effects) else []
             only += inelastic + ["isolation"] * any(getattr(one, "isolators", None) for one in study.buildings)
         only += [LAWS_OF_LINKS] if any(link.law for link in study.links) else []
+        only += [ROTATING] if any(chain.twists for chain in self.chains) else []
         return ", ".join([*only, *([self.opensees_lacks] if self.opensees_lacks else [])])
 
     @property
@@ -163,7 +165,7 @@ class Bench:
         laws = {name: known_law(name) for name in study.model_names}
         only += [name for name, law in laws.items() if is_path_dependent(law) or is_instant(law)]
         only += [INITIAL_STATES] if any(np.any(chain.initial) for chain in self.chains) else []
-        only += [ROTATING] if any(chain.twists for chain in self.chains) else []
+        only += [TWO_COMPONENTS] if any(chain.moves_across for chain in self.chains) else []
         only += [OWN_GROUNDS] if any(building.support != SHARED for building in study.buildings) else []
         return ", ".join(only)
 

@@ -79,6 +79,8 @@ def unsaid(chains: Sequence[Chain], points: Sequence[Point], case: PointCase) ->
         return "in one dimension it has no contact part-way up a column"
     if any(chain.foundations for chain in chains):
         return ON_SPRINGS
+    if any(chain.twists for chain in chains):
+        return "floors that rotate are not built here; `export --to opensees` writes them"
     return ""
 
 

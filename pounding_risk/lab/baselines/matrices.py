@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil
+from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.models.structures.links import Link, stretch
+from pounding_risk.models.structures.links import Link, floor_shares, stretch
 
 if TYPE_CHECKING:
     from pounding_risk.models.structures.mdof import Chain
@@ -41,7 +41,8 @@ def row_matrices(
     """The matrices of buildings, left to right, and of links between them.
 
     Raises ValueError for storeys that yield, unless the stiffness ``before_yield`` is asked for.
-    A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey.
+    A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey; of
+    floors that rotate also its place ``across`` the row.
     """
     if not before_yield and any(np.isfinite(chain.strength).any() for chain in chains):
         raise ValueError("storeys that yield have no stiffness matrix")
@@ -60,10 +61,6 @@ def row_matrices(
             (1.0, point.interface, point.left_floor),
             (-1.0, point.interface + 1, point.right_floor),
         ):
-            chain, start = chains[building], first[building]
-            upper = ceil(floor)
-            for level, part in ((upper, 1.0 - (upper - floor)), (upper - 1, upper - floor)):
-                mass = level - 1 + chain.foundations
-                if part > 0.0 and 0 <= mass < chain.mass.size:
-                    share[start + mass] += sign * part
+            for mass, part in floor_shares(chains[building], float(floor), getattr(point, "across", inf)):
+                share[first[building] + mass] += sign * part
     return RowMatrices(first, np.concatenate([chain.mass for chain in chains]), stiffness, damping, shares)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
+from math import isfinite
 from pathlib import Path
 from pprint import pformat
 from textwrap import fill
@@ -48,8 +49,12 @@ import openseespy.opensees as ops
 
 STEP = float(sys.argv[1]) if len(sys.argv) > 1 else {step!r}
 
-# Of each building, from the ground up: mass of a floor [kg], and stiffness of the storey below it [N/m].
+# Of each building, from the ground up: mass of a floor [kg], and stiffness of the storey below it [N/m]. Floors that
+# rotate are counted twice, all displacements before all rotations, with moments of inertia [kg m2] as masses.
 BUILDINGS = {buildings}
+
+# Numbers of the rotations among these, which the ground does not move.
+ROTATIONS = {rotations}
 
 # Storeys that yield: material and numbers by floor; the stiffness above is then what acts beside it.
 YIELDING = {yielding}
@@ -71,10 +76,10 @@ LINKS = {links}
 CONTACTS = {contacts}
 
 # Contacts that OpenSees has no element or no material for. The closing of one is the sum of share times displacement
-# over (building, floor, share); a floor against a column has two floors of a building. Penetration d is what exceeds
-# the gap [m], v its rate. The force, stiffness d**exponent + damping d**damping_exponent v, lies between least and
-# most [N]. The damper acts on approach only where on_approach is True, and its damping is divided by the speed at the
-# touch where by_speed is True.
+# over (building, floor, share); a floor against a column has two floors of a building, the end of a face that rotates
+# a displacement and a rotation, whose share is an arm [m]. Penetration d is what exceeds the gap [m], v its rate. The
+# force, stiffness d**exponent + damping d**damping_exponent v, lies between least and most [N]. The damper acts on
+# approach only where on_approach is True, and its damping is divided by the speed at the touch where by_speed is True.
 COMPUTED = {computed}
 
 # Peaks that pounding-risk computes for the same scene: relative displacement [m] and contact force [N].
@@ -106,6 +111,7 @@ def join(one, other, stiffness, dashpot):
     join_by(one, other, "Elastic", stiffness, dashpot)
 
 
+weight = {{}}  # mass of each node that the ground motion acts on [kg]
 for building, storeys in BUILDINGS.items():
     node_of[building, 0] = GROUND
     for floor, (mass, stiffness) in enumerate(storeys, start=1):
@@ -113,7 +119,10 @@ for building, storeys in BUILDINGS.items():
         node_of[building, floor] = tag
         ops.node(tag, 0.0)
         ops.mass(tag, mass)
-        join(node_of[building, floor - 1], node_of[building, floor], stiffness, 0.0)
+        if floor not in ROTATIONS.get(building, ()):
+            weight[tag] = mass
+        if stiffness:
+            join(node_of[building, floor - 1], node_of[building, floor], stiffness, 0.0)
     for floor, material in YIELDING[building].items():
         join_by(node_of[building, floor - 1], node_of[building, floor], *material)
     for (one, other), stiffness in SPRINGS[building].items():
@@ -133,11 +142,12 @@ for name, (left, right, (material, *numbers)) in CONTACTS.items():
     elements[name] = tag
 
 ops.timeSeries("Path", 1, "-dt", SAMPLING, "-values", *MOTION)
-ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
-ops.timeSeries("Constant", 2)
+ops.pattern("Plain", 1, 1)
 # At rest the first sample acts already, where Newmark's rule would begin without it.
-for node in set(node_of.values()) - {{GROUND}}:
+for node, mass in weight.items():
+    ops.load(node, -mass)
     ops.setNodeAccel(node, 1, -MOTION[0], "-commit")
+ops.timeSeries("Constant", 2)
 
 # Newmark's average acceleration. The test is tight, as masses move less than 1e-6 m in a short step.
 ops.constraints("Plain")
@@ -227,7 +237,7 @@ def write(study: Scene, target: Path, options: Options) -> Written:
         slowest=SLOWEST_TOUCH,
         algorithm=algorithm(parts["yielding"].values(), study.links),
         motion=_listed(motion.acceleration.tolist()),
-        **{name: pformat(part, sort_dicts=False, width=WIDEST) for name, part in parts.items()},
+        **{name: pformat(part, sort_dicts=False, width=WIDEST - len(f"{name} = ")) for name, part in parts.items()},
     )
     return Written((write_file(target, text),), notes)
 
@@ -271,7 +281,7 @@ def _script(study: Scene, bench: Bench) -> Script:
     why = why or ("a link part-way up a column has no node to join" if loose else "")
     for k, point in bench.contact_points.items() if not why else ():
         law, is_at_floors = case.laws[k], all(f == int(f) for _, f in opensees.sides_of(bench.chains, point))
-        if is_at_floors and type(law).__name__ in opensees.MATERIALS:
+        if is_at_floors and not isfinite(point.across) and type(law).__name__ in opensees.MATERIALS:
             continue
         read = opensees.power_law(law, case.rules[k].c0, bench.at_rest.striking[k], case.yield_forces[k])
         if read is None:
@@ -304,6 +314,7 @@ def _parts(script: Script) -> dict[str, Any]:
     for k, point in bench.contact_points.items():
         between = " | ".join(names[point.interface : point.interface + 2])
         label = f"{between}, floors {point.left_floor:g} and {point.right_floor:g}"
+        label += f" at {point.across:g} m" if isfinite(point.across) else ""
         if k in script.computed:
             computed[label] = {"ends": script.ends(k), "gap": _plain(case.gaps[k])} | script.computed[k]._asdict()
             continue
@@ -316,6 +327,9 @@ def _parts(script: Script) -> dict[str, Any]:
         "buildings": {
             name: list(zip(chain.mass.tolist(), _beside(chain, yielding[name]), strict=True))
             for name, chain in moving.items()
+        },
+        "rotations": {
+            name: list(range(chain.floors + 1, chain.mass.size + 1)) for name, chain in moving.items() if chain.twists
         },
         "yielding": {name: yielding[name] for name in moving},
         "springs": {name: joins(chain.coupling) for name, chain in moving.items()},
@@ -356,9 +370,12 @@ def _notes(script: Script) -> Iterator[str]:
     laws = [script.case.laws[k] for k in script.computed]
     laws = sorted({name_of(law) for law in laws if type(law).__name__ not in MATERIALS})
     reasons = [f"material for {law}" for law in laws]
+    computed = [(k, bench.contact_points[k]) for k in script.computed]
     # A contact point part-way up a column has shares of two floors.
-    is_between = any(share not in (-1.0, 1.0) for k in script.computed for *_, share in script.ends(k))
+    on_floors = [k for k, point in computed if not isfinite(point.across)]
+    is_between = any(share not in (-1.0, 1.0) for k in on_floors for *_, share in script.ends(k))
     reasons += ["element for a floor against a column"] if is_between else []
+    reasons += ["element in one direction for an end of a face that rotates"] if len(on_floors) < len(computed) else []
     if reasons:
         yield (
             f"OpenSees has no {' and no '.join(reasons)}: the script computes these forces itself by the formula of "

@@ -24,6 +24,9 @@ FRAME = storeyed("frame", "100 t", "90 MN/m", "3 m", storeys=3, damping=0.05)
 LOFT = storeyed("loft", "150 t", "160 MN/m", "4 m", storeys=2, damping=0.05)
 PINCHED = {"rule": "peak_oriented", "backbone": [[4.0, 1.2], [12.0, 0.4]], "unloading": 0.4, "pinching_force": 0.3}
 SOFT = storeyed("soft", ["100 t", "90 t"], "90 MN/m", "3 m", storey_strengths=["400 kN", "250 kN"], hysteresis=PINCHED)
+PODIUM = {"face": ["-6 m", "10 m"], "eccentricity": "2 m", "gyration": "5 m", "torsional_ratio": 1.2}
+TOWER = PODIUM | {"face": ["-4 m", "8 m"], "eccentricity": "-1 m", "gyration": "4 m"}
+ROTATING = storeyed("hall", ["200 t", "150 t"], "90 MN/m", ["3 m", "3 m"], damping=0.05, plan=[PODIUM, TOWER])
 ISOLATION = {"slab_mass": "100 t", "height": "3 m", "strength": "120 kN", "stiffness": "2 MN/m"}
 YIELDS = {"inelastic_storeys": {}, "p_delta": {}}
 STRENGTHS = {"yield_force": "4 MN", "column_yield_force": "600 kN"}
@@ -52,6 +55,7 @@ SCENES = {
     "storeys that yield, forces that the script computes": scene_text(
         SOFT, LOFT, records=SHORT, effects=YIELDS, law="viscous_elastoplastic", **STRENGTHS
     ),
+    "floors that rotate": scene_text(ROTATING, SHOP, records=SHORT, law="kelvin_voigt", stiffness="400 MN/m"),
     "a row with storeys": scene_text(FLATS, SHOP, single("c", "200 t", "0.8 s", height="3 m"), records=SHORT),
 }
 
@@ -101,7 +105,11 @@ def test_the_script_says_what_it_is_and_what_it_has_not(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     ("name", "words"),
-    [("columns", "floor against a column"), ("no tension", "no material for kelvin_voigt_tension_cut")],
+    [
+        ("columns", "floor against a column"),
+        ("floors that rotate", "for an end of a face that rotates"),
+        ("no tension", "no material for kelvin_voigt_tension_cut"),
+    ],
 )
 def test_what_the_script_computes_itself_is_said(name, words, tmp_path):
     written = pr.export(pr.read_scene(SCENES[name]), "opensees", tmp_path / "model.py")
