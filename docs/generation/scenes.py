@@ -66,8 +66,9 @@ def _parameter(one: Parameter) -> str:
 
 
 def _table_of(schema: dict[str, Any], section: dict[str, Any]) -> dict[str, Any]:
-    """The keys of a section, which is a table or a list of tables."""
-    reference = section.get("$ref") or section["items"]["$ref"]
+    """The keys of a section, which is a table, a list of tables, or either of them."""
+    either = section.get("anyOf", [section])[0]
+    reference = either.get("$ref") or either["items"]["$ref"]
     return schema["$defs"][reference.rpartition("/")[2]]["properties"]
 
 
