@@ -108,16 +108,16 @@ def unusual(curve: Hazard) -> list[str]:
     order = np.argsort(curve.rate)[np.count_nonzero(curve.rate <= 0.0) :]
     rates, levels = np.log(curve.rate[order]), np.log(curve.im[order])
     strongest = float(np.exp(np.interp(np.log(1.0 / 2475.0), rates, levels))) / STANDARD_GRAVITY if order.size else 0.0
-    found = []
+    sentences = []
     if strongest > STRONGEST:
-        found.append(
+        sentences.append(
             f"has {strongest:.3g} g once in 2,475 years, usually {STRONGEST:g} g or less: m/s² or % read as g?"
         )
     often = curve.rate[curve.im >= 0.05 * STANDARD_GRAVITY]
     if often.size and often.max() > 1.0:
         sentence = "usually 1 a year or less: probabilities in %, or return periods in years?"
-        found.append(f"has 0.05 g or more {often.max():.3g} times a year, {sentence}")
-    return [f"hazard curve {curve.source or curve.name}: {sentence}" for sentence in found]
+        sentences.append(f"has 0.05 g or more {often.max():.3g} times a year, {sentence}")
+    return [f"hazard curve {curve.source or curve.name}: {sentence}" for sentence in sentences]
 
 
 @dataclass(frozen=True)

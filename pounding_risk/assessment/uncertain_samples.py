@@ -347,8 +347,8 @@ class Samples:
             values = kind.of(closing, gap, request.criterion.percentile)
             ends = values[1:].reshape(-1, 2)
             three = np.column_stack([ends[:, 0], np.full(len(ends), values[0]), ends[:, 1]])
-            said = f"{kind.words}, the number at a quantile and all others at their medians"
-            parts[f"{name}_moved"] = (("uncertain_number", "quantile"), three, described(kind.unit, said))
+            words = f"{kind.words}, the number at a quantile and all others at their medians"
+            parts[f"{name}_moved"] = (("uncertain_number", "quantile"), three, described(kind.unit, words))
         nominal = np.sort(closing[0])
         parts["closing_at_medians"] = (
             "motion",

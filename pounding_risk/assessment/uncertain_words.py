@@ -148,21 +148,21 @@ def narrowing(part: xr.Dataset, closings: CrossedClosings, gap: float, criterion
 def words_of_number(part: xr.Dataset, criterion: Criterion) -> str:
     """Sentence on the number with the largest first-order index, if it stands out from chance and from the next."""
     output = str(part["chosen_output"].item())
-    said = OUTPUT_WORDS.get(output, output.replace("_", " "))
+    named = OUTPUT_WORDS.get(output, output.replace("_", " "))
     one = part.sel(output=output)
     first, low, high = (one[f"first_order{ending}"].values for ending in ("", "_low", "_high"))
     names = [str(name) for name in part["uncertain_number"].values]
     if not np.isfinite(first).any():
         if part.sizes["sample"] < 2:
-            return f"One sample does not show whether {said} depends on any number: draw more."
+            return f"One sample does not show whether {named} depends on any number: draw more."
         if float(one["output_deviation"]) > 0.0:
-            return f"On which number {said} depends most is not known from {counted(part.sizes['sample'], 'sample')}."
-        return f"Over the samples {said} does not vary: no number changes it."
+            return f"On which number {named} depends most is not known from {counted(part.sizes['sample'], 'sample')}."
+        return f"Over the samples {named} does not vary: no number changes it."
     order = np.argsort(-np.nan_to_num(first, nan=-1.0))
     lead = int(order[0])
     if not low[lead] > 0.0:
         return (
-            f"No number stands out: the largest share of the variance of {said} over the samples, "
+            f"No number stands out: the largest share of the variance of {named} over the samples, "
             f"{_share(first[lead])} of {names[lead]}, is not significant at {100 * criterion.confidence:g} %."
         )
     deviation = float(one["output_deviation"])
@@ -171,7 +171,7 @@ def words_of_number(part: xr.Dataset, criterion: Criterion) -> str:
     change = f"its deviation over the samples would fall from {_said(deviation, unit)} to {_said(narrowed, unit)}"
     beside = [names[at] for at in order[1:] if high[at] > low[lead] and first[at] > 0.0]
     lead_words = (
-        f"Knowing {names[lead]} exactly would narrow {said} most: it has {_share(first[lead])} of the variance over "
+        f"Knowing {names[lead]} exactly would narrow {named} most: it has {_share(first[lead])} of the variance over "
         f"the samples (bounds {_share(low[lead])} to {_share(high[lead])}), and {change}."
     )
     if beside:

@@ -30,23 +30,23 @@ def samples_before(target: Path, identity: Mapping[str, Any]) -> int:
 
     Raises PoundingError where none can be added to them.
     """
-    asked = identity.get("scene", {}).get(UNCERTAIN, {})
-    if "samples" not in asked or not target.exists():
+    requested = identity.get("scene", {}).get(UNCERTAIN, {})
+    if "samples" not in requested or not target.exists():
         return 0
     finished = read_finished(target)
     recorded = recorded_identity(finished.attrs) if finished.command == "scan" else {}
     before = recorded.get("scene", {}).get(UNCERTAIN, {})
     count = before.get("samples", 0) if set(TABLES) <= set(recorded) else 0
-    if not isinstance(count, int) or not 0 < count < asked["samples"]:
+    if not isinstance(count, int) or not 0 < count < requested["samples"]:
         return 0
-    scene = {**identity["scene"], UNCERTAIN: {**asked, "samples": count}}
+    scene = {**identity["scene"], UNCERTAIN: {**requested, "samples": count}}
     if difference(recorded, {name: comparable({**identity, "scene": scene})[name] for name in TABLES}):
         return 0
-    if asked["method"] not in GROWING:
+    if requested["method"] not in GROWING:
         raise PoundingError(
             f"{target}: holds {count} samples of the same scene, to which none can be added: the points of a "
-            f'{asked["method"]} of {asked["samples"]} are others; write method = "{GROWING[0]}" in [uncertain] next '
-            f"time, and now {OTHER_NAME}, or replace it (--new, or new=True in Python)"
+            f'{requested["method"]} of {requested["samples"]} are others; write method = "{GROWING[0]}" in [uncertain] '
+            f"next time, and now {OTHER_NAME}, or replace it (--new, or new=True in Python)"
         )
     return count
 

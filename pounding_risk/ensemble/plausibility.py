@@ -327,8 +327,8 @@ def _of_grounds(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
     """A note on the interface whose grounds part most: that displacement is part of what closes and opens the gap."""
     if not any(building.support != SHARED for building in study.buildings):
         return
-    asked = study.grid.amplitudes[-1]
-    driving = [driven(motion, AS_RECORDED, None if motion.pga == 0.0 else asked) for motion in motions]
+    amplitude = study.grid.amplitudes[-1]
+    driving = [driven(motion, AS_RECORDED, None if motion.pga == 0.0 else amplitude) for motion in motions]
     partings = [parting(study, motion) for motion in driving]
     sizes = np.array([each.largest for each in partings])
     if not sizes.any():

@@ -59,10 +59,10 @@ def check_replaceable(
         raise PoundingError(f"{target}: is there already and holds {what}, not those of {command}; {choice}")
     if identity is None:
         return
-    recorded, asked = recorded_identity(finished.attrs), comparable(identity)
-    both = recorded.keys() & asked.keys()
-    recorded, asked = ({name: tables[name] for name in both} for tables in (recorded, asked))
-    if changes := difference(recorded, asked):
+    recorded, requested = recorded_identity(finished.attrs), comparable(identity)
+    both = recorded.keys() & requested.keys()
+    recorded, requested = ({name: tables[name] for name in both} for tables in (recorded, requested))
+    if changes := difference(recorded, requested):
         listed = "".join(f"\n  - {sentence}" for sentence in changes)
         raise PoundingError(f"{target}: holds the finished {command} of a study that was another:{listed}\n{choice}")
 

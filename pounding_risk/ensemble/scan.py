@@ -134,9 +134,9 @@ class Scan:
         check_held(self.study, self.bytes)
         held = ChunksInMemory()
         self.work([range(self.job.batches)], [], held.keep)
-        made = Memory(self.job.template)  # after the runs, which have found the peaks without contact that are in it
-        self.assemble(held.chunks, made)
-        return made.dataset()
+        memory = Memory(self.job.template)  # after the runs, which have found the peaks without contact that are in it
+        self.assemble(held.chunks, memory)
+        return memory.dataset()
 
     def checkpoint(self, target: Path, *, new: bool, shared: bool) -> Checkpoint:
         """Open the checkpoint beside the results."""

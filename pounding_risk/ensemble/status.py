@@ -85,14 +85,14 @@ def status(path: str | Path) -> Status:
     PoundingError
         Where the folder is not that of a scan.
     """
-    asked = Path(path)
-    folder = asked if asked.suffix == SUFFIX else folder_of(asked)
+    target = Path(path)
+    folder = target if target.suffix == SUFFIX else folder_of(target)
     results = [file for suffix in (".nc", ".zarr") if (file := folder.with_suffix(suffix)).exists()]
     check_ours(folder)
     study = read_study(folder)
     if study is None:
-        return _without_study(asked, folder, results)
-    return _of_study(asked, folder, study, results)
+        return _without_study(target, folder, results)
+    return _of_study(target, folder, study, results)
 
 
 def _without_study(asked: Path, folder: Path, results: Sequence[Path]) -> Status:

@@ -67,8 +67,8 @@ def amplification_figure(
     for name, value, unit in (("percentile", at, "%"), ("fixed_period", stays, "s")):
         if value not in results[name].values:
             listed = ", ".join(f"{one:g}" for one in results[name].values)
-            asked = name.removeprefix("fixed_")
-            raise PoundingError(f"{asked}: {value:g} {unit} is not in the dataset, which has {listed}; choose one")
+            quantity = name.removeprefix("fixed_")
+            raise PoundingError(f"{quantity}: {value:g} {unit} is not in the dataset, which has {listed}; choose one")
     shown = results.sel(fixed_period=[stays])
     one = shown.isel(fixed_period=0)
     values = one[f"{output}_amplification"].sel(percentile=at)

@@ -269,9 +269,13 @@ def _comparison_finding(runs: Sequence[xr.Dataset], parted: float, amounts: list
 
 def parting(first: xr.Dataset, second: xr.Dataset) -> float:
     """Last time up to which two runs have the same relative displacements [s]; NaN where they never part."""
-    times, here, there = np.intersect1d(first["time"].values, second["time"].values, return_indices=True)
+    times, first_places, second_places = np.intersect1d(
+        first["time"].values, second["time"].values, return_indices=True
+    )
     one, other = (run["relative_displacement"].transpose("time", "contact_point").values for run in (first, second))
-    differs = np.abs(one[here] - other[there]).max(axis=1) > SAME * max(np.abs(one).max(), np.abs(other).max())
+    differs = np.abs(one[first_places] - other[second_places]).max(axis=1) > SAME * max(
+        np.abs(one).max(), np.abs(other).max()
+    )
     return float(times[max(int(differs.argmax()) - 1, 0)]) if differs.any() else float("nan")
 
 

@@ -328,19 +328,19 @@ def _capped(bench: Bench, reference: np.ndarray) -> np.ndarray:
 def _reference_words(dataset: xr.Dataset) -> str:
     """The reference, and how far SciPy is from it at the tightest tolerance and, where that is nearer, at another."""
     words = f"event-driven solver at rtol {REFERENCE:g}"
-    found = []
+    sentences = []
     for rtol in GENERAL_RTOLS[CHECK][::-1]:
         name = Setting(CHECK, rtol).words
         if name in dataset["setting"].values:
             errors = dataset["error"].sel(setting=name).values
             run = ~np.isnan(errors[:, REACH])
             counts = int((errors[run, COUNT] > 0.0).sum())
-            found.append((float(np.nanmax(errors[run][:, [REACH, FORCE]])), name, int(run.sum()), counts))
-    if not found:
+            sentences.append((float(np.nanmax(errors[run][:, [REACH, FORCE]])), name, int(run.sum()), counts))
+    if not sentences:
         return words
-    difference, name, runs, counts = found[0]
+    difference, name, runs, counts = sentences[0]
     words += f"; {name} differs from it by {difference:.0e} at most in displacement and force ({runs} runs)"
-    nearest = min(found)
+    nearest = min(sentences)
     if nearest[0] < NEARER * difference and difference > VISIBLE:
         why = f"it counts other impacts in {counts} of them" if counts else "with the same impacts"
         words += f": {why}, and {nearest[1]} differs by {nearest[0]:.0e}, so that the former is SciPy's own error"

@@ -253,15 +253,17 @@ class Bench:
         values = np.full((self.size, self.points[-1].interface + 1, len(OUTPUTS)), nan)
         contacts, steps, durations = 0.0, 0.0, []
         at, (laws, rules) = len(self.yield_forces) - 1, self.models(0)
-        there = Contacts(self.limits[at].gaps, laws, rules, self.limits[at].yield_forces)
+        case_contacts = Contacts(self.limits[at].gaps, laws, rules, self.limits[at].yield_forces)
         for number, each in enumerate(self.driven[: self.most_general]):
             ground, begun = (each.motion.acceleration, each.motion.dt), process_time()
-            run = solve_general(solver, self.matrices, there, ground, rtol)
+            run = solve_general(solver, self.matrices, case_contacts, ground, rtol)
             middle = process_time()
-            alone = solve_general(solver, self.matrices, there._replace(gaps=np.full(len(laws), OPEN)), ground, rtol)
+            alone = solve_general(
+                solver, self.matrices, case_contacts._replace(gaps=np.full(len(laws), OPEN)), ground, rtol
+            )
             durations.append((middle - begun, process_time() - middle))
             contacts, steps = contacts + run.impact_count.sum(), steps + run.steps
-            by_name = run._asdict() | {"yield_exceedance": run.uncapped_force >= there.yield_forces}
+            by_name = run._asdict() | {"yield_exceedance": run.uncapped_force >= case_contacts.yield_forces}
             of_motion = number * self.size // len(self.motions)
             values[of_motion + at] = np.column_stack(
                 [self._gathered(by_name), self.of_interfaces(np.maximum, alone.peak_closing)]
@@ -283,12 +285,12 @@ class Bench:
             if each.place not in required:
                 required[each.place], own_seconds = free(each)
                 free_seconds += own_seconds
-            found = runs(each, law)
-            gaps = np.broadcast_to(required[each.place], found.values.shape[:2])[..., None]
-            failed = np.isnan(found.values[..., :1])
-            values.append(np.concatenate([found.values, np.where(failed, nan, gaps)], axis=-1))
-            contacts, steps, seconds = contacts + found.contacts, steps + found.steps, seconds + found.seconds
-            residual = float(np.fmax(residual, found.residual))
+            batch = runs(each, law)
+            gaps = np.broadcast_to(required[each.place], batch.values.shape[:2])[..., None]
+            failed = np.isnan(batch.values[..., :1])
+            values.append(np.concatenate([batch.values, np.where(failed, nan, gaps)], axis=-1))
+            contacts, steps, seconds = contacts + batch.contacts, steps + batch.steps, seconds + batch.seconds
+            residual = float(np.fmax(residual, batch.residual))
         times = seconds / self.size, free_seconds / len(self.motions)
         return Outcome(np.concatenate(values), float(steps / max(contacts, 1.0)), residual, *times)
 
@@ -383,10 +385,10 @@ class RowBench(Bench):
             begun = process_time()
             run = cases.whole(each)
             seconds += process_time() - begun
-            found = outputs(run, each.yield_forces, peaks, self.job.grid.frame)
-            values.append(np.column_stack([found[name] for name in NAMES]))
+            named = outputs(run, each.yield_forces, peaks, self.job.grid.frame)
+            values.append(np.column_stack([named[name] for name in NAMES]))
             values[-1][run.status != tally.COMPLETE] = nan
-            residual, steps = max(residual, float(np.nanmax(found["energy_residual"]))), steps + run.steps
+            residual, steps = max(residual, float(np.nanmax(named["energy_residual"]))), steps + run.steps
         contacts = float(np.nansum(np.array(values)[..., NAMES.index("impact_count")]))
         return Runs(np.array(values), contacts, steps, residual, seconds)
 

@@ -115,7 +115,7 @@ def power_law(law: Any, e: float, mass: float, yield_force: float) -> PowerLaw |
     if elastic[0] <= 0.0 or elastic[1] <= 0.0:
         return None
     is_damped = viscous[0] > 0.0 and viscous[1] > 0.0
-    found = PowerLaw(
+    powers = PowerLaw(
         elastic[0],
         round(log2(elastic[1] / elastic[0]), 9),
         viscous[0] if is_damped else 0.0,
@@ -127,10 +127,10 @@ def power_law(law: Any, e: float, mass: float, yield_force: float) -> PowerLaw |
     )
     for touch, delta, rate in product((0.2, 1.3), (1e-4, 3e-3, 0.1), (-1.7, -0.2, 0.3, 2.0)):
         force = float(law.force(law.begin(e, touch, mass), delta, rate, rate > 0.0))
-        force = float(law.plateau(delta, found.most)) if force > found.most else max(force, found.least)
-        if abs(found.force(touch, delta, rate) - force) > 1e-9 * abs(force):
+        force = float(law.plateau(delta, powers.most)) if force > powers.most else max(force, powers.least)
+        if abs(powers.force(touch, delta, rate) - force) > 1e-9 * abs(force):
             return None
-    return found
+    return powers
 
 
 def name_of(law: Any) -> str:
@@ -235,12 +235,12 @@ def storeys_of(bench: Bench, building: int) -> dict[int, Any]:
     chain, structure = bench.chains[building], bench.study.buildings[building]
     hardening = np.broadcast_to(chain.hardening, chain.mass.size)
     base = 1 if getattr(structure, "isolators", None) else 0
-    found = {}
+    materials = {}
     for storey in np.flatnonzero(np.isfinite(chain.strength)).tolist():
         law = None if storey - chain.foundations < base else getattr(structure, "hysteresis", None)
         numbers = chain.shear[storey], chain.strength[storey], hardening[storey]
-        found[storey + 1] = storey_material(law, *map(float, numbers))
-    return found
+        materials[storey + 1] = storey_material(law, *map(float, numbers))
+    return materials
 
 
 def unsaid_laws(bench: Bench) -> str:
@@ -363,9 +363,9 @@ def solve(bench: Bench, case: PointCase, h: float) -> Peaks:
     if failed:
         raise PoundingError(f"no convergence in {ITERATIONS} iterations at {reached:.4g} s of {duration:g} s")
     # The deformation is that of the right node beyond the left one.
-    found = np.zeros((3, len(bench.points)))
-    found[:, list(bench.contact_points)] = np.abs(reach).max(axis=0), np.maximum(-reach[0], 0.0), -force[0]
-    return Peaks(found[0], found[1], found[2], seconds)
+    peaks = np.zeros((3, len(bench.points)))
+    peaks[:, list(bench.contact_points)] = np.abs(reach).max(axis=0), np.maximum(-reach[0], 0.0), -force[0]
+    return Peaks(peaks[0], peaks[1], peaks[2], seconds)
 
 
 def hindrance(bench: Bench) -> str:

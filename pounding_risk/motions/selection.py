@@ -298,8 +298,8 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
     considered = len(candidates) + sum(left_out.values())
     candidates = [candidate for candidate in candidates if _passes(candidate, criteria, left_out)]
     compared = periods if target.pivot is None else np.append(periods, target.pivot)
-    made = SPECTRA[criteria.spectrum]
-    spectra = made(candidates, compared, target.damping) if candidates else np.empty((0, compared.size))
+    spectra_of = SPECTRA[criteria.spectrum]
+    spectra = spectra_of(candidates, compared, target.damping) if candidates else np.empty((0, compared.size))
     rows = []
     for parts, spectrum in zip(candidates, spectra, strict=True):
         if not (np.isfinite(spectrum).all() and (spectrum > 0.0).all()):

@@ -91,9 +91,9 @@ def source_of(home: str) -> str:
 
 def declared_questions() -> dict[str, Declared]:
     """The questions that are commands, by name; none is imported."""
-    found = {}
+    questions = {}
     for file in sorted(Path(__file__).parent.glob("[a-z]*.py")):
         source = file.read_text(encoding="utf-8")
         if order := _ORDER.search(source):
-            found[file.stem] = Declared(file.stem, int(order[1]), source)
-    return found
+            questions[file.stem] = Declared(file.stem, int(order[1]), source)
+    return questions

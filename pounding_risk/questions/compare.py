@@ -147,21 +147,21 @@ def _terms(one: xr.Dataset) -> Block:
     rows: list[Row] = []
     for name, has_own_terms in zip(one["contact_model"].values, with_terms_of_its_own(one), strict=True):
         law = one.sel(contact_model=name)
-        asked = law["reference_restitution_asked"]
-        if bool(law["dissipates"]) and bool(asked.notnull()):
+        reference = law["reference_restitution_asked"]
+        if bool(law["dissipates"]) and bool(reference.notnull()):
             note = []
         elif has_own_terms:
             note = ["e and force are its own: nothing can be made equal"]
         elif bool(law["dissipates"]):
             note = ["e is its own: no restitution can be given to it"]
-        elif bool(asked.notnull()):
+        elif bool(reference.notnull()):
             note = ["elastic with e = 1"]
         else:
             note = ["elastic: cannot dissipate, no restitution can be given to it"]
         row: Row = [
             str(name),
             amount(law["stiffness"], str(law["stiffness_unit"].values) or "1"),
-            number(asked if law["dissipates"] else nan),
+            number(reference if law["dissipates"] else nan),
             number(law["reference_restitution"]),
             number(law["reference_peak_force"], "N"),
             number(law["reference_peak_penetration"], "m", 3),

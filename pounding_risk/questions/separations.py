@@ -158,9 +158,11 @@ def separations(
         from pounding_risk.assessment.separations.table import DISPLACEMENT
 
         allowed = DISPLACEMENT._replace(low=0.0, open_high=True)
-        given = _by_side("displacement", displacement, allowed, BOTH_DISPLACEMENTS)
+        displacements = _by_side("displacement", displacement, allowed, BOTH_DISPLACEMENTS)
         moving = _moving(period, damping)
-        return Given(code.separations(("left", "right"), given, *moving, site=site), given, site, *moving)
+        return Given(
+            code.separations(("left", "right"), displacements, *moving, site=site), displacements, site, *moving
+        )
     share = percentile_of(percentile)
     dataset = with_axes(open_results(results) if isinstance(results, str | Path) else results, str(results))
     check_scan(dataset, name_of(dataset), names=("building", "building_period", "building_damping"))

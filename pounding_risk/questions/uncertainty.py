@@ -297,8 +297,8 @@ def _indices(part: xr.Dataset) -> Block:
         rows.append([str(here["uncertain_number"].item()), *(cell for kind in kinds for cell in _share(here, kind))])
     if "first_order_of_motions" in one:
         rows.append(["the motion", *_share(one, "first_order_of_motions")])
-    said = OUTPUT_WORDS.get(output, output.replace("_", " "))
-    return table(f"Shares of the numbers in the variance of {said} over the samples.", heads, rows)
+    output_words = OUTPUT_WORDS.get(output, output.replace("_", " "))
+    return table(f"Shares of the numbers in the variance of {output_words} over the samples.", heads, rows)
 
 
 def _share(one: xr.Dataset, name: str) -> list[Cell]:

@@ -152,10 +152,10 @@ def _place(axis: str, value: Any, labels: np.ndarray, source: str) -> int:
     names = [label_words(axis, label) for label in labels]
     near = [] if number else get_close_matches(str(value), names, 1, 0.6)
     meant = f"; did you mean {near[0]}?" if near else ""
-    there = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "") or "none"
+    listed_names = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "") or "none"
     value_words = label_words(axis, value)
     raise PoundingError(
-        f"{source}: holds no {TITLES.get(axis, axis_words(axis))} {value_words}; it holds {there}{meant}"
+        f"{source}: holds no {TITLES.get(axis, axis_words(axis))} {value_words}; it holds {listed_names}{meant}"
     )
 
 

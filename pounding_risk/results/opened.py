@@ -500,6 +500,6 @@ def one_case(
     if pga is not None and (intensity_level is not None or opened.measure != PEAK):
         raise PoundingError(f"pga: the amplitude is named by intensity_level, of {opened.measure.words}; leave pga out")
     check_scene(results)
-    given = (record, polarity, intensity_level if pga is None else pga, contact_model, gap, yield_force)
-    where = {axis: opened.place(axis, value) for axis, value in zip(axes_of_cases(results), given, strict=True)}
+    labels = (record, polarity, intensity_level if pga is None else pga, contact_model, gap, yield_force)
+    where = {axis: opened.place(axis, value) for axis, value in zip(axes_of_cases(results), labels, strict=True)}
     return results.isel({axis: place for axis, place in where.items() if axis in results.dims})

@@ -109,9 +109,9 @@ def _options(results: xr.Dataset, path: Path) -> tuple[bool, float]:
 
 def _check_laws(raw: Mapping[str, Any], path: Path) -> None:
     """Refuse contact laws that are not registered."""
-    asked = [element.get("contact_model") for _, element in tables(raw, "interface")]
-    asked += as_list(table(raw, "grid").get("contact_model"))
-    unknown = [name for name in dict.fromkeys(asked) if name is not None and name not in CONTACT_MODELS]
+    requested = [element.get("contact_model") for _, element in tables(raw, "interface")]
+    requested += as_list(table(raw, "grid").get("contact_model"))
+    unknown = [name for name in dict.fromkeys(requested) if name is not None and name not in CONTACT_MODELS]
     if unknown:
         raise PoundingError(
             f"{path}: was run under {', '.join(unknown)}, which is no contact model here; where it is of a plug-in, "

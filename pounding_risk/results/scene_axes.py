@@ -99,19 +99,19 @@ def _label_faults(dataset: xr.Dataset, axes: Sequence[SceneAxis]) -> Iterator[st
     """Faults of the labels of axes that a dataset has; one along which a place was selected need have none."""
     for axis in axes:
         for name, labels in axis.labels().items() if axis.name in dataset.dims else ():
-            found = dataset.variables.get(name)
-            if found is None or found.dims != (axis.name,):
+            variable = dataset.variables.get(name)
+            if variable is None or variable.dims != (axis.name,):
                 yield f"the axis {axis.name} has no labels {name}"
                 continue
             # A label is that of its own place, or any where places were selected.
-            known, whole = labels.values, found.size == len(labels.values)
-            may_be = [known[place : place + 1] if whole else known for place in range(found.size)]
-            pairs = zip(found.values.tolist(), may_be, strict=True)
-            is_text = found.dtype.kind in "UOT"
+            known, whole = labels.values, variable.size == len(labels.values)
+            may_be = [known[place : place + 1] if whole else known for place in range(variable.size)]
+            pairs = zip(variable.values.tolist(), may_be, strict=True)
+            is_text = variable.dtype.kind in "UOT"
             if is_text != isinstance(known[0], str) or not all(any(_equal(k, v) for k in among) for v, among in pairs):
                 yield f"the labels {name} are not those of the attribute {SCENE_AXES}"
-            elif str(found.attrs.get("units")) != str(labels.unit):
-                yield f"the labels {name} are in {found.attrs.get('units')!r}, not in {labels.unit!r}"
+            elif str(variable.attrs.get("units")) != str(labels.unit):
+                yield f"the labels {name} are in {variable.attrs.get('units')!r}, not in {labels.unit!r}"
 
 
 def _variant_faults(variants: Mapping[str, list[Any]], shape: tuple[int, ...]) -> Iterator[str]:
@@ -137,13 +137,13 @@ def _has_shape(values: Any, shape: Sequence[int]) -> bool:
 
 def variants_of(dataset: xr.Dataset) -> dict[str, list[Any]]:
     """What else differs along the axes: lists of attributes and of tables; raises PoundingError where it is damaged."""
-    found = from_text(dataset.attrs.get(VARIANTS, "{}"))
-    if not isinstance(found, dict) or not all(isinstance(listed, list) for listed in found.values()):
+    variants = from_text(dataset.attrs.get(VARIANTS, "{}"))
+    if not isinstance(variants, dict) or not all(isinstance(listed, list) for listed in variants.values()):
         raise PoundingError(
             f"the attribute {VARIANTS} cannot be read: the file was damaged or changed since it was written; take the "
             "one that scan wrote, or run the scan again"
         )
-    return found
+    return variants
 
 
 def axis_coordinates(axes: Iterable[SceneAxis], more: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:

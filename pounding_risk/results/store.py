@@ -57,8 +57,8 @@ class Blockwise(ABC):
                 part = range(max(batches.start, block.start), min(batches.stop, block.stop))
                 if block != self._block:
                     self._flush(block)
-                for name, given in values.items():
-                    of_part = np.asarray(given)[part.start - batches.start : part.stop - batches.start]
+                for name, array in values.items():
+                    of_part = np.asarray(array)[part.start - batches.start : part.stop - batches.start]
                     self._take(block, part, name, of_part)
 
     def finish(self, attrs: Mapping[str, Any]) -> None:

@@ -38,12 +38,12 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
     """
     if "sensitive" not in dataset:
         return
-    made, checked, sensitive = 0, 0, 0
+    simulated, checked, sensitive = 0, 0, 0
     changes: dict[str, list[np.ndarray]] = {name: [] for name in RELATIVE}
     moved = dict.fromkeys(COUNTED, 0)
     for piece in streamed(dataset, ("sensitive", "simulated", *(f"change_{name}" for name in (*RELATIVE, *COUNTED)))):
         again = piece["sensitive"] >= 0
-        made += int((piece["simulated"] == 1).sum())
+        simulated += int((piece["simulated"] == 1).sum())
         checked += int(again.sum())
         sensitive += int((piece["sensitive"] == 1).sum())
         for name, finite in changes.items():
@@ -55,7 +55,7 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         return
     rtol = float(dataset.attrs["rtol"])
     moves = [*_moves(changes), *(f"{WORDS[name]} changes in {count or 'none'}" for name, count in moved.items())]
-    yield "recomputed", f"{checked} of {counted(made, 'run')} at rtol {tighter(rtol):g}: " + "; ".join(moves)
+    yield "recomputed", f"{checked} of {counted(simulated, 'run')} at rtol {tighter(rtol):g}: " + "; ".join(moves)
     if sensitive:
         yield (
             "sensitive",

@@ -182,14 +182,14 @@ def _sizes(entry: Any, least: int) -> bool:
 def _check_names(path: Path, documents: dict[str, dict[str, Any]]) -> None:
     """Check that the variables are those that the store was marked with when it was written."""
     marked = documents.get(".zattrs", {}).get(ZARR_MARK)
-    there = {name.rpartition("/")[0] for name in documents if name.endswith("/.zarray")}
+    arrays = {name.rpartition("/")[0] for name in documents if name.endswith("/.zarray")}
     if not isinstance(marked, list) or not all(isinstance(name, str) for name in marked):
         raise PoundingError(f"{path}: the attribute {ZARR_MARK} is no list of names; run the scan again")
-    if missing := sorted(set(marked) - there):
+    if missing := sorted(set(marked) - arrays):
         raise PoundingError(f"{path}: the variables {', '.join(missing)} are missing; run the scan again")
-    if strange := sorted(there - set(marked)):
+    if strange := sorted(arrays - set(marked)):
         raise PoundingError(f"{path}: the variables {', '.join(strange)} were added to it: {SOURCE}")
-    if unnamed := sorted(name for name in there if f"{name}/.zattrs" not in documents):
+    if unnamed := sorted(name for name in arrays if f"{name}/.zattrs" not in documents):
         raise PoundingError(f"{path}: the variables {', '.join(unnamed)} name no dimensions; run the scan again")
 
 
@@ -200,8 +200,8 @@ def _check_pieces(path: Path, documents: dict[str, dict[str, Any]]) -> None:
             variable = name.removesuffix("/.zarray")
             sizes = zip(document.get("shape", []), document.get("chunks", []), strict=True)
             expected = prod(-(-size // piece) for size, piece in sizes)
-            there = sum(not file.name.startswith(".") for file in (path / variable).glob("*"))
-            if there < expected:
+            pieces = sum(not file.name.startswith(".") for file in (path / variable).glob("*"))
+            if pieces < expected:
                 raise PoundingError(
-                    f"{path}: pieces of it are missing ({variable} lacks {expected - there}); run the scan again"
+                    f"{path}: pieces of it are missing ({variable} lacks {expected - pieces}); run the scan again"
                 )

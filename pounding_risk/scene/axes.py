@@ -394,7 +394,7 @@ def axis_faults(study: OfScene, placed: Sequence[Placed], make: Callable[[Sequen
         if axis.dimension:
             where = f"sample {place} ({', '.join(text.replace('=', ' = ', 1) for text in overrides)})"
         try:
-            made = make(overrides)
+            variant = make(overrides)
         except SceneError as error:
             for fault in error.faults:
                 sentence = fault if axis.dimension else fault.removeprefix(f"--set {axis.name}: ")
@@ -403,9 +403,9 @@ def axis_faults(study: OfScene, placed: Sequence[Placed], make: Callable[[Sequen
             if axis.dimension:
                 return
             continue
-        changes = list(unlike(study, made))
+        changes = list(unlike(study, variant))
         yield from (Fault(path, f"{where} changes {what}; {repair}") for what, repair in changes)
-        idle = [] if changes else list(_without_effect(study, made))
+        idle = [] if changes else list(_without_effect(study, variant))
         for what in idle:
             sentence = f"changes no case: [grid] has its own {what}"
             if what == "gap" and axis.dimension:

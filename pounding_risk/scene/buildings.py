@@ -553,8 +553,8 @@ class FlooredBuilding(MovingBuilding):
         keys = ("floor_masses", "storey_heights")
         lists = {IN_STRUCTURES.get(key, key): self.by_floor(key, count) for key in keys}
         fields = self.fields()
-        given = {key: fields[key] for key in ("name", "support", "displacement_history", "damping")}
-        return {"stiffnesses": (), **given, **lists}
+        stated = {key: fields[key] for key in ("name", "support", "displacement_history", "damping")}
+        return {"stiffnesses": (), **stated, **lists}
 
     def completed(self, bare: Storeys) -> Storeys:
         """The building at the period of the table, on its isolators, with its initial state."""

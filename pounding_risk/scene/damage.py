@@ -243,33 +243,33 @@ def damage_checks(states: Sequence[Section], buildings: Sequence[str]) -> Iterat
             )
         yield from _of_one_demand(keys)
         for place, known in (("building", buildings), ("interface", interfaces)):
-            given = keys.get(place)
-            if given and given not in known:
+            called = keys.get(place)
+            if called and called not in known:
                 listed = ", ".join(known)
                 yield keys.fault(
-                    place, f"{shown(given)} is no {place} of the scene{nearest(given, known)}; it has {listed}"
+                    place, f"{shown(called)} is no {place} of the scene{nearest(called, known)}; it has {listed}"
                 )
 
 
 def _of_one_demand(keys: Section) -> Iterator[Fault]:
     """Faults of a state without a threshold, with several, and with a place that its demand has not."""
-    given = [demand for demand in DEMANDS if demand.key in keys]
-    if not given:
+    demands = [demand for demand in DEMANDS if demand.key in keys]
+    if not demands:
         listed = ", ".join(demand.key for demand in DEMANDS)
         sentence = f'has no threshold; write drift = "0.5 %", or another of {listed}'
         yield Fault(keys.path, sentence, absent=True)
-    for demand in given[1:]:
+    for demand in demands[1:]:
         yield keys.fault(
             demand.key,
-            f"{given[0].key} and {demand.key} are both given, and a state is reached by one demand; write a [[damage]] "
-            "table for each",
+            f"{demands[0].key} and {demand.key} are both given, and a state is reached by one demand; write a "
+            "[[damage]] table for each",
         )
-    for place in (*OF_BUILDINGS, *OF_INTERFACES) if given else ():
-        if place in keys and place not in given[0].places:
+    for place in (*OF_BUILDINGS, *OF_INTERFACES) if demands else ():
+        if place in keys and place not in demands[0].places:
             yield keys.fault(
                 place,
-                f"{given[0].key} is no demand on {article(place.replace('_', ' '))}; write "
-                f"{' or '.join(given[0].places)}, or remove {place}",
+                f"{demands[0].key} is no demand on {article(place.replace('_', ' '))}; write "
+                f"{' or '.join(demands[0].places)}, or remove {place}",
             )
 
 

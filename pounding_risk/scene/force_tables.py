@@ -54,13 +54,13 @@ def _read(value: Any, number: Number) -> Table | TableFile:
     kinds |= {"unloading_stiffness": lambda item: number(item, UNLOADING_STIFFNESS), "file": _file}
     needed = ("file",) if "file" in value else ("penetration", "force")
     takes = "a table takes file, or penetration, force and unloading; and unloading_stiffness"
-    given = options(value, kinds, needed, lambda name: f"missing; write {POINTS}", takes)
-    if "file" in given:
-        if twice := [name for name in COLUMNS if name in given]:
+    values = options(value, kinds, needed, lambda name: f"missing; write {POINTS}", takes)
+    if "file" in values:
+        if twice := [name for name in COLUMNS if name in values]:
             raise Several([((name,), "the file has the points; remove one of the two") for name in twice])
-        return TableFile(**given)
+        return TableFile(**values)
     try:
-        return table_of(**given)
+        return table_of(**values)
     except TableError as error:
         raise Several([((), sentence) for sentence in error.sentences]) from None
 

@@ -146,10 +146,10 @@ def interface_checks(draft: Draft) -> Iterator[Fault]:
 def _per_interface(draft: Draft, count: int) -> Iterator[Fault]:
     """Options of effects that are lists have one value for each of so many interfaces."""
     several = f", or {count}, one between each two neighbours from left to right" if count > 1 else ""
-    for name, given in draft.table("effects").raw.items():
-        kinds = EFFECTS[name].options if name in EFFECTS and isinstance(given, dict) else {}
+    for name, stated in draft.table("effects").raw.items():
+        kinds = EFFECTS[name].options if name in EFFECTS and isinstance(stated, dict) else {}
         for key in (key for key, allowed in kinds.items() if isinstance(allowed, PerInterface)):
-            value = given.get(key)
+            value = stated.get(key)
             if isinstance(value, list) and len(value) not in (0, count):
                 sentence = f"a list of {len(value)} for {counted(count, 'interface')}: write one value for all{several}"
                 yield Fault(("effects", name, key), sentence)
@@ -272,10 +272,10 @@ def _relation(keys: Section, used: Sequence[str]) -> Iterator[Fault]:
     wrong = misfit((CONTACT_MODELS[name] for name in used), relation) if relation in RELATIONS else ""
     if wrong:
         yield Fault((*keys.path, "restitution", "relation"), wrong)
-    elif relation == AS_ASKED and (given := keys.get("restitution")):
+    elif relation == AS_ASKED and (restitution := keys.get("restitution")):
         fixed = 1.0 if "design_penetration" in keys else 0.0
         for name in used:
-            if beyond := out_of_reach(related(CONTACT_MODELS[name], AS_ASKED), least_of(given.rule), fixed):
+            if beyond := out_of_reach(related(CONTACT_MODELS[name], AS_ASKED), least_of(restitution.rule), fixed):
                 yield keys.fault("restitution", beyond)
 
 

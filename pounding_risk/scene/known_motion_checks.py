@@ -34,9 +34,11 @@ def known_motion_checks(draft: Draft) -> Iterator[Fault]:
     if "wave_passage" in draft.table("effects").raw:
         yield Fault(("effects", "wave_passage"), on_records)
     records, grid = draft.table("records"), draft.table("grid")
-    given = f"{name} has a {KEY}, which is its response to each record as it is"
+    sentence = f"{name} has a {KEY}, which is its response to each record as it is"
     if REVERSED in records.get("polarity", ()):
-        yield records.fault("polarity", f"{given}: how it responds to the reverse is not known; remove {REVERSED}")
+        yield records.fault("polarity", f"{sentence}: how it responds to the reverse is not known; remove {REVERSED}")
     for table, key in ((grid, "pga"), (records, "intensity")):
         if len(table.get(key) or ()) > 1:
-            yield table.fault(key, f"{given}, at one amplitude: it is never scaled; write one, or scan once for each")
+            yield table.fault(
+                key, f"{sentence}, at one amplitude: it is never scaled; write one, or scan once for each"
+            )

@@ -92,9 +92,9 @@ def read_history(path: Path, floors: int) -> History:
     if rows:
         (line, cells), expected = rows[0], ["time", *(f"floor {floor}" for floor in range(1, floors + 1))]
         heads = [split_unit(cell) for cell in cells]
-        found = [" ".join(name.lower().split()) for name, _ in heads]
-        if found != expected:
-            faults.append(f"line {line}: has the columns {', '.join(found)}, and not {', '.join(expected)}; {HEAD}")
+        columns = [" ".join(name.lower().split()) for name, _ in heads]
+        if columns != expected:
+            faults.append(f"line {line}: has the columns {', '.join(columns)}, and not {', '.join(expected)}; {HEAD}")
     samples = _samples(rows[1:], [unit for _, unit in heads], faults) if not faults else np.empty((0, 0))
     faults += _of_times(samples[:, 0], [line for line, _ in rows[1:]]) if not faults else []
     if faults:
@@ -150,15 +150,15 @@ def _history_of(path: Path, digest: str, floors: int) -> History:
 def histories_beside(study: Scene, motion: Motion) -> dict[int, History]:
     """The history of each building of known motion under a record of the scene, by its place in the row."""
     stated = motion.record.get(KEY, {})
-    found = {}
+    histories = {}
     for place, building in enumerate(study.buildings):
         if building.displacement_history:
             about = stated[building.name]
             path = study.folder / about["file"]
             if _digest(path) != about["sha256"]:
                 raise PoundingError(f"{path}: was changed while it is in use; start again")
-            found[place] = _history_of(path, about["sha256"], len(building.heights) or 1)
-    return found
+            histories[place] = _history_of(path, about["sha256"], len(building.heights) or 1)
+    return histories
 
 
 def with_histories(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:

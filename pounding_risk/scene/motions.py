@@ -35,9 +35,9 @@ def gathered(study: Scene) -> MotionEnsemble:
     before it has reached all buildings.
     """
     grid, is_factor = study.grid, study.grid.measure.name == FACTOR
-    given = (*study.records.given(), *([INTENSITY] if grid.measure != PEAK else []))
+    stated_keys = (*study.records.given(), *([INTENSITY] if grid.measure != PEAK else []))
     has_pga = grid.measure == PEAK and grid.amplitudes != (None,)
-    faults = conflicts(given, grid_pga=has_pga and study.records.pga is None, is_factor=is_factor)
+    faults = conflicts(stated_keys, grid_pga=has_pga and study.records.pga is None, is_factor=is_factor)
     if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
         raise SceneError(study.source, sentences)
     request = request_of(study)

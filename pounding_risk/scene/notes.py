@@ -61,12 +61,12 @@ def unused_keys(study: Scene) -> tuple[str, ...]:
         variants = Variants(study)
         first, last = (unused_keys(variants.scene(number)) for number in (0, variants.count - 1))
         return tuple(sentence for sentence in first if sentence in last)
-    given, laws = given_keys(study), {name: known_law(name) for name in study.model_names}
+    stated, laws = given_keys(study), {name: known_law(name) for name in study.model_names}
     tables = {
         "building": [{"name": building.name} for building in study.buildings],
-        "interface": [{} for _ in range(_interface_tables(given))],
+        "interface": [{} for _ in range(_interface_tables(stated))],
     }
-    listed = (unused for of_section in UNUSED for unused in of_section(study, given, laws) if unused.path in given)
+    listed = (unused for of_section in UNUSED for unused in of_section(study, stated, laws) if unused.path in stated)
     return tuple(f"{key_name(unused.path, tables)}: no effect{unused.on}: {unused.reason}" for unused in listed)
 
 
@@ -74,17 +74,17 @@ def given_keys(study: Scene) -> dict[KeyPath, Any]:
     """The keys that the scene's text and its overrides give; those of the resolved scene where it has no text."""
     from pounding_risk.scene.reader import written_tables
 
-    given: dict[KeyPath, Any] = {}
+    stated: dict[KeyPath, Any] = {}
     for section, value in written_tables(study).items():
         for index, table in enumerate(value) if isinstance(value, list) else [(None, value)]:
             path = (section,) if index is None else (section, index)
-            given |= {(*path, key): item for key, item in table.items()}
+            stated |= {(*path, key): item for key, item in table.items()}
             for key, item in table.items():
                 inner = [((), item)] if not isinstance(item, list) else [((at,), one) for at, one in enumerate(item)]
                 for at, options in inner:
                     if isinstance(options, Mapping):
-                        given |= {(*path, key, *at, option): setting for option, setting in options.items()}
-    return given
+                        stated |= {(*path, key, *at, option): setting for option, setting in options.items()}
+    return stated
 
 
 def _interface_tables(given: Given) -> int:

@@ -494,8 +494,8 @@ def record_checks(draft: Draft) -> Iterator[Fault]:
         for key in ("pause", "aftershock_ratio"):
             if key in keys and "aftershock" not in keys:
                 yield keys.fault(key, 'no motion follows another; write aftershock = "RSN753-000", or remove it')
-        given = keys.get(INTENSITY) or ()
-        is_factor = any(level.measure.name == FACTOR for level in given)
+        levels = keys.get(INTENSITY) or ()
+        is_factor = any(level.measure.name == FACTOR for level in levels)
         for key, sentence in conflicts(keys.raw, grid_pga="pga" in draft.table("grid"), is_factor=is_factor):
             yield keys.fault(key, sentence)
 
@@ -526,14 +526,14 @@ def missing_files(raw: Mapping[str, Any], folder: Path) -> Iterator[Fault]:
 
 def named_files(raw: Mapping[str, Any]) -> Iterator[tuple[KeyPath, str]]:
     """Every name or pattern of files in a scene's tables, with its path."""
-    given: list[tuple[KeyPath, list[Any]]] = [(("records", "files"), as_list(table(raw, "records").get("files")))]
+    names: list[tuple[KeyPath, list[Any]]] = [(("records", "files"), as_list(table(raw, "records").get("files")))]
     following = table(raw, "records").get("aftershock")
-    given.append((("records", "aftershock"), following if isinstance(following, list) else [following]))
+    names.append((("records", "aftershock"), following if isinstance(following, list) else [following]))
     for index, building in tables(raw, "building"):
         for key in ("ground_record", "displacement_history"):
             own = building.get(key)
-            given.append((("building", index, key), own if isinstance(own, list) else [own]))
-    for path, patterns in given:
+            names.append((("building", index, key), own if isinstance(own, list) else [own]))
+    for path, patterns in names:
         for place, pattern in enumerate(patterns):
             if (
                 isinstance(pattern, str)

@@ -75,17 +75,17 @@ def resolved_interfaces(
 ) -> tuple[tuple[ResolvedInterface, ...], list[Fault]]:
     """What stands between each two buildings, from tables without a fault; one table is for all where there is one."""
     interfaces, faults = [], []
-    given = draft.tables("interface")
+    tables = draft.tables("interface")
     # What one interface does not say of its contact is that of the first which does.
     inherited = ("contact_model", *PARAMETERS, "equal_terms")
-    shared = {key: keys.get(key) for key in inherited for keys in given[::-1] if key in keys}
+    shared = {key: keys.get(key) for key in inherited for keys in tables[::-1] if key in keys}
     # In a row, a grid of one yield force is that of all interfaces.
     shared_force = {"yield_force": grid.yield_force[0]} if row and len(grid.yield_force) == 1 else {}
     depths = [keys.get("floor_depth") for keys in draft.tables("building")]
     stands_apart = len({repr(side.support) for side in buildings}) > 1 or "wave_passage" in draft.table("effects").raw
-    has_bumper = "bumper_length" in varied(draft) or any("bumper_length" in keys for keys in given)
+    has_bumper = "bumper_length" in varied(draft) or any("bumper_length" in keys for keys in tables)
     for place, sides in enumerate(pairwise(buildings)):
-        keys = given[min(place, len(given) - 1)]
+        keys = tables[min(place, len(tables) - 1)]
         table = Interface.from_values(shared | dict(keys.values) | shared_force)
         # What its table does not say of the contact is the first of the grid.
         contact_model = table.contact_model or grid.contact_model[0]

@@ -483,8 +483,8 @@ class Scene(ShortRepr):
         ``restitution``, ``restitution_words`` and ``relation`` are what the properties of these names are.
         """
         interfaces = values.get("interfaces", self.interfaces)
-        if given := {OF_RESTITUTION[key]: values.pop(key) for key in OF_RESTITUTION if key in values}:
-            interfaces = [one.updated(restitution=one.restitution._replace(**given)) for one in interfaces]
+        if restitution := {OF_RESTITUTION[key]: values.pop(key) for key in OF_RESTITUTION if key in values}:
+            interfaces = [one.updated(restitution=one.restitution._replace(**restitution)) for one in interfaces]
         between = {key: values.pop(key) for key in list(values) if key in ResolvedInterface.model_fields}
         values["interfaces"] = tuple(one.updated(**between) if between else one for one in interfaces)
         return _made({part.name: getattr(self, part.name) for part in fields(self)} | values)

@@ -216,20 +216,20 @@ def effect_checks(draft: Draft) -> Iterator[Fault]:
                 absent=True,
             )
     keys = draft.table("effects")
-    acting = {name: given for name, given in keys.raw.items() if name in EFFECTS}
-    for name, given in acting.items():
+    acting = {name: setting for name, setting in keys.raw.items() if name in EFFECTS}
+    for name, setting in acting.items():
         kind: Any = EFFECTS[name]
         for needed in kind.needs:
             if needed not in acting:
                 yield keys.fault(name, f"acts on what {needed} leaves; write {needed} = {{}} as well")
-        if isinstance(given, dict) and given.get("code") == "mc1990" and "strength" not in given:
+        if isinstance(setting, dict) and setting.get("code") == "mc1990" and "strength" not in setting:
             yield keys.fault(name, 'code mc1990 needs the concrete; write strength = "30 MPa" as well')
         for law in laws:
             if why := refusal(CONTACT_MODELS[law], name):
                 takers = ", ".join(other for other, kind in LAWS.items() if not refusal(kind))
                 yield keys.fault(name, f"{law} {why}; remove {name}, or choose among {takers}")
     exponents = [keys.raw.get("plastic_exponent", 0) for keys in draft.tables("interface")]
-    if "permanent_set" in acting and "van_mier" in laws and any(given not in (0, 0.0, "0") for given in exponents):
+    if "permanent_set" in acting and "van_mier" in laws and any(one not in (0, 0.0, "0") for one in exponents):
         yield keys.fault(
             "permanent_set",
             "van_mier with a plastic_exponent above 0 hardens while it yields, and what it remembers of that is not "

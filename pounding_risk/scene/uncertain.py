@@ -154,13 +154,13 @@ class UncertainNumber:
         assert isinstance(self.distribution, Continuous) and self.quantity is not None
         low, high = self.ends
         start = self._below(low)
-        made = self.distribution.quantile(inside(start + self.left * probability))
+        numbers = self.distribution.quantile(inside(start + self.left * probability))
         bounds = self.quantity
         if bounds.open_low and low == bounds.low:
             low = nextafter(low, inf)
         if bounds.open_high and high == bounds.high:
             high = nextafter(high, -inf)
-        return tuple(exact(value, bounds) for value in np.clip(made, low, high).tolist())
+        return tuple(exact(value, bounds) for value in np.clip(numbers, low, high).tolist())
 
     def words(self) -> str:
         """The distribution, such as "lognormal, median 1 s, dispersion 0.2", and where it is cut."""
@@ -306,8 +306,8 @@ class UncertainNumbers:
 
     def with_points(self, points: Any) -> UncertainNumbers:
         """The same numbers at points that are given, such as those of another design; see `values_at`."""
-        given = tuple(map(tuple, self._checked(points).tolist()))
-        return replace(self, samples=len(given), method=GIVEN, seed=0, given=given)
+        points_checked = tuple(map(tuple, self._checked(points).tolist()))
+        return replace(self, samples=len(points_checked), method=GIVEN, seed=0, given=points_checked)
 
     def described(self) -> Iterator[tuple[str, str]]:
         """How many samples there are and how they are drawn, and each number with its distribution."""

@@ -260,19 +260,21 @@ def _number(key: str, targets: Sequence[KeyPath], value: Any, raw: Mapping[str, 
             "or every number with its unit"
         )
     takes = taken_by(kind)
-    given = {name: item for name, item in value.items() if name != "distribution"}
-    given |= {name: own for name, one in takes.items() if one.is_own and name not in given and own is not None}
+    parameters = {name: item for name, item in value.items() if name != "distribution"}
+    parameters |= {
+        name: own for name, one in takes.items() if one.is_own and name not in parameters and own is not None
+    }
     readers = {name: _reader(name, one, quantity, one_value(targets[0], known)) for name, one in takes.items()}
     needed = [name for name, one in takes.items() if one.is_needed]
     example = f'{{distribution = "{kind.name()}", {kind.example}}}'
     takes_words = f"{kind.name()} takes {', '.join(takes)}"
-    values = options(given, readers, needed, lambda name: f"missing; write {example}", takes_words)
+    values = options(parameters, readers, needed, lambda name: f"missing; write {example}", takes_words)
     cuts = {name: values.pop(name) for name in CUTS if name in values and name not in kind.takes}
     number = UncertainNumber(key, kind.of(**values), quantity if issubclass(kind, Continuous) else None, **cuts)
     if number.low >= number.high:
         raise Unreadable("low is not below high; swap them")
     if number.left < LEAST_LEFT:
-        words = [f"{name} {shown(given[name])}" for name in ("low", "high") if abs(getattr(number, name)) < inf]
+        words = [f"{name} {shown(parameters[name])}" for name in ("low", "high") if abs(getattr(number, name)) < inf]
         allowed = " and ".join(words) or (bounds(number.quantity) if number.quantity else "")
         raise Unreadable(f"lies outside of what the number may be, {allowed}; correct the distribution")
     return number

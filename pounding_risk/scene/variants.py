@@ -40,28 +40,28 @@ class Variants:
     def scene(self, number: int) -> Scene:
         """The scene of this number; raises SceneError with the values that it has along the axes."""
         if number not in self._scenes:
-            made = self._checked(number)
+            variant = self._checked(number)
             if len(self._scenes) >= MOST_KEPT:
-                return made
+                return variant
             # The records, which no axis changes, are kept once.
-            self._scenes[number] = made.updated(records=self.study.records)
+            self._scenes[number] = variant.updated(records=self.study.records)
         return self._scenes[number]
 
     def _checked(self, number: int) -> Scene:
         overrides = self.overrides(number)
         try:
-            made = self.made(overrides)
+            variant = self.made(overrides)
         except SceneError as error:
             where = where_words(overrides)
             raise SceneError(error.source, [f"grid, at {where}: {fault}" for fault in error.faults]) from None
-        for what, repair in unlike(self.study, made):
-            raise SceneError(made.source, [f"grid, at {where_words(overrides)}: changes {what}; {repair}"])
-        return made
+        for what, repair in unlike(self.study, variant):
+            raise SceneError(variant.source, [f"grid, at {where_words(overrides)}: changes {what}; {repair}"])
+        return variant
 
     def made(self, overrides: Sequence[str]) -> Scene:
         """The scene with these values set, and no axes; changed as the study says `at_every_place`."""
-        made, brought = self._made.made(overrides), self.study.at_every_place
-        return made if brought is None else brought(made)
+        variant, brought = self._made.made(overrides), self.study.at_every_place
+        return variant if brought is None else brought(variant)
 
     def alone(self) -> Iterator[Scene]:
         """The scenes at places along each axis, the other keys as the scene has them."""

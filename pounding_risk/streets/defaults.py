@@ -243,27 +243,27 @@ class _Completed:
         """The family of Hazus that storeys are made of: as given, or of the typology; "" for storeys of a typology."""
         if self.rules.chain != "hazus":
             return ""
-        given = self.values.get("hazus type", "")
-        family = family_of(given) if given else OF_TYPOLOGY.get(typology.removesuffix(EUROPEAN), "")
+        hazus_type = self.values.get("hazus type", "")
+        family = family_of(hazus_type) if hazus_type else OF_TYPOLOGY.get(typology.removesuffix(EUROPEAN), "")
         if family and type_of(family, 1) is not None:
             return family
-        if given:
+        if hazus_type:
             known = ", ".join(name for name in FAMILIES if type_of(name, 1))
-            self.fault(f", hazus type: {shown(given)} has no storeys here; it may be {known}")
+            self.fault(f", hazus type: {shown(hazus_type)} has no storeys here; it may be {known}")
         return ""
 
     def _chain(self, kind: Type, storeys: int, mass: float) -> Chain | None:
         """Storeys by Hazus for a number of them and a mass of a floor, each value listed."""
         values, family = self.values, family_of(kind.name)
-        given = values.get("code level", self.rules.code_level).lower()
-        level = "low" if family in NO_CODE and given in ("high", "moderate") else given
-        if given not in LEVELS:
-            self.fault(f", code level: {shown(given)} is none; it may be {', '.join(LEVELS)}")
+        code_level = values.get("code level", self.rules.code_level).lower()
+        level = "low" if family in NO_CODE and code_level in ("high", "moderate") else code_level
+        if code_level not in LEVELS:
+            self.fault(f", code level: {shown(code_level)} is none; it may be {', '.join(LEVELS)}")
             return None
         if "hazus type" not in values:
             self.fill("hazus type", kind.name, f"{FAMILIES[family].words}, as its typology")
-        if level != given:
-            self.fill("code level", level, f"the manual has no {given} code of {family}")
+        if level != code_level:
+            self.fill("code level", level, f"the manual has no {code_level} code of {family}")
         elif "code level" not in values:
             self.fill("code level", level, STATED)
         exact = chain(kind, level, storeys, mass, period=values.get("period"))

@@ -147,7 +147,7 @@ class Chain(NamedTuple):
 @cache
 def types() -> dict[str, Type]:
     """The types of the table by their names."""
-    found = {}
+    by_name = {}
     for line in TABLE.strip().splitlines():
         name, period, storeys, height, damping, *cells = line.split()
         n = int(storeys)
@@ -156,8 +156,8 @@ def types() -> dict[str, Type]:
             level: Level(strength, tuple(drift / 1e4 for drift in drifts))
             for level, (strength, *drifts) in zip(LEVELS, groups, strict=True)
         }
-        found[name] = Type(name, float(period) / n, float(height) * FOOT / n, float(damping) / 100.0, levels)
-    return found
+        by_name[name] = Type(name, float(period) / n, float(height) * FOOT / n, float(damping) / 100.0, levels)
+    return by_name
 
 
 def type_of(family: str, storeys: int) -> Type | None:

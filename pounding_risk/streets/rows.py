@@ -482,8 +482,8 @@ def _table(source: Path, rules: Rules, layer: str | None, within: str | None, in
     if rules.metres:
         raise BlockError(str(source), ["a CSV has no coordinates to be in metres; leave the option out"])
     options = {"layer": layer, "within": within, "inventory": inventory}
-    if given := [name for name, value in options.items() if value is not None]:
-        raise BlockError(str(source), [f"a CSV has no footprints, so --{given[0]} chooses nothing; leave it out"])
+    if stated := [name for name, value in options.items() if value is not None]:
+        raise BlockError(str(source), [f"a CSV has no footprints, so --{stated[0]} chooses nothing; leave it out"])
     return read_table(source)
 
 

@@ -182,11 +182,11 @@ def _uncertain(row: BlockRow, own_tables: Mapping[str, Any]) -> dict[str, Any]:
 
     Gaps that the given tables vary themselves, by [grid] or by a distribution, are left to these.
     """
-    given = dict(own_tables.get("uncertain", {}))
-    numbers = given.get("numbers", {})
-    varied = [*own_tables.get("grid", {}), *given, *(numbers if isinstance(numbers, Mapping) else ())]
+    stated = dict(own_tables.get("uncertain", {}))
+    numbers = stated.get("numbers", {})
+    varied = [*own_tables.get("grid", {}), *stated, *(numbers if isinstance(numbers, Mapping) else ())]
     if any(key == "gap" or (key.startswith("interface") and key.endswith("gap")) for key in varied):
-        return given
+        return stated
     spreads = {
         f"interface.{number}.gap": {
             "distribution": "uniform",
@@ -197,8 +197,8 @@ def _uncertain(row: BlockRow, own_tables: Mapping[str, Any]) -> dict[str, Any]:
         if pair.resolution > 0.0 and pair.gaps[1] > 0.0
     }
     if spreads:
-        return {"samples": SAMPLES, **given, **spreads}
-    return given if set(given) - {"samples", "method", "seed"} else {}  # no number of this row is uncertain
+        return {"samples": SAMPLES, **stated, **spreads}
+    return stated if set(stated) - {"samples", "method", "seed"} else {}  # no number of this row is uncertain
 
 
 def _middle(row: BlockRow) -> dict[str, float]:

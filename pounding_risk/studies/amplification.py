@@ -115,8 +115,8 @@ def staying(name: str, study: Scene) -> int:
 
 def staying_periods(periods: Any, own: float) -> Array:
     """Periods [s] of the building that stays: its own, one, or several; raises PoundingError."""
-    given: Any = own if periods is None else periods
-    listed = [given] if isinstance(given, str) or np.ndim(given) == 0 else list(given)
+    periods_tried: Any = own if periods is None else periods
+    listed = [periods_tried] if isinstance(periods_tried, str) or np.ndim(periods_tried) == 0 else list(periods_tried)
     values = [si(value, PERIOD, "periods") for value in listed]
     if not values or len(set(values)) < len(values):
         raise PoundingError(f"periods: {shown(periods)}; give one period or more, each once")

@@ -194,14 +194,14 @@ class AtOnce(FreeJob):
         Of drawn motions each sample has one polarity, and samples are padded to the most of any batch.
         """
         samples, motion = self.samples[number], self.motions[self.records[number]]
-        found = (self.pairs or self._pairs(samples)).closings(motion.acceleration, motion.dt)
+        closings = (self.pairs or self._pairs(samples)).closings(motion.acceleration, motion.dt)
         amplitudes = self.study.grid.amplitudes
         factors = np.array(
             [1.0 if level is None else driven(motion, AS_RECORDED, level).pga / motion.pga for level in amplitudes]
         )
         senses = [POLARITIES.index(polarity) for polarity in self.study.records.polarities]
-        closing = found.closing.reshape(2, samples.size, -1)[senses].transpose(1, 0, 2)
-        left, right = (peaks.reshape(samples.size, -1) for peaks in (found.left, found.right))
+        closing = closings.closing.reshape(2, samples.size, -1)[senses].transpose(1, 0, 2)
+        left, right = (peaks.reshape(samples.size, -1) for peaks in (closings.left, closings.right))
         peaks = np.repeat(np.concatenate([left, right[:, -1:]], axis=1)[:, None], len(senses), axis=1)
         if self.drawn is not None:
             places = np.arange(samples.size), self.drawn.polarities[samples]
@@ -359,9 +359,9 @@ def _holds(facts: Facts, number: int, scene: Scene) -> bool:
     if not is_of_masses(scene):
         return False
     here = [[values[number, place] for values in facts.buildings.values()] for place in range(len(scene.buildings))]
-    there = [[getattr(building, name) for name in facts.buildings] for building in scene.buildings]
+    building_facts = [[getattr(building, name) for name in facts.buildings] for building in scene.buildings]
     gaps = facts.gaps[number], [between.gap for between in scene.interfaces]
-    return all(np.allclose(one, other, rtol=ROUNDING, atol=0.0) for one, other in ((here, there), gaps))
+    return all(np.allclose(one, other, rtol=ROUNDING, atol=0.0) for one, other in ((here, building_facts), gaps))
 
 
 # --------------------------------------------------------------------------------------------------------- the dataset

@@ -283,18 +283,18 @@ def parameters_of(function: Any) -> dict[str, str]:
     lines = (inspect.getdoc(function) or "").split("\n") if function is not None else []
     if "Parameters" not in lines:
         return {}
-    found: dict[str, list[str]] = {}
+    parameters: dict[str, list[str]] = {}
     names: list[str] = []
     for line in lines[lines.index("Parameters") + 2 :]:
         if entry := _ENTRY.match(line):
             names = entry[1].split(", ")
-            found |= {name: [] for name in names}
+            parameters |= {name: [] for name in names}
         elif line and not line.startswith(" "):
             break
         else:
             for name in names:
-                found[name].append(line.strip())
-    return {name: " ".join(filter(None, words)) for name, words in found.items()}
+                parameters[name].append(line.strip())
+    return {name: " ".join(filter(None, words)) for name, words in parameters.items()}
 
 
 def _kind(annotation: str) -> Any:

@@ -177,7 +177,7 @@ def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int |
     check_memory(study, ensemble.motions)
     if study.axes:
         check_scenes(Variants(study), ensemble.motions, every=False)
-    made = Plan(
+    plan = Plan(
         study,
         tuple(map(_planned, ensemble.motions)),
         size,
@@ -187,7 +187,7 @@ def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int |
         _changes(before, study, ensemble.motions),
         unused_keys(study),
     )
-    return made, ensemble
+    return plan, ensemble
 
 
 def _read(scene: Scene | str | Path, overrides: Sequence[str]) -> tuple[Scene | None, Scene]:

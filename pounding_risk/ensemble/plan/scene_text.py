@@ -55,11 +55,11 @@ from pounding_risk.units import (
 
 def scene_words(study: Scene, records: int) -> list[tuple[str, str]]:
     """The scene in words: (what, words) by line of a table."""
-    given = given_keys(study)
+    stated_keys = given_keys(study)
     return [
         ("scene", study.name),
         *_places(study),
-        *(("effect", _effect(effect, given)) for effect in study.effects),
+        *(("effect", _effect(effect, stated_keys)) for effect in study.effects),
         ("records", _amplitude(study, records)),
         ("polarity", " and ".join(study.records.polarities)),
         *_grid(study),
@@ -291,16 +291,16 @@ def _effect(effect: Effect, given: Given) -> str:
 
 
 def _amplitude(study: Scene, count: int) -> str:
-    asked, grid = study.records, study.grid
-    scaled = "as recorded" if asked.scale is None else f"times {asked.scale:g}"
-    if asked.manifest:
-        common = "" if asked.scale is None else f", then all times {asked.scale:g}"
-        scaled = f"each times its factor of {asked.manifest}{common}"
-    if asked.sa is not None and asked.sa.value is not None:
-        scaled = f"each scaled to {_spectral(asked.sa)} of {say(asked.sa.value, PGA)}"
-    if asked.to_median is not None:
-        measure = asked.to_median.upper() if isinstance(asked.to_median, str) else _spectral(asked.to_median)
-        common = "" if asked.scale is None else f", then all times {asked.scale:g}"
+    request, grid = study.records, study.grid
+    scaled = "as recorded" if request.scale is None else f"times {request.scale:g}"
+    if request.manifest:
+        common = "" if request.scale is None else f", then all times {request.scale:g}"
+        scaled = f"each times its factor of {request.manifest}{common}"
+    if request.sa is not None and request.sa.value is not None:
+        scaled = f"each scaled to {_spectral(request.sa)} of {say(request.sa.value, PGA)}"
+    if request.to_median is not None:
+        measure = request.to_median.upper() if isinstance(request.to_median, str) else _spectral(request.to_median)
+        common = "" if request.scale is None else f", then all times {request.scale:g}"
         scaled = f"each scaled to the median {measure}{common}"
     if grid.amplitudes != (None,):
         levels = _span([level for level in grid.levels if level is not None], grid.measure.quantity)
@@ -308,11 +308,11 @@ def _amplitude(study: Scene, count: int) -> str:
         of = "" if grid.measure == PEAK else f"{grid.measure.words}{relation} of "
         is_factor = grid.measure.name == FACTOR
         scaled = f"{scaled}, then times {levels}" if is_factor else f"each scaled to {of}{levels}"
-    part = f", {asked.window[0]:g} s to {asked.window[1]:g} s" if asked.window else ""
-    tail = f", at least {say(asked.tail, TAIL)} of free vibration after (whole time steps)" if asked.tail else ""
+    part = f", {request.window[0]:g} s to {request.window[1]:g} s" if request.window else ""
+    tail = f", at least {say(request.tail, TAIL)} of free vibration after (whole time steps)" if request.tail else ""
     if study.lag:
         tail += f", {say(study.lag, GROUND_DELAY)} longer for the building that is reached last"
-    turned = "" if asked.direction is None else f", in the direction {asked.direction:g}° from north"
+    turned = "" if request.direction is None else f", in the direction {request.direction:g}° from north"
     turned += ", and across it" * request_of(study).both
     return f"{count}{turned}{part}, {scaled}{tail}"
 

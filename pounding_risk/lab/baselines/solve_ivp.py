@@ -210,7 +210,7 @@ class ScipyRow:
             return y, time, True
         # Of the events that can end a piece, the one found last.
         pairs = zip(solution.t_events, functions, strict=True)
-        times = [found[-1] if len(found) and function.terminal else -1.0 for found, function in pairs]
+        times = [crossings[-1] if len(crossings) and function.terminal else -1.0 for crossings, function in pairs]
         contact, event, _ = listed[int(np.argmax(times))]
         contact.after(event, y.tolist(), time)
         if event == CLOSING:

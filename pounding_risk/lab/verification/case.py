@@ -329,8 +329,8 @@ class _Reader:
         """The keys of a table of ours; one without keys where it is none."""
         if not isinstance(value, dict):
             head = f"[[{name}]]" if name == "published" else f"[{name}]"
-            found = "missing" if value is None else f"{shown(value)} is not a table"
-            self._fault(f"{found}; write {head} with {', '.join(kind.required())}", *path)
+            finding = "missing" if value is None else f"{shown(value)} is not a table"
+            self._fault(f"{finding}; write {head} with {', '.join(kind.required())}", *path)
             return Section(kind, path, {}, {})
         keys = kind.keys()
 
@@ -389,9 +389,9 @@ class _Reader:
             return None
         try:
             kind = known_law(keys.get("contact_model"))
-            given = keys.get("restitution")
-            kind = related(kind, given.relation) if given else kind
-            if kind.needs_restitution and given is None and not needs_floors(kind):
+            restitution = keys.get("restitution")
+            kind = related(kind, restitution.relation) if restitution else kind
+            if kind.needs_restitution and restitution is None and not needs_floors(kind):
                 raise _At("restitution", _INTERFACE["restitution"].lacks("restitution"))
             law = kind(**dict(_parameters(kind, keys)))
         except _At as error:
@@ -401,7 +401,7 @@ class _Reader:
             self._fault(str(error), "impact", "contact_model")
             return None
         masses = keys.get("mass"), keys.get("other_mass", inf)
-        rule, relation = (given.rule, given.relation) if given else (None, "published")
+        rule, relation = (restitution.rule, restitution.relation) if restitution else (None, "published")
         return Collision(law, keys.get("speed"), masses, rule, relation, keys.get("yield_force", inf))
 
     # -------------------------------------------------------------------------------------------- the values

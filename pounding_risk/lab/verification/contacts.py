@@ -39,7 +39,7 @@ DESIGN = 0.02  # m, penetration for which the bilinear law is made
 
 def impacts() -> dict[str, Any]:
     """The impact of two floors under every law that ships and has a stiffness."""
-    made = {}
+    runs = {}
     for name in SHIPPED:
         kind: Any = LAWS[name]
         if "stiffness" not in kind._fields:
@@ -49,8 +49,8 @@ def impacts() -> dict[str, Any]:
         keys: dict[str, Any] = {"restitution": SPECIFIED} if kind.needs_restitution else {}
         whole = impact(law, SPEED, STRIKER, STRUCK, **keys)
         capped: dict[str, Any] = {"yield_force": YIELD * whole.peak_force} if name in CAPPED else {}
-        made[name] = impact(law, SPEED, STRIKER, STRUCK, **keys, **capped) if capped else whole
-    return made
+        runs[name] = impact(law, SPEED, STRIKER, STRUCK, **keys, **capped) if capped else whole
+    return runs
 
 
 def instant_impacts() -> dict[str, tuple[float, float]]:
@@ -91,20 +91,20 @@ def restitutions() -> dict[str, float]:
 
 def isolated_impacts() -> Property:
     """Restitution of one impact under every law, and its loss of energy against that of an instant impact."""
-    made = impacts()
+    runs = impacts()
     mass = STRIKER * STRUCK / (STRIKER + STRUCK)
     known = restitutions()
     readings = []
-    for name, one in made.items():
+    for name, one in runs.items():
         if name in known:
             readings.append(near(f"{name}: restitution", known[name], one.restitution, SHARP, OF_IMPACTS))
         energy = one.energy_lost / (0.5 * mass * SPEED**2) + one.restitution**2
         readings.append(near(f"{name}: work of the force over m v²/2, and e²", 1.0, energy, SHARP, OF_IMPACTS))
     for name, (e, ours) in instant_impacts().items():
         readings.append(near(f"{name}: restitution", e, ours, SHARP, OF_IMPACTS))
-    time = tuple(series(name, one.time * 1e3, one.force * 1e-3) for name, one in made.items())
-    depth = tuple(series(name, one.penetration * 1e3, one.force * 1e-3) for name, one in made.items())
-    es = [one.restitution for one in made.values()]
+    time = tuple(series(name, one.time * 1e3, one.force * 1e-3) for name, one in runs.items())
+    depth = tuple(series(name, one.penetration * 1e3, one.force * 1e-3) for name, one in runs.items())
+    es = [one.restitution for one in runs.values()]
     return Property(
         "isolated_impacts",
         "One impact of two floors under every law",
@@ -116,7 +116,7 @@ def isolated_impacts() -> Property:
         "whatever the law, the force takes (1 − e²) m v²/2 of the energy, with the restitution e that the law achieves",
         tuple(readings),
         f"For a specified e = {SPECIFIED:g}, the laws return {min(es):.2f} to {max(es):.2f}; {len(known)} of "
-        f"{len(made)} are closed forms",
+        f"{len(runs)} are closed forms",
         "300 t against 500 t at 0.5 m/s; 9.35e7 N/m, or 2.75e9 N/m$^{1.5}$ for Hertz's power; "
         f"{' and '.join(CAPPED)} yield at {100.0 * YIELD:g} % of their force",
         (Panel("", ("time [ms]", FORCE), time), Panel("", ("penetration [mm]", FORCE), depth)),
@@ -334,8 +334,8 @@ def _plateau(one: Any) -> float:
 
 def plateaus() -> Property:
     """Van Mier's plateaus, as figure 4 of Khatiwada et al. (2011) draws them."""
-    made = demo.figure_4()
-    heavy, light, slow, slow_light = made
+    results = demo.figure_4()
+    heavy, light, slow, slow_light = results
     at_top = f"{100.0 * 1e-6:g} %"
     readings = (
         Reading(
@@ -355,7 +355,7 @@ def plateaus() -> Property:
         ),
     )
     names = [f"{mass:g} kg, {speed:g} m/s" for mass, speed in demo.STRIKERS]
-    drawn = tuple(series(name, one.time * 1e3, one.force * 1e-3) for name, one in zip(names, made, strict=True))
+    drawn = tuple(series(name, one.time * 1e3, one.force * 1e-3) for name, one in zip(names, results, strict=True))
     return Property(
         "plateaus",
         "Peak force and plateau of four strikers of concrete",

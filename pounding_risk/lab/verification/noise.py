@@ -164,12 +164,12 @@ def published(periods: tuple[float, float], ground: tuple[float, float] | None) 
 
 def noise_record(ground: tuple[float, float] | None, length: float, step: float, **keys: Any) -> Records:
     """The table `[[records.generated]]` of stationary noise, one motion for each seed."""
-    made: dict[str, Any] = {"duration": f"{length} s", "step": f"{step} s", "psd": f"{DENSITY} m^2/s^3"}
+    entry: dict[str, Any] = {"duration": f"{length} s", "step": f"{step} s", "psd": f"{DENSITY} m^2/s^3"}
     if ground is None:
-        made |= {"kind": "white_noise"}
+        entry |= {"kind": "white_noise"}
     else:
-        made |= {"kind": "kanai_tajimi", "frequency": f"{ground[0]} Hz", "damping": ground[1]}
-    recipe: Any = {**made, "envelope": "none", **keys}
+        entry |= {"kind": "kanai_tajimi", "frequency": f"{ground[0]} Hz", "damping": ground[1]}
+    recipe: Any = {**entry, "envelope": "none", **keys}
     return Records(generated=(recipe,))
 
 

@@ -68,13 +68,13 @@ def self_similarity() -> Property:
     """Peaks under three pulses, scaled, over the ratio of the building's period to the pulse's."""
     readings, drawn = [], {}
     for law in LAWS:
-        found = np.array([[pulse_peaks(law, *pulse, ratio) for ratio in RATIOS] for pulse in PULSES])
+        peaks = np.array([[pulse_peaks(law, *pulse, ratio) for ratio in RATIOS] for pulse in PULSES])
         lengths = np.array([amplitude * duration**2 for amplitude, duration in PULSES])[:, None]
         forces = np.array([MASSES[0] * amplitude for amplitude, _ in PULSES])[:, None]
         for words, scaled in (
-            ("peak displacement of the left building", found[..., 0] / lengths),
-            ("peak displacement of the right building", found[..., 1] / lengths),
-            ("peak contact force", found[..., 2] / forces),
+            ("peak displacement of the left building", peaks[..., 0] / lengths),
+            ("peak displacement of the right building", peaks[..., 1] / lengths),
+            ("peak contact force", peaks[..., 2] / forces),
         ):
             difference = float(np.abs(scaled / scaled[0] - 1.0).max())
             readings.append(
@@ -84,7 +84,7 @@ def self_similarity() -> Property:
                     f"{MARGIN:g} times the tolerance of the runs, {RTOL:g}",
                 )
             )
-        drawn[law] = found[..., 2], found[..., 2] / forces
+        drawn[law] = peaks[..., 2], peaks[..., 2] / forces
     plain, collapsed = drawn[LAWS[0]]
     names = [f"{amplitude:g} m/s², {duration:g} s" for amplitude, duration in PULSES]
     axis = "period of the left building over $T_p$"

@@ -303,24 +303,24 @@ def chosen(cases: str | Path | Iterable[str | Path] | None) -> tuple[list[Path],
 
 def case_files(names: Iterable[str | Path]) -> list[Path]:
     """The files of cases that are named; raises PoundingError for a name that is no case, file or folder."""
-    known, found = shipped(), list[Path]()
+    known, files = shipped(), list[Path]()
     for name in names:
         path = Path(name)
         if str(name) in known:
-            found.append(known[str(name)])
+            files.append(known[str(name)])
         elif path.is_dir():
             inside = sorted(path.glob(f"*{SUFFIX}"))
             if not inside:
                 raise PoundingError(f"{path}: no case file ({SUFFIX}) in this folder; name one with such files")
-            found += inside
+            files += inside
         elif path.suffix == SUFFIX or path.exists():
-            found.append(path)
+            files.append(path)
         else:
             raise PoundingError(
                 f"{str(name)!r} is neither a case nor a file or folder{nearest(str(name), [*known, *PROPERTIES])}; "
                 f"cases are {', '.join(known)}; properties {', '.join(PROPERTIES)}"
             )
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(files))
 
 
 # ------------------------------------------------------------------------------------------------ one case

@@ -216,34 +216,34 @@ def _shape_faults(points: Points) -> Iterator[tuple[int | None, str]]:
 def _column_faults(points: Points) -> Iterator[tuple[int | None, str]]:
     penetration, force, back = points.penetration, points.force, points.unloading
     if penetration[0] != 0.0 or force[0] != 0.0:
-        found = f"penetration {penetration[0]:g} m and force {force[0]:g} N"
-        yield 0, f"{found}; a contact begins at 0 and 0: write that point first, and take a clearance into the gap"
+        finding = f"penetration {penetration[0]:g} m and force {force[0]:g} N"
+        yield 0, f"{finding}; a contact begins at 0 and 0: write that point first, and take a clearance into the gap"
     for place in range(1, len(penetration)):
         if not penetration[place] >= penetration[place - 1] + CLOSEST:
-            found = f"penetration {penetration[place]:g} m after {penetration[place - 1]:g} m"
+            finding = f"penetration {penetration[place]:g} m after {penetration[place - 1]:g} m"
             yield (
                 place,
-                f"{found}; it must rise from point to point, by {CLOSEST:g} m at least: sort them, and leave out the "
+                f"{finding}; it must rise from point to point, by {CLOSEST:g} m at least: sort them, and leave out the "
                 "repeated ones",
             )
         if not force[place] >= LEAST:
-            found = f"force {force[place]:g} N past the first point"
-            yield place, f"{found}; write {LEAST:g} N or more there, and take a clearance into the gap"
+            finding = f"force {force[place]:g} N past the first point"
+            yield place, f"{finding}; write {LEAST:g} N or more there, and take a clearance into the gap"
         if back is not None and back[place] > force[place] * (1.0 + ROUNDING):
-            found = f"unloading {back[place]:g} N above the loading, {force[place]:g} N"
-            yield place, f"{found}: it would give back more than it took; write at most that"
+            finding = f"unloading {back[place]:g} N above the loading, {force[place]:g} N"
+            yield place, f"{finding}: it would give back more than it took; write at most that"
     if back is None:
         return
     if back[0] != 0.0:
         yield 0, f"unloading {back[0]:g} N at penetration 0; bodies that part feel none: write 0"
     if abs(back[-1] - force[-1]) > ROUNDING * force[-1]:
-        found = f"unloading {back[-1]:g} N, and loading {force[-1]:g} N"
-        yield len(back) - 1, f"{found}; the way back begins at the last point: write the same force there"
+        finding = f"unloading {back[-1]:g} N, and loading {force[-1]:g} N"
+        yield len(back) - 1, f"{finding}; the way back begins at the last point: write the same force there"
     begins = _begin_of_unloading(back)
     for place in range(begins + 1, len(back)):
         if back[place] < back[place - 1]:
-            found = f"unloading {back[place]:g} N after {back[place - 1]:g} N"
-            yield place, f"{found}; it must not fall with penetration: write at least that"
+            finding = f"unloading {back[place]:g} N after {back[place - 1]:g} N"
+            yield place, f"{finding}; it must not fall with penetration: write at least that"
 
 
 def _begin_of_unloading(back: Sequence[float]) -> int:

@@ -87,14 +87,14 @@ def with_effects(law: Any, effects: Iterable[tuple[str, Iterable[tuple[str, Any]
     PoundingError
         For a law that an effect does not act on.
     """
-    asked = {name: dict(options) for name, options in effects if acts_on_law(name)}
+    options_by_name = {name: dict(options) for name, options in effects if acts_on_law(name)}
     why = refusal(type(bare(law)))
-    if asked and why:
+    if options_by_name and why:
         kind = snake_case(type(bare(law)).__name__)
-        raise PoundingError(f"{', '.join(asked)}: {kind} {why}; remove the effect, or leave {kind} out")
+        raise PoundingError(f"{', '.join(options_by_name)}: {kind} {why}; remove the effect, or leave {kind} out")
     for name in EFFECTS:
-        if name in asked:
-            law = EFFECTS[name].on(law, **asked[name])
+        if name in options_by_name:
+            law = EFFECTS[name].on(law, **options_by_name[name])
     return law
 
 
@@ -122,8 +122,8 @@ def supports_of(
 
 def building_effects(effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]]) -> tuple[Any, ...]:
     """Those of these effects, (name, options) each, that act on buildings, in the order of `EFFECTS`."""
-    asked = {name: dict(options) for name, options in effects if acts_on_buildings(name)}
-    return tuple(EFFECTS[name].on(**asked[name]) for name in EFFECTS if name in asked)
+    options_by_name = {name: dict(options) for name, options in effects if acts_on_buildings(name)}
+    return tuple(EFFECTS[name].on(**options_by_name[name]) for name in EFFECTS if name in options_by_name)
 
 
 def references(law: Any) -> str:

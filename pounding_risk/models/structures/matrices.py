@@ -45,24 +45,24 @@ def symmetric(matrix: ArrayLike, name: str) -> Array:
         Where it is not square, not finite, or not symmetric by more than 1e-4 of its largest number.
     """
     try:
-        given = np.asarray(matrix, dtype=float)
+        numbers = np.asarray(matrix, dtype=float)
     except ValueError:
         words = "has rows of unlike lengths; write every row in full, on both sides of the diagonal"
         raise PoundingError(f"{name} {words}") from None
-    if given.ndim != 2 or given.shape[0] != given.shape[1] or not given.size:
-        sizes = " by ".join(map(str, given.shape))
+    if numbers.ndim != 2 or numbers.shape[0] != numbers.shape[1] or not numbers.size:
+        sizes = " by ".join(map(str, numbers.shape))
         raise PoundingError(f"{name} has {sizes} numbers; a matrix has as many rows as columns")
-    if not np.isfinite(given).all():
-        row, column = np.argwhere(~np.isfinite(given))[0] + 1
+    if not np.isfinite(numbers).all():
+        row, column = np.argwhere(~np.isfinite(numbers))[0] + 1
         raise PoundingError(f"{name}: row {row}, column {column} is no finite number")
-    off = np.abs(given - given.T)
-    if off.max() > ASYMMETRY * np.abs(given).max():
+    off = np.abs(numbers - numbers.T)
+    if off.max() > ASYMMETRY * np.abs(numbers).max():
         row, column = np.unravel_index(off.argmax(), off.shape)
         raise PoundingError(
-            f"{name} is not symmetric: {given[row, column]:g} in row {row + 1}, column {column + 1}, and "
-            f"{given[column, row]:g} across the diagonal; give the whole matrix, not one half of it"
+            f"{name} is not symmetric: {numbers[row, column]:g} in row {row + 1}, column {column + 1}, and "
+            f"{numbers[column, row]:g} across the diagonal; give the whole matrix, not one half of it"
         )
-    return np.asarray(0.5 * (given + given.T))
+    return np.asarray(0.5 * (numbers + numbers.T))
 
 
 def condensed(stiffness: Array, rows: Sequence[int]) -> Array:

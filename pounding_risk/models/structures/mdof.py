@@ -205,9 +205,9 @@ def _bare(building: Building | Storeys) -> Chain:
     if isinstance(building, Storeys):
         mass, damping, stiffness = building.matrices()
         law, coupling = building.isolator_law, building.coupling()
-        given = coupling.size and len(mass) > 1  # one mass has one spring, as in any building
-        springs = np.zeros(len(mass)) if given else np.array(building.stiffnesses or stiffness[0])
-        if given and law is not None:
+        has_coupling = coupling.size and len(mass) > 1  # one mass has one spring, as in any building
+        springs = np.zeros(len(mass)) if has_coupling else np.array(building.stiffnesses or stiffness[0])
+        if has_coupling and law is not None:
             springs[0] = law.stiff
         bare = Chain(
             np.diag(mass).copy(),
@@ -215,7 +215,7 @@ def _bare(building: Building | Storeys) -> Chain:
             springs,
             damping,
             np.full(springs.size, np.inf),
-            coupling=coupling if given else np.zeros((0, 0)),
+            coupling=coupling if has_coupling else np.zeros((0, 0)),
         )
         if building.plans:
             return _rotating(bare, building)

@@ -45,8 +45,8 @@ def read_conditional(path: Path, poe: str = "") -> ConditionalSpectrum:
     """
     if set(WIDE) <= set(head_of(path)):
         table = read_table(path, error=RecordError, needed=WIDE)
-        found = [name for name in table.head if name.startswith("val")]
-        name = _chosen(table, poe, found)
+        columns = [name for name in table.head if name.startswith("val")]
+        name = _chosen(table, poe, columns)
         rows, median, deviation, period = list(table.rows), name, f"std{name[3:]}", "sa_period"
         if deviation not in table.head:
             raise table.fault(f"has {name} without {deviation}; {AGAIN}")
@@ -60,7 +60,7 @@ def read_conditional(path: Path, poe: str = "") -> ConditionalSpectrum:
         if not (at >= 0.0 and value > 0.0 and spread >= 0.0):
             raise row.fault(f"period {at:g} s, Sa {value:g} g, deviation {spread:g}: one is out of range; {AGAIN}")
     site = f" at {table.facts['lon']}, {table.facts['lat']}" if {"lon", "lat"} <= set(table.facts) else ""
-    which = f"{name} of {', '.join(found)}" if "sa_period" in table.head else f"PoE {float(name):g}"
+    which = f"{name} of {', '.join(columns)}" if "sa_period" in table.head else f"PoE {float(name):g}"
     words = f"conditional spectrum of OpenQuake{site}, {which}, {len(rows)} periods"
     return ConditionalSpectrum(values[:, 0], STANDARD_GRAVITY * values[:, 1], values[:, 2], words)
 

@@ -106,8 +106,10 @@ def grid_sources(
     """
     sites = read_grid(path)
     limitless = None if wanted is None else wanted._replace(within=inf)
-    found = find_site([one.place for one in sites], [one.file.stem for one in sites], limitless, str(path), CHOOSE)
-    yield from _sources(sites[found.position], wanted, found, _unit(path, unit), dt)
+    chosen_site = find_site(
+        [one.place for one in sites], [one.file.stem for one in sites], limitless, str(path), CHOOSE
+    )
+    yield from _sources(sites[chosen_site.position], wanted, chosen_site, _unit(path, unit), dt)
 
 
 def sources_at(path: Path, site: str, *, unit: str | None = None, dt: float | None = None) -> Iterator[Source]:

@@ -133,8 +133,8 @@ def export(
         None if inventory is None else Path(inventory),
         method,
     )
-    given = [name for name, value in options._asdict().items() if value not in (None, False)]
-    if refused := [name for name in given if name not in module.TAKES]:
+    stated = [name for name, value in options._asdict().items() if value not in (None, False)]
+    if refused := [name for name in stated if name not in module.TAKES]:
         raise PoundingError(f"--{refused[0].replace('_', '-')}: has no effect on {to} ({module.WORDS}); leave it out")
     listed = list(source) if isinstance(source, Sequence) and not isinstance(source, str) else [source]
     several = getattr(module, "SEVERAL", False)

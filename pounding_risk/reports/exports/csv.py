@@ -64,9 +64,9 @@ def table(results: xr.Dataset, names: list[str]) -> str:
     labels = [results[dim].values.tolist() for dim in dims]
     columns = [results[name].transpose(*dims).values.reshape(-1) for name in names]
     flags = [_meanings(results[name]) for name in names]
-    there = _places_there(first, [results[name].transpose(*dims).values for name in names])
+    is_there = _places_there(first, [results[name].transpose(*dims).values for name in names])
     for row, where in enumerate(np.ndindex(*first.shape)):
-        if there[row]:
+        if is_there[row]:
             values = [_cell(column[row], known) for column, known in zip(columns, flags, strict=True)]
             rows.append([*(cell(label[at]) for label, at in zip(labels, where, strict=True)), *map(cell, values)])
     return csv_text(rows)
@@ -76,8 +76,8 @@ def _places_there(of: xr.DataArray, columns: list[Any]) -> Any:
     """By row, whether its place is there: any of the columns has a value at it in some case. A storey may be none."""
     known = [np.isfinite(column) if column.dtype.kind == "f" else np.ones(column.shape, bool) for column in columns]
     cases = tuple(at for at, dim in enumerate(of.dims) if dim not in PLACES)
-    there = np.any(known, axis=0).any(axis=cases, keepdims=True)
-    return np.broadcast_to(there, of.shape).ravel()
+    is_there = np.any(known, axis=0).any(axis=cases, keepdims=True)
+    return np.broadcast_to(is_there, of.shape).ravel()
 
 
 def _meanings(values: xr.DataArray) -> dict[int, str]:

@@ -34,15 +34,15 @@ LONGEST_MODEL = 75  # characters of the identifier of a model
 
 def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     """Write the fragilities of one kind of failure, a file for each model; raises PoundingError for none."""
-    found = fragilities_of(results, options)
-    notes = [*found.notes]
+    fragilities = fragilities_of(results, options)
+    notes = [*fragilities.notes]
     files = [target]
-    if len(found.models) > 1:
-        names = distinct(model.identifier for model in found.models)
+    if len(fragilities.models) > 1:
+        names = distinct(model.identifier for model in fragilities.models)
         files = [target.with_name(f"{target.stem}-{name}{target.suffix}") for name in names]
         notes.append("OpenQuake takes one model from a file, with the same limit states for all its functions")
     side = " without pounding" if options.without else ""
-    documents = (document(found, model, side, options.discrete) for model in found.models)
+    documents = (document(fragilities, model, side, options.discrete) for model in fragilities.models)
     written = write_files(zip(files, documents, strict=True))
     notes += [
         "probabilities are those of the fitted lognormal; its standard errors are in the description",

@@ -360,14 +360,14 @@ def largest_closings(acceleration, dt, left, right) -> Closings:
     n_left, n_right = sides[0][0].size, sides[1][0].size
     parts = parts_of(dt, periods[periods > 0.0].min())
     nodes = divided(acceleration, parts)
-    those = room_for(periods.size)
-    fill_maps(periods, dampings, dt / parts, those.maps)
+    searched = room_for(periods.size)
+    fill_maps(periods, dampings, dt / parts, searched.maps)
     slabs = -(-(nodes.size - 1) // SLAB)
     starts, strengths = np.zeros((slabs + 1, periods.size, 2)), np.empty((slabs, periods.size))
-    begin_slabs(nodes, starts, strengths, those)
+    begin_slabs(nodes, starts, strengths, searched)
     closings = np.zeros((n_left, n_right, 2))
     first_right = 0 if alike else n_left
-    close_pairs(nodes, dt / parts, strongest_first(strengths), starts, first_right, those, closings)
+    close_pairs(nodes, dt / parts, strongest_first(strengths), starts, first_right, searched, closings)
     if alike:
         closings += closings.transpose(1, 0, 2)[..., ::-1]  # zero below the diagonal before
     peaks = closings.max(axis=2)

@@ -96,11 +96,11 @@ def lift_off(impact, energy_at_touch, peaks, yielding, duration, workspace):
     work = workspace.states[BEGIN, 4]
     workspace.counters[ENERGY] = max(workspace.counters[ENERGY], energy_after)
     workspace.counters[RESIDUAL] += energy_after - energy_at_touch - (workspace.states[BEGIN, 6] - work)
-    loss, hysteresis, worn = law_ends(impact.law, impact.memory, delta, impact.strength, work, yielding[1])
+    loss, hysteresis, damage = law_ends(impact.law, impact.memory, delta, impact.strength, work, yielding[1])
     workspace.counters[VISCOUS] += loss - hysteresis
     workspace.counters[PLASTIC] += yielding[1] + hysteresis
     workspace.counters[SET] += yielding[0]
-    workspace.counters[WORN] = worn
+    workspace.counters[WORN] = damage
     workspace.counters[CONTACT_TIME] += duration
     workspace.counters[IMPULSE] += workspace.states[BEGIN, 5]
     workspace.counters[DEMAND] = max(workspace.counters[DEMAND], peaks[0])

@@ -166,7 +166,7 @@ class PairList:
         Closings
             For the motion and for the motion reversed, (2, pairs), and the peaks, (pairs,).
         """
-        found = np.zeros((len(self.pairs), 2))
+        largest = np.zeros((len(self.pairs), 2))
         for batch in self.batches(dt):
             nodes = divided(acceleration, batch.parts)
             slabs = -(-(nodes.size - 1) // SLAB)
@@ -175,7 +175,7 @@ class PairList:
             closings = np.zeros((len(batch.pairs), 2))
             room = starts, marks, room_for(oscillators)
             close_listed(nodes, dt / batch.parts, batch.oscillators, batch.pairs, batch.chunks, *room, closings)
-            found[batch.numbers] = closings
-        peaks = np.append(0.0, found[self.count :].max(axis=1))
-        both = np.ascontiguousarray(found[: self.count][self.which].T)
+            largest[batch.numbers] = closings
+        peaks = np.append(0.0, largest[self.count :].max(axis=1))
+        both = np.ascontiguousarray(largest[: self.count][self.which].T)
         return Closings(both, *peaks[self.sides])

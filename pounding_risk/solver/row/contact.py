@@ -124,11 +124,11 @@ def lift_off(row, run, k, time, line, work):
     contact = run.contacts[k]
     delta = max(across(row, k, run.dofs, line) - contact.gap, 0.0)
     contact.peak_penetration = max(contact.peak_penetration, delta + contact.dent)
-    loss, hysteresis, worn = law_part(run, k, delta, contact.strength, work - contact.plastic_energy)
+    loss, hysteresis, damage = law_part(run, k, delta, contact.strength, work - contact.plastic_energy)
     contact.counters[VISCOUS] += loss - hysteresis
     contact.counters[PLASTIC] += contact.plastic_energy + hysteresis
     contact.counters[SET] += contact.dent
-    contact.worn = worn
+    contact.worn = damage
     contact.counters[CONTACT_TIME] += time - contact.touch_time
     force = contact.plateau_force if contact.yields > 0.0 else min(contact.peak_force, contact.strength)
     contact.counters[DEMAND] = max(contact.counters[DEMAND], contact.peak_force)

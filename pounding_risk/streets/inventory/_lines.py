@@ -56,14 +56,14 @@ class Sheet(NamedTuple):
         that the standard does not have.
         """
         taken = {head.lower() for head in claimed}
-        found = {}
+        columns = {}
         for head in self.heads:
             key = bare(head).lower()
             name = " ".join(key.removeprefix(prefix).replace("_", " ").split())
             is_own = self.unit(key) or name == "street" or (prefix and key.startswith(prefix))
             if key not in taken and name in COLUMNS and is_own:
-                found[key] = name, self.unit(key)
-        return found
+                columns[key] = name, self.unit(key)
+        return columns
 
 
 class Building(NamedTuple):
@@ -247,14 +247,14 @@ class Draft:
 
 def outline_json(text: str) -> Mapping[str, Any]:
     """Well-known text as a geometry of GeoJSON; raises ValueError where it is none in degrees of WGS 84."""
-    found = WKT.fullmatch(text)
-    if found is None:
+    match = WKT.fullmatch(text)
+    if match is None:
         raise ValueError(text)
-    if (found[1] or WGS84) != WGS84:
-        raise ValueError(f"SRID {found[1]} is not longitude and latitude on WGS 84 ({WGS84}); write it in degrees")
-    numbers = re.sub(r"[^(),]+", lambda each: _position(each[0]), found[3])
+    if (match[1] or WGS84) != WGS84:
+        raise ValueError(f"SRID {match[1]} is not longitude and latitude on WGS 84 ({WGS84}); write it in degrees")
+    numbers = re.sub(r"[^(),]+", lambda each: _position(each[0]), match[3])
     shape = json.loads(numbers.replace("(", "[").replace(")", "]"))
-    return {"type": SHAPES[found[2].upper()], "coordinates": shape}
+    return {"type": SHAPES[match[2].upper()], "coordinates": shape}
 
 
 def outline_text(geometry: Mapping[str, Any]) -> str:

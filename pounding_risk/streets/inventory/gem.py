@@ -93,12 +93,12 @@ def read_taxonomy(text: str) -> tuple[Attribute, ...]:
 
 def _attributes(tokens: list[str], at: int, sign: str, depth: int) -> tuple[tuple[Attribute, ...], int]:
     """Attributes joined by a sign from a token on, and where they end."""
-    found = []
+    attributes = []
     while True:
         atoms, at = _atoms(tokens, at, depth)
-        found.append(Attribute(atoms))
+        attributes.append(Attribute(atoms))
         if at == len(tokens) or tokens[at] != sign:
-            return tuple(found), at
+            return tuple(attributes), at
         at += 1
 
 
@@ -156,14 +156,14 @@ def kind_of(attributes: tuple[Attribute, ...]) -> Kind | None:
     system = next((name for name in names if name in SYSTEMS), "")
     if not material:
         return None
-    said = f"{material} {system}".strip()
+    taxonomy_words = f"{material} {system}".strip()
     if material in MASONRY:
         family = "URM" if material in ("MUR", "E", "EU") else ""
-        return Kind(family, "masonry", FAMILIES[family].words if family else f"{said}, masonry")
+        return Kind(family, "masonry", FAMILIES[family].words if family else f"{taxonomy_words}, masonry")
     of = "concrete" if material in CONCRETE else "steel" if material in STEEL else "wood"
     family = FRAMES.get((of, system), "")
     if not family:
-        return Kind("", "", f"{said}, {of} of an unknown system")
+        return Kind("", "", f"{taxonomy_words}, {of} of an unknown system")
     return Kind.of_hazus(family)
 
 

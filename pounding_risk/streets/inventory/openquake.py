@@ -72,8 +72,8 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
 def _heads(sheet: Sheet) -> Mapping[str, str]:
     """The head of each field in this table."""
     spelt = {SPELLINGS.get(head.lower(), head.lower()): head for head in sheet.heads}
-    given: Mapping[str, str] = sheet.facts.get("fields", {})
-    return {field: given.get(field) or spelt.get(field, field) for field in FIELDS}
+    fields: Mapping[str, str] = sheet.facts.get("fields", {})
+    return {field: fields.get(field) or spelt.get(field, field) for field in FIELDS}
 
 
 def _taxonomy(draft: Draft, head: str) -> str:

@@ -52,7 +52,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
     own = sheet.own(READ)
     note_unread(sheet, [*READ, *own], notes)
     name = own_name(sheet, "id", "Building_ID")
-    length, said = _run_unit(sheet.path)
+    length, unit_words = _run_unit(sheet.path)
     for line in sheet.lines:
         draft = Draft(line, faults, notes)
         if name and draft.text(name):
@@ -61,8 +61,8 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         if storeys:
             draft.put("storeys", storeys)
         footprint = _outline(draft)
-        _measure(draft, sheet, "Height", "height", length, said)
-        _measure(draft, sheet, "PlanArea", "floor area", length, said)
+        _measure(draft, sheet, "Height", "height", length, unit_words)
+        _measure(draft, sheet, "PlanArea", "floor area", length, unit_words)
         _doubt_area(draft, footprint)
         _kind(draft)
         draft.own_columns(own)

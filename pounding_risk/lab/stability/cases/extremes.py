@@ -69,8 +69,8 @@ def not_finite(trial: Trial) -> float:
     ground = shaking(4.0).copy()
     ground[250] = np.nan
     outputs = trial.solve(TrialScene(ground=ground), NOT_FINITE)
-    said = ("status", "steps")
-    return float(sum(not isnan(value) and value != -1.0 for name, value in outputs.items() if name not in said))
+    reported = ("status", "steps")
+    return float(sum(not isnan(value) and value != -1.0 for name, value in outputs.items() if name not in reported))
 
 
 @GROUP.case(
