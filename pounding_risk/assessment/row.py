@@ -57,6 +57,7 @@ class Touch(NamedTuple):
 class ContactPoint(NamedTuple):
     """One contact point of a row: floors, kind and level, and the contact there."""
 
+    name: str  # buildings, floors and, of floors that rotate, the place across the row
     interface: int
     left_floor: float
     right_floor: float
@@ -73,6 +74,21 @@ class RowCase(NamedTuple):
     gaps: tuple[float, ...]  # m, by interface
     points: tuple[ContactPoint, ...]
     touches: tuple[Touch, ...]  # by interface
+
+    @property
+    def meetings(self) -> tuple[ContactPoint, ...]:
+        """The contact points as an elevation shows them: both ends of floors that rotate are one."""
+        places = [point[1:6] for point in self.points]  # all but the name and the contact
+        if len(set(places)) == len(places):
+            return self.points
+        shown, meetings = _of_points(self.results, "contact_point", POINT), []
+        for place in dict.fromkeys(places):
+            ends = [at for at, other in enumerate(places) if other == place]
+            count, yields, force = (column[ends] for column in shown)
+            failed = (count == UNDEFINED).any(axis=0)
+            ours = np.where(failed, UNDEFINED, count.sum(axis=0)), yields.max(axis=0), np.fmax.reduce(force)
+            meetings.append(self.points[ends[0]]._replace(touch=_touch(*map(np.ravel, ours))))
+        return tuple(meetings)
 
     @property
     def motions(self) -> int:
@@ -179,15 +195,21 @@ def _points(shown: xr.Dataset, of_interfaces: tuple[Touch, ...]) -> tuple[Contac
             # Two masses of which no height is given touch where the lower is drawn to end.
             level = min(buildings[int(interface) + side].height for side in (0, 1))
         touch = of_points[at] if of_points else of_interfaces[int(interface)]
-        points.append(ContactPoint(int(interface), float(left), float(right), str(kind), float(level), touch))
+        name = str(shown["contact_point"].values[at])
+        points.append(ContactPoint(name, int(interface), float(left), float(right), str(kind), float(level), touch))
     return tuple(points)
 
 
 def _touches(shown: xr.Dataset, dim: str, prefix: str = "") -> tuple[Touch, ...]:
     """The contact at every interface, or with the ``prefix`` `POINT` at every contact point, along ``dim``."""
-    names = (f"{prefix}{name}" for name in ("impact_count", "yield_exceedance", "peak_contact_force"))
-    columns = [shown.variables[name].transpose(dim, ...).values for name in names]
+    columns = _of_points(shown, dim, prefix)
     return tuple(_touch(*(column[at].ravel() for column in columns)) for at in range(shown.sizes[dim]))
+
+
+def _of_points(shown: xr.Dataset, dim: str, prefix: str) -> list[NDArray[Any]]:
+    """Counts of impacts, flags of yielding and peak forces, with ``dim`` first."""
+    names = (f"{prefix}{name}" for name in ("impact_count", "yield_exceedance", "peak_contact_force"))
+    return [shown.variables[name].transpose(dim, ...).values for name in names]
 
 
 def _touch(count: NDArray[Any], yields: NDArray[Any], force: Array) -> Touch:

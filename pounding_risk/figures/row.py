@@ -195,7 +195,7 @@ def gap_scale(gaps: Sequence[float]) -> float:
 def _draw_line(axis: Any, case: RowCase, line: _Line, tallest: float) -> Any:
     for wall, at in zip(line.walls, range(line.first, line.last + 1), strict=True):
         outline(axis, case.buildings[at], wall)
-    inside = [point for point in case.points if line.first <= point.interface < line.last]
+    inside = [point for point in case.meetings if line.first <= point.interface < line.last]
     of_gaps = {at: _draw_interface(axis, case, line, at) for at in range(line.first, line.last)}
     middles = [of_gaps[point.interface] for point in inside]
     shares = np.array([point.touch.contact for point in inside])
@@ -237,7 +237,7 @@ def _draw_interface(axis: Any, case: RowCase, line: _Line, at: int) -> float:
     """Write numbers beside the contact points, and the gap with the interface's share above; returns its middle [m]."""
     half = 0.5 * line.gap_scale * case.gaps[at]
     middle = line.walls[at - line.first] + WIDTH + half
-    points = [point for point in case.points if point.interface == at]
+    points = [point for point in case.meetings if point.interface == at]
     # Of many points those with most contact have their numbers written, where there is room for them.
     room = max((point.level for point in points), default=0.0) / CROWDED
     written: list[float] = []
@@ -296,6 +296,8 @@ def _elevation_legend(figure: Figure, case: RowCase) -> None:
     if linked:
         where = between(linked[0]) if len(linked) == 1 else counted(len(linked), "pair") + " of neighbours"
         caption += f"\nsprings or dampers join {plain(where)}; they are not drawn"
+    if len(case.meetings) < len(case.points):
+        caption += "\nboth ends of the faces of floors that rotate are one point"
     if any(bumper_lengths(case.results)):
         caption += "\nbumpers are drawn on the left face, to the scale of gaps"
     legend_below(figure, handles, 3, caption)
@@ -572,10 +574,10 @@ def _draw_profile(axis: Any, case: RowCase, building: int, name: str) -> None:
         marker = "" if quantity.of_storey else "."
         axis.plot(middle, heights, color=colour, linestyle=dash, linewidth=1.9, marker=marker, markersize=7)
     if spread.motions and name == "storey_shear" and np.isnan(spread.free).all():
-        words = "not known: its floors are joined\nby a stiffness matrix"
+        words = "not known: a stiffness matrix\njoins its floors, or they rotate"
         axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", fontsize=9)
     axis.set_xlim(0.0, 1.05 * axis.dataLim.x1 if axis.dataLim.x1 > 0.0 else 1.0)  # values near one another too
-    for point in case.points:
+    for point in case.meetings:
         if building in (point.interface, point.interface + 1):
             place, marker = (1.0, "<") if building == point.interface else (0.0, ">")
             face = "black" if point.touch.contact > 0.0 else "white"  # full where a motion touches there

@@ -167,6 +167,8 @@ def _facts(run: xr.Dataset, shown: Frames) -> str:
         facts.append(f"{bumpers} in {'them' if len(widths) > 1 else 'it'}, drawn on the left face")
     if not np.isfinite(run["building_height"].values).any():
         facts.append("no heights are given")
+    if "floor_rotation" in run:
+        facts.append("floors that rotate drawn at their centres of mass")
     if "ground_widening" in run:
         facts.append("each building relative to the ground under it")
     peak = float(shown.force.max(initial=0.0))

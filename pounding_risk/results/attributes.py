@@ -106,6 +106,12 @@ def rotating_buildings(scene: Mapping[str, Any]) -> list[str]:
     return [str(building["name"]) for building in scene.get("building", []) if "plan" in building]
 
 
+def moves_across(scene: Mapping[str, Any], name: str) -> bool:
+    """True where floors of a building move across the row too, by the tables of a scene."""
+    plans = next(building["plan"] for building in scene["building"] if building["name"] == name)
+    return any("eccentricity_along" in plan for plan in ([plans] if isinstance(plans, dict) else plans))
+
+
 def collapsed(case: xr.Dataset) -> xr.DataArray:
     """Where a storey has collapsed in the run of a case."""
     status = case["status"]

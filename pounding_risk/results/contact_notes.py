@@ -204,4 +204,4 @@ def shortest(periods: Mapping[str, float]) -> tuple[str, float] | None:
 
 def share_of(lasts: float, name: str, period: float) -> str:
     """The duration of a contact [s] as a multiple of the period [s] of the building ``name``, in words."""
-    return f"{lasts / period:.2g} times the period of {name} ({say(period, PERIOD)})"
+    return f"{lasts / period:.3g} times the period of {name} ({say(period, PERIOD)})"

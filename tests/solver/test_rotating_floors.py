@@ -17,9 +17,11 @@ from scipy.linalg import eigh
 from sentences import refusal
 
 import pounding_risk as pr
+from pounding_risk.assessment.row import row_case
 from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.own_grounds import followed_by
+from pounding_risk.reports.sections.scene import _of_storeys
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.notes import level_notes
 from pounding_risk.scene.reader import parse_scene
@@ -326,6 +328,26 @@ def test_floors_whose_faces_share_nothing_do_not_meet(says):
     study = scene({"plan": [PLAN, TOWER | {"face": ["9 m", "10 m"], "centre": "9.5 m"}]}, {"plan": OTHER})
     assert [(point.left_floor, point.across) for point in study.interfaces[0].points] == [(1.0, -6.0), (1.0, 8.0)]
     says(level_notes(study)["A | B"])
+
+
+def test_in_elevation_both_ends_of_a_face_are_one_point():
+    """Contact at either end, with the larger of both forces; by the counts and forces of the dataset."""
+    records = RECORD | {"polarity": ["as recorded", "reversed"]}
+    case = row_case(pr.scan(scene({"plan": [PLAN, TOWER]}, {}, gap="45 mm", records=records), check_fraction=0.0))
+    columns = (case.results[f"contact_point_{name}"] for name in ("impact_count", "peak_contact_force"))
+    counts, forces = (column.values.reshape(2, 2, 2) for column in columns)  # polarities, floors, ends
+    assert (counts > 0).tolist() == [[[False, False], [True, True]], [[True, False], [True, True]]]
+    assert [(one.left_floor, one.touch.contact) for one in case.meetings] == [
+        (floor + 1.0, (counts[:, floor] > 0).any(axis=1).mean()) for floor in (0, 1)
+    ]
+    largest = forces.max(axis=2)
+    assert [one.touch.force for one in case.meetings] == [largest[1, 0], np.median(largest[:, 1])]
+    assert len(case.points) == 4
+
+
+def test_a_report_says_which_buildings_rotate_and_move_across(says):
+    tables = {"building": [{"name": "A", "plan": ACROSS}, {"name": "B", "plan": [PLAN, TOWER]}, {"name": "C"}]}
+    says("\n".join(_of_storeys(tables)))
 
 
 def test_what_does_not_go_with_rotating_floors_is_refused(says):

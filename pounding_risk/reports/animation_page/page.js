@@ -151,7 +151,10 @@ function draw() {
     const radius = value > 0 ? Math.max(0.05, LARGEST_MARK * Math.sqrt(value / most)) * width : 0.03 * width;
     for (const [name, number] of [["cx", x], ["cy", y], ["r", radius]]) point.mark.setAttribute(name, number.toFixed(3));
     point.mark.setAttribute("class", value > 0 ? "touch" : "quiet");
-    if (value > 0) touching.push([value, point]);
+    if (value > 0) {
+      touching.push([value, point]);
+      point.mark.parentNode.append(point.mark); // above the marks of other points at the same place
+    }
   });
   touching.sort(([one], [other]) => other - one);
   const named = touching.slice(0, MOST_TOLD).map(([value, { label, kind }]) => `${label} (${kind}) ${forceWords(value)}`);

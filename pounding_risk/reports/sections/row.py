@@ -131,11 +131,11 @@ def _touch(touch: Touch) -> list[Cell | str]:
 
 
 def _points(case: RowCase, where: str) -> Block:
-    heads = ["neighbours", "left floor", "right floor", "kind", "level [m]"]
+    heads = ["contact point", "left floor", "right floor", "kind", "level [m]"]
     rows = []
     for point in case.points:
         floors = [number(floor, digits=3) for floor in (point.left_floor, point.right_floor)]
-        place = [case.interfaces[point.interface], *floors, point.kind, number(point.level)]
+        place = [point.name, *floors, point.kind, number(point.level)]
         rows.append([*place, *_touch(point.touch)])
     most = sorted(range(len(rows)), key=lambda at: -np.nan_to_num(case.points[at].touch.contact))[:KEPT]
     caption = f"Contact points, {where}. Floor 2.4 is 0.4 up the columns of storey 3."

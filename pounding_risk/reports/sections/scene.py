@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from pounding_risk.render.sheet import (
     table,
 )
 from pounding_risk.reports.data import ReportData
-from pounding_risk.results.attributes import has_own_grounds
+from pounding_risk.results.attributes import has_own_grounds, moves_across, rotating_buildings
 from pounding_risk.results.opened import Results
 from pounding_risk.units import rounded
 
@@ -33,7 +34,6 @@ ASSUMED = (
     "The ground acceleration is linear between the samples of a record.",
 )
 OF_A_ROW = (
-    "Buildings move along the row only; floors are rigid, and each storey is a spring with viscous damping.",
     "Neighbours touch at the contact points that are listed with the row; a column moves with the floors at its ends, "
     "on the straight line between them.",
     ASSUMED[-1],
@@ -67,7 +67,7 @@ def write(data: ReportData) -> list[Block]:
         ),
         facts("The grid of cases.", _grid(data)),
         heading("Assumptions", "assumptions"),
-        listing([*(OF_A_ROW if data.has_points else ASSUMED), *_assumed(data)]),
+        listing([*([*_of_storeys(data.scene), *OF_A_ROW] if data.has_points else ASSUMED), *_assumed(data)]),
     ]
 
 
@@ -123,6 +123,28 @@ def _span(values: Any, unit: str) -> Cell:
     if len(finite) < len(values):
         text = f"{text}, and never yielding" if text else "never yields"
     return {"text": text, "parts": [end["raw"] for end in ends]}
+
+
+def _of_storeys(scene: Mapping[str, Any]) -> Iterator[str]:
+    """How the buildings of a row move, and what joins their floors, by the tables of the scene."""
+
+    def named(key: str) -> str:
+        return " and ".join(str(building["name"]) for building in scene["building"] if key in building)
+
+    moves = "Buildings move along the row only"
+    if rotating := rotating_buildings(scene):
+        moves = f"Buildings move along the row, and floors of {' and '.join(rotating)} rotate in plan too"
+    if across := [name for name in rotating if moves_across(scene, name)]:
+        moves += f"; those of {' and '.join(across)} move across the row as well, under the second component"
+    yield f"{moves}; floors are rigid, and each storey is a spring with viscous damping."
+    if by_matrix := named("stiffness_matrix"):
+        yield f"The floors of {by_matrix} are joined by a stiffness matrix in place of storey springs."
+    if isolated := named("isolation"):
+        yield f"{isolated}: on isolators, a bilinear spring with viscous damping below the slab."
+    if "inelastic_storeys" in scene.get("effects", {}):
+        yield "Storeys with a strength yield, and others stay elastic."
+    if known := named("displacement_history"):
+        yield f"{known}: moves as its files say, and contacts are not run."
 
 
 def _assumed(data: ReportData) -> list[str]:
