@@ -139,7 +139,12 @@ def _ground(axis: Axes, run: xr.Dataset) -> None:
         under = run["building_ground_acceleration"].transpose("time", "building").values / STANDARD_GRAVITY
         _largest_lines(axis, time, under, list(map(str, run["building"].values)))
     else:
-        axis.plot(time, run["ground_acceleration"] / STANDARD_GRAVITY, color=QUIET, linewidth=0.9)
+        axis.plot(
+            time, run["ground_acceleration"] / STANDARD_GRAVITY, color=QUIET, linewidth=0.9, label="along the row"
+        )
+    if (second := "ground_acceleration_across") in run:
+        axis.plot(time, run[second] / STANDARD_GRAVITY, color=RAISED, linestyle=":", linewidth=0.9, label="across it")
+        axis.legend(loc="upper right", fontsize=8)
     axis.set_ylabel("ground\nacceleration [g]")
 
 
@@ -375,7 +380,8 @@ def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: li
             look = {"c": [share], "cmap": "cividis_r", "vmin": 0.0, "vmax": 1.0, "s": 46.0}
             look |= {"edgecolors": RAISED, "linewidths": 2.2} if yields[at] else {"edgecolors": "black"}
         marker = MARKERS[str(point["contact_point_kind"].values)]
-        axis.scatter(middles[interface], level, marker=marker, zorder=5, **look)
+        # The stronger one above, where both ends of a face that rotates lie at one place.
+        axis.scatter(middles[interface], level, marker=marker, zorder=5.0 + 0.9 * share, **look)
         is_near = any(other == interface and abs(level - there) < ROOM * max(heights) for other, there in written)
         if counts[at] > 0 and not is_near:
             written.append((interface, level))
