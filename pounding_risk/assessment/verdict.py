@@ -254,14 +254,14 @@ def _contact_elsewhere(contact: Contact) -> str:
         return "Contact does not depend on the contact model, F_E or sensitive runs."
     free = contact.motions.alone[:, 0] > contact.gap
     pushed, held = int((contact.touched & ~free).sum()), int((free & ~contact.touched).sum())
-    counts = f"The free relative motion, without contact elsewhere in the row, closes the gap in {int(free.sum())}"
+    counts = f"The free relative motion, without contact elsewhere in the row, closes the gap in {counted(free.sum(), 'motion')}"
     if not pushed + held:
-        return f"{counts} motions too: the same ones."
+        return f"{counts} too: the same ones."
     parts = [
         f"contact elsewhere brings it in {pushed} more" if pushed else "",
         f"prevents it in {held}, which the required gaps count all the same" if held else "",
     ]
-    return f"{counts} motions; {' and '.join(filter(None, parts))}."
+    return f"{counts}; {' and '.join(filter(None, parts))}."
 
 
 def share_words(value: float) -> str:
