@@ -17,6 +17,7 @@ from pounding_risk.assessment.options import Criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.attributes import (
+    gaps_needed,
     has_histories,
     has_initial_motion,
     has_laws_of_links,
@@ -81,11 +82,7 @@ def motions_of(results: Results) -> Motions:
         pushed = reach.max([axis for axis in reach.dims if axis not in MOTION_AXES])
         closing = np.fmax(alone, by_amplitude(pushed))  # NaN without such runs
     turns = len(polarities)
-    finite = np.isfinite(alone)
-    if "peak_displacement_free" in dataset:
-        # Of a motion in which a storey collapses the closing is known up to there alone, and no peak is.
-        moved = dataset["peak_displacement_free"].max("building", skipna=False)
-        finite &= np.isfinite(by_amplitude(moved))
+    finite = np.isfinite(by_amplitude(gaps_needed(dataset)))
     return Motions(
         tuple(name for name in records for _ in polarities),
         tuple(polarities) * len(records),

@@ -254,7 +254,8 @@ def _contact_elsewhere(contact: Contact) -> str:
         return "Contact does not depend on the contact model, F_E or sensitive runs."
     free = contact.motions.alone[:, 0] > contact.gap
     pushed, held = int((contact.touched & ~free).sum()), int((free & ~contact.touched).sum())
-    counts = f"The free relative motion, without contact elsewhere in the row, closes the gap in {counted(free.sum(), 'motion')}"
+    often = counted(free.sum(), "motion")
+    counts = f"The free relative motion, without contact elsewhere in the row, closes the gap in {often}"
     if not pushed + held:
         return f"{counts} too: the same ones."
     parts = [

@@ -20,7 +20,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say_level
 from pounding_risk.reports.html import packed, script_page, write_page
 from pounding_risk.results import check as form
-from pounding_risk.results.attributes import bumper_words
+from pounding_risk.results.attributes import bumper_words, gaps_needed
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.files import check_target, open_results
 from pounding_risk.results.grid_values import axis_words
@@ -250,7 +250,8 @@ def _prepared(dataset: xr.Dataset) -> xr.Dataset:
     count = dataset["impact_count"]
     touched = count.where(count < 0, count > 0).astype(np.int8)
     touched.attrs = {"units": "1", "long_name": "whether the buildings touch"}
-    return dataset.assign(contact=touched)
+    needed = gaps_needed(dataset).assign_attrs(dataset["peak_closing_free"].attrs)
+    return dataset.assign(contact=touched, peak_closing_free=needed)
 
 
 def _outputs(dataset: xr.Dataset, axes: Sequence[str]) -> list[str]:

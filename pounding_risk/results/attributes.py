@@ -121,6 +121,17 @@ def collapsed(case: xr.Dataset) -> xr.DataArray:
     return status.isin(codes[np.array(fallen, dtype=bool)] if any(fallen) else [])
 
 
+def gaps_needed(dataset: xr.Dataset) -> xr.DataArray:
+    """`peak_closing_free`, NaN for motions without a finite response, such as those in which a storey collapses.
+
+    The dataset has what they close up to there, and no gap is wide enough for them.
+    """
+    closing = dataset["peak_closing_free"]
+    if "peak_displacement_free" not in dataset:
+        return closing
+    return closing.where(np.isfinite(dataset["peak_displacement_free"].max("building", skipna=False)))
+
+
 def collapsible_buildings(scene: Mapping[str, Any]) -> list[str]:
     """The buildings whose storeys may collapse: with hysteresis, or that yield under a weight that acts."""
     yields_under_weight = {"inelastic_storeys", "p_delta"} <= set(scene.get("effects", {}))

@@ -8,12 +8,17 @@ from math import inf
 
 import numpy as np
 import pytest
+from explorer_page import unpacked
 from scenes import scene_text, storeyed
 from scipy.optimize import minimize
 from scipy.special import log_ndtr
 
 import pounding_risk as pr
+from pounding_risk.assessment.assess import assess
 from pounding_risk.questions.along import findings
+from pounding_risk.reports.data import ReportData
+from pounding_risk.reports.explorer import page_model
+from pounding_risk.reports.sections import records
 
 G = 9.80665
 LAW = {"rule": "peak_oriented", "backbone": [[4.0, 1.15], [12.0, 0.3]], "collapse_drift": 0.03}
@@ -93,6 +98,18 @@ def test_a_setback_and_separations_tell_them(results):
     assert [one.gap for one in frame.required] == [inf, inf, inf]
     table = pr.code_table(results.sel(pga=0.8 * G, method="nearest").expand_dims("pga", 2))
     assert all("without the 5 of 6 motions" in rule.row.note for rule in table.rules)
+
+
+def test_reports_and_pages_show_no_gap_for_them(results):
+    """Not what the buildings close until one collapses, at 0.8 g in five of six motions."""
+    fell = results["status"].squeeze().values[:, 2] > 0
+    data = ReportData(results, assess(results, pga="0.8 g"), {})
+    (table,) = [block for block in records.write(data) if block.get("caption", "").startswith("Records.")]
+    assert table["caption"].endswith("; – without a finite response, for which no gap is wide enough.")
+    assert [row[-1]["raw"] is None for row in table["rows"]] == fell.tolist()
+    page = page_model(results)
+    (needed,) = [one for one in page["outputs"] if one["name"] == "peak_closing_free"]
+    assert np.isnan(unpacked(page, needed)).sum() == 5
 
 
 def test_samples_count_them(results):

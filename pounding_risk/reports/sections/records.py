@@ -25,6 +25,7 @@ from pounding_risk.render.sheet import (
     table,
 )
 from pounding_risk.reports.data import ReportData, at_amplitude
+from pounding_risk.results.attributes import gaps_needed
 from pounding_risk.results.opened import Results
 from pounding_risk.units import STANDARD_GRAVITY, rounded
 
@@ -82,7 +83,7 @@ def _felt_words(data: ReportData) -> str:
 
 def _records_table(data: ReportData, is_felt: bool, as_felt: str) -> Block:
     results, amplitudes = data.results, Results(data.results).amplitudes
-    needed = results["peak_closing_free"].max("interface")
+    needed = gaps_needed(results).max("interface")
     at = ""
     if amplitudes.axis in needed.dims:
         needed = at_amplitude(needed, data.assessment.interfaces[0].amplitude)
@@ -106,6 +107,8 @@ def _records_table(data: ReportData, is_felt: bool, as_felt: str) -> Block:
     factor = "; factor is what the processed record was multiplied by" * is_felt
     widest_of = "; of a row the widest that any two neighbours need" * data.several
     caption = f"Records. PGA is that {as_felt}{factor}; a smaller gap than the one needed leads to contact"
-    caption += f"{at}{widest_of}."
-    keep = sorted(map(int, np.argsort(-needed.max("polarity").values, kind="stable")[:KEPT]))
+    lost = "; – without a finite response, for which no gap is wide enough" * bool(needed.isnull().any())
+    caption += f"{at}{widest_of}{lost}."
+    widest = needed.fillna(np.inf).max("polarity").values
+    keep = sorted(map(int, np.argsort(-widest, kind="stable")[:KEPT]))
     return table(caption, heads, rows, keep=keep, note="the records that need the widest gaps")
