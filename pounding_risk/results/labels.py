@@ -38,6 +38,7 @@ PERIODS = np.geomspace(0.05, 5.0, 60)  # s, of the records' spectra
 CONVENTIONS = "CF-1.11"  # that the datasets follow
 NEEDED = "gap that the motion needs: largest u_left - u_right of the continuous motion without contact"
 WITH_BUMPERS = ", and the length of the bumpers"
+TO_COLLAPSE = "; up to the collapse of a storey, where one collapses, for which no gap is wide enough"
 Array = np.ndarray
 Laws = Sequence[Sequence[Any]]  # of each contact model, that of each interface
 
@@ -55,6 +56,7 @@ def skeleton(
     from pounding_risk.results import accessor as accessor  # registers it with xarray
 
     needed = NEEDED + WITH_BUMPERS * bool(study.bumpers)
+    needed += TO_COLLAPSE * ("inelastic_storeys" in dict(study.effects))
     variables: dict[str, Any] = {
         f"{name}_free": (
             (*axes_of_motions(study), *own_dims(f"{name}_free")),
