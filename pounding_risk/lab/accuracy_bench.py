@@ -388,7 +388,7 @@ class RowBench(Bench):
             named = outputs(run, each.yield_forces, peaks, self.job.grid.frame)
             values.append(np.column_stack([named[name] for name in NAMES]))
             values[-1][run.status != tally.COMPLETE] = nan
-            residual, steps = max(residual, float(np.nanmax(named["energy_residual"]))), steps + run.steps
+            residual, steps = max(residual, float(np.fmax.reduce(named["energy_residual"]))), steps + run.steps
         contacts = float(np.nansum(np.array(values)[..., NAMES.index("impact_count")]))
         return Runs(np.array(values), contacts, steps, residual, seconds)
 

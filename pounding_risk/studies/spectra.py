@@ -150,7 +150,8 @@ def stated_damping(source: Any) -> tuple[float, float] | None:
         faults.append("interface.bumper_length: gaps here are clear of bumpers; remove it, and add its length to them")
     if source.links:
         faults.append("interface: a link joins the two, and periods here are those of single masses; remove its keys")
-    if any((point.left_floor, point.right_floor) != (1.0, 1.0) for point in source.points):
+    are_masses = all(isinstance(building, Building) for building in source.buildings)
+    if are_masses and any((point.left_floor, point.right_floor) != (1.0, 1.0) for point in source.points):
         faults.append("building: they meet part-way up one of them, and here mass meets mass; remove their heights")
     for effect in source.effects:
         if acts_on_ground(effect.name) or acts_on_buildings(effect.name):
