@@ -73,12 +73,12 @@ def scan(
     if shard is not None and (figure is not None or strict):
         option = "--strict" if figure is None else "--figure"
         raise PoundingError(f"{option} and --shard: a shard writes no results; give it to the scan without --shard")
-    target = out_or(out, f"{scene.stem}.nc", AGAIN, replace=new)
     from pounding_risk.ensemble.scan import scan as run
     from pounding_risk.results.summary import failures
     from pounding_risk.scene.reader import read_scene
 
     study = read_scene(scene, overrides)
+    target = out_or(out, f"{scene.stem}.nc", AGAIN, replace=new)
     with ProgressDisplay("scan" if shard is None else f"shard {shard}", resumes=True) as progress:
         choices: dict[str, Any] = {
             "screening": screening,

@@ -125,6 +125,8 @@ def _assign(target: Any, keys: list[str], value: Any) -> KeyPath | str:
             path.append(key)
         elif isinstance(target, list) and key.isdecimal():
             return f"{shown(target)} has no value {key}; its {len(target)} values count from 1"
+        elif isinstance(target, list) and any(isinstance(one, dict) for one in target):
+            return f"{shown(target)} is a list of tables; choose one by its number from 1, such as 1.{keys[-1]}"
         else:
             return f"{shown(target)} is not a table, so it has no key {keys[-1]}"
     target[path[-1]] = value

@@ -186,6 +186,7 @@ REFUSED = [
     ("scan scene.toml -o r.csv", "-o: r.csv: the name must end in .nc or .zarr; write r.nc"),
     ("scan scene.toml -o /", "-o: '/' is not the name of a file; write one that ends in .nc"),
     ("scan scene.toml -o folder.nc", "-o: folder.nc: is a folder; name a file in it"),
+    ("scan data.nc", "data.nc: 1 fault\n  - this is a dataset (netCDF), not a scene; name the scene (.toml)"),
     (
         "scan taken.toml",
         "taken.nc exists already; write -o taken.nc to make the same study again, --new to replace it whatever it is, "
@@ -265,6 +266,7 @@ def test_bad_input_is_refused_before_any_work(line, sentence, folder):
     (folder / "folder.nc").mkdir()
     for name in ("taken.toml", "taken.nc"):
         (folder / name).write_text(SCENE)
+    (folder / "data.nc").write_bytes(b"\x89HDF\r\n\x1a\n")
     before = {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
     result = run(*line.split())
     assert (result.exit_code, result.stdout) == (2, "")

@@ -358,6 +358,8 @@ def test_what_does_not_go_with_rotating_floors_is_refused(says):
     says(refusal(scene, {"plan": ACROSS}, {"ground_delay": "0.1 s"}, records=BOTH))
     says(refusal(scene, {"plan": [PLAN] * 3}, {}))
     says(refusal(scene, {"plan": [ACROSS, TOWER]}, {}, records=BOTH))
+    listed = scene({"plan": [PLAN, TOWER]}, {}).to_toml()
+    says(refusal(parse_scene, listed, "scene", ["building.A.plan.gyration=5 m"]))
     says(refusal(scene, {"plan": [PLAN, TOWER | {"gyration": "-1 m"}]}, {}))
     aside = {"plan": [PLAN, TOWER | {"face": ["9 m", "10 m"], "centre": "9.5 m"}]}
     says(
