@@ -68,7 +68,7 @@ def _by_motion(axis: Any, table: CodeTable) -> None:
         axis.set_xlabel("motion, by the gap it needs")
     axis.set_ylabel("separation [mm]")
     axis.set_ylim(bottom=0.0)
-    words = "what each motion needs, and rules of its own elastic peaks\n(no code's design displacement)"
+    words = "what each motion needs, and rules of its own peaks\n(no code's design displacement)"
     axis.set_title(words, fontsize=9.5)
     axis.legend(fontsize=8.5, loc="upper left", handlelength=3.0)
 

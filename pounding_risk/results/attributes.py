@@ -142,6 +142,16 @@ def collapsible_buildings(scene: Mapping[str, Any]) -> list[str]:
     ]
 
 
+def yielding_buildings(scene: Mapping[str, Any]) -> list[str]:
+    """The buildings whose storeys or isolators may yield, by the tables of a scene."""
+    storeys_yield = "inelastic_storeys" in scene.get("effects", {})
+    return [
+        str(building["name"])
+        for building in scene.get("building", [])
+        if "isolation" in building or (storeys_yield and "storey_strengths" in building)
+    ]
+
+
 def no_response(dataset: xr.Dataset, of: str = "") -> str:
     """A sentence for a dataset without any motion that can be assessed, ``of`` a building where it is of one."""
     if "status" in dataset and bool(np.all(collapsed(dataset))):

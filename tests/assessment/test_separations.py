@@ -573,7 +573,7 @@ def test_the_command_prints_the_numbers_of_the_table(results, tmp_path, monkeypa
         assert cells[each.row.rule][2] == f"{1e3 * each.middle:.4g}"
         assert cells[each.row.rule][4].startswith(f"{each.ratio_median:.3g} (")
         assert cells[each.row.rule][5] == f"{round(each.exceeded * 38)} of 38"
-    assert "Separations are from these motions' elastic peaks; not the code's design displacement." in told.output
+    assert "Separations are from these motions' own peaks; not the code's design displacement." in told.output
     assert "Displacements are those of the linear model" in told.output and "not reduced" not in told.output
     assert table.finding in told.output and "1 more close no gap" in told.output
     assert Path("codes.svg").stat().st_size > 0

@@ -268,7 +268,7 @@ def test_the_accuracy_statement_is_the_datasets(scan, read):
 def test_what_codes_ask_is_that_of_the_rules(scan, html, read):
     """Each rule's median, and the motions in which it falls short; the unverified say so."""
     for words in (
-        "elastic peaks; not the code",
+        "own peaks; not the code",
         "smaller separations and setbacks are allowed where rational analyses",
         "IS 1893 (Part 1):2025 was withdrawn on 3 March 2026",
     ):

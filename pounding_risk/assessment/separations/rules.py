@@ -367,7 +367,7 @@ TAKEN = {
     "structure": "frames",
 }
 # What a rule's number is where the displacements are those of a dataset's own motions.
-OWN_PEAKS = "from these motions' elastic peaks; not the code's design displacement"
+OWN_PEAKS = "from these motions' own peaks; not the code's design displacement"
 SUPERSEDED = (
     "Superseded means that a later edition is published; which one is in force is decided by the authority of the site"
 )
@@ -382,6 +382,7 @@ RATIONAL = (
 FROM_MEMORY, QUOTED_ONLY = "clause from memory, not read", "clause quoted by others, not read"
 NOT_REDUCED = TAKEN["factors"]
 OF_HISTORIES = "d is the peak of a displacement_history, where a building has one, not reduced (factors 1)"
+OF_YIELDING = "d is the peak of a model whose storeys or isolators may yield, not reduced (factors 1)"
 ONE_GROUND = "the ground under both is taken to move alike"
 ROTATING = "displacements are those of the centres of mass: edges of floors that rotate move further"
 ISOLATED = "the period of an isolated building is that before its isolators yield"
@@ -390,6 +391,7 @@ SHARED = {
     FROM_MEMORY: "Rules from memory were not read anywhere: read the clause before relying on one",
     QUOTED_ONLY: "Quoted rules were read in texts that quote the clause or take it over, not in the code itself",
     NOT_REDUCED: "Displacements are those of the linear model: a code's C_d / R, q_d / q and the like are taken as 1",
+    OF_YIELDING: "Displacements are the peaks of models whose storeys or isolators may yield; factors are taken as 1",
     OF_HISTORIES: "Displacements are the peaks of a displacement_history, or of a linear model; factors are taken as 1",
     ONE_GROUND: "The ground under both is taken to move alike: that it does not is in the gap needed, and in no rule",
 }

@@ -34,6 +34,7 @@ from pounding_risk.results.attributes import (
     isolated_buildings,
     no_response,
     rotating_buildings,
+    yielding_buildings,
 )
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import with_axes
@@ -77,7 +78,7 @@ class Comparison:
     """One rule beside the gaps that the motions need.
 
     ``middle`` and ``upper`` [m] are the median and the percentile of what the rule requires, motion by motion, from
-    that motion's elastic peaks, not from a code's design displacements;
+    that motion's own peaks, not from a code's design displacements;
     ``ratio_*`` the 16 %, 50 % and 84 % values of that over the gap the same motion needs; ``exceeded`` the share of
     the motions that need more than the rule requires. All None where the rule gives no number. None of them counts the
     length of ``bumper`` [m] in the gap.
@@ -302,7 +303,8 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
         f"without the {lost} of {counted(known.size, 'motion')} that have no finite response": lost,
         rules.CLEAR: bumper,
     }
-    d_is = rules.OF_HISTORIES if has_histories(scene) else rules.NOT_REDUCED
+    d_is = rules.OF_YIELDING if {first, second} & set(yielding_buildings(scene)) else rules.NOT_REDUCED
+    d_is = rules.OF_HISTORIES if has_histories(scene) else d_is
 
     def note_of(row: SeparationRow) -> str:
         own = [note for note, holds in added.items() if holds and (note != rules.ISOLATED or row.rule == "cqc")]
