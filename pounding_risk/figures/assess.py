@@ -134,7 +134,7 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     # Combinations as marks along the top; an arrow at the end stands for one beyond the axis.
     for marker, name in zip("v^D", (name for name in COMBINATIONS if name in rules), strict=False):
         is_beyond = rules[name] > widest
-        label = f"{name.upper()}: {say_in(rules[name], 'mm', 3)} of own peaks{bumpers}"
+        label = f"{name.upper()}: {say_in(rules[name], 'mm', 3)} of the motions' peaks{bumpers}"
         label += ", beyond the axis" if is_beyond else ""
         place, shape = (widest, ">") if is_beyond else (rules[name], marker)
         axis.plot(1e3 * place, 1.08, shape, color=MEANING["rule"], markersize=6, clip_on=False, label=label)

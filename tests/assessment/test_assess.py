@@ -751,7 +751,7 @@ def test_what_a_rule_asks_is_drawn_where_it_is_or_as_an_arrow():
         end = 1e-3 * assessment_figure(found).axes[0].get_xlim()[1]
         assert len(drawn_rules(found)) == 3
         for words, (place, mark) in drawn_rules(found).items():
-            assert " of own peaks" in words
+            assert " of the motions' peaks" in words
             name = words.split(":")[0].lower()
             asked = next(each.upper for each in one.separations if each.row.rule == name)
             assert (mark == ">") == arrow == words.endswith(", beyond the axis")
