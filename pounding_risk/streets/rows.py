@@ -143,10 +143,14 @@ class Block(ShortRepr):
         }
 
     def file_names(self) -> list[str]:
-        """The name of each row's scene; a number follows names that would be the same."""
+        """The name of each row's scene; a number follows names that would be the same, or all where one has it."""
         names = [slug(row.name) for row in self.rows]
-        shared = set(repeated(names))
-        return [f"{name}-{number}.toml" if name in shared else f"{name}.toml" for number, name in enumerate(names, 1)]
+
+        def files(numbered: set[str]) -> list[str]:
+            return [f"{name}-{at}.toml" if name in numbered else f"{name}.toml" for at, name in enumerate(names, 1)]
+
+        some = files(set(repeated(names)))
+        return files(set(names)) if any(repeated(some)) else some
 
     def _by_row(self) -> list[tuple[list[Filled], list[ClosePair]]]:
         """For each row the values that were filled in for its buildings, and the pairs of `close` with one of them."""

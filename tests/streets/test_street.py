@@ -663,6 +663,14 @@ def test_a_faulty_table_ends_with_status_2_and_writes_nothing(tmp_path, says):
     assert not out.exists()
 
 
+def test_every_row_has_a_scene_of_its_own(tmp_path):
+    """A number behind two names that are one as a file's may make that of a third street."""
+    text = "name,street,height [m],floor area [m^2]\n"
+    text += "".join(f"{name} {side},{name},9,80\n" for name in ("Main St", "Main St.", "Main St 2") for side in "ab")
+    block = read(tmp_path, text)
+    assert len(set(block.file_names())) == len(block.rows) == len(block.scenes(["RSN6-180"])) == 3
+
+
 def test_walls_that_overlap_leave_what_their_resolution_does(tmp_path):
     """0.3 m of overlap known to 0.5 m: a gap of 0.2 m at most; of 0.5 m there is none left."""
     text = WALLS + "A,3,80,0,10.3\nB,3,80,10,20.5\nC,3,80,20,30\nD,3,80,30.6,40\n"
