@@ -93,7 +93,7 @@ def block(
     from pounding_risk.streets.rows import read_block, write_block
     from pounding_risk.streets.scenes import Contact
     from pounding_risk.streets.table import AREA, HEIGHT, LOAD
-    from pounding_risk.units import DIRECTION, GAP, PGA, share
+    from pounding_risk.units import DIRECTION, GAP, PGA, parse, share
 
     rules = Rules(
         storey_height=read_option("--storey-height", storey_height, HEIGHT),
@@ -125,7 +125,7 @@ def block(
     rows = read_block(street, rules, layer=layer, within=within, inventory=inventory)
     if samples is not None and not rows.resolution.size > 0.0:
         raise PoundingError("--samples: no gap of this street is uncertain; state --resolution, or leave it out")
-    print_block(rows)
+    print_block(rows, None if tolerance is None else parse(tolerance, GAP))
     rows.check()
     if out is not None:
         announce(*write_block(rows, out, records=record or None, contact=contact, tables=tables))
@@ -196,8 +196,11 @@ def _check_records(records: Sequence[str]) -> None:
 LISTED = 40  # lines of a table, or names; what is left out stands in the files of --out
 
 
-def print_block(block: Block) -> None:
-    """Print the rows, who stands against whom, the buildings in no row, what was filled in, and notes."""
+def print_block(block: Block, tolerance: float | None) -> None:
+    """Print the rows, who stands against whom, the buildings in no row, what was filled in, and notes.
+
+    ``tolerance`` [m] is that of the levels of floors that meet, None where it is the floors' depth.
+    """
     from pounding_risk.streets.scenes import shares
 
     limit = engineering(block.rules.limit, "m")
@@ -208,7 +211,7 @@ def print_block(block: Block) -> None:
         print()
         pairs = [pair for row in block.rows for pair in row.pairs]
         heads = ("neighbours", "and", "gap", "shared face", "floors meet", "miss", "largest offset")
-        _print_first(heads, [_neighbours(pair) for pair in pairs], "llrrrrr")
+        _print_first(heads, [_neighbours(pair, tolerance) for pair in pairs], "llrrrrr")
         print(f"\n{block.gap_words}")
     if block.sides:
         counts = ", ".join(f"{number} on {words}" for words, number in block.sides_adjoined())
@@ -241,13 +244,13 @@ def _print_first(heads: tuple[str, ...], lines: Sequence[tuple[str, ...]], sides
         print(f"and {len(lines) - LISTED} more, which --out writes to files")
 
 
-def _neighbours(pair: Neighbours) -> tuple[str, ...]:
+def _neighbours(pair: Neighbours, tolerance: float | None) -> tuple[str, ...]:
     """Cells of two neighbours: their gap, or its range where it is uncertain, shared face and floors."""
     from math import isnan
 
     from pounding_risk.streets.neighbours import floors
 
-    meet, miss, offset = floors(pair.left, pair.right)
+    meet, miss, offset = floors(pair.left, pair.right, tolerance)
     gap = _range_words(*(engineering(end, "m") for end in pair.gaps))
     face = "not known" if isnan(pair.faced) else engineering(pair.faced, "m")
     return pair.left.name, pair.right.name, gap, face, str(meet), str(miss), engineering(offset, "m")

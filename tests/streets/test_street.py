@@ -671,6 +671,16 @@ def test_every_row_has_a_scene_of_its_own(tmp_path):
     assert len(set(block.file_names())) == len(block.rows) == len(block.scenes(["RSN6-180"])) == 3
 
 
+def test_the_tolerance_of_the_scenes_is_that_of_the_floors_told(tmp_path):
+    """Storeys of 3 m and 3.5 m: the first floors meet within 0.6 m, and not by a depth of 0.25 m."""
+    table = tmp_path / "street.csv"
+    table.write_text("name,height [m],storeys,floor area [m^2]\nA,9,3,80\nB,10.5,3,80\n", encoding="utf-8")
+    told = CliRunner().invoke(app, ["block", str(table), "-o", str(tmp_path / "out"), "--tolerance", "0.6 m"])
+    (pair,) = csv.DictReader((tmp_path / "out" / "neighbours.csv").read_text(encoding="utf-8").splitlines())
+    assert (pair["floors that meet"], pair["floors that miss"]) == ("1", "3")
+    assert re.search(r"A +B +0 mm +not known +1 +3 +1.5 m", told.output)
+
+
 def test_walls_that_overlap_leave_what_their_resolution_does(tmp_path):
     """0.3 m of overlap known to 0.5 m: a gap of 0.2 m at most; of 0.5 m there is none left."""
     text = WALLS + "A,3,80,0,10.3\nB,3,80,10,20.5\nC,3,80,20,30\nD,3,80,30.6,40\n"
