@@ -234,7 +234,7 @@ class Street(NamedTuple):
         directions = {number: azimuth(view.axis) for view in views for number in view.outlines}
         reasons: dict[frozenset[int], str] = {}
         along = (pair for view in views for pair in view.along)
-        adjacent = self._held(self._beside(along, outlines, distances, reasons), reasons)
+        adjacent = self._held(self._beside(along, outlines, reasons), reasons)
         rows = list(self._rows(adjacent, directions))
         self._note_partial([each for row in rows for each in row.pairs if each.is_partial])
         neighbours, close = {frozenset(neighbour[:2]) for neighbour in adjacent}, []
@@ -296,19 +296,23 @@ class Street(NamedTuple):
         self,
         pairs: Iterable[Facing],
         outlines: Mapping[int, Outline],
-        distances: Mapping[tuple[int, ...], float],
         reasons: dict[frozenset[int], str],
     ) -> Iterator[Facing]:
         """The pairs that may be neighbours in a row; the reason is noted for those that may not."""
         for pair in pairs:
             length, share = faced(outlines[pair.left], outlines[pair.right], self._reach)
             key, is_overlap = frozenset((pair.left, pair.right)), pair.gap < -self._overlap
-            if is_overlap and distances[min(key), max(key)] > 0.0:
+            if is_overlap and not self._lie_on_each_other(pair):
                 reasons[key] = ACROSS  # one stands in the other's corner, or a street bends: nothing overlaps
             elif not is_overlap and share < self.rules.least_facing:
                 reasons[key] = f"facing each other over {say(length, GAP, 2)} only ({percent(share)})"
             else:
                 yield pair._replace(faced=length, share=share)
+
+    def _lie_on_each_other(self, pair: Facing) -> bool:
+        """True where two footprints have more in common than a strip that the survey explains."""
+        left, right = (self.houses[number].footprint for number in pair[:2])
+        return not left.intersection(right).buffer(-0.5 * self._overlap).is_empty
 
     def _held(self, beside: Iterable[Facing], reasons: dict[frozenset[int], str]) -> list[Facing]:
         """The pairs that are neighbours: at most one on each side of a building, with the gap that holds."""

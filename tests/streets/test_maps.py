@@ -363,6 +363,16 @@ def test_streets_at_an_angle_have_an_axis_of_their_own(tmp_path):
     assert [row.gaps for row in block.rows] == [pytest.approx(GAPS, abs=2e-4)] * 2
 
 
+@pytest.mark.parametrize("below", [4.95, 5.0, 5.3])
+def test_a_house_that_touches_the_wing_beside_it_does_not_overlap_it(tmp_path, below):
+    """In the corner of an L, on whose wing it stands, or by 50 mm in it: walls within the survey's 0.1 m touch."""
+    corner = shapely.Polygon([(0, 0), (20, 0), (20, 5), (10, 5), (10, 15), (0, 15)])
+    shapes = [corner, shapely.box(10.05, below, 20, 15), shapely.box(20.03, 0, 30, 15)]
+    path = write(tmp_path / "street.parquet", shapes, None)
+    row = only(read_block(path, Rules(metres=True, axis=90.0, resolution=0.0)))
+    assert len(row.buildings) == (2 if below < 5.1 else 3)
+
+
 def test_many_neighbours_that_face_each_other_over_a_part_are_counted(tmp_path, says):
     """A staircase of squares, each beside the last 30 % of the one before."""
     shapes = [shapely.box(500e3 + 10.1 * n, 7.0 * n, 500e3 + 10.1 * n + 10.0, 7.0 * n + 10.0) for n in range(9)]
