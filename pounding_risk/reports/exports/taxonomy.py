@@ -21,7 +21,8 @@ from pounding_risk.assessment.options import percent_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._layers import closing_motions, lost_words, share_of_building
 from pounding_risk.reports.exports._written import Options, Written, write_file
-from pounding_risk.results.attributes import tables_of
+from pounding_risk.results.attributes import read_attribute, tables_of
+from pounding_risk.scene.sections import written_overrides
 from pounding_risk.streets.inventory import read_inventory
 from pounding_risk.streets.inventory.gem import read_taxonomy, with_found
 from pounding_risk.units import GAP, say, shown
@@ -147,8 +148,18 @@ def _strings(
 
     That of an inventory where it has one, else that of its typology and storeys.
     """
-    tables = tables_of(str(results.attrs.get("scene_resolved", ""))).get("building", [])
-    own = {str(table.get("name", "")): _of_scene(table) for table in tables}
+    # A typology stands in the scene as it was written alone: of every value stated, its storeys are.
+    overrides = read_attribute(results, "overrides", [])
+    written = written_overrides(str(results.attrs.get("scene", "")), overrides, "scene")
+    stated = tables_of(str(results.attrs.get("scene_resolved", "")))
+    typologies = {
+        str(table.get("name", "")): table.get("typology", "") for table in tables_of(written).get("building", [])
+    }
+    own = {
+        name: _of_scene(table, str(typologies.get(name, "")))
+        for table in stated.get("building", [])
+        if (name := str(table.get("name", "")))
+    }
     by_name = {name: (own.get(name, ""), "the scene") for name in names}
     if inventory is None:
         return by_name, []
@@ -168,9 +179,9 @@ def _strings(
     return by_name, [f"{about}; what the scene says is written"] if without else []
 
 
-def _of_scene(table: Mapping[str, Any]) -> str:
+def _of_scene(table: Mapping[str, Any], typology: str) -> str:
     """Material, system and storeys of a building of a scene, as far as it says them."""
-    typology = STRINGS.get(str(table.get("typology", "")).removesuffix("_ec8"), "")
+    kind = STRINGS.get(typology.removesuffix("_ec8"), "")
     lists = (len(value) for key, value in table.items() if key.startswith("storey_") and isinstance(value, list))
     storeys = table.get("storeys") or next(lists, 0)
-    return "/".join(filter(None, (typology, f"H:{storeys}" if storeys else "")))
+    return "/".join(filter(None, (kind, f"H:{storeys}" if storeys else "")))

@@ -68,6 +68,17 @@ def test_strings_are_those_of_the_standard_and_keep_the_inventory(results, tmp_p
     assert any("2 buildings without a GEM string in assets.csv: shop, tower" in sentence for sentence in told)
 
 
+def test_a_typology_is_material_and_system(tmp_path):
+    """That of the scene as it was written and overridden: of every value stated no typology is left."""
+    kinds = zip(("walls", "frame"), ("masonry", "steel_frame_ec8"), strict=True)
+    rest = {"height": "9 m", "storeys": 3, "floor_mass": "100 t"}
+    buildings = [{"name": name, "typology": typology, **rest} for name, typology in kinds]
+    text = scene_text(*buildings, records={"window": ["0 s", "3 s"]}, gap="1 m")
+    results = pr.scan(pr.read_scene(text, ['building.walls.typology="concrete_walls"']))
+    rows, _ = table(results, tmp_path)
+    assert [row["GEM taxonomy"] for row in rows.values()] == ["CR/LWAL/H:3/BPD", "S/LFM/H:3/BPD"]
+
+
 def test_a_gap_that_is_asked_for_is_judged(results, tmp_path):
     rows, _ = table(results, tmp_path, gap="3 m")
     assert {row["position"] for row in rows.values()} == {"BPD"}
