@@ -108,12 +108,14 @@ class Table(NamedTuple):
 def read_table(path: Path) -> Table:
     """The table of a .csv file; raises BlockError with every fault of it."""
     faults: list[str] = []
-    rows = csv_rows(file_text(path), faults, HEAD)
+    text = file_text(path)
+    rows = csv_rows(text, faults, HEAD)
     entries: list[Entry] = []
     left_out: list[str] = []
     if rows:
         at, heads = rows[0]
         columns, left_out = columns_of(heads, f"line {at}", faults)
+        left_out += _with_mark(text.splitlines()[at:], at + 1, len(heads))
         if len(columns) < 2 and not faults:
             faults.append(f"line {at}: names no two columns of a street; {HEAD}")
         for at, cells in rows[1:]:
@@ -127,6 +129,15 @@ def read_table(path: Path) -> Table:
     if faults:
         raise BlockError(str(path), faults)
     return Table(entries, left_out)
+
+
+def _with_mark(lines: Sequence[str], first: int, columns: int) -> list[str]:
+    """A note on lines that start with #, from the ``first`` on, and have a cell for each column as buildings have."""
+    places = [
+        f"line {at}" for at, line in enumerate(lines, first) if line.startswith("#") and line.count(",") >= columns - 1
+    ]
+    repair = "put a name that starts with # in quotes"
+    return [f"{', '.join(places)}: left out, as what starts with # is a comment; {repair}"] if places else []
 
 
 def need_maps(source: str) -> None:

@@ -681,6 +681,17 @@ def test_the_tolerance_of_the_scenes_is_that_of_the_floors_told(tmp_path):
     assert re.search(r"A +B +0 mm +not known +1 +3 +1.5 m", told.output)
 
 
+def test_a_building_that_is_read_as_a_comment_is_told(tmp_path):
+    """House numbers that start with #: in quotes one is a name."""
+    text = (
+        "# a street, made, for this\n" + HEAD + '"#1",9,3,,80,20\n#2,9,3,,80,\n# no house\n#3,9,3,,80,30\nB,9,3,,80,\n'
+    )
+    block = read(tmp_path, text)
+    assert [house.name for house in block.houses] == ["#1", "B"]
+    (note,) = block.notes
+    assert note.startswith("line 4, line 6: left out, as what starts with # is a comment")
+
+
 def test_walls_that_overlap_leave_what_their_resolution_does(tmp_path):
     """0.3 m of overlap known to 0.5 m: a gap of 0.2 m at most; of 0.5 m there is none left."""
     text = WALLS + "A,3,80,0,10.3\nB,3,80,10,20.5\nC,3,80,20,30\nD,3,80,30.6,40\n"
