@@ -76,13 +76,16 @@ def assessed(subject: Samples, request: Request) -> xr.Dataset:
         }
     )
     few = words.of_few(closings[0], request.criterion)
+    offsets = (words.offset_words(subject, index) for index in places)
     usual = request.criterion.agrees and request.criterion.percentile == USUAL_PERCENTILE
     about = {
         "title": subject.title,
         "asked": f"{request.criterion.words}{USUAL_TARGET if usual else ''}",
         "samples": subject.words,
         "motions": subject.motions_words(request.level),
-        "assumptions": as_text([*subject.assumptions, *few, *subject.first_sample.record_doubts]),
+        "assumptions": as_text(
+            [*subject.assumptions, *filter(None, offsets), *few, *subject.first_sample.record_doubts]
+        ),
         **request.criterion._asdict(),
         **created("pounding_risk.uncertainty"),
     }

@@ -249,6 +249,14 @@ class Samples:
         gaps = self.gaps_of(self.dataset, index, self.gap(index))
         return 0.0 if gaps is None else float(np.std(gaps))
 
+    def gap_offset(self, index: int) -> float:
+        """Mean of the gaps of the samples less the scene's own [m], where chance does not explain it; else 0."""
+        gaps = self.gaps_of(self.dataset, index, 0.0)
+        if gaps is None:
+            return 0.0
+        mean, by_chance = float(np.mean(gaps)), 3.0 * float(np.std(gaps)) / np.sqrt(gaps.size)
+        return mean if abs(mean) > max(by_chance, 1e-6) else 0.0
+
     def reach_of(self, dataset: xr.Dataset, index: int, level: int | None) -> Array:
         """What motions close (samples, motions) [m], whatever the gap; inf where there is no finite closing."""
         one = dataset.isel(interface=index, missing_dims="ignore")

@@ -79,6 +79,19 @@ def gap_scatter(part: xr.Dataset) -> float:
     return float(part.get("gap_deviation", 0.0))
 
 
+def offset_words(subject: Samples, index: int) -> str:
+    """A sentence where the gaps of samples are not in the mean the scene's own, which is the nominal one; else ""."""
+    offset = subject.gap_offset(index)
+    if not offset:
+        return ""
+    wider, mean = "wider" if offset > 0.0 else "narrower", say(abs(offset), GAP, 3)
+    return (
+        f"{subject.interfaces[index]}: the gaps of the samples are {mean} {wider} in the mean than the scene's own of "
+        f"{say(subject.gap(index), GAP, 3)}, which is the nominal one: a required nominal gap stands for gaps that are "
+        f"{mean} {wider} in the mean."
+    )
+
+
 def of_few(closings: CrossedClosings, criterion: Criterion) -> Iterator[str]:
     """Sentences where there are too few motions or samples for the target."""
     fewest = closings.counted.without_contact

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -151,6 +152,18 @@ def test_a_gap_that_is_uncertain_moves_what_is_required_by_as_much():
     of_scatter = "the logarithm of the closing without contact less the scatter of the gap"
     assert f"Parts of the variance of {of_scatter}" in captions
     assert parts_words(part).startswith("Of the variance of ln (closing less the scatter of the gap)")
+
+
+def test_gaps_that_are_not_the_scenes_own_in_the_mean_are_told():
+    """Uniform over 60 to 120 mm beside a gap of 80 mm: 10 mm wider, and the required gap as much less."""
+    gaps = {"interface.gap": {"distribution": "uniform", "low": "60 mm", "high": "120 mm"}}
+    answers = [pr.uncertainty(uncertain_pulses(gaps, 64, gap=gap)) for gap in ("80 mm", "90 mm")]
+    told, silent = ([one for one in json.loads(answer.attrs["assumptions"]) if "nominal" in one] for answer in answers)
+    assert not silent and len(told) == 1
+    gap = float(re.search(r"the samples are ([\d.]+) mm wider in the mean than the scene's own of 80 mm", told[0])[1])
+    assert gap == pytest.approx(10.0, abs=1.0)  # 64 points of Sobol
+    required = [answer["required_gap"].values for answer in answers]
+    np.testing.assert_allclose(required[1] - required[0], 0.01, rtol=1e-9)
 
 
 @pytest.mark.complete
