@@ -209,7 +209,7 @@ class _Completed:
             if column not in unused:
                 self.fill(column, value, rule)
         if "name" not in values:
-            self.fill("name", self.name, "its place in the file")
+            self.fill("name", self.name, "its number among the buildings that were read")
         of_type = FAMILIES[family_of(values["hazus type"])].typology if family_of(values.get("hazus type", "")) else ""
         named = values.get("typology") or of_type or rules.typology
         typology = "_".join(named.lower().split())  # "Concrete frame" is concrete_frame

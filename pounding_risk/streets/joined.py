@@ -43,7 +43,8 @@ def with_inventory(table: Table, path: Path) -> Table:
         own, held = first.get(number), entry.mapped is not None and entry.mapped.id
         if own is not None:
             values = {**({"name": held} if held else {}), **entry.values, **own.values}
-            place, derived = f"{entry.place} with {own.place}", (*entry.derived, *own.derived)
+            of_map = (one for one in entry.derived if one.column not in own.values)
+            place, derived = f"{entry.place} with {own.place}", (*of_map, *own.derived)
             entry = entry._replace(place=place, values=values, derived=derived)
         entries.append(entry)
     missing = [entry.place for number, entry in enumerate(table.entries) if number not in first]

@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 
-from pounding_risk.streets.table import Entry
+from pounding_risk.streets.table import Derived, Entry
 
+OF_PART = "that of its tallest part"
 LISTED = 5  # features, or properties of a map, that a note names
 # Heights of OpenStreetMap are in metres unless they have a unit (its wiki, Key:height).
 OSM_FEET = re.compile(r"""([0-9]+(?:\.[0-9]+)?)'(?:\s*([0-9]+(?:\.[0-9]+)?)\")?""")
@@ -153,7 +154,11 @@ def without_parts(entries: list[Entry], tables: Mapping[str, Mapping[str, Any]])
     for number, building in held.items():
         own, most = parts[number].values, tallest.setdefault(building, {})
         most |= {key: max(most.get(key, 0), own[key]) for key in ("height", "storeys") if key in own}
-    whole = [entry._replace(values={**tallest.get(number, {}), **entry.values}) for number, entry in enumerate(whole)]
+    for number, most in tallest.items():
+        taken = {key: value for key, value in most.items() if key not in whole[number].values}
+        told = (Derived(key, f"{value:g}{' m' if key == 'height' else ''}", OF_PART) for key, value in taken.items())
+        values, derived = {**taken, **whole[number].values}, (*whole[number].derived, *told)
+        whole[number] = whole[number]._replace(values=values, derived=derived)
     alone = [part for number, part in enumerate(parts) if number not in held]
     notes = []
     if held:

@@ -80,7 +80,7 @@ class Resolution(NamedTuple):
 
 
 class Derived(NamedTuple):
-    """A value that an inventory does not state in so many words: column, the value in words, and where it is from."""
+    """A value that a file does not state in so many words: column, the value in words, and where it is from."""
 
     column: str
     value: str

@@ -537,6 +537,19 @@ def test_an_inventory_is_joined_by_ids_where_points_agree(tmp_path, says):
     says(read_faults(SHIPPED / "street.csv", inventory=tmp_path / "loc.csv"))
 
 
+def test_what_an_inventory_states_is_not_listed_as_that_of_a_part(tmp_path):
+    shapes = in_degrees([*made_street(), shapely.box(1.0, 1.0, 5.0, 5.0)], 23.7, 37.9)
+    columns = {"building": ["yes"] * 5 + [None], "building:part": [None] * 5 + ["yes"], "id": [*"abcdef"]}
+    levels, height = ["3", "3", "3", "3", "3", "7"], [None] * 5 + ["21"]
+    path = tmp_path / "osm.gpkg"
+    table = frame(shapes, "EPSG:4326", **columns, **{"building:levels": levels, "height": height})
+    pyogrio.write_dataframe(table.drop(columns=["name", "storeys"]), path)
+    (tmp_path / "table.csv").write_text("name,height [m]\na,12\n")
+    for inventory, listed in ((None, ["21 m"]), (tmp_path / "table.csv", [])):
+        block = read_block(path, inventory=inventory)
+        assert [each.value for each in block.filled if "part" in each.rule] == listed
+
+
 def test_an_inventory_with_outlines_of_its_own_is_a_street(tmp_path):
     shapes = in_degrees(made_street(), 23.7, 37.9)
     head = "PortNumber,AccNumber,LocNumber,CountryCode,NumberOfStoreys,ConstructionCode,LocPerilsCovered,Geom\n"
