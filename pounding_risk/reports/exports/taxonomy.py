@@ -163,8 +163,8 @@ def _strings(
     by_name = {name: (own.get(name, ""), "the scene") for name in names}
     if inventory is None:
         return by_name, []
-    entries = enumerate(read_inventory(inventory).entries, 1)
-    known = {str(one.values.get("name", f"building {number}")): one.taxonomy for number, one in entries}
+    # Without names of its own it may have been joined to a map, which numbers buildings in another order.
+    known = {str(one.values["name"]): one.taxonomy for one in read_inventory(inventory).entries if "name" in one.values}
     if not set(known) & set(names):
         hint = nearest(names[0], known)
         raise PoundingError(f"{inventory}: has none of the buildings, such as {shown(names[0])}{hint}; check the names")

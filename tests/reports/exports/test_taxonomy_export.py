@@ -10,6 +10,7 @@ from openquake.gem_taxonomy import GemTaxonomy
 from scenes import BOTH, scene_text, single, storeyed
 
 import pounding_risk as pr
+from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports.taxonomy import oed_code
 
 NAMES = ["flats", "shop", "tower"]
@@ -66,6 +67,15 @@ def test_strings_are_those_of_the_standard_and_keep_the_inventory(results, tmp_p
     for row in rows.values():
         assert standard.validate(row["GEM taxonomy"])[2]["is_canonical"]
     assert any("2 buildings without a GEM string in assets.csv: shop, tower" in sentence for sentence in told)
+
+
+def test_an_inventory_without_names_is_refused(tmp_path):
+    """Joined to a map, its lines are in another order than "building 1" and "building 2" of the map."""
+    results = pr.scan(scene_text(*(single(f"building {n}", "100 t", "0.8 s", height="9 m") for n in (1, 2)), gap="1 m"))
+    inventory = tmp_path / "assets.csv"
+    inventory.write_text("lon,lat,taxonomy\n23.7,37.9,CR/LFM/H:2\n23.7,37.8,S/LFM/H:5\n", encoding="utf-8")
+    with pytest.raises(PoundingError, match='has none of the buildings, such as "building 1"'):
+        table(results, tmp_path, inventory=inventory)
 
 
 def test_a_typology_is_material_and_system(tmp_path):
