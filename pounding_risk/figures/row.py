@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -305,7 +306,7 @@ def _elevation_legend(figure: Figure, case: RowCase) -> None:
 
 def plan_figure(
     rows: RowCase | Sequence[RowCase],
-    footprints: Mapping[str, ArrayLike | Sequence[ArrayLike]] | None = None,
+    footprints: Mapping[Any, ArrayLike | Sequence[ArrayLike]] | None = None,
     note: str = "",
     *,
     titled: bool = True,
@@ -317,8 +318,9 @@ def plan_figure(
     rows : RowCase or sequence of RowCase
         Cells of the grids of one row or several, from `row_case`.
     footprints : mapping of str to array, optional
-        Corners (n, 2) [m] by the building's name, or several such rings; those of buildings in no row are drawn in
-        grey. Without footprints rows are drawn one below the other, with nominal widths and depths.
+        Corners (n, 2) [m] by the building's name, or by the number of its row from 0 and the name, or several such
+        rings; those of buildings in no row are drawn in grey. Without footprints rows are drawn one below the other,
+        with nominal widths and depths.
     note : str
         Added to the caption.
     titled : bool
@@ -332,7 +334,7 @@ def plan_figure(
     Raises
     ------
     PoundingError
-        Where a building of a row has no footprint, or one that is no polygon.
+        Where a building of a row has no footprint, one that is no polygon, or that of another row's building.
     """
     from matplotlib.patches import Patch
 
@@ -374,15 +376,20 @@ def _plain_rings(cases: Sequence[RowCase]) -> dict[Key, Rings]:
     return footprints
 
 
-def _checked_rings(footprints: Mapping[str, Any], cases: Sequence[RowCase]) -> dict[Key, Rings]:
+def _checked_rings(footprints: Mapping[Any, Any], cases: Sequence[RowCase]) -> dict[Key, Rings]:
     """Rings of every building by its row, the largest first; buildings in no row by `NO_ROW`."""
-    rings = {str(name): _rings(str(name), corners) for name, corners in footprints.items()}
+    rings = {who: _rings(who if isinstance(who, str) else who[1], corners) for who, corners in footprints.items()}
     inside = [(number, building.name) for number, case in enumerate(cases) for building in case.buildings]
-    missing = [name for _, name in inside if name not in rings]
+    taken = {who: who if who in rings else who[1] for who in inside}
+    missing = [name for (_, name), key in taken.items() if key not in rings]
     if missing:
         raise PoundingError(f"no footprint of {', '.join(missing)}; give one, or none at all for a plain row")
-    alone = set(rings) - {name for _, name in inside}
-    return {(number, name): rings[name] for number, name in inside} | {(NO_ROW, name): rings[name] for name in alone}
+    if twice := [str(key) for key, rows in Counter(taken.values()).items() if rows > 1]:
+        raise PoundingError(
+            f"{', '.join(twice)} of several rows would stand in one footprint; draw them in plans apart"
+        )
+    alone = [(NO_ROW, who) for who in rings if who not in set(taken.values())]
+    return {who: rings[key] for who, key in taken.items()} | {who: rings[who[1]] for who in alone}
 
 
 def _rings(name: str, corners: Any) -> Rings:

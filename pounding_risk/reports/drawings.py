@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from pounding_risk.assessment.row import row_case
+from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import check_target, open_results, open_with_axes
 
@@ -107,7 +107,7 @@ def draw(
 
         case: dict[str, Any] = {"gap": gap, "contact_model": contact_model, "yield_force": yield_force}
         cases = [row_case(one, **case, pga=pga, intensity_level=intensity_level) for one in opened]
-        footprints = footprints_of(street) if isinstance(street, str | Path) and plan is not None else street
+        footprints = footprints_of(street, cases) if isinstance(street, str | Path) and plan is not None else street
         drawing = {
             "elevation": lambda: figures.elevation_figure(cases[0]),
             "plan": lambda: figures.plan_figure(cases, footprints),
@@ -118,27 +118,43 @@ def draw(
     return tuple(written)
 
 
-def footprints_of(street: str | Path) -> dict[str, tuple[Any, ...]]:
+def footprints_of(street: str | Path, cases: Sequence[RowCase]) -> dict[Any, tuple[Any, ...]]:
     """Footprints of a street: outer rings (n, 2) [m] by the building's name.
+
+    Where two streets have buildings of one name those of a row are by its number too, and are of the street that the
+    title of its scene begins with.
 
     Parameters
     ----------
     street : str or Path
         A map of footprints as `read_block` takes it, or the buildings.csv that `write_block` writes.
+    cases : sequence of RowCase
+        The rows.
 
     Returns
     -------
-    dict of str to tuple of array
+    dict of str, or of tuple of int and str, to tuple of array
         Rings of every building.
 
     Raises
     ------
     PoundingError
-        As `read_block`, and for a table without footprints.
+        As `read_block`, for a table without footprints, and where it is not known which street a row is of.
     """
+    from pounding_risk.reports.exports._outlines import of_row
     from pounding_risk.streets.rows import footprint_rings
 
     footprints = footprint_rings(street)
     if not footprints:
         raise PoundingError(f"{street}: has no footprints; a plan to scale needs a map with polygons")
-    return footprints
+    by_name = {name: rings for (_, name), rings in footprints.items()}
+    if len(by_name) == len(footprints):
+        return by_name
+    drawn: dict[Any, tuple[Any, ...]] = {}
+    for number, case in enumerate(cases):
+        names = [building.name for building in case.buildings]
+        rings_of_row = of_row(footprints, str(case.results.attrs["title"]), names, Path(street))
+        drawn |= {(number, name): rings for name, rings in zip(names, rings_of_row, strict=True)}
+    shown = {id(rings) for rings in drawn.values()}
+    rest = {f"{of} {name}": rings for (of, name), rings in footprints.items() if id(rings) not in shown}
+    return drawn | rest

@@ -387,8 +387,8 @@ def read_block(
     return Block(source.name, tuple(rows), tuple(in_no_row), *facts)
 
 
-def footprint_rings(path: str | Path) -> dict[str, tuple[Array, ...]]:
-    """Outer rings (n, 2) [m] of the footprints of a street, by the name of the building.
+def footprint_rings(path: str | Path) -> dict[tuple[str, str], tuple[Array, ...]]:
+    """Outer rings (n, 2) [m] of the footprints of a street, by street and name of the building.
 
     Parameters
     ----------
@@ -397,7 +397,7 @@ def footprint_rings(path: str | Path) -> dict[str, tuple[Array, ...]]:
 
     Returns
     -------
-    dict of str to tuple of array
+    dict of tuple of str to tuple of array
         Empty for a table without footprints.
 
     Raises
@@ -406,14 +406,14 @@ def footprint_rings(path: str | Path) -> dict[str, tuple[Array, ...]]:
         As `read_block`.
     """
     if not _is_written(Path(path)):
-        return {name: rings(entry.footprint) for (_, name), entry in _named_entries(Path(path)).items()}
+        return {key: rings(entry.footprint) for key, entry in _named_entries(Path(path)).items()}
     outlines, in_degrees = footprint_outlines(path)
     shapes = list(outlines.values())
     if in_degrees and shapes:
         from pounding_risk.streets.maps import flat_outlines
 
         shapes = flat_outlines(shapes)
-    return {name: rings(shape) for (_, name), shape in zip(outlines, shapes, strict=True)}
+    return {key: rings(shape) for key, shape in zip(outlines, shapes, strict=True)}
 
 
 def footprint_outlines(path: str | Path) -> tuple[dict[tuple[str, str], Any], bool]:

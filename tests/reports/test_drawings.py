@@ -15,8 +15,11 @@ from streets_drawn import street_file
 
 import pounding_risk as pr
 from pounding_risk import figures
+from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import code_table
+from pounding_risk.errors import PoundingError
 from pounding_risk.figures.scan import scan_figure
+from pounding_risk.reports.drawings import footprints_of
 from pounding_risk.results.files import save
 
 PICTURES = {"elevation": "e.svg", "profiles": "q.pdf"}
@@ -87,6 +90,22 @@ def test_a_plan_takes_the_footprints_of_a_street(file, tmp_path):
     told = run("draw", file, "--plan", tmp_path / "p.svg", "--street", street)
     assert told.exit_code == 0, told.output
     assert "in no row" in (tmp_path / "p.svg").read_text("utf-8")
+
+
+def test_buildings_of_one_name_in_two_streets_stand_apart(tmp_path):
+    """Each row in the street that its title begins with; by their names alone both would be in one place."""
+    names = [one.name for one in STREET]
+    street = street_file(tmp_path / "street.geojson", [(of, name) for of in ("High St", "Low St") for name in names])
+    rows = [row_case(made_row(records=2).assign_attrs(title=f"{of}, row 1")) for of in ("Low St", "High St")]
+    footprints = footprints_of(street, rows)
+    low, high = (np.concatenate([footprints[at, name][0] for name in names]) for at in (0, 1))
+    assert high[:, 0].max() < low[:, 0].min()  # Low St goes on east of High St
+    panel = figures.plan_figure(rows, footprints).axes[0]
+    (drawn,) = (each for each in panel.collections if each.get_array() is not None)
+    assert len({tuple(path.vertices[0]) for path in drawn.get_paths()}) == 2 * len(names)
+    assert "High St Corner" in footprints_of(street, rows[:1])
+    with pytest.raises(PoundingError, match=r"Corner.* of several rows would stand in one footprint"):
+        figures.plan_figure(rows, {name: footprints[0, name] for name in names})
 
 
 def test_assess_and_separations_speak_of_every_interface(file):

@@ -384,7 +384,7 @@ def test_a_plan_takes_footprints_of_any_map(tmp_path):
     block = three(tmp_path)
     pr.block(tmp_path / "street.gpkg", tmp_path / "out", records=["RSN6-180"])
     of_map, of_table = footprint_rings(tmp_path / "street.gpkg"), footprint_rings(tmp_path / "out" / "buildings.csv")
-    assert list(of_map) == list(of_table) == [*"abcde"]
+    assert list(of_map) == list(of_table) == [("", name) for name in "abcde"]
     for name, (ring,) in of_map.items():
         assert of_table[name][0] == pytest.approx(ring, abs=1e-3)  # about another middle by less
     assert block.houses[0].mapped.id == "w0"

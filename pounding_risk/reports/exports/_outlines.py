@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from math import cos, radians
 from pathlib import Path
@@ -55,7 +55,7 @@ def street_places(street: Path, rows: Rows) -> Places:
         raise PoundingError(f"{street}: has no footprints; layers to scale need a map with polygons")
     buildings, interfaces = [], []
     for title, names in rows:
-        shapes = _of_row(outlines, title, names, street)
+        shapes = of_row(outlines, title, names, street)
         buildings += shapes
         interfaces += [face_of(left, right, is_degrees) for left, right in pairwise(shapes)]
     notes = [f"footprints are those of {street.name}, in {crs or 'metres of no known reference system'}"]
@@ -65,7 +65,7 @@ def street_places(street: Path, rows: Rows) -> Places:
     return Places(buildings, interfaces, crs, tuple(notes))
 
 
-def _of_row(outlines: dict[tuple[str, str], Any], title: str, names: Sequence[str], source: Path) -> list[Any]:
+def of_row(outlines: Mapping[tuple[str, str], Any], title: str, names: Sequence[str], source: Path) -> list[Any]:
     """The footprints of a row's buildings, all of one street; raises PoundingError where none has them all."""
     streets = [
         street
