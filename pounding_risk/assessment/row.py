@@ -242,9 +242,14 @@ def force_text(force: float) -> str:
 def any_of_building(case: RowCase, name: str, building: int) -> Array:
     """By motion, 1 where a count or flag ``name`` is above 0 at an interface of this building, 0 elsewhere.
 
-    NaN where the run failed, or where it is not defined at any of them.
+    NaN where the run failed, or where it is not defined at any of them, as yielding where no contact of the building
+    has a finite F_E.
     """
     beside = [at for at in (building - 1, building) if 0 <= at < case.results.sizes["interface"]]
+    if name == "yield_exceedance" and "contact_point_yield_force" in case.results.variables:
+        own = np.isin(case.results["contact_point_interface"].values, beside)
+        if not np.isfinite(case.results["contact_point_yield_force"].values[own]).any():
+            return np.full(case.motions, np.nan)
     values = case.results.variables[name].isel(interface=beside).transpose("interface", "record", "polarity").values
     flat = values.reshape(len(beside), -1)
     answers = np.where((flat > 0).any(axis=0), 1.0, 0.0)

@@ -68,7 +68,9 @@ BUILDING: dict[str, Column] = {
     "height_m": Column("m", "level of the roof above the ground"),
     "verdict": Column("", "the worst verdict on its gaps: inadequate, depends or adequate"),
     **_with_bounds("p_contact", "share of the motions that close a gap beside it"),
-    **_with_bounds("p_yield", "share of the motions in which a contact of it reaches F_E; empty where F_E is infinite"),
+    **_with_bounds(
+        "p_yield", "share of the motions in which a contact of it reaches its F_E; empty where all are infinite"
+    ),
     "drift_amplification": Column("1", "largest storey drift with contact over without, median of motions that touch"),
     "acceleration_amplification": Column("1", "largest acceleration with contact over without, likewise"),
     "motions": Column("1", "motions that p_contact is from"),
@@ -83,10 +85,10 @@ INTERFACE: dict[str, Column] = {
     "verdict": Column("", "verdict on the gap: inadequate, depends or adequate"),
     "verdict_words": Column("", "verdict as a sentence"),
     **_with_bounds("p_contact", "share of the motions that close the gap"),
-    **_with_bounds("p_yield", "share of the motions whose contact force reaches F_E; empty where F_E is infinite"),
+    **_with_bounds("p_yield", "share of the motions in which a contact reaches its F_E; empty where all are infinite"),
     **_required(),
     "contact_model": Column("", "contact model of the runs"),
-    "yield_force_N": Column("N", "yield force F_E of the runs, empty where infinite"),
+    "yield_force_N": Column("N", "F_E of floors that meet, else of columns, empty where infinite"),
     "impacts": Column("1", "number of impacts, median of the motions that touch"),
     "peak_force_N": Column("N", "peak contact force, median of the motions that touch; empty where a jump has none"),
     "motions": Column("1", "motions that the verdict is from"),
@@ -195,14 +197,13 @@ def _building(row: Row, at: int) -> dict[str, Any]:
     closes = row.closes[row.beside(at)]
     is_run = all(map(row.is_run, row.beside(at)))
     yields = any_of_building(row.case, "yield_exceedance", at)
-    may_yield = any(isfinite(row.assessment.interfaces[k].own_force) for k in row.beside(at))
     known = np.isfinite(row.case.results["building_height"].values[at])
     values = [
         *(row.title, shape.name, shape.position, 0 if shape.is_rigid else len(shape.levels)),
         shape.height if known else nan,
         min((one.word for one in verdicts), key=WORST_FIRST.index),
         *share_of_building(closes, weight, row.assessment.confidence),
-        *_share(yields if is_run and may_yield else np.empty(0), weight, row.assessment.confidence),
+        *_share(yields if is_run else np.empty(0), weight, row.assessment.confidence),
         *(_raised(row, at, names) if is_run else nan for names in (DRIFTS, ACCELERATIONS)),
         closes.shape[1],
         Results(row.case.results).amplitude_words(),

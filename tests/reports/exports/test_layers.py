@@ -20,7 +20,9 @@ from shapely import box
 from streets_drawn import DEEP, EAST, NORTH, WIDE, corner, street_file
 
 import pounding_risk as pr
+from pounding_risk.assessment.row import row_case
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures.row import plan_figure
 from pounding_risk.reports.exports import geopackage
 from pounding_risk.reports.exports._layers import BUILDING, INTERFACE
 from pounding_risk.reports.exports._outlines import REACH, face_of
@@ -287,6 +289,25 @@ def test_each_interface_has_the_yield_force_of_its_own_contacts(tmp_path):
         found = connection.execute("select yield_force_N, p_yield from interfaces").fetchall()
     assert [force for force, _ in found] == own
     assert all(share > 0.0 for _, share in found)
+
+
+def test_a_building_yields_as_its_gaps_do(tmp_path):
+    """Columns alone have an F_E in the first gap, nothing in the second: in the layers and in the plan."""
+    contact = {"contact_model": "jankowski", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65}
+    frames = zip("abc", ("3 m", "3.4 m", "3.1 m"), strict=True)
+    text = scene_text(
+        *(storeyed(name, "100 t", "90 MN/m", height, storeys=3, floor_depth="0.5 m") for name, height in frames),
+        records={"names": ["RSN6-180", "RSN753-000"], "window": ["0 s", "10 s"], "pga": "0.6 g"},
+        interfaces=[{"gap": "1 mm", **contact, **own} for own in ({"column_yield_force": "1 kN"}, {})],
+    )
+    results = pr.scan(text)
+    assert {"floor", "column"} <= set(results["contact_point_kind"].values.tolist())
+    pr.export(results, "geopackage", tmp_path / "row.gpkg")
+    with sqlite3.connect(tmp_path / "row.gpkg") as connection:
+        assert connection.execute("select p_yield from interfaces").fetchall() == [(1.0,), (None,)]
+        assert connection.execute("select p_yield from buildings").fetchall() == [(1.0,), (1.0,), (None,)]
+    (drawn,) = (each for each in plan_figure(row_case(results)).axes[1].collections if each.get_array() is not None)
+    assert drawn.get_array().tolist() == [1.0, 1.0, None]
 
 
 def test_along_an_axis_of_a_yield_force_each_place_has_its_own():
