@@ -227,12 +227,12 @@ def write(study: Scene, target: Path, options: Options) -> Written:
     notes = tuple(_notes(script))
     motion, parts = next(iter(bench.motions)), _parts(script)
     text = TEMPLATE.format(
-        title=study.name or "A scene",
-        case=fill(bench.labels[0], WIDEST - 1),
+        title=_in_text(study.name or "A scene"),
+        case=_in_text(fill(bench.labels[0], WIDEST - 1)),
         version=__version__,
-        name=target.name,
+        name=_in_text(target.name),
         step=motion.dt / STEPS_A_SAMPLE,
-        told="\n".join(fill(f"- {sentence}", WIDEST, subsequent_indent="  ") for sentence in notes),
+        told=_in_text("\n".join(fill(f"- {sentence}", WIDEST, subsequent_indent="  ") for sentence in notes)),
         sampling=motion.dt,
         slowest=SLOWEST_TOUCH,
         algorithm=algorithm(parts["yielding"].values(), study.links),
@@ -240,6 +240,11 @@ def write(study: Scene, target: Path, options: Options) -> Written:
         **{name: pformat(part, sort_dicts=False, width=WIDEST - len(f"{name} = ")) for name, part in parts.items()},
     )
     return Written((write_file(target, text),), notes)
+
+
+def _in_text(text: str) -> str:
+    """Words of a scene within three quotes, which they neither end nor escape."""
+    return text.replace("\\", "\\\\").replace('"""', "'''")
 
 
 def _listed(values: list[float]) -> str:

@@ -103,6 +103,15 @@ def test_the_script_says_what_it_is_and_what_it_has_not(tmp_path, monkeypatch):
     assert max(map(len, script.splitlines())) <= 120
 
 
+@pytest.mark.parametrize("title", [r"North\U wing", 'x""" + exit(3) + """'])
+def test_a_name_is_no_part_of_the_script(title, tmp_path):
+    """One with an escape of Python, and one that ends the text of the head and goes on as code."""
+    scene = pr.read_scene(scene_text(*PAIR, records=SHORT)).updated(name=title)
+    script = pr.export(scene, "opensees", tmp_path / "model.py").files[0].read_text()
+    head = compile(script, "model.py", "exec").co_consts[0]
+    assert head.startswith(title.replace('"""', "'''"))
+
+
 @pytest.mark.parametrize(
     ("name", "words"),
     [
