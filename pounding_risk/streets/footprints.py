@@ -18,6 +18,7 @@ Pairs = NDArray[np.int64]  # (n, 2), places of footprints, the smaller first
 Geometry = Any  # a Polygon or MultiPolygon of shapely
 
 WALLS = 256  # levels that are compared with the walls beside them at a time
+SHORTEST = 1e-3  # m; walls between corners that are closer across u are rounding errors of one
 GRID = 0.5  # share of the walls' length that must agree on one rectangular grid, else the axis is that of the centres
 
 
@@ -183,16 +184,21 @@ def _reached(starts: Array, ends: Array, levels: Array, side: float) -> Array:
     return side * np.where(reached, side * places, -inf).max(axis=1, initial=-inf)
 
 
-def faced(left: Outline, right: Outline, farthest: float) -> tuple[float, float]:
-    """The length across u [m] over which two outlines face each other, and its share of the shorter front.
+def faced(left: Outline, right: Outline, farthest: float) -> tuple[float, float, float]:
+    """The length across u [m] over which two outlines face each other, its share of the shorter front, and how close.
 
     They face each other where both reach and the distance from ``left`` to ``right`` along u is below ``farthest``
-    [m]. Between two corners that distance is linear, and so is known from two levels in between.
+    [m]. Between two corners that distance is linear, and so is known from two levels in between. How close they are
+    [m] is the distance of the walls there in any direction: square to walls that are askew to u it is less than along
+    u. Infinite where none face each other.
     """
+    import shapely
+
     levels = np.unique(np.concatenate([left.starts[:, 1], right.starts[:, 1]]))
     steps = np.diff(levels)
     inner = (levels[:-1] + 0.25 * steps, levels[:-1] + 0.75 * steps)
-    clear = np.array([reaches(right, level, -1.0) - reaches(left, level, 1.0) for level in inner])
+    sides = np.array([[reaches(outline, level, side) for level in inner] for outline, side in ((left, 1), (right, -1))])
+    clear = sides[1] - sides[0]
     both = np.isfinite(clear).all(axis=0)  # inf where one of them does not reach
     low, high = np.sort(clear[:, both], axis=0)
     spread = high - low  # over half of the interval
@@ -201,7 +207,12 @@ def faced(left: Outline, right: Outline, farthest: float) -> tuple[float, float]
     share = np.where(spread > 0.0, share, low < farthest)
     length = float(steps[both] @ share)
     fronts = [float(outline.high[1] - outline.low[1]) for outline in (left, right)]
-    return length, min(length / min(fronts), 1.0)
+    long = both & (steps > SHORTEST)
+    below, above = sides[:, 0, long], sides[:, 1, long]
+    ends = np.stack([1.5 * below - 0.5 * above, 1.5 * above - 0.5 * below], axis=-1)  # at both ends of each interval
+    across = np.broadcast_to(np.stack([levels[:-1], levels[1:]], axis=-1)[long], ends.shape)
+    walls = shapely.linestrings(np.stack([ends, across], axis=-1))
+    return length, min(length / min(fronts), 1.0), float(shapely.distance(*walls).min(initial=inf))
 
 
 def shared_face(one: Geometry, other: Geometry, farthest: float) -> tuple[float, float]:
@@ -214,7 +225,7 @@ def shared_face(one: Geometry, other: Geometry, farthest: float) -> tuple[float,
     for axis in axes([one, other], outlines):
         pair = turned(outlines[0], axis), turned(outlines[1], axis)
         for beside in facing(pair, np.array([[0, 1]]), farthest, 0.0):
-            best = max(best, faced(pair[beside.left], pair[beside.right], farthest))
+            best = max(best, faced(pair[beside.left], pair[beside.right], farthest)[:2])
     return best
 
 

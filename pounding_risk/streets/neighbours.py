@@ -300,14 +300,15 @@ class Street(NamedTuple):
     ) -> Iterator[Facing]:
         """The pairs that may be neighbours in a row; the reason is noted for those that may not."""
         for pair in pairs:
-            length, share = faced(outlines[pair.left], outlines[pair.right], self._reach)
+            length, share, nearest = faced(outlines[pair.left], outlines[pair.right], self._reach)
             key, is_overlap = frozenset((pair.left, pair.right)), pair.gap < -self._overlap
             if is_overlap and not self._lie_on_each_other(pair):
                 reasons[key] = ACROSS  # one stands in the other's corner, or a street bends: nothing overlaps
             elif not is_overlap and share < self.rules.least_facing:
                 reasons[key] = f"facing each other over {say(length, GAP, 2)} only ({percent(share)})"
             else:
-                yield pair._replace(faced=length, share=share)
+                gap = min(pair.gap, nearest) if pair.gap > 0.0 else pair.gap
+                yield pair._replace(gap=gap, faced=length, share=share)
 
     def _lie_on_each_other(self, pair: Facing) -> bool:
         """True where two footprints have more in common than a strip that the survey explains."""

@@ -154,7 +154,7 @@ def test_the_faced_length_is_that_of_lines_along_the_street(left, right, across,
     """Lines a step apart in v, cut with both outlines by hand: each of some forty corners is off by a step at most."""
     right = right + np.array([40.0, across])
     low, high = max(left[:, 1].min(), right[:, 1].min()), min(left[:, 1].max(), right[:, 1].max())
-    length, share = faced(seen(left), seen(right), reach)
+    length, share, _ = faced(seen(left), seen(right), reach)
     assert share == pytest.approx(length / min(np.ptp(left[:, 1]), np.ptp(right[:, 1])), abs=1e-12)
     if high <= low:
         assert length == 0.0

@@ -6,6 +6,7 @@ import csv
 import json
 import re
 import tomllib
+from itertools import pairwise
 from math import cos, degrees, radians, sin, sqrt
 from pathlib import Path
 from typing import Any
@@ -361,6 +362,20 @@ def test_streets_at_an_angle_have_an_axis_of_their_own(tmp_path):
     assert [row.name for row in block.rows] == ["city, row 1", "city, row 2"]
     assert [row.direction for row in block.rows] == pytest.approx([90.0, 60.0], abs=1e-3)
     assert [row.gaps for row in block.rows] == [pytest.approx(GAPS, abs=2e-4)] * 2
+
+
+def test_gaps_of_a_terrace_on_a_curve_are_square_to_its_walls(tmp_path):
+    """Nine sectors of a ring with 40 mm between parallel walls, the outermost 39 degrees askew to the axis."""
+    shapes = []
+    for middle in np.radians(11.0 * np.arange(-4, 5)):
+        sides = [(middle + side * radians(5.5), -side * 0.02) for side in (-1, 1)]
+        (a, b), (c, d) = ([np.array([sin(t), cos(t)]) * r + np.array([cos(t), -sin(t)]) * inward for r in (40.0, 52.0)]
+                          for t, inward in sides)  # fmt: skip
+        shapes.append(shapely.Polygon([a, b, d, c]))
+    row = only(read_block(write(tmp_path / "street.parquet", shapes, None), Rules(metres=True, resolution=0.0)))
+    apart = [one.distance(other) for one, other in pairwise(shapes)]
+    assert row.gaps == pytest.approx(apart, abs=1e-4) and apart == pytest.approx([0.04] * 8, abs=1e-4)
+    assert row.pairs[0].faced == pytest.approx(12.0 * cos(radians(38.5)), abs=0.05)
 
 
 @pytest.mark.parametrize("below", [4.95, 5.0, 5.3])
