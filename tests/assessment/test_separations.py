@@ -13,10 +13,12 @@ import xarray as xr
 from figure_words import words_of
 from hypothesis import given
 from hypothesis import strategies as st
+from scenes import rigid, scene_text, single, storeyed
 from scipy.linalg import solve_continuous_lyapunov
 from scipy.signal import cont2discrete, lfilter
 from typer.testing import CliRunner
 
+import pounding_risk as pr
 from pounding_risk import cli
 from pounding_risk.assessment.separations.rules import COMBINATIONS, ONE_GROUND, RULES, VERIFICATIONS, Case, Site
 from pounding_risk.assessment.separations.table import code_table, separations
@@ -628,3 +630,20 @@ def test_neighbours_of_nearly_one_period_move_alike():
     assert white_noise_correlation(pair, dampings).max() <= 1.0
     moved = np.full(1000, 0.1), np.full(1000, 0.1)
     assert cqc(moved, pair, dampings) == pytest.approx(np.zeros(1000), abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("neighbour", "factor"),
+    [
+        (storeyed("tower", "120 t", "60 MN/m", "3 m", storeys=4), 0.7),
+        (single("tower", "300 t", "0.7 s", height="9 m"), 1.0),
+        (rigid("tower", height="9 m"), 1.0),
+    ],
+)
+def test_floors_that_nobody_knows_are_not_aligned(neighbour, factor):
+    """A mass for a whole building meets the flats once, floor to floor, and a wall wherever their floors are."""
+    flats = storeyed("flats", "100 t", "90 MN/m", "3 m", storeys=3)
+    dataset = pr.scan(scene_text(flats, neighbour, records={"window": ["0 s", "6 s"]}))
+    assert set(dataset["contact_point_kind"].values.tolist()) == {"floor"}
+    rules = {each.row.rule: each.row.separation for each in code_table(dataset).rules}
+    assert rules["eurocode8"] == pytest.approx(factor * rules["srss"], rel=1e-12)

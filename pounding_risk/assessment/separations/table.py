@@ -353,9 +353,13 @@ def _known_site(results: xr.Dataset, site: Site) -> Site:
     left, right = (float(height) for height in results["building_height"].values)
     known = all(isfinite(height) and height > 0.0 for height in (left, right))
     heights = (left, right) if site.heights is None and known else site.heights
-    # Floors of a single mass, and those whose levels are not known, cannot be said to be aligned.
+    # Floors of a rigid building, of a single mass that stands for several, and those whose levels are not known, cannot
+    # be said to be aligned: every floor of both, from the ground up, must meet one.
     level = (results["contact_point_kind"] == "floor") & np.isfinite(results["contact_point_level"])
-    aligned = "storey_displacement_free" in results and bool(level.all())
+    floors = [np.unique(results[f"contact_point_{side}_floor"].values) for side in ("left", "right")]
+    meet = all(np.array_equal(own, np.arange(own.size) + 1.0) for own in floors)
+    has_floors = "storey_displacement_free" in results and bool((results["building_storeys"] > 0).all())
+    aligned = has_floors and meet and bool(level.all())
     return site._replace(heights=heights, aligned=site.aligned or aligned)
 
 
