@@ -11,6 +11,8 @@ from pounding_risk._common.letters import cell as safe
 from pounding_risk.render.sheet import Block, Cell
 from pounding_risk.units import SHOWN
 
+LEAST = "at least "  # before a number that is only a lower bound
+
 
 def csv_text(blocks: Iterable[Block]) -> str:
     """The tables and facts of a sheet as CSV text.
@@ -24,7 +26,8 @@ def csv_text(blocks: Iterable[Block]) -> str:
     -------
     str
         For each table a row with its caption, its heads, its rows, and an empty row. A number stands unrounded in the
-        unit of its head; a range or what is no single number as the terminal shows it; what is not known is empty.
+        unit of its head, after "at least" where it is only a lower bound; a range or what is no single number as the
+        terminal shows it; what is not known is empty.
     """
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")
@@ -47,4 +50,5 @@ def _written(cell: Cell, in_head: bool) -> Any:
     if not isinstance(raw, int | float) or not in_head or cell["text"].endswith(tuple("abcdefghijklmnopqrstuvwxyz%²³")):
         return "" if cell["text"] == "–" else safe(cell["text"])
     size = SHOWN[cell.get("unit", "1")][1]
-    return raw if size == 1.0 else float(f"{raw * size:.15g}")  # 83.2, not 83.20000000000002
+    shown = raw if size == 1.0 else float(f"{raw * size:.15g}")  # 83.2, not 83.20000000000002
+    return f"{LEAST}{shown}" if cell["text"].startswith(LEAST) else shown

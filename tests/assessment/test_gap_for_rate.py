@@ -22,6 +22,7 @@ from pounding_risk.assessment.rates import RateOfGaps
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.questions.assess import sheet
+from pounding_risk.render.csv_text import csv_text
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.files import save
 from pounding_risk.statistics.hazard import annual_rate
@@ -207,10 +208,12 @@ def test_a_rate_that_is_only_a_lower_bound_shows_nothing_adequate(tmp_path):
     results = made_up(lognormal(40), pga=4.0)
     file = tmp_path / "short.csv"
     file.write_text("pga [m/s^2],annual rate\n1,1e-2\n2,2.5e-3\n")
-    found = assess(results, gap=0.02, hazard=file, target_rate=5e-3).interfaces[0].rate_verdict
+    assessed = assess(results, gap=0.02, hazard=file, target_rate=5e-3)
+    found = assessed.interfaces[0].rate_verdict
     assert found.high <= 5e-3
     assert found.word == "depends"
     assert "as the hazard curve ends where contact does not" in found.sentence
+    assert f",at least {found.annual!r}," in csv_text(sheet(assessed))
 
 
 def test_motions_without_a_response_show_nothing_adequate_by_rate(tmp_path):
