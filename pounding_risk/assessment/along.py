@@ -18,6 +18,7 @@ from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import has_drawn_motions, open_axes, own_places, value_at
 from pounding_risk.results.variables import described
 from pounding_risk.scene.scene_axis import SAMPLE
+from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.units import GAP, say, si
 
 if TYPE_CHECKING:
@@ -189,7 +190,7 @@ def along_finding(assessed: xr.Dataset) -> str:
 
 
 def _gap_words(gap: float) -> str:
-    return say(gap, GAP, 3) if np.isfinite(gap) else "∞ (no gap is wide enough)"
+    return say(rounded_up(gap), GAP, 3) if np.isfinite(gap) else "∞ (no gap is wide enough)"
 
 
 def lost_words(assessed: xr.Dataset) -> str:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from pounding_risk.assessment.along import along_finding, idle_words, kept_words, lost_words
 from pounding_risk.assessment.options import NO_BOUND, NO_UPPER
-from pounding_risk.questions.adequacy import GIVEN
-from pounding_risk.render.sheet import KEPT, Block, Cell, between, count, head, number, paragraph, table
+from pounding_risk.questions.adequacy import GIVEN, enough
+from pounding_risk.render.sheet import KEPT, Block, Cell, between, count, head, joined, number, paragraph, table
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
@@ -44,6 +44,11 @@ def findings(assessed: xr.Dataset) -> list[str]:
     ]
 
 
+def _rounded_up(gap: float) -> Cell:
+    """A gap [m] unrounded, and in the text as `enough` has it."""
+    return number(gap, "m") | {"text": enough(gap)["text"]}
+
+
 def places(assessed: xr.Dataset) -> Block:
     """Contact and the gap required at every place; those that need most stay in the text where they are many."""
     axes = [str(dim) for dim in assessed.dims if dim != "interface"]
@@ -61,7 +66,8 @@ def places(assessed: xr.Dataset) -> Block:
         cell = assessed.isel(dict(zip((*axes, "interface"), place, strict=True)))
         share, need = ([float(cell[f"{name}{end}"]) for end in ("", "_low", "_high")] for name in NAMES)
         at = {key: cell[key].item() for key in keys}
-        bounds = between(need[1], need[2], "m")
+        required, low, high = _rounded_up(need[0]), number(need[1], "m"), _rounded_up(need[2])
+        bounds = joined(low, high)
         if not cell["required_gap_bounded"] > 0.0:
             bounds |= {"text": f"{bounds['text']} {NO_UPPER}"}
         rows.append(
@@ -71,7 +77,7 @@ def places(assessed: xr.Dataset) -> Block:
                 number(cell["assessed_gap"], "m", GIVEN),
                 number(share[0], "%", 3),
                 between(share[1], share[2], "%", 3),
-                number(need[0], "m"),
+                required,
                 bounds,
                 *([count(cell["motions_without_response"])] if is_lost else []),
             ]

@@ -13,6 +13,7 @@ from explorer_page import embedded, unpacked
 from uncertain import uncertain_text
 
 import pounding_risk as pr
+from pounding_risk.statistics.required_gap import rounded_up
 
 PLACE = ["--select", "building.left.period=0.5 s", "--select", "interface.restitution=0.8"]
 PLACE += ["--select", "building.left.mass=600 t"]
@@ -36,6 +37,10 @@ def test_assess_prints_and_writes_every_place_and_select_the_whole_assessment(fo
     assert len(written["places"]) == 12 and written["places"][0]["building.left.period"] == 0.3
     assert written["idle_axes"] == ["interface.restitution", "building.left.mass"]
     assert written["own_places"] == {"building.left.period": 1, "building.left.mass": 0}
+    # The widest gap required, rounded up as in an assessment: what is read suffices.
+    least = rounded_up(max(place["required_gap"] for place in written["places"]))
+    assert f" to {1e3 * least:.3g} mm (the most where" in told.output
+    assert re.search(rf" {1e3 * least:.3g} +[\d.]+ to [\d.]+", told.output)
     one = run("assess", folder / "r.nc", *PLACE)
     assert one.exit_code == 0 and "building.left.period = 0.5 s" in one.output and "left | right" in one.output
 
