@@ -19,7 +19,7 @@ from pounding_risk.assessment.demands import by_amplitude
 from pounding_risk.assessment.fragility import shown_as
 from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.attributes import collapsed, collapsible_buildings, isolated_buildings
+from pounding_risk.results.attributes import collapsed, collapsible_buildings, finite, isolated_buildings
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import METHODS, Capacities, Observed, capacities, expanded_tail
 from pounding_risk.statistics.fragility import Fit, fragility_curve, of_one_intensity
@@ -188,7 +188,7 @@ def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
     name = demand.storeys if "storey_displacement_free" in case else demand.mass
     if not name or not (demand.mass or f"{name}_free" in case):
         raise _lacking(state, demand.absent)
-    values = case[f"{name}{ending}"].isel(building=chosen)
+    values = finite(case, f"{name}{ending}").isel(building=chosen)
     values = values if "storey" in values.dims else values.expand_dims(storey=[1], axis=-1)
     if state.storey > values.sizes["storey"]:
         raise _lacking(state, f"storey {state.storey} is asked for, and the highest is {values.sizes['storey']}")
@@ -233,7 +233,7 @@ def _of_interfaces(case: xr.Dataset, state: Any, without: bool) -> Array:
     name, place = f"{POINT}{demand.interfaces}", "contact_point"
     if name not in case:  # two single masses: their one contact point is their interface
         name, place = demand.interfaces, "interface"
-    values = by_amplitude(case[name].isel({place: np.flatnonzero(kept)}), [place])
+    values = by_amplitude(finite(case, name).isel({place: np.flatnonzero(kept)}), [place])
     return np.zeros(values.shape[:2]) if without else np.asarray(values.max(axis=-1))
 
 

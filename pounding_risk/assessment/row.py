@@ -219,7 +219,7 @@ def _touch(count: NDArray[Any], yields: NDArray[Any], force: Array) -> Touch:
         _mean(touching[complete]),
         _mean(yields[defined]),
         _median(count[touching]),
-        _median(force[touching]),
+        _median(np.where(defined, force, np.nan)[touching]),  # a jump has no finite force
     )
 
 
@@ -228,14 +228,13 @@ def _mean(values: NDArray[Any]) -> float:
 
 
 def _median(values: Array) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if known.size else float("nan")
+    return float(np.median(values)) if values.size else float("nan")
 
 
 def force_text(force: float) -> str:
-    """A force in kN or MN with three digits; "no force" where it is not finite."""
+    """A force in kN or MN with three digits; "no finite force" where it is not finite."""
     if not np.isfinite(force):
-        return "no force"
+        return "no finite force"
     return say_in(force, "MN" if force >= 1e6 else "kN", 3)
 
 

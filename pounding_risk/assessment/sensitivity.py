@@ -23,6 +23,7 @@ from pounding_risk._common.order import enough_for
 from pounding_risk.assessment.demands import Motions, by_motion
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.results.amplitudes import own
+from pounding_risk.results.attributes import finite
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, say
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def responses_at(results: xr.Dataset, gap: float, isolated: Collection[str] = ()
         if output not in one:
             continue
         inside = [axis for axis in one[output].dims if axis not in ("record", "polarity", *CASES)]
-        outputs = one[output]
+        outputs = finite(one, output)
         if output == "storey_ductility" and isolated:
             words = f"{words} above isolators"
             outputs = outputs.where(~outputs["building"].isin(list(isolated)) | (outputs["storey"] > 1))
@@ -256,4 +257,6 @@ def _influence(key: str, what: str, levels: list[tuple[str, float]], limit: floa
         words = f"none: {high} at every level"
     elif turns:
         words += "; on both sides of " + (f"the gap, {own(limit, GAP)}" if unit == "m" else f"the target, {limit:g}")
+    if lacking := [name for name, value in levels if np.isnan(value)]:
+        words += f"; not defined for {', '.join(lacking)}"
     return Influence(key, what, most[1] - least[1], unit, tuple(known), turns, words)

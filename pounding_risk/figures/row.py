@@ -31,7 +31,7 @@ from pounding_risk.figures.style import (
     title,
 )
 from pounding_risk.motions.levels import PEAK
-from pounding_risk.results.attributes import bumper_lengths, bumper_words
+from pounding_risk.results.attributes import bumper_lengths, bumper_words, finite
 from pounding_risk.results.opened import Results
 from pounding_risk.units import MISSING, STANDARD_GRAVITY, say_in
 
@@ -515,16 +515,15 @@ def amplification(case: RowCase, building: int, name: str = "peak_drift") -> flo
     Returns
     -------
     float
-        The ratio; NaN where no motion brings contact.
+        The ratio; NaN where no motion brings contact, or velocities jump in one, of which no acceleration is finite.
     """
     touched = any_of_building(case, "impact_count", building) == 1.0
     both = [
-        case.results[output].isel(building=building).transpose("record", "polarity").values.ravel()[touched]
+        finite(case.results, output).isel(building=building).transpose("record", "polarity").values.ravel()[touched]
         for output in (name, f"{name}_free")
     ]
-    ratio = np.divide(both[0], both[1], out=np.full(both[0].shape, np.nan), where=both[1] > 0.0)
-    finite_ratios = ratio[np.isfinite(ratio)]
-    return float(np.median(finite_ratios)) if finite_ratios.size else float("nan")
+    moved = both[1] > 0.0
+    return float(np.median(both[0][moved] / both[1][moved])) if moved.any() else float("nan")
 
 
 def profile(case: RowCase, building: int, name: str) -> Profile:
@@ -539,7 +538,7 @@ def profile(case: RowCase, building: int, name: str) -> Profile:
     heights = np.diff([0.0, *levels]) if name == "storey_drift" else 1.0
     spreads = []
     for suffix in ("_free", ""):
-        of_building = case.results[f"{name}{suffix}"].isel(building=building)
+        of_building = finite(case.results, f"{name}{suffix}").isel(building=building)
         values = of_building.transpose("record", "polarity", "storey").values
         values = values.reshape(-1, values.shape[-1])[is_drawn, : len(levels)] * QUANTITIES[name].factor / heights
         # NaN where no run is complete.

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SOURCE = "source"  # of a dataset's encoding: the file that it was opened from, where xarray has it too
+POINT = "contact_point_"
+JUMPING = ("peak_contact_force", f"{POINT}peak_contact_force", "peak_floor_acceleration", "storey_acceleration")
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
 
 
@@ -119,6 +121,19 @@ def collapsed(case: xr.Dataset) -> xr.DataArray:
     fallen = [word.startswith("a_storey_collapsed") for word in meanings]
     codes = np.atleast_1d(status.attrs.get("flag_values", np.zeros(0)))
     return status.isin(codes[np.array(fallen, dtype=bool)] if any(fallen) else [])
+
+
+def finite(case: xr.Dataset, name: str) -> xr.DataArray:
+    """A variable of cases; forces of contact and accelerations of floors are NaN where velocities jump.
+
+    What the dataset has there is that between the jumps, which have neither that is finite.
+    """
+    if name not in JUMPING:
+        return case[name]
+    prefix = POINT if name.startswith(POINT) else ""
+    jumps = (case[f"{prefix}impact_count"] > 0) & (case[f"{prefix}yield_exceedance"] < 0)
+    of_run = [dim for dim in ("interface",) if dim in jumps.dims and dim not in case[name].dims]
+    return case[name].where(~jumps.any(of_run))
 
 
 def gaps_needed(dataset: xr.Dataset) -> xr.DataArray:

@@ -432,3 +432,21 @@ def test_a_drift_needs_heights_and_a_building_that_moves(row):
         pr.damage(row, states=[pr.DamageState("x", building="wall", drift=0.01)])
     with pytest.raises(PoundingError, match=r"damage.x: ductility: it has no storey 2"):
         pr.damage(row, states=[pr.DamageState("x", building="B", storey=2, ductility=2)])
+
+
+def test_jumps_in_velocity_have_no_acceleration_and_no_force():
+    """What a dataset has there is that between the jumps: less than without contact, whose floors no wall stops."""
+    grid = {"gap": ["10 mm", "900 mm"], "pga": PGAS, "contact_model": ["jankowski", "stereomechanical"]}
+    text = scene_text(*MASSES, tolerance=None, records=RECORDS, grid=grid)
+    results = pr.scan(tomllib.loads(text), check_fraction=0.0)
+    found = pr.damage(results, states=STATES, gap="10 mm", contact_model="stereomechanical")
+    touched = (results["impact_count"].sel(gap=0.01, contact_model="stereomechanical") > 0).values
+    runs = found["runs"].sum("level")
+    for state, known in (("tiles", touched.size), ("equipment", (~touched).sum()), ("blow", (~touched).sum())):
+        assert (runs.sel(state=state) == known).all()
+    assert f"equipment: {touched.sum()} runs of {touched.size} failed, or have no such demand" in str(found.attrs)
+    (one,) = pr.assess(results, gap="10 mm").interfaces
+    counts = {item.output: item.motions for item in one.response if item.contact_model == "stereomechanical"}
+    assert counts["peak_floor_acceleration"] == counts["peak_contact_force"] == 0 < counts["peak_relative_displacement"]
+    words = {each.output: each.words for each in one.sensitivity if each.key == "contact_model"}
+    assert words["peak_contact_force"].endswith(("scan several to see", "not defined for stereomechanical"))

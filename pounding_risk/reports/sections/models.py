@@ -24,6 +24,7 @@ from pounding_risk.render.sheet import (
     table,
 )
 from pounding_risk.reports.data import Pair, ReportData
+from pounding_risk.results.attributes import finite
 from pounding_risk.units import SHOWN
 
 TITLE = "Contact models compared"
@@ -69,7 +70,7 @@ def _by_model(data: ReportData, pair: Pair) -> list[Block]:
         reached = of_law["yield_exceedance"].values
         cells.append(count((reached == 1).sum()) if (reached >= 0).any() else number(np.nan))
         for output, (_, unit) in BY_MODEL.items():
-            spreads[output].append(percentiles(of_law[output].values[touched]))
+            spreads[output].append(percentiles(finite(of_law, output).values[touched]))
             cells.append(middle(spreads[output][-1], unit))
         rows.append(cells)
     note = f"All motions {where}; the spread is over those with contact."

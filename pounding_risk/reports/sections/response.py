@@ -23,6 +23,7 @@ from pounding_risk.render.sheet import (
     table,
 )
 from pounding_risk.reports.data import Pair, ReportData
+from pounding_risk.results.attributes import finite
 
 TITLE = "What contact does to the buildings"
 ORDER = 60
@@ -55,7 +56,7 @@ def _buildings(data: ReportData, pair: Pair) -> list[Block]:
         if output not in here:
             continue
         words, unit = OUTPUTS[output]
-        both = (pair.results[f"{output}_free"], here[output])
+        both = (pair.results[f"{output}_free"], finite(here, output))
         free, struck = (one.sel(building=building).transpose("record", "polarity").values[touching] for one in both)
         is_known = np.isfinite(free) & np.isfinite(struck)
         free, struck = free[is_known], struck[is_known]
