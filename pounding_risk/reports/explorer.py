@@ -35,6 +35,7 @@ from pounding_risk.results.scene_axes import (
     written_values,
 )
 from pounding_risk.results.variables import NOT_RUN, UNPUSHED
+from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.units import SHOWN, STANDARD_GRAVITY, si
 
 if TYPE_CHECKING:
@@ -283,15 +284,19 @@ def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
     units = {"gap": "mm", "yield_force": "kN"}
     words = [label_words(Results(dataset).axis_name(axis), label) for label in labels]
     if axis in (of_scene := axes_by_name(dataset)):  # with the values that move with it
-        first, *others = of_scene[axis].keys
-        moving = [[f", {key} {value}" for value in written_values(dataset, key)] for key in others]
-        words = ["".join(parts) for parts in zip(written_values(dataset, first), *moving, strict=True)]
+        # The first is named by the axis; samples by their number.
+        moving = [
+            [value if key == axis else f"{key} {value}" for value in written_values(dataset, key)]
+            for key in of_scene[axis].keys
+        ]
+        words = [", ".join(parts) for parts in zip(*([words] if axis == SAMPLE else []), *moving, strict=True)]
     if axis == "yield_force" and np.isinf(finite_forces(dataset)).any():
         words = [COLUMNS if word == "none" else word for word in words]
     has_notes = axis == "record" and "record_event" in dataset.coords
     return {
         "name": axis,
         "title": Results(dataset).measure.words if axis == LEVEL_AXIS else TITLES.get(axis, axis.replace("_", " ")),
+        "is_number": axis in of_scene,
         "unit": units.get(axis, ""),
         "labels": words,
         "notes": [str(note) for note in dataset["record_event"].values] if has_notes else [],

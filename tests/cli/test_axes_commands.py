@@ -121,6 +121,10 @@ def test_samples_are_counted_added_and_chosen(tmp_path):
     for count in ("2", "3"):
         told = run("scan", scene, "--samples", count, "-o", results)
         assert told.exit_code == 0, told.output
+    assert run("view", results, "-o", tmp_path / "v.html").exit_code == 0
+    (sample,) = [axis for axis in embedded(tmp_path / "v.html")["axes"] if axis["name"] == "sample"]
+    first, other = pr.open_results(results)["building.left.period"].values[1:]
+    assert sample["labels"][1].startswith(f"1, building.left.period {first:.10g} s, ") and first != other
     told = run("summary", results, "--select", "sample=2")
     assert told.exit_code == 0 and "sample = 2" in told.output
     assert "uncertain.samples: was 3, is 2" in refused("scan", scene, "--samples", "2", "-o", results)

@@ -4,6 +4,7 @@
 const ALL = -1;
 const STATISTICS = { median: "median", p84: "84th percentile", largest: "largest", smallest: "smallest" };
 const COMPLETE = 0;
+const NEEDED = "peak_closing_free"; // the gap that a motion needs
 const MOST_TICKS = 13;
 const SIMULATED = { 0: "known exactly from another run", 1: "a run of its own" };
 const SENSITIVE = { "-1": "not recomputed", 0: "steady", 1: "sensitive" };
@@ -97,9 +98,16 @@ function summary(output, picks, statistic, cell) {
     const extreme = statistic === "largest" ? found[found.length - 1] : found[0];
     told.value = extreme.value;
     told.motion = motionWords(picks, extreme.place);
-  } else told.value = quantile(found.map((each) => each.value), statistic === "median" ? 0.5 : 0.84);
+  } else {
+    const rising = found.map((each) => each.value);
+    const isNeeded = output.variable.name === NEEDED && statistic === "p84";
+    told.value = isNeeded ? counted(rising, 0.84) : quantile(rising, statistic === "median" ? 0.5 : 0.84);
+  }
   return told;
 }
+
+/** The smallest of ascending numbers that this share of them do not exceed, as an assessment counts required gaps. */
+const counted = (values, share) => values[Math.ceil(share * values.length - 1e-9) - 1];
 
 /** A quantile of ascending numbers, linear between them. */
 function quantile(values, share) {
@@ -127,7 +135,7 @@ const motionWords = (picks, place) =>
   model.together.filter((axis) => picks[axis] === ALL).map((axis) => axes[axis].labels[place[axis]]).join(", ");
 
 function pickWords(picks, axis) {
-  if (picks[axis] !== ALL) return axes[axis].labels[picks[axis]];
+  if (picks[axis] !== ALL) return `${axes[axis].is_number ? `${axes[axis].title} ` : ""}${axes[axis].labels[picks[axis]]}`;
   return axis === "polarity" && size(axis) === 2 ? "both polarities" : `all ${size(axis)} ${plural(axes[axis].title)}`;
 }
 
