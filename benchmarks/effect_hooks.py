@@ -28,7 +28,7 @@ HOOKS = (
     ("solver/pair/contact.py", "loss - hysteresis", "loss"),
     ("solver/pair/contact.py", "    workspace.counters[PLASTIC] += yielding[1] + hysteresis\n", ""),
     ("solver/pair/contact.py", "    workspace.counters[SET] += yielding[0]\n", ""),
-    ("solver/pair/contact.py", "    workspace.counters[WORN] = worn\n", ""),
+    ("solver/pair/contact.py", "    workspace.counters[WORN] = damage\n", ""),
     ("solver/pair/contact.py", "impact.gap - yielding[0] + peaks[2]", "impact.gap + peaks[2]"),
     (
         "solver/pair/contact.py",
