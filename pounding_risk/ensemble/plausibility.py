@@ -6,9 +6,10 @@ contacts are in `results.contact_notes`.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from math import isfinite, pi, sqrt
-from operator import itemgetter
+from operator import add, itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -112,6 +113,9 @@ SHARE_OF_PERIOD = 0.1  # of the shorter period that a contact may last: the rule
 # The time in which sound crosses 1.75 m of concrete twice at 3500 m/s: no floors separate sooner.
 SHORTEST_CONTACT = 1e-3  # s
 HERTZ_TIME = 3.2181  # 2 ∫ ds / √(1 − s^(5/2)) (5/4)^(2/5) from 0 to 1: t = 3.2181 (m v²/β)^(2/5) / v
+NUMBER = re.compile(r"(?<![\w.^-])(\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?!\w)")  # of a sentence, alone
+HIDDEN_DIGITS = {ord(str(digit)): 0xE000 + digit for digit in range(10)}  # private letters
+SHOWN_DIGITS = {hidden: digit for digit, hidden in HIDDEN_DIGITS.items()}
 UNIT_CHECKED = "check the unit"  # ends the flag of a motion whose unit another check questions
 
 
@@ -141,7 +145,37 @@ def notes_along(study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
     """A sentence for each unusual number of a scene, of its axes, and of its motions."""
     scenes = Variants(study).alone() if study.axes else iter([study])
     drawn = () if study.uncertain is None else study.uncertain.notes()
-    return tuple(dict.fromkeys([*drawn, *(note for scene in scenes for note in of_input(scene, motions))]))
+    return (*drawn, *with_ranges((note for scene in scenes for note in of_input(scene, motions)), study))
+
+
+def with_ranges(notes: Iterable[str], study: Scene) -> list[str]:
+    """Notes of the places along a scene's axes; those that differ in numbers alone are one, from least to most.
+
+    Parameters
+    ----------
+    notes : iterable of str
+        Those of each place.
+    study : Scene
+        The scene, whose buildings may have names with digits.
+
+    Returns
+    -------
+    list of str
+        Each sentence once, with "0.03 to 0.05" in place of a number that is not the same in all of them.
+    """
+    alike: dict[tuple[str, ...], list[list[str]]] = {}
+    for note in dict.fromkeys(notes):
+        whose, colon, words = note.partition(": ")
+        for building in study.buildings:
+            words = words.replace(building.name, building.name.translate(HIDDEN_DIGITS))
+        first, *pairs = NUMBER.split(words)
+        alike.setdefault((whose + colon + first, *pairs[1::2]), []).append(pairs[::2])
+    told = []
+    for (first, *texts), rows in alike.items():
+        columns = [sorted(set(column), key=float) for column in zip(*rows, strict=True)]
+        ranges = [" to ".join(dict.fromkeys((column[0], column[-1]))) for column in columns]
+        told.append(first + "".join(map(add, ranges, texts)))
+    return [words.translate(SHOWN_DIGITS) for words in told]
 
 
 # --- the input --------------------------------------------------------------------------------------------

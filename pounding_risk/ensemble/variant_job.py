@@ -21,7 +21,7 @@ from pounding_risk.ensemble.chunks import Chunk, joined, merged
 from pounding_risk.ensemble.grid_job import GridJob
 from pounding_risk.ensemble.job import DatasetWriter, Finish, Job, ScanInput, never
 from pounding_risk.ensemble.known_samples import KnownSamples
-from pounding_risk.ensemble.plausibility import of_input
+from pounding_risk.ensemble.plausibility import of_input, with_ranges
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.along import Stack, leaves_of
 from pounding_risk.results.attributes import as_text
@@ -207,9 +207,10 @@ class VariantJob(Job):
         variants = {"tables": tables, "attributes": gathered.attributes.as_lists()}
         differing = {name for name, *_ in variants["attributes"]}
         drawn = self.study.uncertain
-        notes = [*(() if drawn is None else drawn.notes()), *gathered.notes]
+        of_places = with_ranges(gathered.notes, self.study)
+        notes = [*(() if drawn is None else drawn.notes()), *of_places]
         if drawn is not None and "notes" not in differing:
-            variants["attributes"].append(["notes", [], as_text(list(gathered.notes)) if gathered.notes else None])
+            variants["attributes"].append(["notes", [], as_text(of_places) if of_places else None])
         attrs = {name: value for name, value in first.items() if name not in differing}
         attrs |= made_from(self.study, self.scan_input.motions)
         if self.drawn is not None:

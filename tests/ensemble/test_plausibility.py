@@ -13,7 +13,7 @@ from pounding_risk.assessment.assess import assess
 from pounding_risk.cli.scan import print_scan
 from pounding_risk.cli.validate import print_plan
 from pounding_risk.ensemble.plan.plan import validate
-from pounding_risk.ensemble.plausibility import HERTZ_TIME, contact_duration, of_input
+from pounding_risk.ensemble.plausibility import HERTZ_TIME, contact_duration, notes_along, of_input
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import Hertz, Linear
@@ -116,6 +116,20 @@ def test_an_unusual_number_of_storeys_has_a_sentence(override, says):
     told = notes(override, text=text)
     assert told
     says("\n".join(told))
+
+
+def test_notes_along_an_axis_are_one_with_the_range_of_each_number():
+    """From the softest to the stiffest that is told; the digits of a building's name are none of them."""
+    text = PAIR.replace('"right"', '"block 2"')
+    stiffnesses = ["1.1e10", "1.5e10", "1.3e10", "7e10"]
+    alone = [notes(f'interface.stiffness="{each} N/m^1.5"', text=text) for each in stiffnesses]
+    assert [len(told) for told in alone] == [1, 1, 1, 0]
+    values = ", ".join(f'"{each} N/m^1.5"' for each in stiffnesses)
+    study = parse_scene(f'{text}\n[grid]\n"interface.stiffness" = [{values}]\n')
+    (told,) = notes_along(study, motions_of(study))
+    assert "a stiffness of 1.1e7 to 1.5e7 kN/m^1.5" in told and "the period of block 2 (0.3 s)" in told
+    (lasting, shortest) = (each[0].split(" last ")[1].split(" s, ")[0] for each in alone[:2])
+    assert f" last {shortest} to {lasting} s, " in told
 
 
 @pytest.mark.parametrize(("given", "meant"), [("mm/s^2", "cm/s^2"), ("g", "m/s^2")])
