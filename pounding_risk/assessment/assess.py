@@ -46,7 +46,7 @@ from pounding_risk.results.files import open_scan
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.fragility import fit, stripes_of
 from pounding_risk.statistics.proportions import Share, numbered, shares
-from pounding_risk.statistics.required_gap import RequiredGap
+from pounding_risk.statistics.required_gap import RequiredGap, rounded_up
 from pounding_risk.units import GAP, say, si
 
 if TYPE_CHECKING:
@@ -105,7 +105,8 @@ class InterfaceAssessment(ShortRepr):
             yield f"gap of {required.percentile:g} % of the motions", say(required.provided, GAP, 3)
         for one in self.gaps_for_rates:
             if not one.fault:
-                yield f"gap for {one.words}", say(one.gap, GAP)
+                least = "at least " if one.at_least else ""
+                yield f"gap for {one.words}", f"{least}{say(rounded_up(one.gap), GAP, 3)}"
 
     def contact_at_gap(self) -> Share:
         """The share of the motions that close the assessed gap."""

@@ -283,7 +283,9 @@ def _provide(required: GapForRate, criterion: RateCriterion) -> str:
     sentence = f"Provide {least}{gap} for {aim} ({percent_words(criterion.confidence)} bounds {gap_bounds(required)})"
     sentence += f", as {TOO_SHORT}." if required.at_least else "."
     if not isnan(required.counted):
-        sentence += f" Counted motion by motion, without a lognormal curve, it is {say(required.counted, GAP, 3)}."
+        sentence += (
+            f" Counted motion by motion, without a lognormal curve, it is {say(rounded_up(required.counted), GAP, 3)}."
+        )
     return sentence
 
 
@@ -292,4 +294,4 @@ def gap_bounds(required: GapForRate) -> str:
     if isnan(required.low):
         return "none"
     low = say(required.low, GAP, 3)
-    return f"{low} to {say(required.high, GAP, 3)}" if isfinite(required.high) else f"at least {low}"
+    return f"{low} to {say(rounded_up(required.high), GAP, 3)}" if isfinite(required.high) else f"at least {low}"

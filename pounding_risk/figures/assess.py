@@ -30,7 +30,7 @@ from pounding_risk.figures.style import (
 from pounding_risk.motions.levels import say_level
 from pounding_risk.results.amplitudes import intensity_label, intensity_quantity, intensity_shown, own
 from pounding_risk.statistics.fragility import fragility_curve
-from pounding_risk.statistics.required_gap import contact_steps
+from pounding_risk.statistics.required_gap import contact_steps, rounded_up
 from pounding_risk.units import GAP, YIELD_FORCE, say_in
 
 if TYPE_CHECKING:
@@ -239,7 +239,7 @@ def draw_rates(axis: Any, assessment: Assessment, one: InterfaceAssessment) -> N
     bars = [gap for gap in required if gap.rate == assessment.target_rate]
     for number, gap in enumerate(required):
         colour, size = (REQUIRED, 8) if gap in bars else (MOTIONS, 5)
-        label = f"for {gap.words}: {'at least ' if gap.at_least else ''}{say_in(gap.gap, 'mm', 3)}"
+        label = f"for {gap.words}: {'at least ' if gap.at_least else ''}{say_in(rounded_up(gap.gap), 'mm', 3)}"
         mark = RATE_MARKS[number % len(RATE_MARKS)]
         axis.plot(1e3 * gap.gap, gap.rate, mark, color=colour, markersize=size, zorder=3, label=label)
     for gap in bars:

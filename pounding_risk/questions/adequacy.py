@@ -5,7 +5,7 @@ Every function gives one part, which the command and the report put in their own
 
 from __future__ import annotations
 
-from math import isfinite
+from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
 from pounding_risk._common.counted import counted
@@ -48,8 +48,9 @@ KEYS = {"yield_force": "F_E", "contact_model": "contact model", "polarity": "pol
 
 
 def enough(gap: float, unit: bool = False) -> Cell:
-    """A required gap [m] rounded up to three digits, so that what is read suffices too."""
-    return (amount if unit else number)(rounded_up(gap), "m")
+    """A required gap [m], in the text rounded up to three digits, so that what is read suffices too."""
+    cell = amount if unit else number
+    return cell(gap, "m") if isnan(gap) else cell(gap, "m") | {"text": cell(rounded_up(gap), "m")["text"]}
 
 
 def bounds_cell(required: RequiredGap) -> Cell:

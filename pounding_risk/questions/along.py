@@ -44,11 +44,6 @@ def findings(assessed: xr.Dataset) -> list[str]:
     ]
 
 
-def _rounded_up(gap: float) -> Cell:
-    """A gap [m] unrounded, and in the text as `enough` has it."""
-    return number(gap, "m") | {"text": enough(gap)["text"]}
-
-
 def places(assessed: xr.Dataset) -> Block:
     """Contact and the gap required at every place; those that need most stay in the text where they are many."""
     axes = [str(dim) for dim in assessed.dims if dim != "interface"]
@@ -66,7 +61,7 @@ def places(assessed: xr.Dataset) -> Block:
         cell = assessed.isel(dict(zip((*axes, "interface"), place, strict=True)))
         share, need = ([float(cell[f"{name}{end}"]) for end in ("", "_low", "_high")] for name in NAMES)
         at = {key: cell[key].item() for key in keys}
-        required, low, high = _rounded_up(need[0]), number(need[1], "m"), _rounded_up(need[2])
+        required, low, high = enough(need[0]), number(need[1], "m"), enough(need[2])
         bounds = joined(low, high)
         if not cell["required_gap_bounded"] > 0.0:
             bounds |= {"text": f"{bounds['text']} {NO_UPPER}"}

@@ -197,7 +197,7 @@ def row(assessment: Assessment) -> list[Block]:
         cells += [count(here.count), count(here.runs), number(here.probability, "%", 3), adequacy.enough(required.gap)]
         if assessment.target_rate is not None:
             by_rate = one.rate_verdict
-            cells += [MISSING, MISSING] if by_rate is None else [by_rate.word, number(by_rate.required.gap, "m")]
+            cells += [MISSING, MISSING] if by_rate is None else [by_rate.word, rates.gap_for_rate(by_rate.required)]
         rows.append(cells)
     worst = sorted(range(len(rows)), key=lambda at: -assessment.interfaces[at].contact_at_gap().probability)
     note = "those with most contact"

@@ -6,8 +6,8 @@ from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
 from pounding_risk.assessment.rates import SHAPE
-from pounding_risk.questions.adequacy import EVENT_HEADS, OF_GAP, Row, event_cells, of_gap
-from pounding_risk.render.sheet import Block, Cell, amount, between, head, listing, number, paragraph, table
+from pounding_risk.questions.adequacy import EVENT_HEADS, OF_GAP, Row, enough, event_cells, of_gap
+from pounding_risk.render.sheet import Block, Cell, amount, between, head, joined, listing, number, paragraph, table
 from pounding_risk.results.amplitudes import intensity_unit, intensity_words
 
 if TYPE_CHECKING:
@@ -63,9 +63,9 @@ def gaps_for_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Blo
             [
                 f"{gap.words}{', the target' if gap.rate == assessment.target_rate else ''}",
                 number(gap.rate, digits=3),
-                _at_least(number(gap.gap, "m"), gap),
-                between(gap.low, gap.high, "m"),
-                number(gap.counted, "m"),
+                gap_for_rate(gap),
+                joined(number(gap.low, "m"), enough(gap.high)),
+                enough(gap.counted),
                 number(gap.missing, "%", 2),
             ]
             for gap in known
@@ -107,6 +107,11 @@ def scenario(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
         table(caption, heads, rows, keep=of_gap(one, known), note=OF_GAP),
         paragraph(f"{assessment.gmfs_reading} {explained}".strip()),
     ]
+
+
+def gap_for_rate(required: GapForRate) -> Cell:
+    """A gap for a rate of contact, rounded up as other required gaps are; "–" where there is none."""
+    return _at_least(enough(required.gap), required)
 
 
 def _at_least(cell: Cell, rate: Rate | GapForRate) -> Cell:

@@ -23,6 +23,7 @@ from pounding_risk.assessment.uncertain_words import (
 )
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import Option
+from pounding_risk.questions.adequacy import enough
 from pounding_risk.questions.notes import of_records
 from pounding_risk.render.sheet import (
     Block,
@@ -231,8 +232,8 @@ def _required(part: xr.Dataset) -> Block:
     for percentile, over in zip(part["percentile"].values, cells, strict=True):
         one = part.sel(percentile=percentile)
         bounded = "" if int(one["required_gap_bounded"]) else "the upper one is the largest seen"
-        row: Row = [number(percentile), number(one["required_gap"], "m")]
-        rows.append([*row, between(one["required_gap_low"], one["required_gap_high"], "m"), bounded, *over])
+        bounds = joined(number(one["required_gap_low"], "m"), enough(float(one["required_gap_high"])))
+        rows.append([number(percentile), enough(float(one["required_gap"])), bounds, bounded, *over])
     nominal = "Nominal gap, to which its scatter adds," if gap_scatter(part) > 0.0 else "Gap"
     return table(f"{nominal} required by a share of samples and motions together.", heads + more, rows)
 

@@ -7,7 +7,8 @@ from functools import partial
 from pounding_risk.figures.assess import draw_rates
 from pounding_risk.figures.style import panel
 from pounding_risk.questions import rates as question
-from pounding_risk.render.sheet import Block, amount, figure, heading, paragraph
+from pounding_risk.questions.adequacy import enough
+from pounding_risk.render.sheet import Block, figure, heading, paragraph
 from pounding_risk.reports.data import Pair, ReportData
 
 TITLE = "How often do they touch?"
@@ -40,6 +41,6 @@ def _gaps(data: ReportData, pair: Pair) -> list[Block]:
         f"{pair.name}: annual rate of contact against the gap under {assessment.hazard}; its "
         f"{100.0 * assessment.confidence:g} % bounds carry nothing of the curve's own uncertainty"
     )
-    alt = f"{sentence}; {known[-1].words} needs {amount(known[-1].gap, 'm')['text']}."
+    alt = f"{sentence}; {known[-1].words} needs {enough(known[-1].gap, unit=True)['text']}."
     drawing = partial(panel, draw_rates, assessment, one)
     return [figure(f"{pair.anchor}-rates", drawing, f"{sentence}.", alt), *blocks]
