@@ -124,7 +124,7 @@ OF_LINKS = {
 OF_LOSSES = {
     "link_energy": Variable(
         "J",
-        "energy that slipping, breaking and dampers with link_exponent of all links have dissipated; NaN without",
+        "energy that all links have lost by slipping, breaking and dampers with link_exponent or a brace; NaN without",
         ("interface",),
     ),
 }
@@ -133,7 +133,9 @@ OF_BREAKING = {
 }
 OF_DAMPERS = {
     "peak_link_damper_force": Variable(
-        "N", "largest force of any damper with link_exponent, without the spring beside it; NaN without", ("interface",)
+        "N",
+        "largest force of any damper with link_exponent or a brace, without the spring beside it; NaN without",
+        ("interface",),
     ),
 }
 OF_YIELDING = {
