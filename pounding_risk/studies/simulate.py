@@ -50,9 +50,12 @@ def simulate(
     ----------
     study : Scene or path
         A scene, or the path of its TOML file.
-    record, polarity, law : str, optional
-        Names of a record, a polarity and a contact model; the first record and polarity of the scene and its own
-        contact model by default.
+    record : str, optional
+        Name of a record of the scene; its first by default.
+    polarity : str, optional
+        "as recorded" or "reversed"; the scene's first by default.
+    law : str, optional
+        Contact model; the scene's own by default.
     gap : float or str, optional
         Clear distance at rest, a number in m or a text with a unit ("20 mm"), of all interfaces or of the only one that
         the grid varies.
