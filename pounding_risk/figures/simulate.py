@@ -35,6 +35,13 @@ SAME = 1e-9  # of the peak: histories closer than this are the same
 NAMED = 6  # lines of a panel with a colour and a name of their own; the others are grey
 OTHERS = "#c4c4c4"
 FORCE = "peak_contact_force"
+ABOVE: dict[str, Any] = {  # a legend between two panels, where it covers nothing
+    "loc": "lower right",
+    "bbox_to_anchor": (1.0, 1.0),
+    "borderaxespad": 0.1,
+    "fontsize": 8,
+    "frameon": False,
+}
 ROOM = 0.018  # of the tallest height: levels closer than this leave room for one number
 
 
@@ -159,7 +166,7 @@ def _closing(axis: Axes, run: xr.Dataset) -> None:
     for index, (start, end) in enumerate(spans):
         axis.axvspan(start, end, color="#bbbbbb", linewidth=0.0, zorder=0.5, label="" if index else "in contact")
     axis.set_ylabel("relative\ndisplacement [mm]")
-    axis.legend(loc="lower left", fontsize=8)
+    axis.legend(ncols=2, **ABOVE)
 
 
 def _roofs(axis: Axes, run: xr.Dataset) -> None:
@@ -207,7 +214,7 @@ def _energies(axis: Axes, run: xr.Dataset) -> None:
         values = run[f"energy_{kind}"] / 1e3
         axis.plot(run["time"], values, color=colour, linestyle=dash, linewidth=1.1, label=word)
     axis.set_ylabel("energy [kJ]")
-    axis.legend(fontsize=8, loc="upper left")
+    axis.legend(ncols=4, **ABOVE)
 
 
 def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:

@@ -169,6 +169,9 @@ def test_the_figure_has_a_panel_for_what_the_run_has(scene_and_run):
         assert panels == ["ground", "relative", "contact", "energy"]
         bands = [patch for patch in drawn.axes[1].patches if patch.get_label() in ("", "in contact")]
         assert len(bands) == run.sizes["contact"]
+        drawn.draw_without_rendering()
+        for axis in drawn.axes[1::2]:
+            assert axis.get_legend().get_window_extent().y0 >= axis.get_window_extent().y1, "it covers no line"
     else:
         assert panels == ["ground", "roof relative to", "contact", "height"]
     assert len(drawn.axes[0].lines) == (2 if "ground_widening" in run else 1)
