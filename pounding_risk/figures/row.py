@@ -11,13 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.row import (
-    BuildingShape,
-    RowCase,
-    any_of_building,
-    force_text,
-    share_of_building,
-)
+from pounding_risk.assessment.row import BuildingShape, RowCase, any_of_building, force_text, share_of_building
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import (
     QUIET,

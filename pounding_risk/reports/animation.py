@@ -125,12 +125,7 @@ def _model(run: xr.Dataset, shown: Frames) -> dict[str, Any]:
         "title": str(run.attrs.get("title") or "A run"),
         "facts": _facts(run, shown),
         "buildings": [
-            {
-                "name": shape.name,
-                "levels": shape.levels,
-                "rigid": shape.is_rigid,
-                "floors": int(has_floors[at].sum()),
-            }
+            {"name": shape.name, "levels": shape.levels, "rigid": shape.is_rigid, "floors": int(has_floors[at].sum())}
             for at, shape in enumerate(building_shapes(run))
         ],
         "gaps": _gaps(run),

@@ -293,10 +293,7 @@ class Street(NamedTuple):
         return [counts[number] for number in range(len(self.houses))]
 
     def _beside(
-        self,
-        pairs: Iterable[Facing],
-        outlines: Mapping[int, Outline],
-        reasons: dict[frozenset[int], str],
+        self, pairs: Iterable[Facing], outlines: Mapping[int, Outline], reasons: dict[frozenset[int], str]
     ) -> Iterator[Facing]:
         """The pairs that may be neighbours in a row; the reason is noted for those that may not."""
         for pair in pairs:

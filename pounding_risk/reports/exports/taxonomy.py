@@ -88,12 +88,7 @@ def write(results: xr.Dataset, target: Path, options: Options) -> Written:
 
 
 def _row(
-    name: str,
-    height: float,
-    sides: tuple[Side, ...],
-    string: tuple[str, str],
-    closes: Any,
-    assessment: Assessment,
+    name: str, height: float, sides: tuple[Side, ...], string: tuple[str, str], closes: Any, assessment: Assessment
 ) -> tuple[Any, ...]:
     """The cells of a building; ``closes`` as `closing_motions`, of its interfaces."""
     position, rule = _position(height, sides)

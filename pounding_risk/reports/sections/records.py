@@ -11,19 +11,7 @@ from pounding_risk.figures.motions import draw_spectra
 from pounding_risk.figures.style import panel
 from pounding_risk.motions.levels import FACTOR, PEAK
 from pounding_risk.questions.notes import of_records
-from pounding_risk.render.sheet import (
-    KEPT,
-    MISSING,
-    Block,
-    Cell,
-    amount,
-    figure,
-    head,
-    heading,
-    listing,
-    number,
-    table,
-)
+from pounding_risk.render.sheet import KEPT, MISSING, Block, Cell, amount, figure, head, heading, listing, number, table
 from pounding_risk.reports.data import ReportData, at_amplitude
 from pounding_risk.results.attributes import gaps_needed
 from pounding_risk.results.opened import Results

@@ -6,18 +6,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.separations.rules import MEMORY, QUOTED
 from pounding_risk.questions.adequacy import bounds_cell, enough
 from pounding_risk.questions.assess import columns, row, verdict
-from pounding_risk.render.sheet import (
-    Block,
-    Cell,
-    amount,
-    between,
-    count,
-    facts,
-    heading,
-    listing,
-    number,
-    paragraph,
-)
+from pounding_risk.render.sheet import Block, Cell, amount, between, count, facts, heading, listing, number, paragraph
 from pounding_risk.reports.data import Pair, ReportData
 
 TITLE = "Summary"
