@@ -81,17 +81,9 @@ class _Record:
 
 
 def copies(records: Sequence[tuple[Samples, float]]) -> tuple[Copy, ...]:
-    """Find every record that is a copy of an earlier one.
+    """Every record, samples [m/s²] and time step [s], that is a copy of an earlier one.
 
-    Parameters
-    ----------
-    records : sequence of (samples, dt)
-        Samples [m/s²], shape (n,), and time step [s] of each.
-
-    Returns
-    -------
-    tuple of Copy
-        One for each record that is a copy; ``original`` is the first of its kind.
+    ``original`` is the first of its kind.
     """
     prepared = [_Record(samples, dt) for samples, dt in records]
     copy_of: dict[int, Copy] = {}

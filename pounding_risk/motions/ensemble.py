@@ -69,27 +69,10 @@ def read_ensemble(
 ) -> MotionEnsemble:
     """Read, process and treat the motions of a request, in its order and in the polarity of the records.
 
-    Parameters
-    ----------
-    request : RecordRequest
-        Records and treatment.
-    folder : Path
-        Folder to which the paths of the request are relative.
-    scaled : bool
-        False keeps the amplitude of the records, whatever the request says of it.
-    progress : callable, optional
-        Called with the number of motions read and their total.
-
-    Returns
-    -------
-    MotionEnsemble
-        Motions with distinct names, and what was left out.
-
-    Raises
-    ------
-    RecordError
-        For keys that exclude each other, a record that cannot be used, and a component without its partner where
-        the row has a direction.
+    Paths of the request are relative to ``folder``. Without ``scaled`` the records keep their amplitude, whatever the
+    request says of it. ``progress`` is called with the number of motions read and their total. Names of motions are
+    distinct. Raises RecordError for keys that exclude each other, a record that cannot be used, and a component without
+    its partner where the row has a direction.
     """
     for key, sentence in conflicts(request.given()):
         raise RecordError(f"records.{key}: {sentence}")

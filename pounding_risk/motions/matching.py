@@ -88,25 +88,10 @@ def match(
 ) -> list[Choice]:
     """Choose candidates whose spectra together have the mean and the deviation of an aim.
 
-    Parameters
-    ----------
-    logs : array, shape (candidates, periods)
-        ln Sa of the candidates before scaling.
-    fixed : array, shape (candidates,), or None
-        The logarithm of the factor of each, where the aim is conditioned at a period.
-    aim : Aim
-        Mean and deviation of ln Sa.
-    count : int
-        Choices, two at least and no more than there are candidates.
-    limits : Limits
-        Of factors that are not fixed, and of the choices of one earthquake.
-    events : sequence
-        The earthquake of each candidate.
-
-    Returns
-    -------
-    list of Choice
-        At most ``count``; fewer where the limit on earthquakes leaves no more.
+    ``logs`` is ln Sa of the candidates before scaling, (candidates, periods), ``events`` the earthquake of each. Where
+    the aim is conditioned at a period ``fixed`` has the logarithm of the factor of each, else None, and ``limits``
+    bound it. ``count`` is two at least and no more than there are candidates; fewer are chosen where the limit on
+    earthquakes leaves no more.
     """
     spectra = simulated(aim, count)
     chosen: list[int] = []

@@ -22,20 +22,9 @@ WHOLE = 1e-9  # of a ratio of two time steps: so close to a whole number is one
 def read_own(name: str, request: RecordRequest, folder: Path) -> Motion:
     """A record by its name, processed, turned and cut as ``request`` has it for all others, and not scaled.
 
-    Parameters
-    ----------
-    name : str
-        An id of the catalogue, a generated motion as text, or a file; with a direction of the row a pattern that two
-        files or components answer to.
-    request : RecordRequest
-        Of the scene's records; what it says of their source and amplitude plays no part.
-    folder : Path
-        Folder to which paths are relative.
-
-    Raises
-    ------
-    RecordError
-        As `read_ensemble`, and where the name is not that of one motion.
+    The name is an id of the catalogue, a generated motion as text, or a file below ``folder``; with a direction of the
+    row a pattern that two files or components answer to. What the request says of source and amplitude plays no part.
+    Raises RecordError as `read_ensemble`, and where the name is not that of one motion.
     """
     names, files = ((), (name,)) if is_file(name) else ((name,), ())
     unscaled = request._replace(pga=None, scale=None, sa=None, to_median=None)
@@ -48,23 +37,12 @@ def read_own(name: str, request: RecordRequest, folder: Path) -> Motion:
 
 
 def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
-    """The motion with the records of single buildings beside it, on the samples of all of them.
+    """The motion, scaled, with the records of single buildings beside it, on the samples of all of them.
 
-    Every record gets the factor of the motion. Of unlike time steps one has to be a whole multiple of the other: the
-    coarser record is then divided on the straight lines between its samples, which changes nothing of it. Zeros follow
-    the records that end first. A record that is the motion itself, to the bit, is none of its own.
-
-    Parameters
-    ----------
-    motion : Motion
-        As it is scaled by the scene.
-    own : sequence of Motion or None
-        By building, not scaled; None where the building stands on ``motion``.
-
-    Raises
-    ------
-    RecordError
-        For time steps of which none is a whole multiple of the other.
+    ``own`` has a record by building, not scaled, None where it stands on ``motion``. Every record gets the factor of
+    the motion. Of unlike time steps one has to be a whole multiple of the other, else RecordError: the coarser record
+    is then divided on the straight lines between its samples, which changes nothing of it. Zeros follow the records
+    that end first. A record that is the motion itself, to the bit, is none of its own.
     """
     others = [record for record in own if record is not None]
     dt = min([motion.dt, *(record.dt for record in others)])
@@ -114,25 +92,11 @@ def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
 
 
 def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float | None, tail: float) -> Motion:
-    """The motion, still ground, and an aftershock, as one motion; time steps as in `set_beside`.
+    """The motion, scaled, still ground, and an aftershock, not scaled, as one motion; time steps as in `set_beside`.
 
-    Parameters
-    ----------
-    motion : Motion
-        As it is scaled by the scene; zeros after it count as part of the pause.
-    aftershock : Motion
-        Processed, and not scaled.
-    pause : float
-        Time from the last sample of the motion to the first of the aftershock [s], rounded up to whole time steps.
-    ratio : float or None
-        PGA of the aftershock over that of the motion; None gives it the factor of the motion.
-    tail : float
-        Zeros after the aftershock [s].
-
-    Raises
-    ------
-    RecordError
-        For time steps of which none is a whole multiple of the other.
+    ``pause`` [s] is from the last sample of the motion to the first of the aftershock, rounded up to whole time steps;
+    zeros after the motion are part of it. ``ratio`` is the PGA of the aftershock over that of the motion; None gives it
+    the factor of the motion. ``tail`` [s] of zeros follow.
     """
     motion = motion.first(motion.acceleration.size - motion.tail) if motion.tail else motion
     dt = min(motion.dt, aftershock.dt)

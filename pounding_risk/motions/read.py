@@ -189,22 +189,9 @@ def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "a
 def treated(motions: Sequence[Motion], how: Treatment) -> list[Motion]:
     """Apply a treatment to motions, all at once where their median sets the amplitude.
 
-    Parameters
-    ----------
-    motions : sequence of Motion
-        Processed, and turned to the row where that is requested; the ensemble, where there is a median to reach.
-    how : Treatment
-        What is done to each of them.
-
-    Returns
-    -------
-    list of Motion
-        The motions as runs take them.
-
-    Raises
-    ------
-    RecordError
-        For a window or tail out of range, a window without shaking, and an amplitude out of reach.
+    The motions are processed, and turned to the row where that is requested; they are the ensemble where there is a
+    median to reach. Raises RecordError for a window or tail out of range, a window without shaking, and an amplitude
+    out of reach.
     """
     shaking = [_before_scaling(motion, how) for motion in motions]
     if how.pga is not None:

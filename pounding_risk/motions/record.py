@@ -57,16 +57,7 @@ def recording_words(key: Hashable) -> str:
 def recording_numbers(facts: Sequence[Mapping[str, Any]], names: Sequence[str]) -> NDArray[np.int64]:
     """Numbers from 0, equal for the records of one recording, in the order in which the recordings come.
 
-    Parameters
-    ----------
-    facts : sequence of mapping
-        What is known of each record.
-    names : sequence of str
-        Its name, which stands for its recording where nothing is known.
-
-    Returns
-    -------
-    array of int, shape (records,)
+    ``facts`` are what is known of each record, ``names`` stand for their recordings where nothing is known.
     """
     numbers: dict[Hashable, int] = {}
     keys = (recording(record, name) for record, name in zip(facts, names, strict=True))
@@ -124,21 +115,10 @@ def check_samples(samples: Any, dt: float, name: str) -> None:
 
 
 def check_shaking(samples: Samples, name: str, repair: str) -> None:
-    """Raise RecordError for samples without motion, which would count as a record that causes no contact.
+    """Raise RecordError for samples [m/s²] without motion, which would count as a record that causes no contact.
 
-    Parameters
-    ----------
-    samples : array, shape (n,)
-        Acceleration [m/s²], with its offset or without.
-    name : str
-        File or record that the message names.
-    repair : str
-        What to check, as the end of "check ...".
-
-    Raises
-    ------
-    RecordError
-        For samples that are all equal, and for a range that no strong-motion instrument resolves.
+    Those are samples that are all equal, and a range that no strong-motion instrument resolves. The sentence names the
+    file or record ``name``, and ends with what to check, ``repair``.
     """
     half_range = 0.5 * (float(samples.max()) - float(samples.min()))
     if half_range >= LEAST_SHAKING:

@@ -103,14 +103,8 @@ class RecordRequest(NamedTuple):
 def conflicts(keys: Collection[str], *, grid_pga: bool = False, is_factor: bool = False) -> Iterator[tuple[str, str]]:
     """Keys of [records] that exclude each other: the key that is to go, and a sentence.
 
-    Parameters
-    ----------
-    keys : collection of str
-        The keys that are given, in a scene file or in a call; `INTENSITY` where the grid has levels of intensity.
-    grid_pga : bool
-        Whether the grid has amplitudes of its own.
-    is_factor : bool
-        Whether the levels of intensity are factors, which act as ``scale`` does.
+    ``keys`` are those that are given, in a scene file or in a call, with `INTENSITY` where the grid has levels of
+    intensity; with ``is_factor`` these are factors, which act as ``scale`` does. ``grid_pga``: the grid has amplitudes.
     """
     sources = [key for key in SOURCES if key in keys]
     if len(sources) > 1:

@@ -157,22 +157,10 @@ class ReportData:
 
 
 def signed(project: str = "", author: str = "", revision: str = "", date: str = "") -> Signature:
-    """Check the lines of a report's head.
+    """The lines of a report's head, without blanks around them.
 
-    Parameters
-    ----------
-    project, author, revision, date : str
-        As they are to stand in the head.
-
-    Returns
-    -------
-    Signature
-        The lines without blanks around them.
-
-    Raises
-    ------
-    PoundingError
-        For what is no text, is longer than a line, or holds line breaks or other letters that are not printed.
+    Raises PoundingError for what is no text, is longer than a line, or holds line breaks or other letters that are not
+    printed.
     """
     signature = Signature(project, author, revision, date)
     for name, words in signature._asdict().items():

@@ -121,25 +121,10 @@ def draw(
 def footprints_of(street: str | Path, cases: Sequence[RowCase]) -> dict[Any, tuple[Any, ...]]:
     """Footprints of a street: outer rings (n, 2) [m] by the building's name.
 
-    Where two streets have buildings of one name those of a row are by its number too, and are of the street that the
-    title of its scene begins with.
-
-    Parameters
-    ----------
-    street : str or Path
-        A map of footprints as `read_block` takes it, or the buildings.csv that `write_block` writes.
-    cases : sequence of RowCase
-        The rows.
-
-    Returns
-    -------
-    dict of str, or of tuple of int and str, to tuple of array
-        Rings of every building.
-
-    Raises
-    ------
-    PoundingError
-        As `read_block`, for a table without footprints, and where it is not known which street a row is of.
+    The file is a map of footprints as `read_block` takes it, or the buildings.csv that `write_block` writes. Where two
+    streets have buildings of one name, those of a row are by its number too, and are of the street that the title of
+    its scene begins with. Raises PoundingError as `read_block`, for a table without footprints, and where it is not
+    known which street a row is of.
     """
     from pounding_risk.reports.exports._outlines import of_row
     from pounding_risk.streets.rows import footprint_rings

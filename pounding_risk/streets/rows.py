@@ -263,32 +263,8 @@ def write_block(
 ) -> list[Path]:
     """Write the scene of each row, and tables of the buildings, of every close pair and of the values filled in.
 
-    The tables are buildings.csv, neighbours.csv and filled.csv.
-
-    Parameters
-    ----------
-    street : Block
-        The rows of a table.
-    out : str or Path
-        The folder, made where it is missing.
-    records : sequence of str, optional
-        Ids of the catalogue; None takes all its horizontal ones.
-    contact : Contact
-        The law of contact of every interface, as a scene file writes it.
-    tables : mapping, optional
-        Further sections of the scenes, or keys of [records], as for `Block.scenes`.
-
-    Returns
-    -------
-    list of Path
-        The files written.
-
-    Raises
-    ------
-    BlockError
-        Where there is no row.
-    SceneError
-        Where a scene would have a fault; nothing is written then.
+    The tables are buildings.csv, neighbours.csv and filled.csv; the options are those of `block`. Returns the files.
+    Raises BlockError where there is no row, SceneError where a scene would have a fault; nothing is written then.
     """
     street.check()
     folder, scenes = Path(out), street.scenes(records, contact=contact, tables=tables)
@@ -388,22 +364,10 @@ def read_block(
 
 
 def footprint_rings(path: str | Path) -> dict[tuple[str, str], tuple[Array, ...]]:
-    """Outer rings (n, 2) [m] of the footprints of a street, by street and name of the building.
+    """Outer rings (n, 2) [m] of the footprints of a street, by street and name; empty for a table without footprints.
 
-    Parameters
-    ----------
-    path : str or Path
-        A map of footprints as `read_block` takes it, or the buildings.csv that `write_block` writes.
-
-    Returns
-    -------
-    dict of tuple of str to tuple of array
-        Empty for a table without footprints.
-
-    Raises
-    ------
-    PoundingError
-        As `read_block`.
+    The file is a map of footprints as `read_block` takes it, or the buildings.csv that `write_block` writes; raises
+    PoundingError as `read_block`.
     """
     if not _is_written(Path(path)):
         return {key: rings(entry.footprint) for key, entry in _named_entries(Path(path)).items()}
@@ -419,20 +383,8 @@ def footprint_rings(path: str | Path) -> dict[tuple[str, str], tuple[Array, ...]
 def footprint_outlines(path: str | Path) -> tuple[dict[tuple[str, str], Any], bool]:
     """Footprints of a street as polygons of shapely, by street and name, and whether they are in degrees of WGS 84.
 
-    Parameters
-    ----------
-    path : str or Path
-        A map of footprints as `read_block` takes it, or the buildings.csv that `write_block` writes.
-
-    Returns
-    -------
-    dict, bool
-        Empty for a table without footprints. False where coordinates are metres that nothing ties to the Earth.
-
-    Raises
-    ------
-    PoundingError
-        As `read_block`.
+    Files and errors are those of `footprint_rings`. Coordinates that are not in degrees are metres that nothing ties to
+    the Earth.
     """
     source = Path(path)
     if _is_written(source):

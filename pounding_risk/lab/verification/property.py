@@ -15,31 +15,15 @@ LINE, POINTS, BAND = "line", "points", "band"
 
 
 class Reading(NamedTuple):
-    """One number of ours beside that of the relation, and the bounds within which it must lie.
-
-    Parameters
-    ----------
-    quantity : str
-        What is read.
-    expected : float
-        What the relation gives; NaN where it says no more than the bounds.
-    ours : float
-        Our value, in the same unit.
-    low, high : float
-        The bounds.
-    unit : str
-        Unit of all four, "" for shares and numbers.
-    reason : str
-        Where the bounds come from.
-    """
+    """One number of ours beside that of the relation, and the bounds within which it must lie."""
 
     quantity: str
-    expected: float
-    ours: float
+    expected: float  # NaN where the relation says no more than the bounds
+    ours: float  # in the same unit
     low: float
     high: float
-    unit: str
-    reason: str
+    unit: str  # of all four, "" for shares and numbers
+    reason: str  # where the bounds come from
 
     @property
     def holds(self) -> bool:

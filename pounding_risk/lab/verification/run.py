@@ -63,57 +63,25 @@ PROPERTIES: Mapping[str, Callable[[], Property]] = {
 
 
 class Check(NamedTuple):
-    """One published value beside ours; all numbers in SI.
-
-    Parameters
-    ----------
-    case, title, source, kind : str
-        Name of the case, what it computes, its source in a few words, and what kind of value this is.
-    quantity : str
-        The quantity and what selects it.
-    unit : str
-        SI unit.
-    printed : str
-        The value as it is printed.
-    published : float
-        The same in SI.
-    printed_unit : str
-        The unit in which it is printed.
-    size : float
-        That unit in SI.
-    within : float
-        Half a unit of its last digit, at least of the sixth digit.
-    uncertainty : float
-        Stated reading error or scatter, 0 where none is stated.
-    ours : float
-        Our value, where the source's axis and origin are other than ours in the source's.
-    rungs : tuple of float
-        Our values at the tolerances `RUNGS`, of which ours is the last; empty of what has no tolerance.
-    word : str
-        "exact", "acceptable" or "unacceptable".
-    limit : float
-        Share of the published value up to which a difference is acceptable.
-    note : str
-        Why ours may differ, by the case.
-    """
+    """One published value beside ours; all numbers in SI."""
 
     case: str
     title: str
-    source: str
-    kind: str
-    quantity: str
+    source: str  # in a few words
+    kind: str  # one of `KINDS`
+    quantity: str  # and what selects it
     unit: str
-    printed: str
-    published: float
+    printed: str  # the value as it is printed
+    published: float  # the same in SI
     printed_unit: str
-    size: float
-    within: float
-    uncertainty: float
-    ours: float
-    rungs: tuple[float, ...]
-    word: str
-    limit: float
-    note: str
+    size: float  # of the unit in which it is printed
+    within: float  # half a unit of its last digit, at least of the sixth digit
+    uncertainty: float  # reading error or scatter, 0 where none is stated
+    ours: float  # where the source's axis and origin are other than ours in the source's
+    rungs: tuple[float, ...]  # ours at the tolerances `RUNGS`, of which ours is the last; empty without a tolerance
+    word: str  # "exact", "acceptable" or "unacceptable"
+    limit: float  # share of the published value up to which a difference is acceptable
+    note: str  # why ours may differ, by the case
 
     @property
     def difference(self) -> float:

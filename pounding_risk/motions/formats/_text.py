@@ -468,24 +468,10 @@ def check_peak(
 ) -> StatedPeak | None:
     """Raise RecordError where the largest of the samples, or of the samples less their mean, is not the stated one.
 
-    Parameters
-    ----------
-    samples : array
-        Accelerations [m/s²], or in the file's unit where ``StatedPeak.size`` is 1.
-    readings : StatedPeak or None
-        What the header's number may mean; one must fit. Nothing is checked where one of them is None: not stated.
-    relative : float
-        How far the two may differ beyond the rounding of header and samples, as a share of the peak.
-
-    Returns
-    -------
-    StatedPeak or None
-        The reading that fits; None where nothing is stated.
-
-    Raises
-    ------
-    RecordError
-        Naming file, line and both peaks.
+    Samples are in m/s², or in the file's unit where ``StatedPeak.size`` is 1. ``readings`` are what the header's number
+    may mean, of which one must fit and is returned; None, and nothing checked, where one of them is None: not stated.
+    ``relative`` is how far the two may differ beyond the rounding of header and samples, as a share of the peak. The
+    error names file, line and both peaks.
     """
     if not readings or None in readings:
         return None

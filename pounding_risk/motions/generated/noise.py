@@ -50,21 +50,11 @@ STRENGTH = ("rms", "psd")
 
 @dataclass(frozen=True)
 class Filter:
-    """A linear filter of white noise: dz = A z dt + b dW, a = c z, without a direct part.
+    """A linear filter of white noise without a direct part: dz = A z dt + b dW, a = c z."""
 
-    Parameters
-    ----------
-    drift : array, shape (n, n)
-        A [1/s].
-    drive : array, shape (n,)
-        b.
-    output : array, shape (n,)
-        c.
-    """
-
-    drift: Samples
-    drive: Samples
-    output: Samples
+    drift: Samples  # A [1/s], (n, n)
+    drive: Samples  # b, (n,)
+    output: Samples  # c, (n,)
 
     def covariance(self) -> Samples:
         """Stationary covariance of the state for S₀ = 1 m²/s³, whose white noise has the intensity 2π."""

@@ -93,16 +93,8 @@ def grid_sources(
 ) -> Iterator[Source]:
     """Every component of every motion at the site of a grid that is requested, or at its only one.
 
-    Parameters
-    ----------
-    path : Path
-        The grid.
-    wanted : SiteRequest or None
-        What is requested; a site that is far is taken, with a doubt.
-    unit : str, optional
-        Unit of the samples; by default that of the workflow's input.json beside the grid, or up to two folders above.
-    dt : float, optional
-        Time step [s] of motions that do not state theirs.
+    A site that is far is taken, with a doubt. ``unit`` is by default that of the workflow's input.json beside the grid,
+    or up to two folders above; ``dt`` [s] is of motions that do not state theirs.
     """
     sites = read_grid(path)
     limitless = None if wanted is None else wanted._replace(within=inf)

@@ -100,25 +100,11 @@ def nearest(places: Sequence[Place], at: Place) -> Site:
 def find_site(
     places: Sequence[Place], ids: Sequence[str], wanted: SiteRequest | None, where: str, choose: str = CHOOSE
 ) -> Site:
-    """The site that is requested, or the only one where none is.
+    """The site of a list that is requested, or the only one where none is.
 
-    Parameters
-    ----------
-    places : sequence of Place
-        The sites of a list, one or more.
-    ids : sequence of str
-        Their ids; empty where they have none.
-    wanted : SiteRequest or None
-        What is requested.
-    where : str
-        The list, which errors name first.
-    choose : str
-        How one of several is chosen.
-
-    Raises
-    ------
-    RecordError
-        For several sites where none is requested, an id that none has, and where the nearest is farther than allowed.
+    ``ids`` are empty where the places have none. Raises RecordError, which begins with the list, ``where``, for several
+    sites where none is requested (``choose`` says how one is), an id that none has, and a nearest one farther than
+    allowed.
     """
     if wanted is None:
         if len(places) > 1:
