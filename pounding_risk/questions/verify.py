@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 ORDER = 88
 FUNCTION = "lab.verification.run"
 OPTIONS = {"cases": Option(kind=list[str], metavar="[CASE | PROPERTY | FILE | FOLDER]", is_argument=True)}
-FILES = {"out": File((".html", ".pdf"), "", "reports.verification.verification_page")}
+FILES = {"out": File((".html", ".pdf"), "", "reports.pages.verification_page")}
 FIGURES = {"": "verification.outcome_figure"}
 HELP = (
     "Ends with status 1 where a value is unacceptable or a property fails. Of properties alone the figure shows the "

@@ -6,14 +6,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pounding_risk._common.files import not_written
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import check_target
 
 if TYPE_CHECKING:
     import xarray as xr
-
-SUFFIXES = (".html", ".pdf")
 
 
 @missing_named()
@@ -72,20 +69,12 @@ def report(
     from pounding_risk.assessment.assess import assess
     from pounding_risk.reports.data import ReportData, companions, opened, signed
     from pounding_risk.reports.document import build
-    from pounding_risk.reports.html import page, write_page
+    from pounding_risk.reports.pages import SUFFIXES, write_document
 
     target = check_target(out, SUFFIXES)
     signature = signed(project, author, revision, date)
     dataset, checksum, along = opened(results, options)
     others = companions(also)
-    suffix, assessment = target.suffix.lower(), assess(dataset, hazard=hazard, **options)
-    model = build(ReportData(dataset, assessment, others, checksum, signature, along, suffix))
-    if suffix == ".pdf":
-        from pounding_risk.reports.pdf import document
-
-        try:
-            bytes_of_pdf = document(model)
-        except OSError as error:  # of figures and fonts in the temporary folder
-            raise not_written(target, error) from None
-        return write_page(target, bytes_of_pdf)
-    return write_page(target, page(model))
+    assessment = assess(dataset, hazard=hazard, **options)
+    model = build(ReportData(dataset, assessment, others, checksum, signature, along, target.suffix.lower()))
+    return write_document(model, target)

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import law_words
-from pounding_risk.reports.html import packed, script_page, write_page
+from pounding_risk.reports.files import write_file
+from pounding_risk.reports.html import packed, script_page
 from pounding_risk.results.attributes import bumper_lengths, bumper_words
 from pounding_risk.results.check import check_run
 from pounding_risk.results.files import check_target
@@ -79,7 +80,7 @@ def animate(run: xr.Dataset, out: str | Path) -> Path:
     for rate in RATES:
         text = page(_model(run, frames(run, rate)))
         if len(text.encode("utf-8")) <= LARGEST:
-            return write_page(target, text)
+            return write_file(target, text)
     span = float(run["time"][-1] - run["time"][0])
     raise PoundingError(
         f"the run lasts {span:g} s with {run.sizes['building']} buildings, too much for a page of "

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pounding_risk import figures
 from pounding_risk.reports import report
-from pounding_risk.reports.html import write_page
+from pounding_risk.reports.files import write_file
 from pounding_risk.results.files import save
 
 
@@ -65,5 +65,5 @@ def _scene_file(folder: Path, name: str) -> Path:
 
     file = folder / f"{name}.toml"
     if not file.exists():
-        write_page(file, runs.text_of(name))
+        write_file(file, runs.text_of(name))
     return file

@@ -8,7 +8,7 @@ appendix.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any, NamedTuple
@@ -17,7 +17,7 @@ from pounding_risk import __version__
 from pounding_risk.figures.style import svg_text
 from pounding_risk.render.sheet import LONG, Block, paragraph
 from pounding_risk.reports import sections as folder
-from pounding_risk.reports.data import ReportData
+from pounding_risk.reports.data import NOT_SIGNED, ReportData, Signature
 from pounding_risk.reports.sections import answers
 
 Document = dict[str, Any]
@@ -44,43 +44,47 @@ def find_sections() -> dict[str, Section]:
 SECTIONS = find_sections()
 
 
+def document_of(
+    title: str,
+    about: str,
+    sections: Iterable[tuple[str, str, list[Block]]],
+    signature: Signature = NOT_SIGNED,
+    **more: str,
+) -> Document:
+    """A document as dictionaries that JSON holds, of sections: name, title and blocks of each, numbered.
+
+    Those without blocks are left out.
+    """
+    filled = [{"name": name, "title": words, "blocks": blocks} for name, words, blocks in sections if blocks]
+    number_blocks(filled)
+    head = {"title": title, "about": about, "signature": signature.lines, "author": signature.author}
+    return {**head, "program": f"pounding_risk {__version__}", "sections": filled, **more}
+
+
 def build(data: ReportData) -> Document:
-    """The document of a report: title, head, and numbered sections of blocks, as dictionaries that JSON holds."""
-    sections: list[dict[str, Any]] = []
-    for name, (title, write) in SECTIONS.items():
-        blocks = write(data)
-        if blocks:
-            sections.append({"name": name, "title": title, "blocks": blocks})
-    full_tables = _shortened(sections)
+    """The document of a report: its sections, and an appendix of whole tables."""
+    sections = [(name, title, write(data)) for name, (title, write) in SECTIONS.items()]
+    full_tables = _shortened([block for *_, blocks in sections for block in blocks])
     if full_tables:
         explained = paragraph("Tables of which the text above shows some rows.")
-        sections.append({"name": "appendix", "title": APPENDIX, "blocks": [explained, *full_tables]})
-    number_blocks(sections)
-    return {
-        "title": str(data.results.attrs.get("title") or "Pounding of adjacent buildings"),
-        "about": "Seismic pounding of adjacent buildings: assessment of the gap",
-        "signature": data.signature.lines,
-        "author": data.signature.author,
-        "program": f"pounding_risk {__version__}",
-        "sections": sections,
-    }
+        sections.append(("appendix", APPENDIX, [explained, *full_tables]))
+    title = str(data.results.attrs.get("title") or "Pounding of adjacent buildings")
+    about = "Seismic pounding of adjacent buildings: assessment of the gap"
+    return document_of(title, about, sections, data.signature)
 
 
-def _shortened(sections: list[dict[str, Any]]) -> list[Block]:
+def _shortened(blocks: Iterable[Block]) -> list[Block]:
     """Cut long tables to the rows that stay in the text, in place; returns the whole ones in order."""
     full_tables: list[Block] = []
-    for section in sections:
-        for block in section["blocks"]:
-            if block["kind"] != "table" or len(block["rows"]) <= LONG:
-                continue
-            anchor = f"whole-{len(full_tables) + 1}"
-            full_tables.append({**block, "anchor": anchor, "whole": True})
-            which = f": {block['note']}" if block["note"] else ""
-            block["more"] = {
-                "anchor": anchor,
-                "text": f"{len(block['keep'])} of {len(block['rows'])} rows{which}; all stand in the appendix.",
-            }
-            block["rows"] = [block["rows"][index] for index in block["keep"]]
+    for block in blocks:
+        if block["kind"] != "table" or len(block["rows"]) <= LONG:
+            continue
+        anchor = f"whole-{len(full_tables) + 1}"
+        full_tables.append({**block, "anchor": anchor, "whole": True})
+        which = f": {block['note']}" if block["note"] else ""
+        rows = f"{len(block['keep'])} of {len(block['rows'])} rows{which}; all stand in the appendix."
+        block["more"] = {"anchor": anchor, "text": rows}
+        block["rows"] = [block["rows"][index] for index in block["keep"]]
     return full_tables
 
 

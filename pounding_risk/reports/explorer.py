@@ -18,7 +18,8 @@ import numpy as np
 from pounding_risk.assessment.demands import finite_forces
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say_level
-from pounding_risk.reports.html import packed, script_page, write_page
+from pounding_risk.reports.files import write_file
+from pounding_risk.reports.html import packed, script_page
 from pounding_risk.results import check as form
 from pounding_risk.results.attributes import bumper_words, gaps_needed
 from pounding_risk.results.check import kind_of
@@ -113,7 +114,7 @@ def view(
     levels = [si(level, amplitudes.measure.quantity, name) for level in (*pgas, *intensity_levels)]
     part = chosen(dataset, {"record": records, "contact_model": contact_models, amplitudes.axis: levels}, source)
     _check_size(part, source)
-    return write_page(target, page(page_model(part), row_pictures(part)))
+    return write_file(target, page(page_model(part), row_pictures(part)))
 
 
 def check_scan(dataset: xr.Dataset, source: str) -> None:

@@ -11,12 +11,9 @@ from functools import lru_cache
 from hashlib import sha256
 from html import escape
 from importlib.resources import files
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
-from pounding_risk._common.files import not_written, write_whole
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -54,16 +51,6 @@ def fit(text: str) -> str:
 def own_parts(svg: str, name: str) -> str:
     """An SVG whose ids carry the figure's name, as an id may stand only once in a page."""
     return _NAMES.sub(rf"\1{name}-", svg)
-
-
-def write_page(target: Path, content: str | bytes) -> Path:
-    """Write a file whole or not at all, and return its path; raises PoundingError where it cannot be written."""
-    encoded = content if isinstance(content, bytes) else content.encode("utf-8")
-    try:
-        write_whole(target, lambda file: file.write(encoded))
-    except OSError as error:
-        raise not_written(target, error) from None
-    return target
 
 
 def script_page(folder: str, model: Mapping[str, Any], library: str = "", **parts: str) -> str:

@@ -22,7 +22,7 @@ from pounding_risk.figures import verification_differences_figure, verification_
 from pounding_risk.lab.verification.case import IN_COUNTS, INPUT, KINDS, printed, read_case
 from pounding_risk.lab.verification.run import RUNGS, share, shipped
 from pounding_risk.motions.generated import recipe
-from pounding_risk.reports.verification import verification_page
+from pounding_risk.reports.pages import verification_page
 
 ABOUT = """[case]
 title = "A case"

@@ -23,7 +23,7 @@ from pounding_risk.lab.verification.run import PROPERTIES
 from pounding_risk.lab.verification.unreached import UNREACHED
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.laws import LAWS, SHIPPED
-from pounding_risk.reports.verification import verification_page
+from pounding_risk.reports.pages import verification_page
 from pounding_risk.statistics.separations import cqc
 
 

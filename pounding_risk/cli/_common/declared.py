@@ -236,7 +236,7 @@ class Question:
             content = csv_text(blocks).encode()
             write_whole(target, lambda file: file.write(content))
         elif kind == ".html":
-            from pounding_risk.reports.sheet_page import write_sheet_page
+            from pounding_risk.reports.pages import write_sheet_page
 
             write_sheet_page(target, self.summary, blocks)
         elif "out" not in self.takes:

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pounding_risk.reports.exports._layers import Layer, layers_of
-from pounding_risk.reports.exports._written import Options, Written, write_folder
+from pounding_risk.reports.exports._written import Options, Written
 from pounding_risk.reports.exports.geopackage import NEEDED, frame_of, need
+from pounding_risk.reports.files import write_folder
 
 if TYPE_CHECKING:
     import xarray as xr

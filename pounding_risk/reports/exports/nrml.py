@@ -15,7 +15,8 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 
 from pounding_risk.reports.exports._fragilities import TAIL, Fragilities, Function, Model, distinct, fragilities_of
-from pounding_risk.reports.exports._written import Options, Written, write_files
+from pounding_risk.reports.exports._written import Options, Written
+from pounding_risk.reports.files import write_files
 from pounding_risk.statistics.fragility import fragility_curve
 
 if TYPE_CHECKING:

@@ -25,7 +25,8 @@ from pounding_risk.assessment.intensities import intensities, resolved_intensity
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports import _fragilities as fragilities
 from pounding_risk.reports.exports._fragilities import Fragilities, Function, Intensity, identifier_of
-from pounding_risk.reports.exports._written import Options, Written, write_folder
+from pounding_risk.reports.exports._written import Options, Written
+from pounding_risk.reports.files import write_folder
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results, one_case
