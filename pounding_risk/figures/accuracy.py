@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.figures.style import QUIET, blank, legend_below, logarithmic, message, title
+from pounding_risk.figures.style import QUIET, beside, blank, legend_below, logarithmic, message, title
 from pounding_risk.lab.accuracy_findings import EVENT, OUTPUTS, summed_up
 
 if TYPE_CHECKING:
@@ -82,15 +82,9 @@ def _name_settings(axis: Any, settings: xr.Dataset, middle: np.ndarray, is_known
     for target in (1e-3, 1e-6, 1e-9) if tolerance else (1e-2, 1e-3, 1e-4, 1e-5):
         index = int(np.argmin(np.abs(np.log(values / target))))
         if is_known[index] and np.isclose(values[index], target):
-            axis.annotate(
-                str(settings["setting"].values[index]).split(", ")[1],
-                (settings["time"].values[index], max(middle[index], FLOOR)),
-                xytext=(-6, -3) if tolerance else (6, 2),
-                textcoords="offset points",
-                ha="right" if tolerance else "left",
-                fontsize=7,
-                color=QUIET,
-            )
+            words = str(settings["setting"].values[index]).split(", ")[1]
+            place = settings["time"].values[index], max(middle[index], FLOOR)
+            beside(axis, words, place, (-6, -3) if tolerance else (6, 2), 7, va="baseline", color=QUIET)
 
 
 def _frame(axis: Any, words: str, settings: xr.Dataset) -> None:
@@ -109,5 +103,5 @@ def _frame(axis: Any, words: str, settings: xr.Dataset) -> None:
         message(axis, "the gap is closed at rest: the first touch has no meaningful time", 30)
     elif (errors <= FLOOR).any():
         axis.axhline(FLOOR, color=QUIET, linewidth=0.6)
-        where = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
-        axis.annotate("no error", (1.0, FLOOR), xytext=(-4, 4), fontsize=8, color=QUIET, ha="right", **where)
+        look: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "va": "baseline", "color": QUIET}
+        beside(axis, "no error", (1.0, FLOOR), (-4, 4), 8, **look)

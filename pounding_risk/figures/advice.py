@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, message, plain, title
+from pounding_risk.figures.style import QUIET, STYLES, beside, blank, legend_below, message, plain, title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -98,9 +98,8 @@ def _panel(axis: Any, advice: Advice, stiffness_range: StiffnessRange) -> tuple[
         axis.plot(stiffnesses, ratios, dash, color=colour, marker=marker, markersize=5, label=words)
         drawn += ratios[np.isfinite(ratios)].tolist()
         if curve.place != stiffness_range.interface and np.isfinite(ratios[-1]):
-            beside = {"xytext": (5, 0), "textcoords": "offset points", "va": "center"}
             end = float(stiffnesses[-1]), float(ratios[-1])
-            labels.append(axis.annotate(plain(curve.place), end, fontsize=7.5, color=colour, **beside))
+            labels.append(beside(axis, plain(curve.place), end, (5, 0), 7.5, color=colour))
     return drawn, labels
 
 

@@ -14,6 +14,7 @@ from pounding_risk.figures.style import (
     STYLES,
     blank,
     force_words,
+    joined,
     legend_under,
     logarithmic,
     message,
@@ -94,9 +95,7 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     PoundingError
         For a dataset with several places along axes of numbers of its scene, and an interface that it has not.
     """
-    dataset = settled(dataset, "the comparison")
-    index = place_of_interface(dataset, interface)
-    which, dataset = which_interface(dataset, index), of_interface(dataset, index)
+    which, dataset = _at_interface(dataset, interface)
     laws = _laws(dataset)
     height = ROW_HEIGHT * max(len(laws), FEWEST_ROWS)
     heights = (height, 2.4) if "history" in dataset else (height,)
@@ -117,10 +116,7 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     axes[0, 0].set_yticks(range(len(laws)), labels, fontsize=9)
     axes[0, 0].get_yticklabels()[0].set_fontweight("bold")
     if "history" in dataset:
-        span = axes[1, 0].get_gridspec()[1, :]
-        for axis in axes[1]:
-            axis.remove()
-        _history(figure.add_subplot(span), dataset, laws)
+        _history(joined(figure, axes[1]), dataset, laws)
     cases = counted(dataset["impact_count"].size // len(laws), "case")
     terms = (
         f"{dataset.attrs['title']}; {cases} a law; same {terms_words(dataset)}; "
@@ -128,6 +124,13 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     )
     title(figure, str(dataset.attrs["finding"]), "; ".join(filter(None, (which, terms))), note)
     return figure
+
+
+def _at_interface(dataset: xr.Dataset, interface: str | None) -> tuple[str, xr.Dataset]:
+    """Words on the interface that is drawn, and its part of a comparison at one place."""
+    dataset = settled(dataset, "the comparison")
+    index = place_of_interface(dataset, interface)
+    return which_interface(dataset, index), of_interface(dataset, index)
 
 
 def _laws(dataset: xr.Dataset) -> Laws:
@@ -243,7 +246,6 @@ def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
 
 def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     """Draw the relative displacement of one case under every law, where they differ most; the baseline in black."""
-    axis.grid(True, color="#dddddd", linewidth=0.6)
     history = dataset["history"]
     facts, baseline = history.attrs, place_of(dataset, str(dataset.attrs["baseline"]))
     time, values = dataset["time"].values, history.values * 1e3
@@ -292,9 +294,7 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     PoundingError
         As `agreement_figure`.
     """
-    dataset = settled(dataset, "the comparison")
-    place = place_of_interface(dataset, interface)
-    which, dataset = which_interface(dataset, place), of_interface(dataset, place)
+    which, dataset = _at_interface(dataset, interface)
     names = [str(name) for name in dataset["contact_model"].values]
     units = [unit for unit in FAMILIES if unit in dataset["stiffness_unit"].values]
     figure, axes = blank(len(units), 2, (11.5, 1.4 + 3.3 * len(units)), sharex="col", sharey=True)

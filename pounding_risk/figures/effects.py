@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.figures.style import QUIET, STYLES, blank, title
+from pounding_risk.figures.style import QUIET, STYLES, beside, blank, title
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,7 +63,7 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     axis, ratios = axes.flat[len(PANELS)], dataset["time_ratio"].values
     for row in range(1, len(ratios)):
         axis.barh(row, ratios[row], height=0.5, color=STYLES[row % len(STYLES)][0])
-        axis.annotate(f"{ratios[row]:.2f}", (ratios[row], row), xytext=(4, 0), textcoords="offset points", va="center")
+        beside(axis, f"{ratios[row]:.2f}", (ratios[row], row), (4, 0), 10)
     axis.axvline(1.0, color=QUIET, linewidth=0.8)
     axis.set_xlim(0.0, 1.25 * max(1.0, ratios.max()))
     axis.set_title("time of a run", fontsize=10)
@@ -113,5 +113,4 @@ def _beyond(axis: Any, row: int, values: np.ndarray, unit: str) -> None:
         if beyond.any():
             far = values[beyond].min() if side == "left" else values[beyond].max()
             words, inside = f"{beyond.sum()} beyond, to {far:+.0f} {unit}", 3 if side == "left" else -3
-            look = {"xytext": (inside, 0), "textcoords": "offset points", "ha": side, "va": "center"}
-            axis.annotate(words, (edge, row + 0.42), fontsize=8, color="black", **look)
+            beside(axis, words, (edge, row + 0.42), (inside, 0), 8)

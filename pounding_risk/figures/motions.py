@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.errors import PoundingError, RecordError
-from pounding_risk.figures.style import STYLES, blank, logarithmic, plain, styles, title
+from pounding_risk.figures.style import STYLES, beside, blank, joined, logarithmic, plain, styles, title
 from pounding_risk.motions.record import lowest_usable
 from pounding_risk.units import STANDARD_GRAVITY
 
@@ -72,13 +72,7 @@ def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note
     axes[2, 1].set_xlabel("time [s]")
     axes[0, 0].set_title("before (grey) and after (blue), one scale", fontsize=10)
     axes[0, 1].set_title("after, its own scale, peaks marked", fontsize=10)
-    span = axes[3, 0].get_gridspec()[3, :]
-    for axis in axes[3]:
-        axis.remove()
-    below = figure.add_subplot(span)
-    below.grid(True, color="#dddddd", linewidth=0.6)
-    below.set_axisbelow(True)
-    _draw_amplitudes(below, before, after)
+    _draw_amplitudes(joined(figure, axes[3]), before, after)
     title(figure, f"{plain(after.name)} before and after processing", _conditions(before, after, new), note)
     return figure
 
@@ -160,12 +154,9 @@ def _draw_beside(axes: Any, before: tuple[Samples, History], after: tuple[Sample
     alone.plot(times[peak], values[peak], "o", color="black", markerfacecolor="none", markersize=6)
     alone.margins(y=0.18)
     words = f"{abs(values[peak]):.3g} {new.unit} at {times[peak]:.4g} s"
-    late = times[peak] > 0.5 * (times[0] + times[-1])
-    alone.annotate(
-        words, (times[peak], values[peak]), xytext=(-9 if late else 9, 0), textcoords="offset points",
-        ha="right" if late else "left", va="center", fontsize=9,
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.0},
-    )  # fmt: skip
+    is_late = times[peak] > 0.5 * (times[0] + times[-1])
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.0}
+    beside(alone, words, (times[peak], values[peak]), (-9 if is_late else 9, 0), 9, bbox=box)
 
 
 def _draw_amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
@@ -182,11 +173,8 @@ def _draw_amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
     for index, corner in enumerate(inside):
         words = "" if index else "corners of the filter"
         axis.axvline(corner, color="black", linestyle="--", linewidth=1.0, label=words)
-        inwards = 4 if corner < 1.0 else -4
-        axis.annotate(
-            f"{corner:.3g} Hz", (corner, 0.03), xycoords=("data", "axes fraction"), xytext=(inwards, 0),
-            textcoords="offset points", fontsize=9, ha="left" if corner < 1.0 else "right",
-        )  # fmt: skip
+        inwards, look = 4 if corner < 1.0 else -4, {"xycoords": ("data", "axes fraction"), "va": "baseline"}
+        beside(axis, f"{corner:.3g} Hz", (corner, 0.03), (inwards, 0), 9, **look)
     axis.set(xlabel="frequency [Hz]", ylabel="Fourier amplitude\nof acceleration [m/s]")
     axis.set_xscale("log")
     highest = float(new[1].max(initial=0.0))
@@ -406,8 +394,7 @@ def selection_figure(
     for position, row in enumerate(rows):
         look: dict[str, Any] = {"color": "white", "hatch": "////"} if row.limited else {"color": AFTER}
         right.barh(position, row.misfit, height=0.7, edgecolor=AFTER, **look)
-        beside: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points", "va": "center", "fontsize": 8.5}
-        right.annotate(f"× {row.factor:.2f}", (row.misfit, position), **beside)
+        beside(right, f"× {row.factor:.2f}", (row.misfit, position), (4, 0), 8.5)
     right.set_yticks(range(len(rows)), [row.name for row in rows], fontsize=8.5)
     right.set_ylim(len(rows) - 0.4, -0.6)
     right.set_xlim(0.0, 1.2 * max(row.misfit for row in rows) or 1.0)

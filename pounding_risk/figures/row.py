@@ -16,6 +16,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import (
     QUIET,
     STYLES,
+    beside,
     blank,
     force_words,
     law_words,
@@ -224,8 +225,7 @@ def outline(axis: Any, building: BuildingShape, wall: float) -> None:
     for level in building.levels[:-1]:
         axis.plot([wall, wall + WIDTH], [level, level], color="#9a9a9a", linewidth=0.9)
     label = f"{building.name}\n{'rigid, ' if building.is_rigid else ''}{building.position}"
-    below: dict[str, Any] = {"xytext": (0, -4), "textcoords": "offset points", "ha": "center", "va": "top"}
-    axis.annotate(plain(label), (wall + WIDTH / 2, 0.0), fontsize=8, **below)
+    beside(axis, plain(label), (wall + WIDTH / 2, 0.0), (0, -4), 8)
 
 
 def _draw_interface(axis: Any, case: RowCase, line: _Line, at: int) -> float:
@@ -243,18 +243,14 @@ def _draw_interface(axis: Any, case: RowCase, line: _Line, at: int) -> float:
         touch, is_yielding = point.touch, point.touch.yielding > 0.0
         yields = f", {_share(touch.yielding)} $F_E$" if is_yielding else ""
         right = f"{force_text(touch.force)}{yields}" if touch.contact > 0.0 else ""
-        for words, sign, side in ((_share(touch.contact), -1.0, "right"), (right, 1.0, "left")):
-            axis.annotate(
-                words, (middle + sign * half, point.level), xytext=(7 * sign, 0), textcoords="offset points", ha=side,
-                va="center", fontsize=6.8, zorder=6, color=RAISED if sign > 0 and is_yielding else "black",
-                bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6},
-            )  # fmt: skip
+        box = {"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6}
+        for words, sign in ((_share(touch.contact), -1.0), (right, 1.0)):
+            look = {"color": RAISED if sign > 0 and is_yielding else "black", "bbox": box, "zorder": 6}
+            beside(axis, words, (middle + sign * half, point.level), (7 * sign, 0), 6.8, **look)
     top = max(case.buildings[at].height, case.buildings[at + 1].height)
     bumpers = _draw_bumpers(axis, case, line, at, points)
-    axis.annotate(
-        f"{say_in(case.gaps[at], 'mm', 3)}{bumpers}\n{_share(case.touches[at].contact)}", (middle, top), xytext=(0, 5),
-        textcoords="offset points", ha="center", va="bottom", fontsize=8, fontweight="bold", color=QUIET,
-    )  # fmt: skip
+    words = f"{say_in(case.gaps[at], 'mm', 3)}{bumpers}\n{_share(case.touches[at].contact)}"
+    beside(axis, words, (middle, top), (0, 5), 8, fontweight="bold", color=QUIET)
     return middle
 
 

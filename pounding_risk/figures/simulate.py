@@ -13,6 +13,7 @@ from pounding_risk.figures.row import MARKERS, RAISED, WIDTH, gap_scale, outline
 from pounding_risk.figures.style import (
     QUIET,
     STYLES,
+    beside,
     blank,
     force_words,
     law_words,
@@ -249,17 +250,12 @@ def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
         axes[0, 0].plot(run["time"], run["relative_displacement"] * 1e3, color=colour, linestyle=dash, label=label)
         axes[1, 0].plot(run["time"], run["contact_force"] / 1e3, color=colour, linestyle=dash, linewidth=0.9)
         axes[0, 0].plot(time, value * 1e3, marker="o", markersize=6, color=colour, markerfacecolor="white")
-        axes[0, 0].annotate(
-            f"{abs(value) * 1e3:.2f} mm", (time, value * 1e3), xytext=(9, 0), textcoords="offset points",
-            va="center", fontsize=9, color=colour,
-        )  # fmt: skip
+        beside(axes[0, 0], f"{abs(value) * 1e3:.2f} mm", (time, value * 1e3), (9, 0), 9, color=colour)
     if np.isfinite(parted):
         for panel in axes[:, 0]:
             panel.axvline(parted, color=QUIET, linewidth=0.9, linestyle=":")
-        axes[0, 0].annotate(
-            f"they differ from {parted:.2f} s on", (parted, 0.97), xycoords=("data", "axes fraction"), xytext=(-4, 0),
-            textcoords="offset points", ha="right", va="top", fontsize=9, color=QUIET,
-        )  # fmt: skip
+        look: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "va": "top", "color": QUIET}
+        beside(axes[0, 0], f"they differ from {parted:.2f} s on", (parted, 0.97), (-4, 0), 9, **look)
     axes[0, 0].set_ylabel("relative displacement [mm]\n(positive: towards contact)")
     axes[0, 0].legend(fontsize=8.5, loc="lower left", handlelength=3.0)
     axes[1, 0].set(xlabel="time [s]", ylabel="contact force [kN]", xlim=(0.0, float(first["time"].max())))
@@ -357,8 +353,7 @@ def _row_peaks(axis: Any, run: xr.Dataset) -> None:
     for wall, building, peak in zip(walls, buildings, roofs, strict=True):
         outline(axis, building, wall)
         if not building.is_rigid:
-            look: dict[str, Any] = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center", "va": "bottom"}
-            axis.annotate(f"{peak:.3g} mm", (wall + WIDTH / 2, building.height), fontsize=8, **look)
+            beside(axis, f"{peak:.3g} mm", (wall + WIDTH / 2, building.height), (0, 3), 8)
     _contact_points(axis, run, walls[:-1] + WIDTH + 0.5 * scale * gaps, [building.height for building in buildings])
     axis.axhline(0.0, color="black", linewidth=1.4)
     axis.set(xlim=(-1.0, walls[-1] + WIDTH + 1.0), ylim=(-0.01 * tallest, 1.12 * tallest), ylabel="height [m]")
@@ -393,8 +388,6 @@ def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: li
         if counts[at] > 0 and not is_near:
             written.append((interface, level))
             force = f"{force_text(float(peaks[at]))}, " if peaks[at] > 0.0 else ""
-            axis.annotate(
-                f"{force}{int(counts[at])}×",
-                (middles[interface], level), xytext=(7, 0), textcoords="offset points", va="center", fontsize=6.8,
-                zorder=6, bbox={"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
-            )  # fmt: skip
+            box = {"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
+            words = f"{force}{int(counts[at])}×"
+            beside(axis, words, (middles[interface], level), (7, 0), 6.8, zorder=6, bbox=box)

@@ -71,9 +71,23 @@ def blank(
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, **options)
     for axis in axes.flat:
-        axis.grid(True, color="#dddddd", linewidth=0.6)
-        axis.set_axisbelow(True)
+        _with_grid(axis)
     return figure, axes
+
+
+def _with_grid(axis: Any) -> Any:
+    axis.grid(True, color="#dddddd", linewidth=0.6)
+    axis.set_axisbelow(True)
+    return axis
+
+
+def joined(figure: Figure, row: Any) -> Any:
+    """One panel in place of those of a row of `blank`."""
+    place = row[0].get_subplotspec()
+    whole = place.get_gridspec()[place.rowspan.start, :]
+    for axis in row:
+        axis.remove()
+    return _with_grid(figure.add_subplot(whole))
 
 
 def title(figure: Figure, headline: str, condition: str, note: str = "") -> None:
@@ -237,6 +251,15 @@ def message(axis: Any, words: str, letters: int = 46) -> None:
     """Words in the middle of a panel that has nothing to draw, in lines of so many letters."""
     look = {"transform": axis.transAxes, "ha": "center", "va": "center", "fontsize": 9.5, "color": QUIET}
     axis.text(0.5, 0.5, fill(words, letters), **look)
+
+
+def beside(axis: Any, words: str, place: tuple[Any, Any], shift: tuple[float, float], size: float, **look: Any) -> Any:
+    """Words so many points to the right of a place and above it; those straight above or below it are centred."""
+    aside, up = shift
+    at = {"ha": "left" if aside > 0 else "right", "va": "center"}
+    if not aside:
+        at = {"ha": "center", "va": "bottom" if up > 0 else "top"}
+    return axis.annotate(words, place, xytext=shift, textcoords="offset points", fontsize=size, **(at | look))
 
 
 def logarithmic(axis: Any, side: str, low: float, high: float, ticks: Sequence[float] = ROUND) -> None:
