@@ -20,7 +20,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from pounding_risk._common.dates import created
 from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.errors import PoundingError
 from pounding_risk.lab.accuracy_bench import FIXED, REFERENCE, Bench, Outcome, bench_of
@@ -40,11 +39,12 @@ from pounding_risk.lab.accuracy_findings import (
 from pounding_risk.lab.accuracy_opensees import hindrance, opensees_outcome
 from pounding_risk.lab.baselines.solve_ivp import GaveUp
 from pounding_risk.results.attributes import as_text, versions
-from pounding_risk.results.files import check_target, save
+from pounding_risk.results.files import check_target
 from pounding_risk.results.labels import CONVENTIONS, described
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.variants import check_one_scene
+from pounding_risk.studies.study import saved
 
 CHECK = "SciPy DOP853"  # confirms the reference
 GENERAL = {CHECK: "DOP853", "SciPy Radau": "Radau"}
@@ -156,15 +156,8 @@ def accuracy(
         bench, reference, budget, optional, left_out, progress or (lambda done, total: None), say or (lambda text: None)
     )
     dataset = _dataset(study, bench, outcomes, reference)
-    dataset.attrs |= {
-        "finding": finding(dataset),
-        "left_out": as_text(left_out),
-        "reference": _reference_words(dataset),
-        "compile_seconds": compile_time,
-    }
-    if target is not None:
-        save(dataset, target)
-    return dataset
+    facts = {"left_out": as_text(left_out), "reference": _reference_words(dataset), "compile_seconds": compile_time}
+    return saved(dataset, "accuracy", target, finding=finding(dataset), **facts)
 
 
 def run_settings(
@@ -296,7 +289,6 @@ def _dataset(study: Scene, bench: Bench, by_setting: dict[Setting, Outcome], ref
         scene=study.text or study.to_toml(),
         scene_resolved=study.to_toml(),
         versions=as_text(versions()),
-        **created("pounding_risk.accuracy"),
     )
 
 

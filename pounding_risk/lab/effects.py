@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from pounding_risk._common.dates import created
 from pounding_risk.ensemble.job_choice import job_kind
-from pounding_risk.ensemble.replacing import check_replaceable
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.lab.accuracy_bench import bench_of
@@ -20,13 +18,13 @@ from pounding_risk.lab.effects_findings import ALL, COMPARED, NONE, finding
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings, acts_on_ground, acts_on_law, refusal
 from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.results.attributes import as_text
-from pounding_risk.results.files import check_target, save
 from pounding_risk.results.labels import described
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene, scene_of
 from pounding_risk.scene.tables import Effect
 from pounding_risk.scene.variants import check_one_scene
+from pounding_risk.studies.study import check_out, saved
 from pounding_risk.units import Quantity, parse
 
 CASES_TIMED = 24
@@ -72,9 +70,7 @@ def effects(
     PoundingError
         As `scan`; also, unless ``new``, if ``out`` holds results of another command.
     """
-    target = None if out is None else check_target(out)
-    if target is not None:
-        check_replaceable(target, "effects", new=new)
+    target = check_out(out, "effects", new)
     study = as_scene(study)
     check_one_scene(study, "effects")
     laws = study.grid.contact_models
@@ -99,10 +95,7 @@ def effects(
     dropped_laws = [law for law in laws if law not in kept_laws]
     reasons = [f"{', '.join(dropped_laws)}: not every effect here acts on it"] if dropped_laws else []
     dataset.attrs["left_out"] = "; ".join([*reasons, *unsuited.values()])
-    dataset.attrs |= {"finding": finding(dataset), **created("pounding_risk.effects")}
-    if target is not None:
-        save(dataset, target)
-    return dataset
+    return saved(dataset, "effects", target, finding=finding(dataset))
 
 
 def combinations(switched: tuple[Effect, ...]) -> dict[str, tuple[Effect, ...]]:
