@@ -32,22 +32,8 @@ TERMS = 20  # of the series in ω h ≤ 0.2: the next is below 1e-17 of the firs
 
 # Rows of the workspace, of one number for each period: state, coefficients; and of u, u̇ and ü + a_g the largest value
 # and by how much that between two nodes may be larger.
-U, V, UU, UV, UA, UB, VU, VV, VA, VB, TWO_ZETA_OMEGA, OMEGA2, PEAK, EXCESS = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-    10,
-    11,
-    12,
-    15,
-)
+U, V, UU, UV, UA, UB, VU, VV, VA, VB, TWO_ZETA_OMEGA, OMEGA2, PEAK = range(13)
+EXCESS = PEAK + 3
 ROWS = 18
 MARKS = 5  # rows kept for each block: u and u̇ at its beginning, and the largest three at its nodes
 BETWEEN = 1.1  # a second derivative between nodes over the largest at nodes: with ω h ≤ 0.2 less than this
@@ -257,7 +243,7 @@ def spectra(grounds, starts, steps, periods, damping):
     desks = np.empty(ROWS * LANES), np.empty(ROWS * LANES)
     for record in range(steps.size):
         ground = grounds[starts[record] : starts[record + 1]]
-        marks = np.empty(((ground.size - 1 + BLOCK - 1) // BLOCK, MARKS * LANES))
+        marks = np.empty((blocks_of(ground.size - 1), MARKS * LANES))
         shaking = float(np.abs(ground).max()), float(np.abs(np.diff(ground)).max() / steps[record])
         peaks_of_record(ground, float(steps[record]), periods, damping, shaking, desks, marks, peaks[record])
     return np.ascontiguousarray(peaks.transpose(1, 0, 2))
