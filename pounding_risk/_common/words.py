@@ -1,9 +1,11 @@
-"""Suggestion of the known word that is nearest to an unknown one."""
+"""Suggestion of the known word that is nearest to an unknown one; the first words of a list."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+
+FIRST = 5  # words of a list that are named
 
 
 def nearest_file(name: str, known: Iterable[str]) -> str:
@@ -18,3 +20,9 @@ def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str:
     spelt = {name.lower(): name for name in known}
     near = get_close_matches(word.lower(), spelt, 1, cutoff)
     return f' (did you mean "{spelt[near[0]]}"?)' if near else ""
+
+
+def listed(words: Sequence[str], most: int = FIRST) -> str:
+    """The first words of a list, so many of them: "a, b and 3 more"."""
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return f"{', '.join(words[:most])}{more}"

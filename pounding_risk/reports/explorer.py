@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk._common.words import listed
 from pounding_risk.assessment.demands import finite_forces
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say_level
@@ -154,10 +155,10 @@ def _place(axis: str, value: Any, labels: np.ndarray, source: str) -> int:
     names = [label_words(axis, label) for label in labels]
     near = [] if number else get_close_matches(str(value), names, 1, 0.6)
     meant = f"; did you mean {near[0]}?" if near else ""
-    listed_names = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "") or "none"
     value_words = label_words(axis, value)
     raise PoundingError(
-        f"{source}: holds no {TITLES.get(axis, axis_words(axis))} {value_words}; it holds {listed_names}{meant}"
+        f"{source}: holds no {TITLES.get(axis, axis_words(axis))} {value_words}; it holds "
+        f"{listed(names, 8) or 'none'}{meant}"
     )
 
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.words import listed
 from pounding_risk.streets.inventory import inventory_format, read_inventory
 from pounding_risk.streets.inventory._lines import Building
 from pounding_risk.streets.table import BlockError, Entry, Table, file_text, read_table, repeated
 
-NAMED = 5  # places that a note names
 NEAR = 50.0  # m; a point outside of the footprint with its id counts as of the same building up to here
 METRES_A_DEGREE = 111.2e3  # of latitude
 
@@ -120,5 +120,4 @@ def _note(path: Path | None, places: Sequence[str], words: str) -> list[str]:
     """A note that names some places; none where there are no places."""
     if not places:
         return []
-    more = f" and {len(places) - NAMED} more" if len(places) > NAMED else ""
-    return [f"{f'{path.name}, ' if path is not None else ''}{', '.join(places[:NAMED])}{more}: {words}"]
+    return [f"{f'{path.name}, ' if path is not None else ''}{listed(places)}: {words}"]

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 
+from pounding_risk._common.words import listed
 from pounding_risk.streets.table import Derived, Entry
 
 OF_PART = "that of its tallest part"
-LISTED = 5  # features, or properties of a map, that a note names
 # Heights of OpenStreetMap are in metres unless they have a unit (its wiki, Key:height).
 OSM_FEET = re.compile(r"""([0-9]+(?:\.[0-9]+)?)'(?:\s*([0-9]+(?:\.[0-9]+)?)\")?""")
 OTHER_TAGS = re.compile(
@@ -97,12 +97,6 @@ def dialect_of(tables: Sequence[Mapping[str, Any]]) -> Dialect:
     return OVERTURE if keys.intersection(OVERTURE_KEYS) else Dialect()
 
 
-def several(places: Sequence[str]) -> str:
-    """Places in a file in words, the first ones by name."""
-    more = f" and {len(places) - LISTED} more" if len(places) > LISTED else ""
-    return f"{', '.join(places[:LISTED])}{more}"
-
-
 def with_other_tags(table: Mapping[str, Any]) -> dict[str, Any]:
     """The properties of a feature; of tags that GDAL writes into one column each by itself."""
     own = dict(table)
@@ -126,11 +120,11 @@ def notes_of(dialect: Dialect, tables: Sequence[Mapping[str, Any]], places: Sequ
     for kind, own in hollow.items():
         one = len(own) == 1
         yield (
-            f'{several(own)}: {"its" if one else "their"} tag building is "{kind}"; leave {"it" if one else "them"} '
+            f'{listed(own)}: {"its" if one else "their"} tag building is "{kind}"; leave {"it" if one else "them"} '
             f"out where nothing with floors stands there"
         )
     if raised:
-        yield f"{several(raised)}: min_height is above 0, as of a bridge; taken from the ground up"
+        yield f"{listed(raised)}: min_height is above 0, as of a bridge; taken from the ground up"
 
 
 def is_part_of_building(table: Mapping[str, Any]) -> bool:
@@ -163,9 +157,9 @@ def without_parts(entries: list[Entry], tables: Mapping[str, Mapping[str, Any]])
     notes = []
     if held:
         notes.append(
-            f"{several([parts[number].place for number in held])}: parts of buildings, which stand in the outlines of "
+            f"{listed([parts[number].place for number in held])}: parts of buildings, which stand in the outlines of "
             "those; a building without a height, or storeys, has those of its tallest part"
         )
     if alone:
-        notes.append(f"{several([part.place for part in alone])}: parts that stand in no building; read as buildings")
+        notes.append(f"{listed([part.place for part in alone])}: parts that stand in no building; read as buildings")
     return [*whole, *alone], notes

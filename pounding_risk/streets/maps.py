@@ -16,6 +16,7 @@ import numpy as np
 import shapely
 
 from pounding_risk._common.letters import without_mark
+from pounding_risk._common.words import listed
 from pounding_risk.streets.footprints import Geometry, last_decimal
 from pounding_risk.streets.map_files import (
     FARTHEST,
@@ -32,7 +33,6 @@ from pounding_risk.streets.map_tags import (
     Dialect,
     dialect_of,
     notes_of,
-    several,
     with_other_tags,
     without_parts,
 )
@@ -309,7 +309,7 @@ def _laid_flat(
         else:
             repairs.setdefault(repair, []).append(entry.place)
             sound.append(entry._replace(footprint=shape))
-    notes = [f"{several(places)}: {repair}" for repair, places in repairs.items() if repair]
+    notes = [f"{listed(places)}: {repair}" for repair, places in repairs.items() if repair]
     if faults or not sound:
         return [], Resolution(), []
     resolution, coarse = _resolution([entry.footprint for entry in sound], projection, dialect)

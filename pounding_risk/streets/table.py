@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeVar
 from pounding_risk._common.inputs import EXPORT, Unfit, text_of
 from pounding_risk._common.letters import refused, without_mark
 from pounding_risk._common.tables import csv_rows, split_unit, uneven
-from pounding_risk._common.words import nearest
+from pounding_risk._common.words import FIRST, listed, nearest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
 from pounding_risk.models.structures.storeys import MOST_STOREYS
@@ -52,7 +52,6 @@ NOT_KNOWN = ("na", "n/a", "n.a.", "nan", "null", "none", "nil", "unknown", "?", 
 WORDS = ("name", "street")  # columns in which any word is a value
 HEAD = "write a head such as 'name,height [m],storeys,typology,floor area [m^2],gap [mm]' and a line for each building"
 LIKE = 0.8  # from which likeness on an unknown column is taken for a misspelt one
-LISTED = 5  # columns of a map that are not read and are named
 
 
 MAPS = (".geojson", ".json", ".gpkg", ".fgb", ".parquet", ".geoparquet")  # files with a footprint for each building
@@ -187,9 +186,8 @@ def columns_of(
         else:
             columns[head] = name, unit
     verb = "is" if len(left_out) == 1 else "are"
-    most = LISTED if is_foreign else len(left_out)
-    more = f" and {len(left_out) - most} more" if len(left_out) > most else ""
-    return columns, [f"{where}: {', '.join(map(shown, left_out[:most]))}{more} {verb} not read"] if left_out else []
+    words = listed([*map(shown, left_out)], FIRST if is_foreign else len(left_out))
+    return columns, [f"{where}: {words} {verb} not read"] if left_out else []
 
 
 def values_of(

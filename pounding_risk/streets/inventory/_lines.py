@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import refused
 from pounding_risk._common.tables import csv_rows
+from pounding_risk._common.words import listed
 from pounding_risk.streets.hazus import FAMILIES
 from pounding_risk.streets.table import COLUMNS, NOT_KNOWN, Derived, cell_value
 from pounding_risk.units import shown
@@ -378,9 +379,8 @@ def note_unread(sheet: Sheet, read: Iterable[str], notes: Notes) -> None:
     held = {head for line in sheet.lines for head in line.cells} - {head.lower() for head in read}
     unread = [head for head in sheet.heads if bare(head).lower() in held]
     if unread:
-        more = f" and {len(unread) - SAID} more" if len(unread) > SAID else ""
         verb = "is" if len(unread) == 1 else "are"
-        notes.add("", f"head: {', '.join(map(shown, unread[:SAID]))}{more} {verb} not read")
+        notes.add("", f"head: {listed([*map(shown, unread)], SAID)} {verb} not read")
 
 
 def own_name(sheet: Sheet, *heads: str) -> str:
