@@ -58,8 +58,7 @@ class CheckedRecord:
     @cached_property
     def centred(self) -> Samples:
         """Samples less their mean [m/s²]."""
-        centred: Samples = self.samples - self.samples.mean()
-        return centred
+        return self.samples - self.samples.mean()
 
     @cached_property
     def peak(self) -> float:

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.copies import SAME_STEP
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.record import recording
@@ -27,7 +28,6 @@ from pounding_risk.units import shown
 
 SQUARE = 2.0  # degrees by which components called perpendicular may miss it
 LEAST_ANGLE = 10.0  # degrees between components: below, the motion across them is mostly noise
-SAME_STEP = 1e-6  # relative difference of time steps that are one, written with different digits
 OFF_GRID = 0.05  # samples by which two starts may miss whole steps
 # Facts of a record that a rotated motion keeps where both components state the same.
 SHARED = (

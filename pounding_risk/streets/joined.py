@@ -12,10 +12,9 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.words import listed
 from pounding_risk.streets.inventory import inventory_format, read_inventory
 from pounding_risk.streets.inventory._lines import Building
-from pounding_risk.streets.table import BlockError, Entry, Table, file_text, read_table, repeated
+from pounding_risk.streets.table import DEGREE, BlockError, Entry, Table, file_text, read_table, repeated
 
 NEAR = 50.0  # m; a point outside of the footprint with its id counts as of the same building up to here
-METRES_A_DEGREE = 111.2e3  # of latitude
 
 
 def with_inventory(table: Table, path: Path) -> Table:
@@ -110,8 +109,8 @@ def _is_near(point: tuple[float, float], entry: Entry) -> bool:
     """True where a point is not known, or lies near the middle of a footprint, less than its size and `NEAR` away."""
     if isnan(point[0] + point[1]) or entry.mapped is None or isnan(entry.mapped.longitude):
         return True
-    north = (point[1] - entry.mapped.latitude) * METRES_A_DEGREE
-    east = (point[0] - entry.mapped.longitude) * METRES_A_DEGREE * np.cos(np.radians(point[1]))
+    north = (point[1] - entry.mapped.latitude) * DEGREE
+    east = (point[0] - entry.mapped.longitude) * DEGREE * np.cos(np.radians(point[1]))
     low_x, low_y, high_x, high_y = entry.footprint.bounds
     return bool(np.hypot(east, north) < NEAR + np.hypot(high_x - low_x, high_y - low_y))
 

@@ -10,9 +10,9 @@ from pyproj import CRS, Transformer
 from pyproj.exceptions import CRSError
 
 from pounding_risk.streets.footprints import Array
+from pounding_risk.streets.table import DEGREE
 
 DEGREES = "OGC:CRS84"  # longitude and latitude on WGS 84, in this order
-DEGREE = 111.2e3  # m, of latitude
 
 
 class Projection(NamedTuple):

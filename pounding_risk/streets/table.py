@@ -58,6 +58,9 @@ MAPS = (".geojson", ".json", ".gpkg", ".fgb", ".parquet", ".geoparquet")  # file
 NEEDED = ("shapely", "pyproj", "pyogrio", "geopandas", "pyarrow")  # by these: the extra [maps]
 
 
+DEGREE = 111.2e3  # m, of latitude
+
+
 class BlockError(SceneError):
     """A street's table with one or more faults; ``faults`` holds one sentence each."""
 

@@ -62,15 +62,13 @@ class Linear(NamedTuple):
         from scipy.linalg import solve_continuous_lyapunov
 
         noise = 2.0 * pi * DENSITY * np.outer(self.drive, self.drive)
-        stationary: Array = np.asarray(solve_continuous_lyapunov(self.drift, -noise), dtype=float)
-        return stationary
+        return np.asarray(solve_continuous_lyapunov(self.drift, -noise), dtype=float)
 
     def after(self, time: float) -> Array:
         """exp(A t): what a state becomes in the time t [s], as a matrix."""
         from scipy.linalg import expm
 
-        move: Array = expm(self.drift * time)
-        return move
+        return expm(self.drift * time)
 
 
 def linear(periods: tuple[float, float], ground: tuple[float, float] | None) -> Linear:
@@ -302,8 +300,7 @@ def upcrossings(moments: Array, gap: float, times: Array) -> Array:
     mean, spread = xv / xx * gap, np.sqrt(np.maximum(vv - xv * xv / xx, 0.0))
     upward = spread * np.exp(-0.5 * (mean / spread) ** 2) / sqrt(2.0 * pi) + mean * ndtr(mean / spread)
     rates = np.append(0.0, upward * np.exp(-0.5 * gap * gap / xx) / np.sqrt(2.0 * pi * xx))
-    counts: Array = np.append(0.0, np.cumsum(0.5 * (rates[1:] + rates[:-1]) * np.diff(times)))
-    return counts
+    return np.append(0.0, np.cumsum(0.5 * (rates[1:] + rates[:-1]) * np.diff(times)))
 
 
 def initial_covariance(system: Linear) -> Array:
@@ -330,8 +327,7 @@ def recursion_peaks(system: Linear) -> Array:
 def _root(covariance: Array) -> Array:
     """A matrix whose product with its transpose is the covariance, which may be singular."""
     values, vectors = np.linalg.eigh(covariance)
-    root: Array = vectors * np.sqrt(np.clip(values, 0.0, None))
-    return root
+    return vectors * np.sqrt(np.clip(values, 0.0, None))
 
 
 def shares_of_contacts(gaps: Array) -> Array:
@@ -351,8 +347,7 @@ def shares_of_contacts(gaps: Array) -> Array:
         scene = scene.updated(grid=scene.grid._replace(gaps=tuple(gaps.tolist())))
         contacts = scan(scene, check_fraction=0.0)["impact_count"] > 0
         found.append(contacts.squeeze(drop=True).transpose("gap", "record").values)
-    shares: Array = np.concatenate(found, axis=1).mean(axis=1)
-    return shares
+    return np.concatenate(found, axis=1).mean(axis=1)
 
 
 def first_passage() -> Property:

@@ -73,8 +73,7 @@ def _trapezoid(duration: float, rise: float, level: float, last: float) -> Envel
 
     def at(times: Samples) -> Samples:
         decay = np.exp(-rate * np.maximum(times - end, 0.0))
-        values: Samples = np.minimum(times / rise, 1.0) ** 2 * decay
-        return values
+        return np.minimum(times / rise, 1.0) ** 2 * decay
 
     return Envelope(at, f"envelope: trapezoid, t₁ {rise:.4g} s, t₂ {end:.4g} s, c {rate:.4g} 1/s")
 
@@ -88,8 +87,7 @@ def _exponential(duration: float, rise: float, last: float) -> Envelope:
         return slow, slow * exp(log_ratio)
 
     def shape(times: Samples | float, slow: float, fast: float) -> Samples:
-        values: Samples = np.exp(-slow * np.asarray(times)) * -np.expm1(-(fast - slow) * np.asarray(times))
-        return values
+        return np.exp(-slow * np.asarray(times)) * -np.expm1(-(fast - slow) * np.asarray(times))
 
     def excess(log_ratio: float) -> float:
         slow, fast = rates(log_ratio)
@@ -114,7 +112,6 @@ def _gamma(duration: float, rise: float, last: float) -> Envelope:
 
     def at(times: Samples) -> Samples:
         ratio = times / rise
-        values: Samples = ratio**power * np.exp(power * (1.0 - ratio))
-        return values
+        return ratio**power * np.exp(power * (1.0 - ratio))
 
     return Envelope(at, f"envelope: gamma, b {power:.4g}, c {power / rise:.4g} 1/s")

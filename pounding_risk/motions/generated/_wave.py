@@ -81,8 +81,7 @@ class Wave(Form):
 
     def _at(self, times: Samples) -> Samples:
         inside = times <= self.duration * (1.0 + SAME)
-        values: Samples = np.where(inside, self.acceleration(np.minimum(times, self.duration)), 0.0)
-        return values
+        return np.where(inside, self.acceleration(np.minimum(times, self.duration)), 0.0)
 
     def _error(self, step: float) -> float:
         """The largest distance of straight lines from the formula over its largest value, both seen between samples.

@@ -60,15 +60,13 @@ class Filter:
         """Stationary covariance of the state for S₀ = 1 m²/s³, whose white noise has the intensity 2π."""
         from scipy.linalg import solve_continuous_lyapunov
 
-        covariance: Samples = solve_continuous_lyapunov(self.drift, -2.0 * pi * np.outer(self.drive, self.drive))
-        return covariance
+        return solve_continuous_lyapunov(self.drift, -2.0 * pi * np.outer(self.drive, self.drive))
 
     def _move(self, time: float) -> Samples:
         """exp(A t): what becomes of a state in this time [s]."""
         from scipy.linalg import expm  # takes longer to import than most scenes to read
 
-        move: Samples = expm(self.drift * time)
-        return move
+        return expm(self.drift * time)
 
     def variance(self) -> float:
         """Stationary variance of the acceleration for S₀ = 1 m²/s³."""
@@ -95,8 +93,7 @@ class Filter:
         states[0] = _lower(covariance) @ numbers[0]
         for number in range(1, len(states)):
             states[number] += move @ states[number - 1]
-        samples: Samples = states @ (size * self.output)
-        return samples
+        return states @ (size * self.output)
 
 
 @dataclass(frozen=True)
@@ -300,8 +297,7 @@ def _line_to_rest(samples: Samples, shape: Samples, times: Samples) -> Samples:
     along = times / times[-1]
     matrix = np.array([ends(shape), ends(shape * along)]).T
     level, slope = np.linalg.solve(matrix, np.array(ends(samples)))
-    line: Samples = level + slope * along
-    return line
+    return level + slope * along
 
 
 def normal_numbers(seed: int, shape: tuple[int, ...]) -> Samples:

@@ -149,8 +149,7 @@ def _offsets(count: int, dt: float, line: _Line, times: tuple[float, float]) -> 
 
 def _unit_step(count: int, dt: float, time: float) -> Samples:
     """Zero before ``time`` and one after it, with a ramp of one step so that its integral is exact."""
-    rise: Samples = np.clip(np.arange(count) - time / dt + 0.5, 0.0, 1.0)
-    return rise
+    return np.clip(np.arange(count) - time / dt + 0.5, 0.0, 1.0)
 
 
 def _ends(samples: Samples, dt: float, at_rest: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:

@@ -66,8 +66,7 @@ def _low_pass(samples: Samples, dt: float, corner: float) -> Samples:
     """The samples through a Butterworth low-pass without phase, padded so that the ends do not wrap round."""
     size = 1 << (len(samples) + ceil(2.0 * STEEPNESS / corner / dt)).bit_length()
     gain = butterworth(np.fft.rfftfreq(size, dt), 0.0, corner, STEEPNESS)
-    low: Samples = np.fft.irfft(np.fft.rfft(samples, size) * gain, size)[: len(samples)]
-    return low
+    return np.fft.irfft(np.fft.rfft(samples, size) * gain, size)[: len(samples)]
 
 
 def _band_limited(samples: Samples, before: float, after: float) -> Samples:

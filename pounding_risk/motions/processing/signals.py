@@ -79,8 +79,7 @@ def band_limited(samples: Samples, numerator: int, denominator: int) -> Samples:
     # At the lower Nyquist frequency half of the amplitude belongs to the negative frequency; a coarser sampling
     # has none.
     coefficients[edge] *= 0.5 if grown > size else float(grown == size)
-    resampled: Samples = np.fft.irfft(coefficients, grown) * (numerator / denominator)
-    return resampled
+    return np.fft.irfft(coefficients, grown) * (numerator / denominator)
 
 
 def energy_time(samples: Samples, dt: float, share: float) -> float:

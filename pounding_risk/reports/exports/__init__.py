@@ -144,8 +144,7 @@ def export(
     if not several and len(listed) != 1:
         raise PoundingError(f"{to} is written from one source, and {len(listed)} are given; name one")
     opened = [_opened(one, to, module) for one in listed]
-    written: Written = module.write(opened if several else opened[0], file, options)
-    return written
+    return module.write(opened if several else opened[0], file, options)
 
 
 def _opened(source: Any, to: str, module: Any) -> Any:

@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 
 from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
+from pounding_risk.streets.table import DEGREE
 
 ALONG, ACROSS = 10.0, 20.0  # m between buildings of a row and between rows, where no footprints are given
 HALF = 2.0  # m, half of the line of an interface there
 REACH = 0.3  # m by which a wall may stand farther from the other building than the nearest point, to be its face
-DEGREE = 111.2e3  # m, of latitude
 WGS84 = "EPSG:4326"
 Rows = Sequence[tuple[str, Sequence[str]]]  # title and names of the buildings of each
 

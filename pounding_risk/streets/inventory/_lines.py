@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import refused
-from pounding_risk._common.tables import csv_rows
+from pounding_risk._common.tables import csv_rows, split_unit, uneven
 from pounding_risk._common.words import listed
 from pounding_risk.streets.hazus import FAMILIES
 from pounding_risk.streets.table import COLUMNS, NOT_KNOWN, Derived, cell_value
@@ -26,7 +26,6 @@ WKT = re.compile(r"(?:SRID=(\d+);)?\s*(POINT|POLYGON|MULTIPOLYGON)\s*(?:Z|M|ZM)?
 SHAPES = {"POINT": "Point", "POLYGON": "Polygon", "MULTIPOLYGON": "MultiPolygon"}
 WGS84 = "4326"
 WKT_HELP = 'write "POLYGON ((23.72 37.98, 23.73 37.98, 23.73 37.99, 23.72 37.98))", longitude before latitude'
-UNIT = re.compile(r"(.*?)\s*\[(.*)\]")
 
 
 class Line(NamedTuple):
@@ -47,8 +46,8 @@ class Sheet(NamedTuple):
 
     def unit(self, head: str) -> str:
         """The unit in brackets behind a head, "" where it has none."""
-        parted = (UNIT.fullmatch(each) for each in self.heads if bare(each).lower() == head.lower())
-        return next((each[2].strip() for each in parted if each), "")
+        units = (split_unit(each)[1] for each in self.heads if bare(each).lower() == head.lower())
+        return next(filter(None, units), "")
 
     def own(self, claimed: Iterable[str], prefix: str = "") -> dict[str, tuple[str, str]]:
         """Column and unit, by key, of columns of a street's table that stand beside the ``claimed`` ones of a format.
@@ -312,8 +311,7 @@ def heads_of(path: Path, text: str) -> list[str]:
 
 def bare(head: str) -> str:
     """A head without its unit in brackets."""
-    parted = UNIT.fullmatch(head.strip())
-    return parted[1] if parted else head.strip()
+    return split_unit(head)[0]
 
 
 def sheet_of(path: Path, text: str, faults: list[str]) -> Sheet:
@@ -343,8 +341,8 @@ def csv_sheet(path: Path, text: str, faults: list[str], named: str = "") -> Shee
         return Sheet(path, heads, [])
     lines = []
     for at, cells in rows[1:]:
-        if len(cells) != len(heads):
-            faults.append(f"{named}line {at}: has {len(cells)} cells, the head has {len(heads)}; write one a column")
+        if words := uneven(cells, heads):
+            faults.append(f"{named}line {at}: {words}")
         else:
             lines.append(Line(f"{named}line {at}", known_cells(zip(heads, cells, strict=True))))
     return Sheet(path, heads, lines)

@@ -25,7 +25,7 @@ from pounding_risk.streets.inventory._lines import (
     outline_json,
     own_name,
 )
-from pounding_risk.streets.table import AREA, HEIGHT
+from pounding_risk.streets.table import AREA, DEGREE, HEIGHT
 from pounding_risk.units import QuantityError, parse
 
 WORDS = "assets of SimCenter R2D"
@@ -38,7 +38,6 @@ READ = (
 RUN = "input.json"  # of R2D, beside the table or in the folder above
 LENGTHS = ("m", "ft", "in", "inch", "cm", "mm")  # what R2D calls them
 LEAST_AREA = 10.0  # m²; a smaller floor is doubted
-DEGREE = 111.2e3  # m, of latitude
 UNLIKE = 2.0  # ratio of PlanArea to the area of the footprint from which on both are doubted
 
 
