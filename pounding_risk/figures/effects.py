@@ -8,19 +8,16 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.figures.style import QUIET, STYLES, beside, blank, title
+from pounding_risk.lab.effects_findings import COMPARED, NONE, acted_on, yielding_cases
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-PANELS = {
-    "peak_relative_displacement": "peak relative displacement",
-    "peak_contact_force": "peak contact force",
-    "impact_count": "impact count",
-    "peak_floor_acceleration": "peak floor acceleration",
-    "permanent_set": "permanent set",
-}
-BASE = "none"
+PANELS = (
+    *("peak_relative_displacement", "peak_contact_force", "impact_count"),
+    *("peak_floor_acceleration", "permanent_set"),
+)
 
 
 def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
@@ -40,15 +37,13 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     """
     figure, axes = blank(2, 3, size=(12.0, 2.8 + 0.9 * dataset.sizes["effects"]), sharey=True)
     names = [str(name) for name in dataset["effects"].values]
-    reached = dataset["yield_exceedance"].sel(effects=BASE) == 1
-    yields = (reached.any("interface") if "interface" in reached.dims else reached).values
-    for axis, (output, words) in zip(axes.flat, PANELS.items(), strict=False):
+    yields = yielding_cases(dataset)
+    for axis, output in zip(axes.flat, PANELS, strict=False):
         in_mm = output == "permanent_set"
         rows = []
         for name in names[1:]:
-            # Cases acted on, at every building or interface.
-            acted = yields | bool(dataset["acts_on_all"].sel(effects=name))
-            after, before = (dataset[output].sel(effects=one).values.astype(float)[acted] for one in (name, BASE))
+            acted = acted_on(dataset, name)  # at every building or interface
+            after, before = (dataset[output].sel(effects=one).values.astype(float)[acted] for one in (name, NONE))
             with np.errstate(divide="ignore", invalid="ignore"):
                 values = after.ravel() * 1e3 if in_mm else 100.0 * (after / before - 1.0)
             rows.append(values if in_mm else values[np.isfinite(values)])
@@ -58,7 +53,7 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
             _spread(axis, row, values, STYLES[row % len(STYLES)][0])
             _beyond(axis, row, values, "mm" if in_mm else "%")
         axis.axvline(0.0, color=QUIET, linewidth=0.8)
-        axis.set_title(words, fontsize=10)
+        axis.set_title(COMPARED[output], fontsize=10)
         axis.set_xlabel("widening of the gap at the end [mm]" if in_mm else "change by the effects [%]")
     axis, ratios = axes.flat[len(PANELS)], dataset["time_ratio"].values
     for row in range(1, len(ratios)):

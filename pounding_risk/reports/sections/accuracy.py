@@ -9,17 +9,13 @@ import numpy as np
 from pounding_risk.questions.accuracy import sheet
 from pounding_risk.render.sheet import Block, Cell, count, facts, heading, number, paragraph
 from pounding_risk.reports.data import ReportData
+from pounding_risk.results.tolerance_check import COUNTED, RELATIVE, WORDS
 
 if TYPE_CHECKING:
     import xarray as xr
 
 TITLE = "How exact the numbers are"
 ORDER = 80
-MOVED = {
-    "change_peak_relative_displacement": "peak relative displacement",
-    "change_peak_contact_force": "peak contact force",
-}
-COUNTED = {"change_impact_count": "impact count", "change_yield_exceedance": "yield exceedance"}
 
 
 def write(data: ReportData) -> list[Block]:
@@ -72,11 +68,11 @@ def _recomputed(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
         (words, count((flags >= 0).sum())),
         ("of these sensitive: an answer moves by more than the tolerance", count((flags == 1).sum())),
     ]
-    for name, words in MOVED.items():
-        values = results[name].values
+    for name in RELATIVE:
+        values = results[f"change_{name}"].values
         values = values[np.isfinite(values)]
         if values.size:
-            rows.append((f"{words} moved by, median", number(np.median(values), digits=2)))
-            rows.append((f"{words} moved by, largest", number(values.max(), digits=2)))
-    rows += [(f"runs whose {words} changed", count((results[name] > 0).sum())) for name, words in COUNTED.items()]
+            rows.append((f"{WORDS[name]} moved by, median", number(np.median(values), digits=2)))
+            rows.append((f"{WORDS[name]} moved by, largest", number(values.max(), digits=2)))
+    rows += [(f"runs whose {WORDS[name]} changed", count((results[f"change_{name}"] > 0).sum())) for name in COUNTED]
     return rows
