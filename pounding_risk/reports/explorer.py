@@ -22,7 +22,7 @@ from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say
 from pounding_risk.reports.files import write_file
 from pounding_risk.reports.html import packed, script_page
 from pounding_risk.results import check as form
-from pounding_risk.results.attributes import bumper_words, gaps_needed
+from pounding_risk.results.attributes import bumper_words, flags_of, gaps_needed
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.files import check_target, open_results
 from pounding_risk.results.grid_values import axis_words
@@ -191,10 +191,9 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
     pickers += [dim for dim in ("interface",) if dim in dataset.dims and dim not in pickers]
     axes = [*pickers, *MAP, *(dim for dim in ("building",) if dim in dataset.dims)]
     # Sentences on how a run may end, by its code; older files have words without commas only.
-    status = dataset["status"].attrs
-    meanings = (words.replace("_", " ") for words in str(status.get("flag_meanings", "")).split())
-    codes = map(str, np.atleast_1d(status.get("flag_values", [])).tolist())
-    statuses = json.loads(status["sentences"]) if "sentences" in status else dict(zip(codes, meanings, strict=True))
+    statuses = {str(code): words.replace("_", " ") for code, words in flags_of(dataset["status"]).items()}
+    if "sentences" in dataset["status"].attrs:
+        statuses = json.loads(dataset["status"].attrs["sentences"])
     return {
         "title": str(dataset.attrs.get("title") or "Results of a scan"),
         "facts": _facts(dataset),

@@ -114,13 +114,16 @@ def moves_across(scene: Mapping[str, Any], name: str) -> bool:
     return any("eccentricity_along" in plan for plan in ([plans] if isinstance(plans, dict) else plans))
 
 
+def flags_of(variable: xr.DataArray) -> dict[int, str]:
+    """The meanings of a variable's flags by their numbers; none of a variable without flags."""
+    numbers = np.atleast_1d(variable.attrs.get("flag_values", ())).tolist()
+    return dict(zip(map(int, numbers), str(variable.attrs.get("flag_meanings", "")).split(), strict=True))
+
+
 def collapsed(case: xr.Dataset) -> xr.DataArray:
     """Where a storey has collapsed in the run of a case."""
     status = case["status"]
-    meanings = str(status.attrs.get("flag_meanings", "")).split()
-    fallen = [word.startswith("a_storey_collapsed") for word in meanings]
-    codes = np.atleast_1d(status.attrs.get("flag_values", np.zeros(0)))
-    return status.isin(codes[np.array(fallen, dtype=bool)] if any(fallen) else [])
+    return status.isin([code for code, word in flags_of(status).items() if word.startswith("a_storey_collapsed")])
 
 
 def finite(case: xr.Dataset, name: str) -> xr.DataArray:

@@ -19,7 +19,7 @@ from pounding_risk.motions.levels import DIGITS, FACTOR, LEVEL_AXIS, PEAK, USUAL
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
 from pounding_risk.motions.record import recording
 from pounding_risk.results.amplitudes import SAME, Amplitudes, check_pga, own
-from pounding_risk.results.attributes import collapsed, read_attribute, tables_of
+from pounding_risk.results.attributes import collapsed, flags_of, read_attribute, tables_of
 from pounding_risk.results.check import check_scene, kind_of
 from pounding_risk.results.grid_values import axis_words, listed_values, place_of, quantity_of
 from pounding_risk.results.layout import amplitude_axis, axes_of_cases
@@ -105,9 +105,7 @@ class Results:
     def run_counts(self) -> dict[str, int]:
         """Numbers of cases: all, simulated, failed, recomputed at a tighter tolerance, and sensitive among these."""
         dataset, status = self.dataset, self.dataset["status"]
-        complete = np.atleast_1d(status.attrs["flag_values"])[
-            str(status.attrs["flag_meanings"]).split().index("complete")
-        ]
+        (complete,) = (code for code, word in flags_of(status).items() if word == "complete")
         flags = dataset["sensitive"].values if "sensitive" in dataset else np.full(1, -1)
         return {
             "cases": int(status.size),

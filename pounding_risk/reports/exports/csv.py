@@ -13,7 +13,7 @@ from pounding_risk.assessment.demands import UNDEFINED
 from pounding_risk.motions.levels import LEVEL_AXIS
 from pounding_risk.reports.exports._written import Options, Written
 from pounding_risk.reports.files import write_folder
-from pounding_risk.results.attributes import collapsed
+from pounding_risk.results.attributes import collapsed, flags_of
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.variables import PLACES
 
@@ -64,7 +64,7 @@ def table(results: xr.Dataset, names: list[str]) -> str:
     rows: list[list[Any]] = [[name if unit == "1" else f"{name} [{unit}]" for name, unit in units]]
     labels = [results[dim].values.tolist() for dim in dims]
     columns = [results[name].transpose(*dims).values.reshape(-1) for name in names]
-    flags = [_meanings(results[name]) for name in names]
+    flags = [flags_of(results[name]) for name in names]
     is_there = _places_there(first, [results[name].transpose(*dims).values for name in names])
     for row, where in enumerate(np.ndindex(*first.shape)):
         if is_there[row]:
@@ -79,14 +79,6 @@ def _places_there(of: xr.DataArray, columns: list[Any]) -> Any:
     cases = tuple(at for at, dim in enumerate(of.dims) if dim not in PLACES)
     is_there = np.any(known, axis=0).any(axis=cases, keepdims=True)
     return np.broadcast_to(is_there, of.shape).ravel()
-
-
-def _meanings(values: xr.DataArray) -> dict[int, str]:
-    """Words of a variable's flags by their number; {} of one without flags."""
-    if "flag_meanings" not in values.attrs:
-        return {}
-    numbers = np.atleast_1d(values.attrs["flag_values"]).tolist()
-    return dict(zip(numbers, str(values.attrs["flag_meanings"]).split(), strict=True))
 
 
 def _cell(value: Any, meanings: dict[int, str]) -> str:

@@ -27,6 +27,7 @@ from pounding_risk.reports.exports import _fragilities as fragilities
 from pounding_risk.reports.exports._fragilities import Fragilities, Function, Intensity, identifier_of
 from pounding_risk.reports.exports._written import Options, Written
 from pounding_risk.reports.files import write_folder
+from pounding_risk.results.attributes import flags_of
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results, one_case
@@ -114,8 +115,8 @@ def _demand_tables(
     model, gap, force = str(runs["contact_model"].item()), float(runs["gap"]), float(runs["yield_force"])
     yield f"demands are those at a gap of {1e3 * gap:.6g} mm, {model}, F_E {force:.6g} N"
     status = runs["status"]
-    flag = str(status.attrs["flag_meanings"]).split().index("complete")
-    complete = _by_motion(status) == np.atleast_1d(status.attrs["flag_values"])[flag]
+    (code,) = (code for code, word in flags_of(status).items() if word == "complete")
+    complete = _by_motion(status) == code
     kept = complete | (_by_motion(status) == UNPUSHED)  # whose motion without contact is known
     if not complete.all():
         unpushed = int((status == UNPUSHED).sum())

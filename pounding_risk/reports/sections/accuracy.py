@@ -9,6 +9,7 @@ import numpy as np
 from pounding_risk.questions.accuracy import sheet
 from pounding_risk.render.sheet import Block, Cell, count, facts, heading, number, paragraph
 from pounding_risk.reports.data import ReportData
+from pounding_risk.results.attributes import flags_of
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE, WORDS
 
 if TYPE_CHECKING:
@@ -39,11 +40,7 @@ def write(data: ReportData) -> list[Block]:
             rows.append((words, number(np.median(values), digits=2)))
             rows.append(("the same, largest", number(values.max(), digits=2)))
     status = results["status"]
-    codes, names = (
-        np.atleast_1d(status.attrs.get("flag_values", [])),
-        str(status.attrs.get("flag_meanings", "")).split(),
-    )
-    counts = [(name, (status.values == code).sum()) for code, name in zip(codes, names, strict=True) if code != 0]
+    counts = [(name, (status.values == code).sum()) for code, name in flags_of(status).items() if code != 0]
     failed = [(f"failed: {name.replace('_', ' ')}", count(times)) for name, times in counts if times]
     blocks = [
         facts("Tolerance, recomputed runs, energy and failures.", [*rows, *(failed or [("failed", count(0))])]),
