@@ -98,31 +98,15 @@ class Filter:
 
 @dataclass(frozen=True)
 class Noise(Form):
-    """Noise below an envelope.
+    """Noise below an envelope; one of ``rms`` and ``psd`` is given."""
 
-    Parameters
-    ----------
-    filter : Filter or None
-        What the white noise goes through; None for white noise.
-    rms, psd : float or None
-        Root mean square [m/s²] or S₀ [m²/s³]; one of them.
-    duration : float
-        Its length [s].
-    envelope : Envelope
-        The factor on it.
-    ends : str
-        `AS_DRAWN` or `AT_REST`.
-    shortest_period : float
-        Period of the stiffest filter [s]; 0 without one.
-    """
-
-    filter: Filter | None
-    rms: float | None
-    psd: float | None
-    duration: float
-    envelope: Envelope
-    ends: str
-    shortest_period: float = 0.0
+    filter: Filter | None  # what the white noise goes through; None for white noise
+    rms: float | None  # m/s²
+    psd: float | None  # S₀, m²/s³
+    duration: float  # s
+    envelope: Envelope  # the factor on it
+    ends: str  # `AS_DRAWN` or `AT_REST`
+    shortest_period: float = 0.0  # s, of the stiffest filter; 0 without one
 
     def default_step(self) -> float:
         """`STEP`, or as many as `FINEST` steps in a period of the filter."""
