@@ -39,6 +39,7 @@ from pounding_risk.scene.keys import (
     list_of,
     measured,
     one_of,
+    one_or_more,
     text,
 )
 from pounding_risk.scene.matrices import MODES, OF_DASHPOTS, OF_STIFFNESS, matrix_key
@@ -114,30 +115,6 @@ def _row_numbers(value: Any, number: Number) -> tuple[int, ...]:
     if not all(type(row) is int and row > 0 for row in rows) or len(set(rows)) < len(rows):
         raise Unreadable(f"{shown(value)} does not name rows; write whole numbers from 1 on, each once")
     return rows
-
-
-def _names(value: Any, sentence: str) -> tuple[str, ...]:
-    """One name, or a list of them; Unreadable with the rest of the sentence for anything else."""
-    names = value if isinstance(value, list) else [value]
-    if not names or not all(isinstance(name, str) and name.strip() for name in names):
-        raise Unreadable(f"{shown(value)} {sentence}")
-    return tuple(names)
-
-
-def _records_of_ground(value: Any, number: Number) -> tuple[str, ...]:
-    return _names(
-        value,
-        'names no record; write a file, such as "my/record.AT2", an id of the catalogue, a generated motion, or a '
-        "list with one of these for each record of the scene",
-    )
-
-
-def _history_files(value: Any, number: Number) -> tuple[str, ...]:
-    return _names(
-        value,
-        f"names no file; write a list with one for each record of the scene, such as {HISTORY_EXAMPLE}, each with the "
-        "columns time [s], floor 1 [mm], floor 2 [mm] and so on",
-    )
 
 
 # Keys of some kinds of building; those of all stand in `AnyBuilding`, those of one in its class.
@@ -288,15 +265,14 @@ class AnyBuilding(Table):
     ] = 0.0
     ground_record: Annotated[
         tuple[str, ...],
-        Key(
+        one_or_more(
+            'names no record; write a file, such as "my/record.AT2", an id of the catalogue, a generated motion, or a '
+            "list with one of these for each record of the scene",
             "A record of its own under it: a file, an id of the catalogue or a generated motion as text, for all "
             "records of the scene, or a list with one for each of them. It is processed as they are, and scaled by the "
             "factor of the record that it stands beside.",
-            _records_of_ground,
             '"my/other_station.AT2"',
             "the records of the scene",
-            write=lambda names: names[0] if len(names) == 1 else list(names),
-            schema={"type": ["string", "array"]},
         ),
     ] = ()
 
@@ -352,15 +328,14 @@ class MovingBuilding(AnyBuilding):
     ] = ()
     displacement_history: Annotated[
         tuple[str, ...],
-        Key(
+        one_or_more(
+            f"names no file; write a list with one for each record of the scene, such as {HISTORY_EXAMPLE}, each with "
+            "the columns time [s], floor 1 [mm], floor 2 [mm] and so on",
             "Displacement of each floor relative to the ground without contact, from a model of your own, in place of "
             "the motion that is computed: a CSV file with the columns time [s], floor 1 [mm], floor 2 [mm] and so on "
             "for each record of the scene, in their order. No contact is run then.",
-            _history_files,
             HISTORY_EXAMPLE,
             "the motion is computed",
-            write=lambda names: names[0] if len(names) == 1 else list(names),
-            schema={"type": ["string", "array"]},
         ),
     ] = ()
 

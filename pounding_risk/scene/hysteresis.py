@@ -57,10 +57,7 @@ class HysteresisTable(Table):
     Numbers are multiples of each storey's yield drift, storey_strengths over storey_stiffnesses, and yield shear.
     """
 
-    rule: Annotated[
-        str,
-        RULE,
-    ]
+    rule: Annotated[str, RULE]
     backbone: Annotated[
         tuple[tuple[float, float], ...],
         Key(

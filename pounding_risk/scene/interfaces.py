@@ -191,6 +191,18 @@ def _contact_points(value: Any, number: Number) -> tuple[tuple[float, float], ..
     return tuple(sorted(each(list_of(value, f"contact = [{MEETING}]"), meeting, distinct=True)))
 
 
+def _meetings(words: str, example: str, absent: str) -> Key:
+    """Places at which two buildings meet, in the words of [[interface]]."""
+    return Key(
+        words,
+        _contact_points,
+        example,
+        absent,
+        write=lambda points: [{"left": floor_words(one), "right": floor_words(other)} for one, other in points],
+        schema={"type": "array", "items": {"type": "object", "required": ["left", "right"]}},
+    )
+
+
 def _floor(value: Any) -> float:
     floor = floor_number(value) if isinstance(value, str) else None
     if floor is None:
@@ -282,14 +294,11 @@ class Interface(Table):
     ] = inf
     contact: Annotated[
         tuple[tuple[float, float], ...],
-        Key(
+        _meetings(
             "Where the two meet, instead of where their levels say: storey 2 is the floor on top of it, "
             "column 3 at 0.5 half-way up storey 3.",
-            _contact_points,
             '[{left = "storey 2", right = "storey 2"}, {left = "storey 3", right = "column 3 at 0.5"}]',
             "every floor below the lower roof meets the other's floor at its level, or its column",
-            write=lambda points: [{"left": floor_words(one), "right": floor_words(other)} for one, other in points],
-            schema={"type": "array", "items": {"type": "object", "required": ["left", "right"]}},
         ),
     ] = ()
     link_stiffness: Annotated[
@@ -360,13 +369,10 @@ class Interface(Table):
     ] = inf
     link_at: Annotated[
         tuple[tuple[float, float], ...],
-        Key(
+        _meetings(
             "Where links join the two, in the words of contact.",
-            _contact_points,
             '[{left = "storey 3", right = "storey 3"}]',
             "their highest contact point",
-            write=lambda points: [{"left": floor_words(one), "right": floor_words(other)} for one, other in points],
-            schema={"type": "array", "items": {"type": "object", "required": ["left", "right"]}},
         ),
     ] = ()
     bumper_length: Annotated[

@@ -396,6 +396,21 @@ def by_address(words: str, example: str, absent: str) -> Key:
     return Key(words, read, example, absent, schema={"type": "object"})
 
 
+def one_or_more(refusal: str, words: str, example: str, absent: str) -> Key:
+    """One name, or a list of them; ``refusal`` is said of any other value, with what may be written."""
+
+    def read(value: Any, number: Number) -> tuple[str, ...]:
+        names = value if isinstance(value, list) else [value]
+        if not names or not all(isinstance(name, str) and name.strip() for name in names):
+            raise Unreadable(f"{shown(value)} {refusal}")
+        return tuple(names)
+
+    def write(names: tuple[str, ...]) -> Any:
+        return names[0] if len(names) == 1 else list(names)
+
+    return Key(words, read, example, absent, write=write, schema={"type": ["string", "array"]})
+
+
 def several(name: str, read_one: Read, words: str, example: str, absent: str) -> Key:
     """A list of names, each there once, of the key of this name."""
 

@@ -36,6 +36,7 @@ from pounding_risk.scene.keys import (
     facts,
     list_of,
     measured,
+    one_or_more,
     options,
     several,
     text,
@@ -218,16 +219,6 @@ def _generated(value: Any, number: Number) -> tuple[Recipe, ...]:
         raise Unreadable("one table, where each motion is a table of a list; write [[records.generated]]")
     tables = list_of(value, f"generated = {GENERATED_EXAMPLE}")
     return tuple(each(tables, lambda table: _recipe(table, number), distinct=True))
-
-
-def _following(value: Any, number: Number) -> tuple[str, ...]:
-    names = value if isinstance(value, list | tuple) else [value]
-    if not names or not all(isinstance(name, str) and name.strip() for name in names):
-        raise Unreadable(
-            f'{shown(value)} names no record; write a file, an id of the catalogue such as "RSN753-000", or a list '
-            "with one for each record of the scene"
-        )
-    return tuple(names)
 
 
 def _recipe(table: Any, number: Number) -> Recipe:
@@ -430,15 +421,14 @@ class Records(Table):
     ] = 0.0
     aftershock: Annotated[
         tuple[str, ...],
-        Key(
+        one_or_more(
+            'names no record; write a file, an id of the catalogue such as "RSN753-000", or a list with one for each '
+            "record of the scene",
             "A record that follows each motion, in one run with it: a file, an id of the catalogue or a generated "
             "motion as text, for all records of the scene, or a list with one for each. What has yielded, and dents, "
             "stay. It is processed as they are, without their window.",
-            _following,
             '"RSN753-000"',
             "nothing follows",
-            write=lambda names: names[0] if len(names) == 1 else list(names),
-            schema={"type": ["string", "array"]},
         ),
     ] = ()
     pause: Annotated[
