@@ -38,22 +38,13 @@ from pounding_risk.scene.keys import Draft, Section
 from pounding_risk.scene.toml import Fault, KeyPath, as_list
 from pounding_risk.units import QuantityError, parse, shown
 
-ROW_KEYS = {"floor_depth", "displacement_history"}  # of buildings, likewise
+OF_LINKS = {"link_stiffness", "link_damping"}  # keys by which an interface has links, whatever the values
+OF_SPRING = ("link_strength", "link_slack", "link_breaking_force")
+OF_DAMPER = ("link_exponent", "link_brace_stiffness")
 # Keys that make a row of a pair of masses.
-OF_POINTS = (
-    "contact",
-    "tolerance",
-    "bumper_length",
-    "column_yield_force",
-    "link_stiffness",
-    "link_damping",
-    "link_exponent",
-    "link_brace_stiffness",
-    "link_at",
-    "link_strength",
-    "link_slack",
-    "link_breaking_force",
-)
+OF_POINTS = {"contact", "tolerance", "bumper_length", "column_yield_force"}
+OF_POINTS |= {"link_at", *OF_LINKS, *OF_SPRING, *OF_DAMPER}
+ROW_KEYS = {"floor_depth", "displacement_history"}  # of buildings, likewise
 
 
 def varied(draft: Draft) -> set[Any]:
@@ -72,8 +63,8 @@ def is_row(draft: Draft) -> bool:
     return (
         len(buildings) > 2
         or any(_has_storeys(keys) or ROW_KEYS & set(keys.raw) for keys in buildings)
-        or any(key in keys for keys in draft.tables("interface") for key in OF_POINTS)
-        or any(key in varied(draft) for key in OF_POINTS)
+        or any(OF_POINTS & set(keys.raw) for keys in draft.tables("interface"))
+        or bool(OF_POINTS & varied(draft))
         or any(name in EFFECTS and acts_on_buildings(name) for name in draft.table("effects").raw)
         or (len(buildings) == 2 and _heights_differ(buildings))
     )
@@ -120,27 +111,29 @@ def interface_checks(draft: Draft) -> Iterator[Fault]:
             sentence = f'missing; write contact_model = "jankowski", or another of {", ".join(CONTACT_MODELS)}'
             yield keys.fault("contact_model", sentence, absent=True)
         own = keys.raw.get("contact_model", first)
-        for key in ("link_strength", "link_slack", "link_breaking_force"):
-            if key in keys and not {"link_stiffness"} & {*keys.raw, *varied(draft)}:
-                yield keys.fault(key, 'is of the spring of a link; write link_stiffness = "20 MN/m" beside it')
-        for key in ("link_exponent", "link_brace_stiffness"):
-            if key in keys and not {"link_damping"} & {*keys.raw, *varied(draft)}:
-                yield keys.fault(key, 'is of the damper of a link; write link_damping = "500 kN s/m" beside it')
-        for key in ("link_strength", "link_slack", "link_breaking_force"):
-            for damper in ("link_exponent", "link_brace_stiffness"):
-                if damper in keys and key in keys:
-                    yield keys.fault(damper, f"a link has one law, here that of {key}; remove it, or {key}")
-        if "link_strength" in keys and "link_slack" in keys:
-            yield keys.fault("link_slack", "a link slips or is slack, not both; remove it, or link_strength")
-        if "link_breaking_force" in keys and "link_strength" in keys:
-            yield keys.fault("link_breaking_force", "a link slips or breaks, not both; remove it, or link_strength")
-        if "link_breaking_force" in keys and (keys.get("link_damping", 0.0) or "link_damping" in varied(draft)):
-            sentence = "a damper beside the spring would go on after it has broken; remove it, or link_damping"
-            yield keys.fault("link_breaking_force", sentence)
-        if "link_at" in keys and not {"link_stiffness", "link_damping"} & {*keys.raw, *varied(draft)}:
-            yield keys.fault("link_at", 'joins nothing; write link_stiffness = "20 MN/m" or link_damping = "2 MN s/m"')
+        yield from _link(keys, varied(draft))
         refused = is_row(draft) and _not_in_row(draft, own)  # which says what to choose instead
         yield from _laws(keys, grid, None if refused else own)
+
+
+def _link(keys: Section, along: set[Any]) -> Iterator[Fault]:
+    """Keys of a link without what they are of, and keys that a link does not have together."""
+    stated = {*keys.raw, *along}
+    for own, needed, sentence in (
+        (OF_SPRING, {"link_stiffness"}, 'is of the spring of a link; write link_stiffness = "20 MN/m" beside it'),
+        (OF_DAMPER, {"link_damping"}, 'is of the damper of a link; write link_damping = "500 kN s/m" beside it'),
+        (("link_at",), OF_LINKS, 'joins nothing; write link_stiffness = "20 MN/m" or link_damping = "2 MN s/m"'),
+    ):
+        yield from (keys.fault(key, sentence) for key in own if key in keys and not needed & stated)
+    for key in (key for key in OF_SPRING if key in keys):
+        words = f"a link has one law, here that of {key}; remove it, or {key}"
+        yield from (keys.fault(damper, words) for damper in OF_DAMPER if damper in keys)
+    for key, does in (("link_slack", "is slack"), ("link_breaking_force", "breaks")):
+        if key in keys and "link_strength" in keys:
+            yield keys.fault(key, f"a link slips or {does}, not both; remove it, or link_strength")
+    if "link_breaking_force" in keys and (keys.get("link_damping", 0.0) or "link_damping" in along):
+        sentence = "a damper beside the spring would go on after it has broken; remove it, or link_damping"
+        yield keys.fault("link_breaking_force", sentence)
 
 
 def _per_interface(draft: Draft, count: int) -> Iterator[Fault]:

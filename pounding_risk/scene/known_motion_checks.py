@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from pounding_risk.motions.request import REVERSED
 from pounding_risk.scene.buildings import INITIAL, OF_GROUND
+from pounding_risk.scene.interface_checks import OF_LINKS
 from pounding_risk.scene.keys import Draft
-from pounding_risk.scene.resolved_interfaces import OF_LINKS
 from pounding_risk.scene.toml import Fault
 
 KEY = "displacement_history"  # of a building, and of the facts of a record that has histories beside it

@@ -22,14 +22,13 @@ from pounding_risk.models.structures.links import Link
 from pounding_risk.models.structures.plan import Plan
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
-from pounding_risk.scene.interface_checks import varied
+from pounding_risk.scene.interface_checks import OF_LINKS, varied
 from pounding_risk.scene.interfaces import NO_RESTITUTION, OF_ONE_LAW, PARAMETERS, Interface
 from pounding_risk.scene.keys import Draft
 from pounding_risk.scene.tables import Grid
 from pounding_risk.scene.toml import Fault, KeyPath
 from pounding_risk.units import STOREY_HEIGHT, exact, parse, say
 
-OF_LINKS = {"link_stiffness", "link_damping"}  # keys by which an interface has links, whatever the values
 ALWAYS_WRITTEN = {"gap", "contact_model", "yield_force", *OF_ONE_LAW}  # whatever the value, of a law that is run
 
 
