@@ -7,60 +7,44 @@ nearest known key is named.
 from __future__ import annotations
 
 PAGE = "docs/limits.md"
-MODES = (
-    "T1 is period, beside floor_masses and storey_heights, and storey_stiffnesses too where their ratios are known; "
-    "several modes are a table, modes, with period or frequency and the shape of each"
-)
-MATRICES = "write stiffness_matrix, and the masses of the floors, lumped there, in floor_masses"
-ISOLATION = (
-    "isolators are the key isolation of a building with storeys: "
-    'isolation = {slab_mass = "600 t", height = "1.5 m", strength = "900 kN", stiffness = "5 MN/m"}'
-)
-LINKS = (
-    "links between neighbours are link_stiffness, link_damping and link_at of their [[interface]], with link_strength, "
-    "link_slack or link_breaking_force where they slip, are slack or break"
-)
-DAMPERS = (
-    "a damper between neighbours is link_damping of their [[interface]], with link_exponent where its force is a power "
-    "of the speed and link_brace_stiffness where its brace gives; for one within a building write what it adds to the "
-    "first mode into damping"
-)
-TORSION = (
-    "floors that rotate are the key plan of a building with storeys, with eccentricity_along under both horizontals; "
-    "beyond elastic ones write the motion of the edge that faces the neighbour, from a model of your own, as "
-    "displacement_history"
-)
-HISTORIES = (
-    "the motion of a model of your own is displacement_history of its [[building]]: CSV files with the columns time "
-    "[s], floor 1 [mm] and so on, one for each record; velocities and accelerations are no input"
-)
-DEGRADING = (
-    "storeys that soften, pinch or lose strength are the key hysteresis of a building with storey_strengths, such as "
-    'hysteresis = {rule = "peak_oriented", unloading = 0.4, energy_capacity = 60}'
-)
-
 # By what people write for each subject; none of it is a key of a scene.
-SENTENCES: dict[tuple[str, ...], str] = {
-    ("period_1", "periods", "t1", "fundamental_period", "mode_shapes", "frequency", "frequencies"): MODES,
-    ("mass_matrix", "matrix", "matrices"): MATRICES,
-    ("isolators", "isolator", "base_isolation", "isolation_period", "isolation_stiffness"): ISOLATION,
+SENTENCES = {
+    "period_1 periods t1 fundamental_period mode_shapes frequency frequencies": (
+        "T1 is period, beside floor_masses and storey_heights, and storey_stiffnesses too where their ratios are "
+        "known; several modes are a table, modes, with period or frequency and the shape of each"
+    ),
+    "mass_matrix matrix matrices": (
+        "write stiffness_matrix, and the masses of the floors, lumped there, in floor_masses"
+    ),
+    "isolators isolator base_isolation isolation_period isolation_stiffness": (
+        "isolators are the key isolation of a building with storeys: "
+        'isolation = {slab_mass = "600 t", height = "1.5 m", strength = "900 kN", stiffness = "5 MN/m"}'
+    ),
     # The first three are keys of an [[interface]], which are written in buildings.
-    (
-        "link_stiffness",
-        "link_damping",
-        "link_at",
-        "link",
-        "links",
-        "link_force",
-        "coupling",
-        "coupling_stiffness",
-    ): LINKS,
-    ("damper", "dampers", "damper_coefficient", "damping_coefficient", "viscous_damper"): DAMPERS,
-    ("torsion", "eccentricity", "rotation", "torsional_stiffness", "torsional_period"): TORSION,
-    ("displacement_histories", "floor_histories", "history", "histories", "time_history"): HISTORIES,
-    ("degradation", "degrading", "pinching", "backbone", "stiffness_degradation", "storey_law"): DEGRADING,
+    "link_stiffness link_damping link_at link links link_force coupling coupling_stiffness": (
+        "links between neighbours are link_stiffness, link_damping and link_at of their [[interface]], with "
+        "link_strength, link_slack or link_breaking_force where they slip, are slack or break"
+    ),
+    "damper dampers damper_coefficient damping_coefficient viscous_damper": (
+        "a damper between neighbours is link_damping of their [[interface]], with link_exponent where its force is a "
+        "power of the speed and link_brace_stiffness where its brace gives; for one within a building write what it "
+        "adds to the first mode into damping"
+    ),
+    "torsion eccentricity rotation torsional_stiffness torsional_period": (
+        "floors that rotate are the key plan of a building with storeys, with eccentricity_along under both "
+        "horizontals; beyond elastic ones write the motion of the edge that faces the neighbour, from a model of your "
+        "own, as displacement_history"
+    ),
+    "displacement_histories floor_histories history histories time_history": (
+        "the motion of a model of your own is displacement_history of its [[building]]: CSV files with the columns "
+        "time [s], floor 1 [mm] and so on, one for each record; velocities and accelerations are no input"
+    ),
+    "degradation degrading pinching backbone stiffness_degradation storey_law": (
+        "storeys that soften, pinch or lose strength are the key hysteresis of a building with storey_strengths, such "
+        'as hysteresis = {rule = "peak_oriented", unloading = 0.4, energy_capacity = 60}'
+    ),
 }
-BY_WORD = {word: sentence for words, sentence in SENTENCES.items() for word in words}
+BY_WORD = {word: sentence for words, sentence in SENTENCES.items() for word in words.split()}
 
 
 def instead_of(key: str) -> str:
