@@ -10,12 +10,11 @@ netCDF is used from the calling thread, by one thread of a process at a time.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import wraps
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any
 
 import netCDF4
 import numpy as np
@@ -180,6 +179,8 @@ class Memory(Blockwise):
 class OnDisk(Blockwise):
     """Store that writes beside its target and moves it into place; ``repair`` ends the sentence of a full disk."""
 
+    _arrays: Mapping[str, Any]  # of the library, by variable; set by `_begin`
+
     def __init__(self, template: Template, target: str | Path, repair: str = AGAIN):
         super().__init__(template)
         self.target = check_target(target, RESULTS)
@@ -196,19 +197,14 @@ class OnDisk(Blockwise):
     @abstractmethod
     def _begin(self) -> None: ...
 
+    def _put(self, block: range, name: str, values: np.ndarray) -> None:
+        slices, sizes = self._where(block, name)
+        self._arrays[name][slices] = values.reshape(sizes)
 
-Act = TypeVar("Act", bound=Callable[..., Any])
-
-
-def _one_at_a_time(act: Act) -> Act:
-    """Decorator of functions that use netCDF: they wait for other threads that do."""
-
-    @wraps(act)
-    def alone(*args: Any) -> Any:
-        with NETCDF:
-            return act(*args)
-
-    return cast(Act, alone)
+    def _get(self, block: range, name: str) -> np.ndarray:
+        slices, _ = self._where(block, name)
+        shape = len(block), self.template.width, *self.template.extra(name)
+        return np.asarray(self._arrays[name][slices]).reshape(shape)
 
 
 class Netcdf(OnDisk):
@@ -216,7 +212,11 @@ class Netcdf(OnDisk):
 
     _file: Any = None
 
-    @_one_at_a_time
+    @contextmanager
+    def _guarded(self) -> Iterator[None]:
+        with NETCDF, super()._guarded():
+            yield
+
     def _begin(self) -> None:
         skeleton = self.template.skeleton
         # Opened once: HDF5 2.2 ends the process where attributes are added to a file that was closed and opened again.
@@ -225,6 +225,7 @@ class Netcdf(OnDisk):
         self._file.set_auto_maskandscale(False)
         for name in self.template.cases:
             self._create(name)
+        self._arrays = self._file.variables
         self._unattached()
 
     def _create(self, name: str) -> None:
@@ -272,28 +273,17 @@ class Netcdf(OnDisk):
         else:
             del self._file.coordinates
 
-    @_one_at_a_time
-    def _put(self, block: range, name: str, values: np.ndarray) -> None:
-        slices, sizes = self._where(block, name)
-        self._file[name][slices] = values.reshape(sizes)
-
-    @_one_at_a_time
-    def _get(self, block: range, name: str) -> np.ndarray:
-        slices, _ = self._where(block, name)
-        return np.asarray(self._file[name][slices]).reshape(len(block), self.template.width, *self.template.extra(name))
-
-    @_one_at_a_time
     def _complete(self, attrs: Mapping[str, Any]) -> None:
         self._file.setncatts(dict(attrs))
         self._file.close()
         move_into_place(self.partial, self.target)
 
-    @_one_at_a_time
     def _remove(self) -> None:
-        discard(self.partial)  # before closing, which on a full disk cannot succeed until it is
-        if self._file is not None and self._file.isopen():
-            with suppress(OSError, RuntimeError):  # the file has been removed
-                self._file.close()
+        with NETCDF:
+            discard(self.partial)  # before closing, which on a full disk cannot succeed until it is
+            if self._file is not None and self._file.isopen():
+                with suppress(OSError, RuntimeError):  # the file has been removed
+                    self._file.close()
 
 
 class Zarr(OnDisk):
@@ -326,16 +316,6 @@ class Zarr(OnDisk):
             dataset.to_zarr(self.partial, mode="w", compute=False, encoding=encoding, zarr_format=2, consolidated=True)
             self._group = zarr.open_group(self.partial, mode="r+", zarr_format=2)
             self._arrays = {name: self._group[name] for name in template.cases}
-
-    def _put(self, block: range, name: str, values: np.ndarray) -> None:
-        slices, sizes = self._where(block, name)
-        self._arrays[name][slices] = values.reshape(sizes)
-
-    def _get(self, block: range, name: str) -> np.ndarray:
-        slices, _ = self._where(block, name)
-        return np.asarray(self._arrays[name][slices]).reshape(
-            len(block), self.template.width, *self.template.extra(name)
-        )
 
     def _complete(self, attrs: Mapping[str, Any]) -> None:
         import zarr
