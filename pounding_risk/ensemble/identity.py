@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import platform
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +18,6 @@ from pounding_risk.scene.overrides import WITHOUT_RUNS
 
 if TYPE_CHECKING:
     from pounding_risk.ensemble.job import ScanInput
-    from pounding_risk.motions.motion import Motion
 
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba")  # those that numbers go through
 SHOWN = 6  # values of a list that a sentence still names one by one
@@ -34,12 +32,12 @@ def identity(scan_input: ScanInput, prepared: str = "") -> dict[str, Any]:
     """All that the numbers of a scan depend on, in types that JSON has; ``prepared`` is `Job.prepared`."""
     from pounding_risk.scene.scene import own_laws  # imports the models; the state of a scan is read without them
 
+    records = [(motion.name, motion.record, motion.digest, list(motion.processing)) for motion in scan_input.motions]
     tables = {
-        # A title changes no number, and neither do states of damage.
-        "scene": {key: table for key, table in scan_input.study.resolved().items() if key not in WITHOUT_RUNS},
-        "records": [_record(motion) for motion in scan_input.motions],
+        "scene": tables_of_runs(scan_input.study.resolved()),
+        "records": [record_of(*facts) for facts in records],
         "options": {"screening": bool(scan_input.screening), "check_fraction": float(scan_input.check_fraction)},
-        "program": _program(),
+        "program": program_of(versions(), package_digest()),
         "laws": own_laws(scan_input.study),
         "prepared": prepared,
     }
@@ -99,20 +97,26 @@ def _plain(tables: Mapping[str, Any]) -> dict[str, Any]:
     return json.loads(json.dumps(tables, default=lambda number: number.item()))
 
 
-def _record(motion: Motion) -> dict[str, Any]:
+def tables_of_runs(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """The tables of a scene that runs read: a title changes no number, and neither do states of damage."""
+    return {key: table for key, table in tables.items() if key not in WITHOUT_RUNS}
+
+
+def record_of(name: str, record: Mapping[str, Any], samples: str, processing: Sequence[str]) -> dict[str, Any]:
+    """What identifies a motion, from the facts of its record and the digest of its ``samples``."""
+    beside = {HISTORY: record[HISTORY]} if HISTORY in record else {}
+    sha256 = str(record.get("sha256", ""))
+    return {"name": name, "sha256": sha256, "samples": samples, "processing": processing, **beside}
+
+
+def program_of(installed: Mapping[str, Any], source: str) -> dict[str, str]:
+    """The versions of Python and of `LIBRARIES` among these, and the digest of a source."""
+    python = ".".join(str(installed.get("python", "")).split(".")[:2])
     return {
-        "name": motion.name,
-        "sha256": str(motion.record.get("sha256", "")),
-        "samples": motion.digest,
-        "processing": list(motion.processing),
-        **{key: motion.record[key] for key in (HISTORY,) if key in motion.record},
+        "python": python,
+        **{name: str(installed[name]) for name in LIBRARIES if name in installed},
+        "source": source,
     }
-
-
-def _program() -> dict[str, str]:
-    installed = versions()
-    python = ".".join(platform.python_version_tuple()[:2])
-    return {"python": python, **{name: installed[name] for name in LIBRARIES}, "source": package_digest()}
 
 
 def package_digest() -> str:

@@ -7,12 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pounding_risk.ensemble.identity import HISTORY, difference
+from pounding_risk.ensemble.identity import difference, program_of, record_of, tables_of_runs
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.attributes import from_text
 from pounding_risk.results.check import kind_of_names
 from pounding_risk.results.files import head_of
-from pounding_risk.scene.overrides import WITHOUT_RUNS
 
 if TYPE_CHECKING:
     from pounding_risk.scene.scene import Scene
@@ -31,25 +30,12 @@ class Finished(NamedTuple):
 def check_replaceable(
     target: Path, command: str, identity: Mapping[str, Any] | None = None, new: bool = False, choice: str = CHOICE
 ) -> None:
-    """Refuse to replace a file that is not of the same command and the same scene.
+    """Raise PoundingError before a file is replaced that is not of the same command and the same scene.
 
-    Parameters
-    ----------
-    target
-        Where results are about to be written; nothing is refused where there is no file.
-    command
-        That writes them, as `check.kind_of` has it.
-    identity
-        Tables of `identity.identity`, of which those that the file tells too are compared; None compares none.
-    new
-        Whether whoever asks wants to have it replaced, whatever it is.
-    choice
-        What whoever asks may do, for the sentence.
-
-    Raises
-    ------
-    PoundingError
-        With what the file is, or with every difference.
+    The sentence has what the file is, or every difference, and the ``choice`` of the user. ``command`` is the one that
+    writes, as `check.kind_of` has it. Of the ``identity``, tables of `identity.identity`, those that the file has too
+    are compared; None compares none. Nothing is refused where there is no file, nor where it is to be replaced by
+    a ``new`` one whatever it is.
     """
     if new or not target.exists():
         return
@@ -69,8 +55,7 @@ def check_replaceable(
 
 def check_replaceable_scene(target: Path, command: str, study: Scene, new: bool = False) -> None:
     """Refuse to replace results of another scene or command: raises PoundingError."""
-    scene = {key: table for key, table in study.resolved().items() if key not in WITHOUT_RUNS}
-    check_replaceable(target, command, {"scene": scene}, new)
+    check_replaceable(target, command, {"scene": tables_of_runs(study.resolved())}, new)
 
 
 def read_finished(target: Path) -> Finished:
@@ -107,7 +92,7 @@ def comparable(identity: Mapping[str, Any]) -> dict[str, Any]:
 def _scene(text: Any) -> dict[str, Any] | None:
     """The resolved scene without its title and states of damage, which change no number."""
     try:
-        return {key: table for key, table in tomllib.loads(text).items() if key not in WITHOUT_RUNS}
+        return tables_of_runs(tomllib.loads(text))
     except (TypeError, AttributeError, tomllib.TOMLDecodeError):
         return None
 
@@ -116,25 +101,12 @@ def _records(attrs: Mapping[str, Any]) -> list[dict[str, Any]] | None:
     records, digests, steps = (from_text(attrs.get(name)) for name in ("records", "motions_sha256", "processing"))
     if not isinstance(records, list) or not isinstance(digests, dict) or not isinstance(steps, dict):
         return None
-    return [
-        {
-            "name": record["name"],
-            "sha256": str(record.get("sha256", "")),
-            "samples": digests.get(record["name"], ""),
-            "processing": steps.get(record["name"], []),
-            **{key: record[key] for key in (HISTORY,) if key in record},
-        }
-        for record in records
-        if isinstance(record, dict) and "name" in record
-    ]
+    named = ((record["name"], record) for record in records if isinstance(record, dict) and "name" in record)
+    return [record_of(name, record, digests.get(name, ""), steps.get(name, [])) for name, record in named]
 
 
 def _program(attrs: Mapping[str, Any]) -> dict[str, str] | None:
     versions = from_text(attrs.get("versions"))
     if not isinstance(versions, dict) or "kernels_digest" not in attrs:
         return None
-    from pounding_risk.ensemble.identity import LIBRARIES
-
-    python = ".".join(str(versions.get("python", "")).split(".")[:2])
-    libraries = {name: str(versions[name]) for name in LIBRARIES if name in versions}
-    return {"python": python, **libraries, "source": str(attrs["kernels_digest"])}
+    return program_of(versions, str(attrs["kernels_digest"]))
