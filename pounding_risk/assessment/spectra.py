@@ -175,8 +175,3 @@ def is_symmetric(results: xr.Dataset) -> bool:
     return (
         alike and float(results["left_damping"]) == float(results["right_damping"]) and results.sizes["polarity"] == 2
     )
-
-
-def spread(size: int, count: int) -> list[int]:
-    """Places of so many values, evenly over an axis of this size, both ends among them."""
-    return sorted({round(place) for place in np.linspace(0, size - 1, min(count, size)).tolist()})

@@ -23,11 +23,11 @@ from pounding_risk.assessment.amplification import (
     told_words,
 )
 from pounding_risk.assessment.options import USUAL_PERCENTILE
-from pounding_risk.assessment.spectra import charted, motions_words, read_percentiles, rule_words, spread, with_rules
+from pounding_risk.assessment.spectra import charted, motions_words, read_percentiles, rule_words, with_rules
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import FROM_TO, RANGE, Option, text_file
 from pounding_risk.questions.notes import notes_of
-from pounding_risk.render.sheet import Block, Cell, facts, head, number, paragraph, percent, table
+from pounding_risk.render.sheet import Block, Cell, evenly, facts, head, number, paragraph, percent, table
 from pounding_risk.units import GAP, shown
 
 if TYPE_CHECKING:
@@ -282,7 +282,7 @@ def _amplifications(dataset: xr.Dataset) -> Block:
 def _few(dataset: xr.Dataset) -> Iterator[xr.Dataset]:
     """The dataset at a few ratios and gaps, spread over their ranges, beside each period."""
     dims = ("period_ratio", gap_dim(dataset))
-    places = (spread(dataset.sizes[dim], count) for dim, count in zip(dims, SPREAD, strict=True))
+    places = (evenly(dataset.sizes[dim], count) for dim, count in zip(dims, SPREAD, strict=True))
     for places_of in product(range(dataset.sizes["fixed_period"]), *places):
         yield dataset.isel(dict(zip(("fixed_period", *dims), places_of, strict=True)))
 

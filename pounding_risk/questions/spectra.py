@@ -18,14 +18,13 @@ from pounding_risk.assessment.spectra import (
     motions_words,
     read_percentiles,
     shortfalls,
-    spread,
     usual_percentile,
     with_rules,
 )
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import FROM_TO, Option
 from pounding_risk.questions.notes import notes_of
-from pounding_risk.render.sheet import Block, Cell, amount, facts, head, number, paragraph, percent, table
+from pounding_risk.render.sheet import Block, Cell, amount, evenly, facts, head, number, paragraph, percent, table
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES
 from pounding_risk.units import PERIOD
 
@@ -173,7 +172,7 @@ def few_pairs(dataset: xr.Dataset) -> Iterator[tuple[float, ...]]:
 
     They are spread over the ranges; where both sides are alike each pair stands once.
     """
-    places = [spread(dataset.sizes[f"{side}_period"], TABLED) for side in SIDES]
+    places = [evenly(dataset.sizes[f"{side}_period"], TABLED) for side in SIDES]
     alike, rules = is_symmetric(dataset), dataset["separation"].sel(percentile=usual_percentile(dataset))
     for left, right in product(*places):
         if not alike or right > left:

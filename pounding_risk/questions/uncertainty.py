@@ -30,6 +30,7 @@ from pounding_risk.render.sheet import (
     Cell,
     between,
     facts,
+    evenly,
     figure,
     head,
     heading,
@@ -240,9 +241,9 @@ def _required(part: xr.Dataset) -> Block:
 
 def _contact(part: xr.Dataset) -> Block:
     """P(contact) at a few gaps, the judged one and the scene's own among them."""
-    size, gaps = part.sizes["gap"], part["gap"].values
+    gaps = part["gap"].values
     own = [int(np.abs(gaps - float(part[name])).argmin()) for name in ("judged_gap", "scene_gap")]
-    places = sorted({*(round(at * (size - 1) / (GAP_ROWS - 1)) for at in range(GAP_ROWS)), *own})
+    places = sorted({*evenly(part.sizes["gap"], GAP_ROWS), *own})
     nominal = gap_scatter(part) > 0.0
     heads = [head("nominal gap" if nominal else "gap", "m"), head("P(contact)", "%")]
     more, cells = _over_samples(part, "contact_probability_of_samples", "%")
