@@ -1,4 +1,4 @@
-"""Suggestion of the known word that is nearest to an unknown one; the first words of a list."""
+"""Words of sentences: the known word that is nearest to an unknown one, and lists in short."""
 
 from __future__ import annotations
 
@@ -26,3 +26,12 @@ def listed(words: Sequence[str], most: int = FIRST) -> str:
     """The first words of a list, so many of them: "a, b and 3 more"."""
     more = f" and {len(words) - most} more" if len(words) > most else ""
     return f"{', '.join(words[:most])}{more}"
+
+
+def short_list(words: Sequence[str], most: int) -> str:
+    """The words where they are no more than so many, otherwise how many they are and the two at the ends.
+
+    >>> short_list(["0 mm", "5 mm"], 3), short_list(["0 mm", "5 mm", "10 mm", "15 mm"], 3)
+    ('0 mm, 5 mm', '4 from 0 mm to 15 mm')
+    """
+    return ", ".join(words) if len(words) <= most else f"{len(words)} from {words[0]} to {words[-1]}"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import inf, isclose, isinf
 from typing import Any
 
-from pounding_risk._common.words import nearest
+from pounding_risk._common.words import nearest, short_list
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import read_measure, say_level
 from pounding_risk.units import GAP, PGA, YIELD_FORCE, Quantity, si
@@ -58,7 +58,7 @@ def listed_values(axis: str, values: Sequence[Any]) -> str:
     """Values of an axis in words: all where they are few, otherwise how many from which to which."""
     quantity = quantity_of(axis)
     words = [str(value) if quantity is None else say_level(value, quantity, 10) for value in values]
-    return ", ".join(words) if len(words) <= FEW else f"{len(words)} from {words[0]} to {words[-1]}"
+    return short_list(words, FEW)
 
 
 def axis_words(axis: str) -> str:

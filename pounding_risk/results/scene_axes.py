@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk._common.words import nearest
+from pounding_risk._common.words import nearest, short_list
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.attributes import as_text, from_text
@@ -541,12 +541,9 @@ def _values(dataset: xr.Dataset, key: str) -> list[Any]:
 
 def words_of_values(dataset: xr.Dataset, key: str, near: Any = None) -> str:
     """The values of an axis: all where they are few, otherwise how many, the ends, and those next to one."""
-    values = _values(dataset, key)
-    words = written_values(dataset, key)
-    if len(words) <= FEW:
-        return ", ".join(words)
-    ends = f"{len(words)} from {words[0]} to {words[-1]}"
-    if not isinstance(near, float):
+    values, words = _values(dataset, key), written_values(dataset, key)
+    ends = short_list(words, FEW)
+    if len(words) <= FEW or not isinstance(near, float):
         return ends
     beside = sorted(sorted(range(len(values)), key=lambda place: abs(values[place] - near))[:2])
     return f"{ends} (next to it are {', '.join(words[place] for place in beside)})"

@@ -22,6 +22,7 @@ import numpy as np
 from pounding_risk._common.letters import plain
 from pounding_risk._common.plugins import Plugin, plugin_of
 from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk._common.words import short_list
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import is_instant, needs_floors
 from pounding_risk.models.contact.laws import stiffness_quantity
@@ -61,7 +62,7 @@ from pounding_risk.scene.tables import Effect, Grid, Solver, effect_tables
 from pounding_risk.scene.toml import Fault, KeyPath, write_toml
 from pounding_risk.scene.uncertain import UncertainNumbers
 from pounding_risk.scene.uncertain_tables import Uncertain, numbers_in_text, table_of_numbers, uncertain_of
-from pounding_risk.units import GAP, YIELD_FORCE, Quantity, exact, say, shown
+from pounding_risk.units import GAP, YIELD_FORCE, exact, say, shown
 
 OF_EACH_INTERFACE = "each interface's own"  # label of the contact models of a scene whose interfaces differ in theirs
 # The parts of a scene, and the sections of a scene file that they are.
@@ -233,9 +234,9 @@ class Scene(ShortRepr):
         grid = self.grid
         yield "name", self.name
         yield "buildings", " | ".join(building.name for building in self.buildings)
-        yield "gaps", _ends(grid.gaps, GAP)
+        yield "gaps", short_list([say(gap, GAP) for gap in grid.gaps], 3)
         yield "contact models", ", ".join(grid.contact_models)
-        yield "yield forces", _ends(grid.yield_forces, YIELD_FORCE)
+        yield "yield forces", short_list([say(force, YIELD_FORCE) for force in grid.yield_forces], 3)
         yield from self.axis_words()
         if self.effects:
             yield "effects", ", ".join(effect.name for effect in self.effects)
@@ -836,13 +837,6 @@ def _buildings(draft: Draft, effects: tuple[Effect, ...]) -> tuple[tuple[Buildin
 
 
 # ------------------------------------------------------------------------------------------------ about scenes
-
-
-def _ends(values: Sequence[float], quantity: Quantity) -> str:
-    """The values of an axis of the grid, or how many there are and the two at its ends."""
-    if len(values) <= 3:
-        return ", ".join(say(value, quantity) for value in values)
-    return f"{len(values)} from {say(values[0], quantity)} to {say(values[-1], quantity)}"
 
 
 def own_amplitude(scene: Scene) -> Level | None:

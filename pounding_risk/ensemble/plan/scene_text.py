@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import inf, isnan
 
+from pounding_risk._common.words import short_list
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import stiffness_quantity
 from pounding_risk.models.contact.relation import AS_PUBLISHED
@@ -332,7 +333,4 @@ def _grid(study: Scene) -> list[tuple[str, str]]:
 
 
 def _span(values: Sequence[float], quantity: Quantity) -> str:
-    """All values where they are few, otherwise their number, the first and the last."""
-    if len(values) <= 6:
-        return ", ".join(say_level(value, quantity, 4) for value in values)
-    return f"{len(values)} from {say_level(values[0], quantity, 4)} to {say_level(values[-1], quantity, 4)}"
+    return short_list([say_level(value, quantity, 4) for value in values], 6)
