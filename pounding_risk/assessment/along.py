@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.demands import contact_of
@@ -20,9 +21,6 @@ from pounding_risk.results.variables import described
 from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.units import GAP, say, si
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 OWN, IDLE = "own_places", "idle_axes"  # attributes: where the scene's own values stand, and axes without influence
 # What is known at each place and interface, with its unit and words.
@@ -84,8 +82,6 @@ def assess_along(
         As `assess`, for a dataset that has one place along each axis, which `assess` takes, and for samples each of
         which has a motion of its own.
     """
-    import xarray as xr
-
     whole = open_results(results) if isinstance(results, str | Path) else results
     whose = str(results) if isinstance(results, str | Path) else "the dataset"
     axes = open_axes(whole)

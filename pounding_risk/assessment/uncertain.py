@@ -6,9 +6,10 @@ From the motion without contact of every sample, which a scene is run for, or fr
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.dates import created
@@ -33,10 +34,6 @@ from pounding_risk.statistics.proportions import exact_bounds
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES
 from pounding_risk.statistics.sobol import QUANTILES, Indices, given_indices, sobol_indices
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-
 Array = NDArray[np.float64]
 
 CURVES = ("motions alone", "total")
@@ -56,8 +53,6 @@ GAPS_WORDS = (
 @np.errstate(invalid="ignore")  # differences of infinities, where a motion has no finite closing
 def assessed(subject: Samples, request: Request) -> xr.Dataset:
     """The dataset of `uncertainty` from samples."""
-    import xarray as xr
-
     places = range(len(subject.interfaces))
     closings = [subject.closings(index, request.level) for index in places]
     own = [subject.gap(index) for index in places]
@@ -97,8 +92,6 @@ def _interface(
     subject: Samples, index: int, closings: CrossedClosings, gap: float, gaps: Array, request: Request
 ) -> xr.Dataset:
     """The part of the dataset of one interface."""
-    import xarray as xr
-
     criterion = request.criterion
     confidence = criterion.confidence
     outputs = subject.outputs(index, closings, gap, request)

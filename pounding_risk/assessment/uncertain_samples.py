@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
@@ -37,8 +38,6 @@ from pounding_risk.statistics.sobol import power_of_two, saltelli_points, tornad
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from pounding_risk.scene.scene import Scene
 
 Array = NDArray[np.float64]

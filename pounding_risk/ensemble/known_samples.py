@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.identity import difference
@@ -17,9 +18,6 @@ from pounding_risk.results.layout import AMPLITUDE, Template, amplitude_axis, ax
 from pounding_risk.results.scene_axes import at_places, axes_of, has_drawn_motions, variants_of
 from pounding_risk.scene.scene_axis import SAMPLE, UNCERTAIN, SceneAxis
 from pounding_risk.scene.uncertain import GROWING
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 BYTES = 64e6  # of the samples that are read at once
 TABLES = ("scene", "records", "options", "program", "laws")  # of an identity, all of which a dataset must tell

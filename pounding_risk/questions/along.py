@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import TYPE_CHECKING
+
+import xarray as xr
 
 from pounding_risk.assessment.along import along_finding, idle_words, kept_words, lost_words
 from pounding_risk.assessment.options import NO_BOUND, NO_UPPER
 from pounding_risk.questions.adequacy import GIVEN, enough
 from pounding_risk.render.sheet import KEPT, Block, Cell, between, count, head, joined, number, paragraph, table
 from pounding_risk.units import SHOWN
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NAMES = ("contact_probability", "required_gap")
 

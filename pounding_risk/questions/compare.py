@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import isnan, nan
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import xarray as xr
 
 from pounding_risk.questions._declaration import Option
 from pounding_risk.render.sheet import (
@@ -38,9 +40,6 @@ from pounding_risk.studies.compare_findings import (
     which_interface,
     with_terms_of_its_own,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ORDER = 60
 FUNCTION = "studies.compare"

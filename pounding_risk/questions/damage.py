@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.dates import created
 from pounding_risk._common.letters import cell
@@ -42,7 +43,6 @@ from pounding_risk.statistics.proportions import numbered
 from pounding_risk.units import GAP, say, share, shown, si
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 ORDER = 137

@@ -10,9 +10,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
@@ -27,9 +27,6 @@ from pounding_risk.results.scene_axes import check_settled
 from pounding_risk.statistics.proportions import independent_motions, logs_of, numbered
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.units import GAP, say
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # What a setback takes for granted; stated wherever one is read.
 ASSUMED = (

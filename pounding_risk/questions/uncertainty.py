@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.progress import Progress
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
@@ -46,7 +47,6 @@ from pounding_risk.scene.scene import Scene
 from pounding_risk.units import GAP, si
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 ORDER = 135

@@ -11,9 +11,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import fsum, inf, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import PoundingError
@@ -25,9 +26,6 @@ from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import open_axes, with_axes, without_effect, words_of_values
 from pounding_risk.results.tolerance_check import findings
 from pounding_risk.results.variables import NOT_RUN, UNPUSHED
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 COMPLETE = 0  # of the variable ``status``
 IN_RECHECKS = ("recomputed", "of these sensitive")  # counts that the sentences on rechecks contain

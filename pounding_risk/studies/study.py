@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from os import cpu_count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
+
+import xarray as xr
 
 from pounding_risk._common.dates import created
 from pounding_risk._common.progress import Progress
@@ -18,9 +20,6 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.results.files import check_target, save
 from pounding_risk.results.labels import measure_attributes
 from pounding_risk.results.variables import described
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def check_out(out: str | Path | None, command: str, new: bool) -> Path | None:
