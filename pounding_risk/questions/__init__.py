@@ -37,7 +37,7 @@ files and returns them. Beside it the module may hold:
 ``failed(answer)``, ``status(answer)``
     Whether ``--strict`` ends the command with status 3, and the exit status whatever the options.
 
-Parameters of ``sheet`` after the first are options too.
+The first parameter of ``sheet`` is the answer; the others, which its docstring describes, are options too.
 """
 
 from __future__ import annotations

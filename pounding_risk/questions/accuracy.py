@@ -30,13 +30,7 @@ HEADS = ("displacement", "force", "count", "yields", "first touch", "gap")
 
 
 def sheet(dataset: xr.Dataset) -> list[Block]:
-    """The finding, time, errors, steps and energy residual of each setting, and what they are of.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        An answer of `accuracy`.
-    """
+    """The finding, time, errors, steps and energy residual of each setting, and what they are of."""
     about: list[tuple[str, Cell | str]] = [
         ("scene", dataset.attrs["title"]),
         ("cases", count(dataset.sizes["case"])),

@@ -21,15 +21,7 @@ Row = list[Cell | str]
 def sheet(advice: Advice) -> list[Block]:
     """The finding, lines to write, ranges of stiffness with the published rules, and what depends on what.
 
-    Parameters
-    ----------
-    advice : Advice
-        An answer of `advise`.
-
-    Returns
-    -------
-    list of Block
-        Without a table of what depends on what where no case has contact.
+    Without a table of what depends on what where no case has contact.
     """
     return [
         paragraph(f"{advice.finding}."),

@@ -16,13 +16,7 @@ NAMES = ("contact_probability", "required_gap")
 
 
 def sheet(assessed: xr.Dataset) -> list[Block]:
-    """Finding and table of what lies along the axes.
-
-    Parameters
-    ----------
-    assessed : xarray.Dataset
-        An answer of `assess_along`.
-    """
+    """Finding and table of what lies along the axes."""
     motions = f"Motions {assessed.attrs['motions']}; `--select` of one value along each axis gives the whole assessment"
     return [
         paragraph("\n".join([assessed.attrs["title"], assessed.attrs["asked"], *findings(assessed)])),

@@ -243,17 +243,7 @@ FILES = {
 
 
 def sheet(dataset: xr.Dataset) -> list[Block]:
-    """The finding, amplifications of the displacements at a few ratios and gaps, and what was run.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A dataset of `amplification`.
-
-    Returns
-    -------
-    list of Block
-    """
+    """The finding, amplifications of the displacements at a few ratios and gaps, and what was run."""
     return [
         paragraph(dataset.attrs["finding"]),
         _amplifications(dataset),

@@ -109,13 +109,7 @@ FILES = {"out": text_file("", ".json", as_json)}
 
 
 def sheet(assessment: Any) -> list[Block]:
-    """The sheet of an answer, by its kind.
-
-    Parameters
-    ----------
-    assessment : Assessment, xarray.Dataset or tuple of Setback
-        As `answer` gives it.
-    """
+    """The sheet of an answer, by its kind."""
     if isinstance(assessment, tuple):
         return setback_sheet(assessment)
     if not isinstance(assessment, xr.Dataset):
@@ -133,15 +127,7 @@ def sheet(assessment: Any) -> list[Block]:
 def gaps(assessment: Assessment) -> list[Block]:
     """The verdicts, then the tables of each interface, left to right.
 
-    Parameters
-    ----------
-    assessment : Assessment
-        An answer of `assess`.
-
-    Returns
-    -------
-    list of Block
-        Without what its dataset or options do not give, such as rates without a hazard curve.
+    Without what its dataset or options do not give, such as rates without a hazard curve.
     """
     blocks = [paragraph("\n".join([assessment.title, *columns(assessment), assessment.asked]))]
     blocks += [listing(assessment.notes)] if assessment.notes else []

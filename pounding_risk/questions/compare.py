@@ -57,18 +57,13 @@ ANOTHER = 'compare --interface "LEFT | RIGHT" shows another one'
 def sheet(comparison: xr.Dataset, interface: str | None = None) -> list[Block]:
     """The finding, the terms of the comparison, ratios to the baseline, and the conclusions that change.
 
+    Along axes one table with a row for each place.
+
     Parameters
     ----------
-    comparison : xarray.Dataset
-        A dataset of `compare`.
     interface : str, optional
         Whose tables, of a row, "left | right"; by default the one where the laws move the peak relative displacement
         most.
-
-    Returns
-    -------
-    list of Block
-        Along axes one table with a row for each place.
     """
     finding = paragraph(comparison.attrs["finding"])
     if is_along(comparison):

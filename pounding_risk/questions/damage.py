@@ -212,15 +212,7 @@ FILES = {"out": text_file("", ".csv", damage_table)}
 def sheet(dataset: xr.Dataset) -> list[Block]:
     """Curves, ratios, annual rates, probabilities in an event, and notes.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        An answer of `damage`.
-
-    Returns
-    -------
-    list of Block
-        Without rates where the answer is without a hazard, and without an event where it has no fields.
+    Without rates where the answer is without a hazard, and without an event where it has no fields.
     """
     case = case_words(dataset)
     caption = f"Fragility of each damage state with pounding and without, and the ratio; {case}"

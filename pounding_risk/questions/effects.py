@@ -39,13 +39,7 @@ HEADS = {
 
 
 def sheet(dataset: xr.Dataset) -> list[Block]:
-    """The finding, time and changes of each combination of effects, and what the numbers are of.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        An answer of `effects`.
-    """
+    """The finding, time and changes of each combination of effects, and what the numbers are of."""
     status, left_out = dataset["status"], dataset.attrs["left_out"]
     about: list[tuple[str, Cell | str]] = [
         ("scene", dataset.attrs["title"]),

@@ -44,13 +44,7 @@ def drawn(answered: ModesOfScene) -> tuple[Modes, ...]:
 
 
 def sheet(answered: ModesOfScene) -> list[Block]:
-    """Periods, participation factors, effective masses and damping ratios of the slowest modes.
-
-    Parameters
-    ----------
-    answered : ModesOfScene
-        As `answer` gives it.
-    """
+    """Periods, participation factors, effective masses and damping ratios of the slowest modes."""
     rows = [row for building in answered.buildings for row in _rows(building)]
     explained = (
         f"Modes until they carry {100 * SHOWN_SHARE:.0f} % of the mass; participation of shapes whose largest "

@@ -203,13 +203,7 @@ def _sizes(old: np.ndarray, new: np.ndarray) -> tuple[float, float]:
 
 
 def sheet(comparison: Rerun) -> list[Block]:
-    """What differs, or that nothing does, then other versions and notes.
-
-    Parameters
-    ----------
-    comparison : Rerun
-        An answer of `rerun`.
-    """
+    """What differs, or that nothing does, then other versions and notes."""
     names = (("missing", comparison.missing), ("new", comparison.new))
     lines = [f"{heading}: {', '.join(some)}" for heading, some in names if some]
     lines += [f"version: {name} is {now}, was {was}" for name, (was, now) in comparison.versions.items()]

@@ -19,15 +19,7 @@ DOUBTS = (FROM_MEMORY, QUOTED_ONLY, ONE_GROUND)
 
 
 def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
-    """What the rules of building codes require, motion by motion, over the gap that the motion needs.
-
-    Parameters
-    ----------
-    percentile : float
-        Share of the motions [%] whose gap is given beside the median.
-    one : InterfaceAssessment
-        Its separations are shown.
-    """
+    """What the rules of building codes require, motion by motion, over the gap that the motion needs."""
     bumper = max((rule.bumper for rule in one.separations), default=0.0)
     motions = sum(closing > bumper for closing in one.closing)
     compared = [at for at, rule in enumerate(one.separations) if rule.exceeded is not None]

@@ -270,13 +270,7 @@ def _by_side_or_both(
 
 
 def sheet(answer: Given | Beside | None) -> list[Block]:
-    """The rules with their clauses; with displacements or a dataset the separation that each requires.
-
-    Parameters
-    ----------
-    answer : Given, Beside or None
-        As `separations` gives it.
-    """
+    """The rules with their clauses; with displacements or a dataset the separation that each requires."""
     if answer is None:
         return _rules()
     if isinstance(answer, Given):

@@ -135,13 +135,7 @@ def setbacks(
 
 
 def sheet(found: Sequence[Setback]) -> list[Block]:
-    """Table of the setbacks by percentile, and what they take for granted.
-
-    Parameters
-    ----------
-    found : sequence of Setback
-        An answer of `setbacks`.
-    """
+    """Table of the setbacks by percentile, and what they take for granted."""
     heads = ["building", "sufficient for [%]", head("setback", "m")]
     heads += [head("bounds by recording", "m")]
     every = [(one.building, required) for one in found for required in one.required]

@@ -65,15 +65,7 @@ OF_PLACES = (
 def sheet(run: xr.Dataset) -> list[Block]:
     """The case, its outputs, its buildings, its contacts, and notes.
 
-    Parameters
-    ----------
-    run : xarray.Dataset
-        An answer of `simulate`.
-
-    Returns
-    -------
-    list of Block
-        Of several interfaces a table of them takes the place of the outputs.
+    Of several interfaces a table of them takes the place of the outputs.
     """
     attrs = run.attrs
     is_one = run.sizes["interface"] == 1

@@ -136,17 +136,7 @@ def spectra(
 
 
 def sheet(dataset: xr.Dataset) -> list[Block]:
-    """The finding, required gaps at a few pairs of periods, every rule beside them, and what was run.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A dataset of `spectra`.
-
-    Returns
-    -------
-    list of Block
-    """
+    """The finding, required gaps at a few pairs of periods, every rule beside them, and what was run."""
     return [
         paragraph(dataset.attrs["finding"]),
         _gaps(dataset),

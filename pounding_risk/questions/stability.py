@@ -21,15 +21,7 @@ BESIDE = ("as a row", "worst figure as a row")
 def sheet(rows: Sequence[Row]) -> list[Block]:
     """The worst figure of each case, whatever does not hold, and the counts.
 
-    Parameters
-    ----------
-    rows : sequence of Row
-        An answer of `stability`.
-
-    Returns
-    -------
-    list of Block
-        With the figures of the solver of rows beside, where it was run.
+    With the figures of the solver of rows beside, where it was run.
     """
     in_row = [row.in_row for row in rows if row.in_row is not None]
     by_case: dict[str, list[Row]] = {}

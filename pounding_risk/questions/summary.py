@@ -16,13 +16,7 @@ HEADS = ("output, of complete cases", "contact model", "values", "least", "mean"
 
 
 def sheet(summary: Summary) -> list[Block]:
-    """Counts of cases, and a line for each output and contact model.
-
-    Parameters
-    ----------
-    summary : Summary
-        An answer of `summary`.
-    """
+    """Counts of cases, and a line for each output and contact model."""
     counts = [(name, count(number)) for name, number in summary.counts.items() if name not in IN_RECHECKS]
     rows = [
         [name, law, count(spread.values), *(worded(value, f"{value:.6g}") for value in spread[1:]), summary.units[name]]

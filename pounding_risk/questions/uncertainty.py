@@ -30,8 +30,8 @@ from pounding_risk.render.sheet import (
     Block,
     Cell,
     between,
-    facts,
     evenly,
+    facts,
     figure,
     head,
     heading,
@@ -172,17 +172,12 @@ def uncertainty(
 def sheet(dataset: xr.Dataset, *, tornado: bool = False) -> list[Block]:
     """The verdict on each interface with its tables, the figure, and what is assumed.
 
+    Without percentiles over samples where motions are drawn with them.
+
     Parameters
     ----------
-    dataset : xarray.Dataset
-        An answer of `uncertainty`.
     tornado : bool
         With the table of each number moved alone, where the answer has one.
-
-    Returns
-    -------
-    list of Block
-        Without percentiles over samples where motions are drawn with them.
     """
     about = [("scene", dataset.attrs["title"]), *((name, dataset.attrs[name]) for name in ("samples", "motions"))]
     blocks = [facts("", about), paragraph(dataset.attrs["asked"])]

@@ -37,13 +37,7 @@ MEANING = (
 
 
 def sheet(outcome: Verification) -> list[Block]:
-    """Values, properties, whatever is unacceptable or out of its bounds, and the counts.
-
-    Parameters
-    ----------
-    outcome : Verification
-        As `verify` gives it.
-    """
+    """Values, properties, whatever is unacceptable or out of its bounds, and the counts."""
     far = [
         f"{one.case}, {one.quantity}: {share(one.difference)} from {one.printed} of {one.source}, "
         f"more than {share(one.limit)}{'; ours has converged' * one.is_converged}"
