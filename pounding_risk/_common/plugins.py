@@ -200,10 +200,6 @@ class Registry(MutableMapping[str, Any]):
     def __delitem__(self, name: str) -> None:
         del self.members[name]
 
-    @property
-    def _word(self) -> str:
-        return GROUPS.get(self.group, "member")
-
     def is_ours(self, name: str) -> bool:
         """Whether this package has a member of this name."""
         return name in self._ours

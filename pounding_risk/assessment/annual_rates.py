@@ -60,17 +60,16 @@ def read_rate(value: float | str, name: str = "rate") -> AnnualRate:
     return _plain(number, value, name)
 
 
-def read_target_rate(value: AnnualRate | float | str | None, has_hazard: bool, prefix: str = "") -> AnnualRate | None:
+def read_target_rate(value: AnnualRate | float | str | None, has_hazard: bool) -> AnnualRate | None:
     """The rate of contact that the user accepts, None where none is given.
 
-    Raises QuantityError, with ``prefix`` before the name of the option, as `read_rate` and without a hazard curve.
+    Raises QuantityError as `read_rate`, and without a hazard curve.
     """
     if value is None or isinstance(value, AnnualRate):
         return value
-    name = f"{prefix}target-rate" if prefix else "target_rate"
     if not has_hazard:
-        raise QuantityError(f"{name}: a rate of contact follows from a hazard curve; add --hazard hazard.csv")
-    return read_rate(value, name)
+        raise QuantityError("target_rate: a rate of contact follows from a hazard curve; add --hazard hazard.csv")
+    return read_rate(value, "target_rate")
 
 
 def _of_text(text: str, name: str) -> AnnualRate:

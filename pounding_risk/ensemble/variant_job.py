@@ -32,12 +32,12 @@ from pounding_risk.results.variables import own_dims
 from pounding_risk.scene.motions import as_before, for_buildings
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.scene_axis import SAMPLE, SceneAxis, alone
-from pounding_risk.scene.toml import KeyPath
 from pounding_risk.scene.uncertain import DrawnMotions
 from pounding_risk.scene.variants import Variants
 
 JOBS = 1000  # of places along the axes that are kept, some 10 kB each
 PARTS = "parts"  # the attribute that counts the parts of a row's cases
+_path_text = lru_cache(maxsize=1024)(as_text)  # of paths in nested tables, which are equal in every scene
 
 
 class Gathered(NamedTuple):
@@ -236,12 +236,6 @@ def ordered_axes(study: Scene, kind: type[GridJob]) -> tuple[SceneAxis, ...]:
 def _leaves(study: Scene) -> dict[str, Any]:
     """The values of the resolved tables of a scene by their paths."""
     return {_path_text(path): leaf for path, leaf in leaves_of(study.resolved())}
-
-
-@lru_cache(maxsize=1024)
-def _path_text(path: KeyPath) -> str:
-    """A path in nested tables as the attribute has it; equal in every scene."""
-    return as_text(path)
 
 
 def _dims(given: Any) -> tuple[str, ...]:

@@ -156,7 +156,6 @@ DEMANDS = (
         absent=NO_COLUMN,
     ),
 )
-BY_KEY: Mapping[str, Demand] = {demand.key: demand for demand in DEMANDS}
 
 
 # ------------------------------------------------------------------------------------------------ keys

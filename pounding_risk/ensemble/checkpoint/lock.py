@@ -39,10 +39,8 @@ class Holder(NamedTuple):
             return False
         try:
             os.kill(self.pid, 0)
-        except ProcessLookupError:
-            return True
-        except PermissionError:
-            return False
+        except OSError as error:  # one of another user may not be asked
+            return isinstance(error, ProcessLookupError)
         return False
 
 
