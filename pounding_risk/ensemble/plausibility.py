@@ -27,17 +27,7 @@ from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.known_motions import has_known_motion, known_motion_notes
 from pounding_risk.scene.scene import Axes, Scene
 from pounding_risk.scene.variants import Variants
-from pounding_risk.units import (
-    FLOOR_MASS,
-    GAP,
-    PERIOD,
-    PGA,
-    STANDARD_GRAVITY,
-    STOREY_HEIGHT,
-    TIME,
-    Quantity,
-    say,
-)
+from pounding_risk.units import FLOOR_MASS, GAP, PERIOD, PGA, STANDARD_GRAVITY, STOREY_HEIGHT, TIME, Quantity, say
 
 if TYPE_CHECKING:
     from pounding_risk.motions.motion import Motion

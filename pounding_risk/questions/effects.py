@@ -6,18 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.lab.effects_findings import NONE, rows, yielding
-from pounding_risk.render.sheet import (
-    Block,
-    Cell,
-    computing_time,
-    count,
-    facts,
-    head,
-    middle,
-    number,
-    paragraph,
-    table,
-)
+from pounding_risk.render.sheet import Block, Cell, computing_time, count, facts, head, middle, number, paragraph, table
 from pounding_risk.units import MISSING
 
 if TYPE_CHECKING:

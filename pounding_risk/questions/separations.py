@@ -22,18 +22,7 @@ from pounding_risk.assessment.separations.rules import (
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import Option
 from pounding_risk.questions.rules import Row, compared, length
-from pounding_risk.render.sheet import (
-    MISSING,
-    Block,
-    Cell,
-    count,
-    facts,
-    head,
-    heading,
-    number,
-    paragraph,
-    table,
-)
+from pounding_risk.render.sheet import MISSING, Block, Cell, count, facts, head, heading, number, paragraph, table
 from pounding_risk.statistics.separations import white_noise_correlation
 from pounding_risk.units import DAMPING, PERIOD, PGA, Quantity, parse, si
 
