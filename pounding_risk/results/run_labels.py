@@ -87,10 +87,6 @@ CONTACTS = {
     "impulse": ("N s", "impulse of the contact force"),
     "work": ("J", "work of the contact force: what the contact took"),
 }
-CONTACT_PLACE = {"long_name": "contact point of the contact"}
-BUILDING = {"long_name": "building, left to right"}
-FORCE_OF_RUN = ("N", "yield force F_E")
-GAP_OF_RUN = ("m", "clear distance at rest")
 
 
 class Case(NamedTuple):
@@ -154,7 +150,7 @@ def run_variables(trace: Trace, point_names: Sequence[str]) -> dict[str, Any]:
         if name in trace.contacts:
             data[f"contact_{name}"] = ("contact", trace.contacts[name], described(unit, words))
     names = np.array([point_names[index] for index in trace.contact_points], dtype=np.str_)
-    return data | {"contact_place": ("contact", names, dict(CONTACT_PLACE))}
+    return data | {"contact_place": ("contact", names, {"long_name": "contact point of the contact"})}
 
 
 def run_coordinates(study: Scene, case: Case, time: Array) -> dict[str, Any]:
@@ -169,9 +165,9 @@ def run_coordinates(study: Scene, case: Case, time: Array) -> dict[str, Any]:
         **building_coordinates(buildings),
         **place_coordinates(buildings, study.points, forces),
         **({"link": ("link", names, {"long_name": "link, by the floors at its ends"})} if names else {}),
-        "contact_point_yield_force": ("contact_point", forces[0], described(*FORCE_OF_RUN)),
-        "interface_gap": ("interface", list(case.gaps), described(*GAP_OF_RUN)),
+        "contact_point_yield_force": ("contact_point", forces[0], described("N", "yield force F_E")),
+        "interface_gap": ("interface", list(case.gaps), described("m", "clear distance at rest")),
         **bumper_coordinate(study),
-        "building": ("building", [building.name for building in buildings], dict(BUILDING)),
+        "building": ("building", [one.name for one in buildings], {"long_name": "building, left to right"}),
         "time": ("time", time, described("s", "time since the start of the record")),
     }
