@@ -44,9 +44,9 @@ def partial_of(target: Path) -> Path:
     return _aside(target, PARTIAL)
 
 
-def is_partial_of(name: str, pattern: str) -> bool:
-    """True for the name by `partial_of` of a target whose name fits a regular expression."""
-    return _is_aside(name, pattern, PARTIAL)
+def is_aside(name: str, pattern: str, ending: str = PARTIAL) -> bool:
+    """True for the name by `partial_of` of a target whose name fits a regular expression, or with another ending."""
+    return re.fullmatch(rf"\.(?:{pattern})\.[\w-]+\.\d+\.{ending}", name) is not None
 
 
 def write_whole(path: Path, write: Callable[[BinaryIO], object]) -> None:
@@ -67,7 +67,7 @@ def write_together(files: Iterable[tuple[Path, Callable[[BinaryIO], object]]]) -
         for path, partial in partials.items():
             os.replace(partial, path)
         for folder in {path.parent for path in partials}:
-            sync_folder(folder)
+            sync(folder)
     finally:
         for partial in partials.values():
             partial.unlink(missing_ok=True)
@@ -103,10 +103,10 @@ def move_into_place(partial: Path, target: Path) -> None:
     """Sync a file or a folder and move it to its final name, replacing an older one. Raises OSError."""
     is_folder = partial.is_dir()
     for path in [*(partial.rglob("*") if is_folder else ()), partial]:
-        _sync(path)
+        sync(path)
     if not is_folder:
         os.replace(partial, target)
-        sync_folder(target.parent)
+        sync(target.parent)
         _remove_orphans(target)
         return
     older = _aside(target, OLD)
@@ -118,7 +118,7 @@ def move_into_place(partial: Path, target: Path) -> None:
         if older.is_dir() and not target.exists():
             os.rename(older, target)
         raise
-    sync_folder(target.parent)
+    sync(target.parent)
     discard(older)
     _remove_orphans(target)
 
@@ -219,26 +219,18 @@ def checksum(path: Path) -> str:
     return digest.hexdigest()
 
 
-def sync_folder(folder: Path) -> None:
-    """Sync the names in a folder to disk, where the system can do so."""
-    _sync(folder)
-
-
 def _aside(target: Path, ending: str) -> Path:
     return target.with_name(f".{target.name}.{host()}.{os.getpid()}.{ending}")
-
-
-def _is_aside(name: str, pattern: str, ending: str) -> bool:
-    return re.fullmatch(rf"\.(?:{pattern})\.[\w-]+\.\d+\.{ending}", name) is not None
 
 
 def _asides(target: Path, ending: str) -> Iterator[Path]:
     """Paths beside a target with this ending, of any process on any machine."""
     names = sorted(os.listdir(target.parent)) if target.parent.is_dir() else []
-    return (target.with_name(name) for name in names if _is_aside(name, re.escape(target.name), ending))
+    return (target.with_name(name) for name in names if is_aside(name, re.escape(target.name), ending))
 
 
-def _sync(path: Path) -> None:
+def sync(path: Path) -> None:
+    """Sync a file to disk, or the names in a folder where the system can do so."""
     is_folder = path.is_dir()
     if is_folder and os.name != "posix":  # Windows opens no folders
         return

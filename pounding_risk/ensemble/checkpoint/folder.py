@@ -24,11 +24,11 @@ from pounding_risk._common.files import (
     FULL,
     OWN_FILE,
     host,
-    is_partial_of,
+    is_aside,
     led_to,
     limit_words,
     raised,
-    sync_folder,
+    sync,
     write_whole,
 )
 from pounding_risk.ensemble.checkpoint.chunks import CHUNK, Damaged, batches_of, chunk_name, read_chunk, write_chunk
@@ -173,7 +173,7 @@ class Checkpoint:
         text = json.dumps({**facts, "working_folder": os.getcwd(), "identity": identity}, ensure_ascii=False, indent=1)
         write_whole(self.path / STUDY, lambda file: file.write(text.encode(errors="backslashreplace")))
         (self.path / CHUNKS).mkdir(exist_ok=True)
-        sync_folder(self.path)
+        sync(self.path)
         self.log("begin", **self.about.table())
 
     def __enter__(self) -> Checkpoint:
@@ -283,7 +283,7 @@ class Checkpoint:
         """Remove files that killed processes left aside."""
         for folder, pattern in ((self.path, r"study\.json"), (self.path / CHUNKS, CHUNK)):
             for entry in entries_of(folder):
-                if is_partial_of(entry.name, pattern):
+                if is_aside(entry.name, pattern):
                     self._remove(Path(entry.path), "a process was killed while it wrote this file")
 
     def _remove(self, file: Path, why: str) -> None:
@@ -333,7 +333,7 @@ def check_ours(folder: Path) -> None:
     if STUDY in names:
         read_study(folder)
         return
-    own = {name for name in names if name in OWN or is_partial_of(name, r"study\.json")}
+    own = {name for name in names if name in OWN or is_aside(name, r"study\.json")}
     strangers = sorted(names - own)
     # A scan that was killed as it began has left a lock at least.
     if strangers or (names and LOCK not in names):
