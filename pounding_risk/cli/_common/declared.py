@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from importlib import import_module
 from inspect import Parameter, Signature
 from pathlib import Path
@@ -178,7 +179,7 @@ class Question:
             check_replaceable(dataset, self.name, None, values["new"])
         flags = {name: self._flag(name) for name in values}
         in_words = {flags[name].removeprefix("--").replace("-", " "): flags[name] for name in given}
-        with _NamedByOption(self.name, in_words | flags):
+        with _named_by_option(self.name, in_words | flags):
             check = getattr(module, "check", lambda _: None)
             check(given)
             subject = {} if self.subject is None else {self.first: self.subject.open(values)}
@@ -262,20 +263,17 @@ class Question:
         return (option and option.flag.partition(" ")[0]) or f"--{name.replace('_', '-')}"
 
 
-class _NamedByOption:
+@contextmanager
+def _named_by_option(name: str, flags: Mapping[str, str]) -> Iterator[None]:
     """Errors that begin with the name of a parameter, or of its option in words, begin with that of the option."""
-
-    def __init__(self, name: str, flags: Mapping[str, str]):
-        self.name, self.flags = name, flags
-
-    def __enter__(self) -> None: ...
-
-    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
-        if isinstance(error, PoundingError):
-            for text in (str(error), str(error).removeprefix(f"{self.name}: ")):  # as in "simulate: gap: ..."
-                parameter, colon, rest = text.partition(":")
-                if colon and (flag := self.flags.get(parameter, self.flags.get(parameter.lower()))):
-                    raise PoundingError(f"{flag}:{rest}") from None
+    try:
+        yield
+    except PoundingError as error:
+        for text in (str(error), str(error).removeprefix(f"{name}: ")):  # as in "simulate: gap: ..."
+            parameter, colon, rest = text.partition(":")
+            if colon and (flag := flags.get(parameter, flags.get(parameter.lower()))):
+                raise PoundingError(f"{flag}:{rest}") from None
+        raise
 
 
 def parameters_of(function: Any) -> dict[str, str]:
