@@ -103,9 +103,14 @@ def bumper_words(lengths: Sequence[float]) -> str:
     return f"bumpers of {' to '.join(f'{1e3 * length:.6g}' for length in ends)} mm"
 
 
+def buildings_with(scene: Mapping[str, Any], *keys: str) -> list[str]:
+    """The buildings whose tables in a scene have one of these keys."""
+    return [str(table["name"]) for table in scene.get("building", []) if any(key in table for key in keys)]
+
+
 def rotating_buildings(scene: Mapping[str, Any]) -> list[str]:
     """The buildings whose floors rotate, by the tables of a scene."""
-    return [str(building["name"]) for building in scene.get("building", []) if "plan" in building]
+    return buildings_with(scene, "plan")
 
 
 def moves_across(scene: Mapping[str, Any], name: str) -> bool:
@@ -152,22 +157,14 @@ def gaps_needed(dataset: xr.Dataset) -> xr.DataArray:
 
 def collapsible_buildings(scene: Mapping[str, Any]) -> list[str]:
     """The buildings whose storeys may collapse: with hysteresis, or that yield under a weight that acts."""
-    yields_under_weight = {"inelastic_storeys", "p_delta"} <= set(scene.get("effects", {}))
-    return [
-        str(building["name"])
-        for building in scene.get("building", [])
-        if "hysteresis" in building or (yields_under_weight and "storey_strengths" in building)
-    ]
+    yield_under_weight = {"inelastic_storeys", "p_delta"} <= set(scene.get("effects", {}))
+    return buildings_with(scene, "hysteresis", *["storey_strengths"] * yield_under_weight)
 
 
 def yielding_buildings(scene: Mapping[str, Any]) -> list[str]:
     """The buildings whose storeys or isolators may yield, by the tables of a scene."""
     storeys_yield = "inelastic_storeys" in scene.get("effects", {})
-    return [
-        str(building["name"])
-        for building in scene.get("building", [])
-        if "isolation" in building or (storeys_yield and "storey_strengths" in building)
-    ]
+    return buildings_with(scene, "isolation", *["storey_strengths"] * storeys_yield)
 
 
 def no_response(dataset: xr.Dataset, of: str = "") -> str:
@@ -194,7 +191,7 @@ def has_initial_motion(scene: Mapping[str, Any]) -> bool:
 
 def isolated_buildings(scene: Mapping[str, Any]) -> list[str]:
     """The buildings on isolators, by the tables of a scene; isolators are storey 1."""
-    return [str(building["name"]) for building in scene.get("building", []) if "isolation" in building]
+    return buildings_with(scene, "isolation")
 
 
 def as_text(value: Any) -> str:
