@@ -26,6 +26,8 @@ from pounding_risk.render.csv_text import csv_text
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.files import save
 from pounding_risk.statistics.hazard import annual_rate
+from pounding_risk.statistics.required_gap import rounded_up
+from pounding_risk.units import say_in
 
 G = 9.80665
 K0, K = 2e-3, 2.5
@@ -358,6 +360,7 @@ def test_the_command_tells_gaps_for_rates_and_the_target(tmp_path):
     assert "1 % in 100 years, the target" in run.output
     for gap in one.gaps_for_rates:
         assert gap.words in run.output
+        assert gap.fault or f" {1e3 * rounded_up(gap.gap):.4g} " in run.output, "rounded up to what suffices"
     assert "Scaling a motion keeps the shape of its spectrum" in run.output
     for wrong, words in (
         (["--target-rate", "2475 years"], "--target-rate: a rate of contact follows from a hazard curve; add --hazard"),
@@ -405,7 +408,9 @@ def test_the_figure_has_the_rate_against_the_gap(tmp_path):
         if not gap.fault:
             assert np.interp(1e3 * gap.gap, *line.get_data()) == pytest.approx(gap.rate, rel=1e-9)
     marks = {str(line.get_label()): line.get_data() for line in axis.lines}
-    assert any(label.startswith("for once in 475 years: ") for label in marks)
+    for gap in one.gaps_for_rates:
+        least = "at least " if gap.at_least else ""
+        assert gap.fault or f"for {gap.words}: {least}{say_in(rounded_up(gap.gap), 'mm', 3)}" in marks
     rates = [line.get_marker() for line in axis.lines if str(line.get_label()).startswith("for ")]
     assert len(rates) > 3 and len(set(rates)) == len(rates)
     assert marks["its bounds"][0] == pytest.approx(
