@@ -283,6 +283,10 @@ def _elevation_legend(figure: Figure, case: RowCase) -> None:
     ]
     caption = "left of a point: share with contact; right: median peak force, share that reaches $F_E$; "
     caption += f"gaps drawn × {gap_scale(case.gaps):g}"
+    is_known = np.isfinite(case.results["building_height"].values)
+    if not is_known.all():
+        whose = " and ".join(map(str, case.results["building"].values[~is_known]))
+        caption += f"\nno height is given of {plain(whose)}: the one drawn is nominal"
     linked = [name for at, name in enumerate(case.interfaces) if Results(case.results).has_link(at)]
     if linked:
         where = between(linked[0]) if len(linked) == 1 else counted(len(linked), "pair") + " of neighbours"

@@ -100,6 +100,7 @@ def test_the_elevation_says_which_neighbours_a_damper_joins():
 def test_a_building_without_a_height_is_as_tall_as_its_neighbour(case):
     kiosk, vault = case.buildings[-2:]
     assert (vault.height, vault.is_rigid, kiosk.height) == (4.0, True, 4.0)
+    assert f"no height is given of {vault.name}: the one drawn is nominal" in texts(elevation_figure(case))
 
 
 def test_the_elevation_draws_each_contact_point_at_its_level_in_its_share(case, results):
