@@ -190,6 +190,8 @@ def _unusual(what: str, values: Mapping[str, float]) -> Iterator[str]:
 
 def _of_buildings(study: Scene) -> Iterator[str]:
     moving = [building for building in study.buildings if not building.is_rigid]
+    if "soil_flexibility" in dict(study.effects):
+        yield "soil_flexibility: foundations sway and do not rock, which would move roofs further; gaps may need more"
     for building in moving:
         masses = getattr(building, "masses", None) or (building.mass,)
         for mass in dict.fromkeys((min(masses), max(masses))):

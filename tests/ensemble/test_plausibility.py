@@ -118,6 +118,11 @@ def test_an_unusual_number_of_storeys_has_a_sentence(override, says):
     says("\n".join(told))
 
 
+def test_foundations_that_sway_are_told_not_to_rock():
+    (told,) = notes('effects.soil_flexibility={shear_wave_velocity = "200 m/s", radius = "8 m"}', text=ROW)
+    assert "sway and do not rock" in told
+
+
 def test_notes_along_an_axis_are_one_with_the_range_of_each_number():
     """From the softest to the stiffest that is told; the digits of a building's name are none of them."""
     text = PAIR.replace('"right"', '"block 2"')
