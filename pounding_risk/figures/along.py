@@ -71,12 +71,13 @@ def along_caption(assessed: xr.Dataset, part: xr.Dataset | None = None) -> str:
         part = part.isel(_drawn_axes(part)[1])
     others = [str(dim) for dim in assessed.dims if dim != "interface" and dim not in part.dims]
     held = [value_words(part.expand_dims(others), axis, 0) for axis in others]
+    bounds = f"shaded: bounds of {percent_words(float(assessed.attrs['confidence']))} by recording"
+    if not (part["required_gap_bounded"] > 0.0).all():
+        bounds += ", of the gap up to the largest that a motion needs where so few recordings give no upper bound"
     parts = [
         f"{assessed.attrs['title']}, motions {assessed.attrs['motions']}",
         f"the gap required is that of {float(assessed.attrs['percentile']):g} % of the motions",
-        f"shaded: bounds of {percent_words(float(assessed.attrs['confidence']))} by recording"
-        if len(part.dims) == 1
-        else "bounds are not drawn",
+        bounds if len(part.dims) == 1 else "bounds are not drawn",
         *([f"at {part['interface'].item()}"] if assessed.sizes["interface"] > 1 else []),
         *([f"drawn where {', '.join(held)}"] if held else []),
         *filter(None, [idle_words(assessed)]),

@@ -54,6 +54,7 @@ def test_along_one_axis_lines_with_their_bounds(whole):
     words = words_of(figure).replace("\n", " ")
     assert f"(the most where {PERIOD} = {float(one[PERIOD][widest]):.6g} s)" in words
     assert "shaded: bounds of 95 % by recording" in words
+    assert ("give no upper bound" in words) is not bool(one["required_gap_bounded"].all())
 
 
 def test_along_two_axes_maps_and_what_is_not_drawn_is_told(assessed):
