@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 from math import asin, atan2, ceil, cos, exp, log, pi, sin, sqrt
 from pathlib import Path
@@ -17,8 +18,9 @@ from typer.testing import CliRunner
 
 import pounding_risk as pr
 from pounding_risk.cli import app
-from pounding_risk.errors import SceneError
+from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.figures import verification_differences_figure, verification_figure
+from pounding_risk.lab.verification import Verification
 from pounding_risk.lab.verification.case import IN_COUNTS, INPUT, KINDS, printed, read_case
 from pounding_risk.lab.verification.run import RUNGS, share, shipped
 from pounding_risk.motions.generated import recipe
@@ -610,6 +612,15 @@ def test_the_page_has_every_value_its_source_and_what_is_from_memory(outcome, tm
     assert "from the case files, which it ran" in page and "from the dataset alone" not in page
     again = verification_page(outcome, tmp_path / "again.html").read_text("utf-8")
     assert again == page
+
+
+def test_a_page_whose_fonts_cannot_be_written_is_refused_in_a_sentence(tmp_path, monkeypatch):
+    def full(model):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("pounding_risk.reports.pdf.document", full)
+    with pytest.raises(PoundingError, match="cannot be written"):
+        verification_page(Verification((), (), ()), tmp_path / "page.pdf")
 
 
 def test_figures_show_every_value_and_say_what_they_find(outcome):
