@@ -9,7 +9,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.figures.style import STYLES, beside, blank, joined, logarithmic, plain, styles, title
-from pounding_risk.motions.record import lowest_usable
+from pounding_risk.motions.record import RAW, lowest_usable
 from pounding_risk.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -27,7 +27,6 @@ SHORTEST, LONGEST = 0.02, 10.0  # s of the periods drawn
 PERIODS = 120
 MOST_ROWS = 12  # motions in a figure of histories
 BINS_PER_DECADE = 40
-RAW = "raw"  # the state of a record whose quiet is noise
 FAINTEST = 1e-4  # of the largest Fourier amplitude after processing: below it there is nothing to see
 
 

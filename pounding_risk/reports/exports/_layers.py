@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
-from pounding_risk.assessment.demands import motions_of, share_with_lost, touching
+from pounding_risk.assessment.demands import SAME_GAP, motions_of, share_with_lost, touching
 from pounding_risk.assessment.row import RowCase, any_of_building, row_case
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
 from pounding_risk.errors import PoundingError
@@ -34,7 +34,6 @@ Array = NDArray[np.float64]
 
 WORST_FIRST = (INADEQUATE, DEPENDS, ADEQUATE)
 PERCENTILES = (50, 84, 95)
-SAME_GAP = 1e-9  # m
 DRIFTS, ACCELERATIONS = ("peak_drift", "peak_displacement"), ("peak_floor_acceleration",)  # of a single mass the second
 
 
