@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from pounding_risk.assessment.along import along_finding, idle_words, is_along, 
 from pounding_risk.assessment.options import percent_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import MEANING, blank, contact_styles, plain, share_bar, title
+from pounding_risk.results.attributes import read_attribute
 from pounding_risk.units import GAP, SHOWN, say, shown
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def _of_interface(assessed: Any, interface: str | None) -> Any:
 def _drawn_axes(part: Any) -> tuple[list[str], dict[str, int]]:
     """The axes that are drawn, two at most, the one with most values first; and the place along each of the others."""
     axes = [str(dim) for dim in part.dims]
-    own = json.loads(part.attrs["own_places"])
+    own = read_attribute(part, "own_places", {})
     spans = {axis: float((part["required_gap"].max(axis) - part["required_gap"].min(axis)).max()) for axis in axes}
     chosen = sorted(axes, key=lambda axis: -spans[axis])[:2]
     if len(chosen) == 2 and spans[chosen[1]] == 0.0 and part["contact_probability"].std(chosen[1]).max() == 0.0:

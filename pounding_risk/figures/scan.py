@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import MEANING, QUIET, blank, law_words, plain, styles, title
+from pounding_risk.results.attributes import read_attribute
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import settled
@@ -162,7 +162,7 @@ def _maps(
     """One heat map for each record (columns) and polarity (rows), with one scale of colours."""
     rows, columns = values.sizes["polarity"], values.sizes["record"]
     figure, axes = blank(rows, columns, (max(7.6, 1.6 + 2.3 * columns), 2.1 + 2.4 * rows), sharex=True, sharey=True)
-    facts = {entry.get("name"): entry for entry in json.loads(results.attrs.get("records", "[]"))}
+    facts = {entry.get("name"): entry for entry in read_attribute(results, "records", [])}
     picture: Any = None
     for row, column in np.ndindex(rows, columns):
         axis, here = axes[row, column], {"polarity": row, "record": column}
