@@ -8,6 +8,7 @@ import numpy as np
 
 from pounding_risk.figures.style import QUIET, beside, blank, legend_below, logarithmic, message, title
 from pounding_risk.lab.accuracy_findings import EVENT, OUTPUTS, summed_up
+from pounding_risk.results.tolerance_check import COUNTED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,7 +18,6 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 COLOURS = ("#0072B2", "#D55E00", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9")
 FLOOR = 1e-14  # where errors of zero are drawn
 WORST = 1e1  # and what is above: a motion that blew up
-WHOLE = ("impact_count", "yield_exceedance")
 
 
 def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
@@ -58,13 +58,13 @@ def _draw(axis: Any, dataset: xr.Dataset, which: tuple[str, str], style: tuple[s
     settings = dataset.isel(setting=np.flatnonzero(dataset["method"].values == solver)).sel(output=output)
     times = settings["time"].values
     middle, worst = np.array([summed_up(error) for error in settings["error"].values]).T
-    if output in WHOLE:
+    if output in COUNTED:
         middle = worst  # right or wrong: what counts is whether every case is right
     is_known = ~np.isnan(middle) & (middle < WORST)
     line = {"color": colour, "linewidth": 2.2 if solver == EVENT else 1.2, "zorder": 4 if solver == EVENT else 3}
     # The legend's entry, with line and marker, whether or not there is anything to draw.
     axis.plot([], [], label=solver, marker=marker, markersize=5, **line)
-    if output not in WHOLE:
+    if output not in COUNTED:
         axis.plot(times[is_known], np.maximum(middle[is_known], FLOOR), **line)
         axis.plot(times[is_known], np.clip(worst[is_known], FLOOR, WORST), linestyle=":", color=colour, linewidth=0.9)
     exact = is_known & (middle <= FLOOR)
