@@ -172,10 +172,10 @@ class Draft:
         if kind.hazus:
             self.put("hazus type", kind.hazus, rule=rule)
 
-    def year(self, head: str, unknown: Sequence[int] = ()) -> int | None:
-        """The year of a cell; None for the codes of a format for an unknown one."""
+    def year(self, head: str) -> int | None:
+        """The year of a cell; None for 0, an unknown one."""
         value = self.whole(head)
-        if value is None or value in unknown:
+        if not value:
             return None
         if not FIRST_YEAR <= value <= LAST_YEAR:
             self.fault(head, f"{value} is no year from {FIRST_YEAR} to {LAST_YEAR}; correct it or leave it empty")

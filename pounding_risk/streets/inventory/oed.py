@@ -82,7 +82,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         _size(draft)
         _kind(draft)
         draft.single("NumberOfBuildings", unknown=(0.0,))
-        year, taxonomy = draft.year("YearBuilt", unknown=(0,)), ""
+        year, taxonomy = draft.year("YearBuilt"), ""
         if draft.text("OrgConstructionScheme").upper().startswith("GEM") and draft.text("OrgConstructionCode"):
             taxonomy = put_taxonomy(draft, draft.text("OrgConstructionCode"), "OrgConstructionCode")
         draft.own_columns(own)

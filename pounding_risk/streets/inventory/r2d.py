@@ -65,7 +65,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         _doubt_area(draft, footprint)
         _kind(draft)
         draft.own_columns(own)
-        yield draft.building(footprint, _point(draft), year=draft.year("YearBuilt", unknown=(0,)))
+        yield draft.building(footprint, _point(draft), year=draft.year("YearBuilt"))
 
 
 def _run_unit(path: Path) -> tuple[str, str]:

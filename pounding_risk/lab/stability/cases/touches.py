@@ -18,15 +18,10 @@ GROUP = Group("touches")
 OVERLAP = 1e-6  # of the gap
 
 
-def free_closing(trial: Trial, scene: TrialScene) -> dict[str, float]:
-    """Outputs of the run without contact."""
-    return trial.solve(scene._replace(gap=inf))
-
-
 @GROUP.case("8a", "gap = closing of the free motion × (1 + 1e-12)", "no contact; the free motion", BITS)
 def just_not_touching(trial: Trial) -> float:
     """The gap is the closing of the free motion and a rounding: any difference from the run without contact."""
-    free = free_closing(trial, TrialScene())
+    free = trial.solve(TrialScene(gap=inf))
     return largest_difference(trial.solve(TrialScene(gap=free["peak_closing"] * (1.0 + 1e-12))), free)
 
 
@@ -39,7 +34,7 @@ def just_not_touching(trial: Trial) -> float:
 )
 def just_touching(trial: Trial) -> float:
     """The gap is a millionth less: one touch, and by how much the largest closing differs from the free one."""
-    free = free_closing(trial, TrialScene())
+    free = trial.solve(TrialScene(gap=inf))
     outputs = trial.solve(TrialScene(gap=free["peak_closing"] * (1.0 - OVERLAP)))
     if outputs["impact_count"] != 1.0:
         return inf
