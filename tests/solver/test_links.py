@@ -7,15 +7,16 @@ linear system.
 from __future__ import annotations
 
 import re
-from math import inf, pi, sqrt
+from math import inf, sqrt
 from pathlib import Path
 
 import numpy as np
 import pytest
+from oracle_springs import Linear
+from oracle_springs import stretches as follow
 from row_cases import EL_CENTRO, single, storeys
 from scenes import scene_text
 from scenes import single as mass
-from scipy.integrate import solve_ivp
 from sentences import refusal
 from sweeps import sweep
 
@@ -78,39 +79,12 @@ def by_scipy(chains, touching, links, gap, ground, dt, places=200):
     shares = np.array([across(*place) for place in touching])
     stretches = -np.array([across(*link[:3]) for link in links])
 
-    def motion(t, y, k, closed):
-        pull = ground[k] + (ground[k + 1] - ground[k]) * (t / dt - k)
-        u, v = y[:size], y[size:]
-        force = np.where(closed, 4e8 * (shares @ u - gap), 0.0)
-        return np.concatenate([v, -(damping @ v + stiffness @ u + shares.T @ force) / masses - pull])
-
-    events = []
-    for place in range(len(touching)):
-
-        def touch(t, y, k, closed, place=place):
-            return shares[place] @ y[:size] - gap
-
-        touch.terminal = True
-        events.append(touch)
-    state, closed = np.zeros(2 * size), np.zeros(len(touching), dtype=bool)
     peak, high, low, force = np.zeros(size), np.zeros(len(touching)), np.zeros((2, len(links))), 0.0
-    for k in range(ground.size - 1):
-        t = k * dt
-        while t < (k + 1) * dt:
-            for touch, shut in zip(events, closed, strict=True):
-                touch.direction = -1.0 if shut else 1.0
-            found = solve_ivp(motion, (t, (k + 1) * dt), state, "DOP853", args=(k, closed), events=events, rtol=1e-11,
-                              atol=1e-14, dense_output=True)  # fmt: skip
-            path = found.sol(np.linspace(t, found.t[-1], places))[:size]
-            peak = np.maximum(peak, np.abs(path).max(axis=1))
-            closing, stretch = shares @ path, stretches @ path
-            high = np.maximum(high, closing.max(axis=1))
-            low = np.maximum(low, [stretch.max(axis=1), -stretch.min(axis=1)])
-            force = max(force, float((4e8 * (closing - gap)[closed]).max(initial=0.0)))
-            t, state = found.t[-1], found.y[:, -1]
-            if found.status == 1:
-                place = int(np.argmax([times.size > 0 for times in found.t_events]))
-                closed[place] = not closed[place]
+    for _, path, forces in follow(Linear(masses, stiffness, damping, shares, 4e8, gap), ground, dt, places):
+        closing, stretch = shares @ path, stretches @ path
+        peak, high = np.maximum(peak, np.abs(path).max(axis=1)), np.maximum(high, closing.max(axis=1))
+        low = np.maximum(low, [stretch.max(axis=1), -stretch.min(axis=1)])
+        force = max(force, float(forces.max(initial=0.0)))
     return peak, high, low, force
 
 
@@ -178,36 +152,6 @@ def test_contacts_that_follow_others_are_found_between_linked_buildings(interfac
     np.testing.assert_allclose(found.floors, plain.floors, rtol=1e-7)
 
 
-def test_two_equal_masses_on_a_damper_decay_as_their_closed_form():
-    """Antisymmetric mode of two masses m on k with c between them: ω² = k / m, and ζ larger by 2 c / (2 m ω)."""
-    omega, own, c, m = 2.0 * pi / 0.5, 0.02, 2e4, 50e3
-    chains = tuple(
-        single(m, 0.5)._replace(damping=np.array([[2.0 * own * omega * m]]), initial=np.array([[start], [0.0]]))
-        for start in (0.01, -0.01)
-    )
-    ratio = own + 2.0 * c / (2.0 * m * omega)
-    damped = omega * sqrt(1.0 - ratio**2)
-    dt, steps = 0.01, 100
-    free = rows.free_row(
-        model(chains, [(0, 1.0, 1.0)], [Link(0, 1.0, 1.0, 0.0, c)]).row(dt), np.zeros(steps + 1), states=True
-    )
-    t = dt * np.arange(steps + 1)
-    known = 0.01 * np.exp(-ratio * omega * t) * (np.cos(damped * t) + ratio * omega / damped * np.sin(damped * t))
-    np.testing.assert_allclose(free.states[:, 0, 0], known, atol=1e-14)
-    np.testing.assert_allclose(free.states[:, 0, 1], -known, atol=1e-14)
-
-
-def test_a_very_stiff_link_makes_one_mass_of_two():
-    """1e5 times as stiff as the buildings: stretched by 1e-5 of the motion, that of both masses on both springs."""
-    one, other = single(80e3, 0.4), single(120e3, 0.6)
-    springs = one.spring[0] + other.spring[0]
-    both = single(200e3, 2.0 * pi * sqrt(200e3 / springs))._replace(damping=one.damping + other.damping)
-    ground, dt = EL_CENTRO.samples()
-    tied = rows.free_row(model((one, other), [(0, 1.0, 1.0)], [Link(0, 1.0, 1.0, 1e5 * springs, 0.0)]).row(dt), ground)
-    known = rows.free_row(model((both, both), [(0, 1.0, 1.0)], []).row(dt), ground)
-    np.testing.assert_allclose(tied.floors[:, 0], known.floors[0, 0], rtol=1e-4)
-
-
 def test_buildings_that_links_join_are_bodies():
     chains = (HALL, TOWER, SHED, HALL)
     assert [(body.first, body.last) for body in bodies_of(chains, [Link(1, 1.0, 1.0, 1e6, 0.0)])] == [
@@ -220,17 +164,6 @@ SCENE = scene_text(
     mass("A", "100 t", "0.5 s", height="9 m"), mass("B", "120 t", "0.3 s", height="9 m"), gap="15 mm",
     records={"names": ["RSN6-180"], "window": ["0 s", "8 s"], "pga": "0.4 g"},
 )  # fmt: skip
-
-
-def test_a_damper_as_an_axis_lowers_the_required_gap():
-    axis = '[grid]\n"interface.link_damping" = ["0 N s/m", "0.2 MN s/m", "1 MN s/m"]\n'
-    study = parse_scene(SCENE + axis)
-    results = pr.scan(study)
-    gaps = results["peak_closing_free"].squeeze().values
-    assert gaps[0] > gaps[1] > gaps[2] > 0.0
-    assert gaps[0] == pytest.approx(pr.scan(parse_scene(SCENE))["peak_closing_free"].item(), rel=1e-12)
-    stretch = results["peak_link_stretch"].squeeze().values
-    assert stretch[0] > stretch[1] > stretch[2]
 
 
 def test_the_scene_of_the_page_has_its_links():

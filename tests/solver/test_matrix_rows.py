@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from kept_references import reference
+from oracle_springs import Linear, stretches
 from row_cases import CASES, Case, Shaking, by_solver, meeting, named, single
-from scipy.integrate import solve_ivp
-from scipy.linalg import eigh
+from scipy.linalg import block_diag, eigh
 from test_rows_against_scipy import differences
 
 import pounding_risk as pr
@@ -66,37 +66,17 @@ STRIKE = Case(
 def by_scipy(ground: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray, float, int]:
     """Peaks of the floors, of their drifts, the peak force and the contacts: roof against a mass, a spring between."""
     slowest = np.sqrt(np.linalg.eigvals(BENT / MASSES[:, None]).real.min())
-    damping = 2.0 * 0.05 / slowest * BENT
     omega = 2.0 * np.pi / 0.3
-
-    def motion(t, y, k, closed):
-        pull = ground[k] + (ground[k + 1] - ground[k]) * (t / dt - k)
-        u, v, w, z = y[:3], y[3:6], y[6], y[7]
-        force = SPRING * max(u[2] - w - GAP, 0.0) if closed else 0.0
-        push = damping @ v + BENT @ u + np.array([0.0, 0.0, force])
-        return np.concatenate([v, -push / MASSES - pull, [z, -0.1 * omega * z - omega**2 * w + force / 300e3 - pull]])
-
-    def touch(t, y, k, closed):
-        return y[2] - y[6] - GAP
-
-    touch.terminal = True
-    state, peaks, drifts, force, contacts, closed = np.zeros(8), np.zeros(3), np.zeros(3), 0.0, 0, False
-    for k in range(ground.size - 1):
-        t = k * dt
-        while t < (k + 1) * dt:
-            touch.direction = -1.0 if closed else 1.0
-            found = solve_ivp(
-                motion, (t, (k + 1) * dt), state, "DOP853", args=(k, closed), events=touch, rtol=1e-11, atol=1e-14,
-                dense_output=True,
-            )  # fmt: skip
-            path = found.sol(np.linspace(t, found.t[-1], PLACES))
-            peaks = np.maximum(peaks, np.abs(path[:3]).max(axis=1))
-            drifts = np.maximum(drifts, np.abs(np.diff(path[:3], axis=0, prepend=0.0)).max(axis=1))
-            force = max(force, SPRING * (path[2] - path[6] - GAP).max()) if closed else force
-            t, state = found.t[-1], found.y[:, -1]
-            if found.status == 1:
-                closed = not closed
-                contacts += closed
+    damping = block_diag(2.0 * 0.05 / slowest * BENT, 0.1 * omega * 300e3)
+    shares = np.array([[0.0, 0.0, 1.0, -1.0]])
+    system = Linear(np.append(MASSES, 300e3), block_diag(BENT, omega**2 * 300e3), damping, shares, SPRING, GAP)
+    peaks, drifts, force, contacts, closed = np.zeros(3), np.zeros(3), 0.0, 0, False
+    for _, path, forces in stretches(system, ground, dt, PLACES):
+        peaks = np.maximum(peaks, np.abs(path[:3]).max(axis=1))
+        drifts = np.maximum(drifts, np.abs(np.diff(path[:3], axis=0, prepend=0.0)).max(axis=1))
+        force = max(force, float(forces.max()))
+        contacts += forces.any() and not closed
+        closed = bool(forces.any())
     return peaks, drifts, force, contacts
 
 

@@ -7,12 +7,11 @@ centre of stiffness and one of rotation about it; contact points at both ends of
 from __future__ import annotations
 
 from dataclasses import replace
-from math import pi, sqrt
 
 import numpy as np
 import pytest
+from oracle_springs import Linear, stretches
 from scenes import scene_text, storeyed
-from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 from sentences import refusal
 
@@ -50,21 +49,6 @@ def scene(left: dict, right: dict, **more):
     """Both buildings with further keys."""
     keys = {"law": "linear", "gap": "6 mm", "records": RECORD, "solver": {"rtol": 1e-10}}
     return parse_scene(scene_text(LEFT | left, RIGHT | right, **keys | more))
-
-
-def test_each_mode_of_the_storeys_becomes_two():
-    """ω² of the storeys times the eigenvalues of [[1, −e/ρ], [−e/ρ, (e/ρ)² + Ω²]], each mode with 5 %; by rounding."""
-    study = scene({"plan": PLAN}, {})
-    chain = model_of(study).chains[0]
-    squares, forms = np.linalg.eig(chain.stiffness() / chain.mass[:, None])
-    of_storeys = np.linalg.eigvals(np.array([[150e6, -60e6], [-60e6, 60e6]]) / np.array([[200e3], [150e3]]))
-    trace, product = 1.0 + (1.8 / 5.0) ** 2 + 1.2**2, 1.2**2  # sum and product of both eigenvalues
-    pair = [0.5 * (trace + sign * sqrt(trace**2 - 4.0 * product)) for sign in (-1.0, 1.0)]
-    assert np.sort(squares) == pytest.approx(np.sort(np.outer(of_storeys, pair).ravel()), rel=1e-12)
-    assert study.buildings[0].period == pytest.approx(2.0 * pi / sqrt(squares.min()), rel=1e-12)
-    masses = np.einsum("ij,i,ij->j", forms, chain.mass, forms)
-    damped = np.einsum("ij,ik,kj->j", forms, chain.damping, forms)
-    assert damped / (2.0 * np.sqrt(squares) * masses) == pytest.approx(np.full(4, 0.05), rel=1e-9)
 
 
 def test_unlike_floors_have_the_frequencies_of_coordinates_at_one_place():
@@ -178,43 +162,12 @@ def by_scipy(plans, ground, dt: float, gap: float, stiffness: float) -> tuple[np
     felt[0, [0, 1, size, size + 1]] = 1.0
     if acts_across:
         felt[1, [4, 5, size + 4, size + 5]] = 1.0
-    ground = np.array(ground).T
-
-    def motion(t, y, k, closed):
-        pull = felt.T @ (ground[k] + (ground[k + 1] - ground[k]) * (t / dt - k))
-        u, v = y[: 2 * size], y[2 * size :]
-        force = np.where(closed, stiffness * (shares @ u - gap), 0.0)
-        return np.concatenate([v, -(damping @ v + whole @ u + shares.T @ force) / masses - pull])
-
-    events = []
-    for place in range(4):
-
-        def touch(t, y, k, closed, place=place):
-            return shares[place] @ y[: 2 * size] - gap
-
-        touch.terminal = True
-        events.append(touch)
-    state, closed, peaks, forces = np.zeros(4 * size), np.zeros(4, dtype=bool), np.zeros(2 * size), np.zeros(4)
-    samples = [np.zeros(2 * size)]
-    for k in range(len(ground) - 1):
-        t = k * dt
-        while t < (k + 1) * dt:
-            for touch, shut in zip(events, closed, strict=True):
-                touch.direction = -1.0 if shut else 1.0
-            found = solve_ivp(
-                motion, (t, (k + 1) * dt), state, "DOP853", args=(k, closed), events=events, rtol=1e-12, atol=1e-15,
-                dense_output=True,
-            )  # fmt: skip
-            path = found.sol(np.linspace(t, found.t[-1], 400))[: 2 * size]
-            peaks = np.maximum(peaks, np.abs(path).max(axis=1))
-            pressed = np.where(closed[:, None], stiffness * (shares @ path - gap), 0.0)
-            forces = np.maximum(forces, pressed.max(axis=1))
-            t, state = found.t[-1], found.y[:, -1]
-            if found.status == 1:
-                place = int(np.argmax([times.size > 0 for times in found.t_events]))
-                closed[place] = not closed[place]
-        samples.append(state[: 2 * size])
-    return peaks[[0, 1, size, size + 1]], forces, np.array(samples)
+    peaks, largest, samples = np.zeros(2 * size), np.zeros(4), [np.zeros(2 * size)]
+    system = Linear(masses, whole, damping, shares, stiffness, gap, felt)
+    for is_sample, path, forces in stretches(system, np.array(ground).T, dt, 400):
+        peaks, largest = np.maximum(peaks, np.abs(path).max(axis=1)), np.maximum(largest, forces.max(axis=1))
+        samples += [path[:, -1]] * is_sample
+    return peaks[[0, 1, size, size + 1]], largest, np.array(samples)
 
 
 @pytest.mark.parametrize(

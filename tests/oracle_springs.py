@@ -1,0 +1,59 @@
+"""The reference of linear systems whose contacts are linear springs: SciPy's DOP853 from touch to parting."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+
+class Linear(NamedTuple):
+    """M ü + C u̇ + K u = −M feltᵀ a_g − sharesᵀ F, F = spring (shares u − gap) at each contact that is closed."""
+
+    masses: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    shares: np.ndarray  # (contacts, masses)
+    spring: float
+    gap: float
+    felt: Any = 1.0  # (components of the ground, masses), where not all feel the only one
+
+
+def stretches(system: Linear, ground: Any, dt: float, places: int) -> Iterator[tuple[bool, np.ndarray, np.ndarray]]:
+    """From rest, between samples and events: is a sample its end, u at so many places of it, and forces there.
+
+    ``ground`` is a_g at the samples, a column for each component; u is (masses, places) and forces (contacts, places).
+    """
+    size, count = system.masses.size, len(system.shares)
+    felt, ground = system.felt * np.ones((1, size)), np.reshape(ground, (len(ground), -1))
+
+    def motion(t: float, y: np.ndarray, k: int, closed: np.ndarray) -> np.ndarray:
+        pull = felt.T @ (ground[k] + (ground[k + 1] - ground[k]) * (t / dt - k))
+        u, v = y[:size], y[size:]
+        force = np.where(closed, system.spring * (system.shares @ u - system.gap), 0.0)
+        push = system.damping @ v + system.stiffness @ u + system.shares.T @ force
+        return np.concatenate([v, -push / system.masses - pull])
+
+    def closing_of(place: int) -> Any:
+        return lambda t, y, *_: system.shares[place] @ y[:size] - system.gap
+
+    events = [closing_of(place) for place in range(count)]
+    state, closed = np.zeros(2 * size), np.zeros(count, dtype=bool)
+    for k in range(len(ground) - 1):
+        t, stop = k * dt, (k + 1) * dt
+        while t < stop:
+            for touch, shut in zip(events, closed, strict=True):
+                touch.terminal, touch.direction = True, -1.0 if shut else 1.0
+            found = solve_ivp(
+                motion, (t, stop), state, "DOP853", args=(k, closed), events=events, rtol=1e-12, atol=1e-15,
+                dense_output=True,
+            )  # fmt: skip
+            path = found.sol(np.linspace(t, found.t[-1], places))[:size]
+            forces = np.where(closed[:, None], system.spring * (system.shares @ path - system.gap), 0.0)
+            t, state = found.t[-1], found.y[:, -1]
+            yield bool(t == stop), path, forces
+            if found.status == 1:
+                place = int(np.argmax([times.size > 0 for times in found.t_events]))
+                closed[place] = not closed[place]
