@@ -2,15 +2,16 @@
 
     M Ẍ = −C (Ẋ − 1 ẋ_g) − K (X − 1 x_g) + Bᵀ F,   F = β max(B X − gap, 0)^p,   x_g of each building by its own ẍ_g,
 
-linear between samples. The state holds X of all masses and x_g of all buildings, and their velocities; DOP853 at rtol
-1e-13 runs from sample to sample of all motions and stops where a contact point opens or closes. A rigid building has no
-mass of its own: what is struck is its ground.
+linear between samples. The state holds X of all masses and x_g of all buildings, their velocities, and the impulse of
+each contact; DOP853 at rtol 1e-13 runs from sample to sample of all motions and stops where a contact point opens or
+closes. A rigid building has no mass of its own: what is struck is its ground.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -30,11 +31,14 @@ class Body(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """A contact between mass ``left`` of a building and mass ``right`` of the next one, from 0; None of a wall."""
+    """A contact between floor ``left`` of a building and floor ``right`` of the next one; 0 is its ground.
+
+    Floors count from 1, and 2.3 is a column 0.3 of the way from the second floor to the third.
+    """
 
     building: int
-    left: int | None
-    right: int | None
+    left: float
+    right: float
     gap: float  # m
     beta: float  # N/m^p
     power: float
@@ -51,29 +55,35 @@ class Grounds:
         self.mass = np.concatenate([np.array(body.masses, dtype=float) for body in bodies])
         self.stiffness, self.damping = np.zeros((self.count, self.count)), np.zeros((self.count, self.count))
         self.stands = np.zeros((self.count, buildings))  # which ground a mass stands on
+        self.drifts = np.zeros((self.count, self.count + buildings))  # over masses and grounds
         for b, body in enumerate(bodies):
             here = slice(firsts[b], firsts[b + 1])
             self.stands[here, b] = 1.0
             if not counts[b]:
                 continue
             drift = np.eye(counts[b]) - np.eye(counts[b], k=-1)
+            self.drifts[here, here], self.drifts[firsts[b], self.count + b] = drift, -1.0
             self.stiffness[here, here] = drift.T @ np.diag(body.springs) @ drift
             self.damping[here, here] = body.damping
         self.across = np.zeros((len(touches), self.count + buildings))  # B, over masses and grounds
         for k, touch in enumerate(touches):
-            for b, mass, sign in ((touch.building, touch.left, 1.0), (touch.building + 1, touch.right, -1.0)):
-                self.across[k, self.count + b if mass is None else firsts[b] + mass] += sign
+            for b, floor, sign in ((touch.building, touch.left, 1.0), (touch.building + 1, touch.right, -1.0)):
+                below, share = int(floor), floor % 1.0
+                self.across[k, firsts[b] + below - 1 if below else self.count + b] += sign * (1.0 - share)
+                if share:
+                    self.across[k, firsts[b] + below] += sign * share
         self.gaps = np.array([touch.gap for touch in touches])
         self.beta = np.array([touch.beta for touch in touches])
         self.power = np.array([touch.power for touch in touches])
+        self.peaks: dict[str, Any] = {}
 
     def start(self) -> np.ndarray:
-        """X, x_g, Ẋ, ẋ_g at t = 0."""
+        """X, x_g, Ẋ, ẋ_g and impulses at t = 0."""
         rates = np.array([body.velocity for body in self.bodies])
         u, v = (
             np.concatenate([getattr(body, name) or np.zeros(len(body.masses)) for body in self.bodies]) for name in "uv"
         )
-        return np.concatenate([u, np.zeros(len(rates)), v + self.stands @ rates, rates])
+        return np.concatenate([u, np.zeros(len(rates)), v + self.stands @ rates, rates, np.zeros(len(self.gaps))])
 
     def forces(self, places: np.ndarray) -> np.ndarray:
         """Contact forces [N]."""
@@ -81,31 +91,58 @@ class Grounds:
 
     def slopes(self, y: np.ndarray, pulls: np.ndarray) -> np.ndarray:
         """dy/dt where the grounds accelerate by ``pulls``."""
-        half, n = y.size // 2, self.count
-        places, rates = y[:half], y[half:]
+        n, half = self.count, self.count + len(self.bodies)
+        places, rates = y[:half], y[half : 2 * half]
         loose, creep = places[:n] - self.stands @ places[n:], rates[:n] - self.stands @ rates[n:]
-        pushes = self.across[:, :n].T @ self.forces(places)
-        return np.concatenate([rates, (-self.stiffness @ loose - self.damping @ creep - pushes) / self.mass, pulls])
+        forces = self.forces(places)
+        pushes = self.across[:, :n].T @ forces
+        change = (-self.stiffness @ loose - self.damping @ creep - pushes) / self.mass
+        return np.concatenate([rates, change, pulls, forces])
+
+    def look(self, y: np.ndarray, pulls: np.ndarray) -> None:
+        """Raise the peaks: of closings and forces of contacts; of |u|, drifts and absolute accelerations of masses."""
+        n, half = self.count, self.count + len(self.bodies)
+        places, slopes = y[:half], self.slopes(y, pulls)
+        found = {
+            "peak_closing": self.across @ places,
+            "peak_contact_force": self.forces(places),
+            "displacement": np.abs(places[:n] - self.stands @ places[n:]),
+            "drift": np.abs(self.drifts @ places),
+            "acceleration": np.abs(slopes[half : half + n]),
+        }
+        for name, values in found.items():
+            self.peaks[name] = np.maximum(self.peaks.get(name, 0.0), values)
 
 
 def follow_grounds(bodies: list[Body], touches: list[Touch], step: float) -> tuple[np.ndarray, np.ndarray]:
     """(displacements of the masses in space, of the grounds) at the samples, (n, masses) and (n, buildings) [m]."""
     system = Grounds(bodies, touches)
+    rows = np.array([y for y, is_sample in followed(system, step) if is_sample])
+    half = system.count + len(bodies)
+    return rows[:, : system.count], rows[:, system.count : half]
+
+
+def peaks_of(bodies: list[Body], touches: list[Touch], step: float) -> dict[str, np.ndarray]:
+    """Peaks and impulses of a run, looked for at 41 places of each interval."""
+    system = Grounds(bodies, touches)
+    *_, (last, _) = followed(system, step, np.linspace(0.0, 1.0, 41))
+    return {**system.peaks, "impulse": last[-len(touches) :]}
+
+
+def followed(system: Grounds, step: float, places: np.ndarray | None = None) -> Iterator[tuple[np.ndarray, bool]]:
+    """The state at the start and at the end of each interval, and whether that is a sample; peaks at such places."""
+    bodies = system.bodies
     samples = np.arange(bodies[0].ground.size) * step
     times = np.unique(np.concatenate([samples + body.delay for body in bodies]))
     times = times[times <= samples[-1] * (1.0 + 1e-12)]
     times = times[np.append(True, np.diff(times) > 1e-9 * step)]
     y = system.start()
-    half = y.size // 2
-    rows = [y[:half]]
+    yield y, True
     for now, then in pairwise(times):
         middle = 0.5 * (now + then)
         ends = [[_at(body, step, middle, time) for body in bodies] for time in (now, then)]
-        y = _interval(system, y, np.array(ends), then - now)
-        if np.abs(samples - then).min() < 1e-9 * step:
-            rows.append(y[:half])
-    whole = np.array(rows)
-    return whole[:, : system.count], whole[:, system.count :]
+        y = _interval(system, y, np.array(ends), then - now, places)
+        yield y, bool(np.abs(samples - then).min() < 1e-9 * step)
 
 
 def _at(body: Body, step: float, middle: float, time: float) -> float:
@@ -117,9 +154,9 @@ def _at(body: Body, step: float, middle: float, time: float) -> float:
     return float(first + (second - first) * ((time - body.delay) / step - place))
 
 
-def _interval(system: Grounds, y: np.ndarray, ends: np.ndarray, width: float) -> np.ndarray:
+def _interval(system: Grounds, y: np.ndarray, ends: np.ndarray, width: float, places: np.ndarray | None) -> np.ndarray:
     """The state at the end of an interval, from contact point to contact point that opens or closes."""
-    begun, half = 0.0, y.size // 2
+    begun, half = 0.0, system.count + len(system.bodies)
     events = []
     for k in range(len(system.gaps)):
 
@@ -138,7 +175,10 @@ def _interval(system: Grounds, y: np.ndarray, ends: np.ndarray, width: float) ->
             atol=1e-17,
             events=events or None,
             first_step=(width - begun) / 4,
+            dense_output=places is not None,
         )
+        for t in () if places is None else begun + places * (run.t[-1] - begun):
+            system.look(run.sol(t), ends[0] + (ends[1] - ends[0]) * t / width)
         begun, y = (run.t[-1], run.y[:, -1]) if run.status == 1 and run.t[-1] > begun else (width, run.y[:, -1])
         if run.status == 1:
             # Past the crossing, so that the next run does not find it at once.

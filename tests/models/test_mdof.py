@@ -10,6 +10,7 @@ import pytest
 import scipy.linalg
 from sentences import refusal as refusal_of
 
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.contact.laws import Jankowski, Linear
 from pounding_risk.models.effects import acts_on_buildings, acts_on_law, refusal, wave_of, with_effects
 from pounding_risk.models.structures.mdof import chain_of
@@ -139,30 +140,6 @@ def test_foundations_weigh_as_much_as_the_lowest_floor():
     assert chain_of(TOWER, (soil(),)).mass.tolist() == [3e5, 3e5, 2.5e5, 2e5]
 
 
-def test_stiff_soil_is_rigid_ground():
-    """The foundation adds (T_soil / T)² ~ 1e-8 at 100 km/s."""
-    known = building_modes(TOWER)
-    found = building_modes(TOWER, (soil(1e5),))
-    assert found.periods[:3] == pytest.approx(known.periods, rel=1e-6)
-    assert found.dampings[:3] == pytest.approx(known.dampings, rel=1e-4)
-
-
-def test_soil_is_a_spring_in_series():
-    """A foundation without mass under a single mass: T² = T_fixed² + 4π² m / K. Its mass is 1e-9 of the building's."""
-    chain = chain_of(FRAME, (soil(100.0, foundation_mass=300e-6),))
-    known = sqrt(0.5**2 + 4.0 * pi**2 * 300e3 / chain.spring[0])
-    assert building_modes(FRAME, (soil(100.0, foundation_mass=300e-6),)).periods[0] == pytest.approx(known, rel=1e-8)
-
-
-def test_on_very_soft_soil_all_moves_as_one():
-    """ω² = K / Σ m, to K / k of the storeys, 1e-4 and less."""
-    asked = (soil(1.0),)
-    chain = chain_of(TOWER, asked)
-    modes = building_modes(TOWER, asked)
-    assert modes.periods[0] == pytest.approx(2.0 * pi * sqrt(chain.mass.sum() / chain.spring[0]), rel=2e-3)
-    assert modes.shapes[:, 0] == pytest.approx(np.ones(4), rel=5e-3) and modes.shares[0] > 0.9999
-
-
 def test_soil_comes_on_top_of_the_building_with_all_its_effects():
     chain = chain_of(TOWER, (soil(), P_DELTA, INELASTIC))  # in any order
     above = chain_of(TOWER, (P_DELTA, INELASTIC))
@@ -191,16 +168,6 @@ def test_modes_under_effects_are_those_of_scipy(asked):
     assert modes.levels.tolist() == [0.0] * chain.foundations + [4.0, 7.5, 10.5]
 
 
-def test_two_equal_storeys():
-    """The golden ratio: φ1 = (1/g, 1), T1 = 2π g sqrt(m / k), Γ1 = (1 + 1/g) / (1 + 1/g²), 94.7 % of the mass."""
-    golden = 0.5 * (1.0 + sqrt(5.0))
-    modes = building_modes(Storeys("two", (1e5,) * 2, (1e8,) * 2, (3.0,) * 2))
-    assert modes.periods[0] == pytest.approx(2.0 * pi * golden * sqrt(1e5 / 1e8), rel=1e-14)
-    assert modes.shapes.tolist() == [pytest.approx([1.0 / golden, -1.0]), pytest.approx([1.0, 1.0 / golden])]
-    assert modes.participations[0] == pytest.approx((1.0 + 1.0 / golden) / (1.0 + 1.0 / golden**2), rel=1e-13)
-    assert modes.shares[0] == pytest.approx(0.947, abs=5e-4) and modes.dampings == pytest.approx([0.05, 0.05])
-
-
 def test_a_rigid_building_has_no_modes():
     modes = building_modes(Building.rigid("wall"), (soil(),))
     assert modes.periods.size == modes.levels.size == 0 and modes.shapes.shape == (0, 0)
@@ -215,6 +182,7 @@ def test_laws_and_grounds_pass_over_them():
     assert [acts_on_buildings(name) for name in ("p_delta", "wave_passage", "permanent_set")] == [True, False, False]
     assert [acts_on_law(name) for name in ("p_delta", "wave_passage", "permanent_set")] == [False, False, True]
     assert refusal(Linear, "p_delta") == "" and refusal(Linear, "permanent_set")
+    assert not any(refusal(kind, "wave_passage") for kind in CONTACT_MODELS.values())
     assert chain_of(FRAME, (("permanent_set", ()),)).spring == chain_of(FRAME).spring
 
 

@@ -11,7 +11,7 @@ from row_cases import contacts_of, meeting, points_of
 from sweeps import sweep
 
 from pounding_risk.lab.stability.trial import shaking
-from pounding_risk.models.contact.impulsive import Stereomechanical
+from pounding_risk.models.contact.impulsive import Merged, Stereomechanical
 from pounding_risk.models.contact.laws import Linear, ViscousElastoplastic
 from pounding_risk.models.ground import Support, accelerations, arrivals_of, arriving, delayed
 from pounding_risk.models.restitution import constant
@@ -76,10 +76,10 @@ def known_pair(left, right, supports, own, gap, law) -> tuple[np.ndarray, np.nda
     samples = [GROUND if each is None else each for each in own or (None, None)]
     bodies = [body_of(*each) for each in zip((left, right), supports, samples, strict=True)]
     beta, power = (K, 1.0) if law is LINEAR else (BETA, 1.5)
-    sides = [None if building.is_rigid else 0 for building in (left, right)]
+    sides = [0.0 if building.is_rigid else 1.0 for building in (left, right)]
     masses, grounds = follow_grounds(bodies, [Touch(0, *sides, gap, beta, power)], STEP)
     columns = iter(masses.T)
-    places = [grounds[:, b] if side is None else next(columns) for b, side in enumerate(sides)]
+    places = [next(columns) if side else grounds[:, b] for b, side in enumerate(sides)]
     return np.column_stack(places), grounds
 
 
@@ -109,24 +109,6 @@ def test_equal_delays_of_unlike_factors_are_two_grounds():
     np.testing.assert_array_equal(under, [GROUND, -GROUND])
     assert accelerations((Support(2.0), Support(2.0)), GROUND).ndim == 1
     assert accelerations((), GROUND) is GROUND
-
-
-@pytest.mark.parametrize("speed", [0.3, -0.3])
-def test_grounds_that_part_at_a_steady_speed(speed: float):
-    """Without acceleration neither building moves on its ground, and the gap grows or closes with the ground alone."""
-    still = np.zeros(101)
-    supports = Support(velocity=0.1), Support(velocity=0.1 + speed)
-    found = solve(FRAME, SHED, Interface(inf, LAW, HALF), still, STEP, supports=supports)
-    assert found["peak_opening"] == pytest.approx(max(speed, 0.0), rel=1e-12)
-    assert found["peak_closing"] == pytest.approx(max(-speed, 0.0), rel=1e-12)
-    assert found["peak_displacement_left"] == found["peak_displacement_right"] == 0.0
-
-
-def test_a_touch_is_when_the_grounds_have_closed_the_gap():
-    supports = Support(velocity=0.1), Support(velocity=-0.1)
-    found = solve(FRAME, SHED, Interface(0.0567, LAW, HALF), np.zeros(101), STEP, supports=supports)
-    assert found["first_impact_time"] == pytest.approx(0.0567 / 0.2, rel=1e-12)
-    assert found["peak_approach_speed"] == pytest.approx(0.2, rel=1e-12)
 
 
 # -------------------------------------------------------------------------------------------------- pairs
@@ -174,21 +156,24 @@ def test_twins_under_opposite_motions_are_one_against_a_wall_in_space(law):
     assert both["peak_displacement_right"] == pytest.approx(both["peak_displacement_left"], rel=1e-8)
 
 
+@pytest.mark.parametrize("law", [LAW, Merged()], ids=["force", "jump"])
 @pytest.mark.parametrize("name", PAIRS)
 @pytest.mark.parametrize("right", [SHED, ROCK], ids=["mass", "wall"])
-def test_seen_from_behind(name: str, right: Building):
-    """Left and right changed, and the sign of all motions: the same run."""
+def test_seen_from_behind(name: str, right: Building, law):
+    """Left and right changed, and the sign of all motions: the same run, to the tolerance of its steps."""
     supports, own = PAIRS[name]
     behind = tuple(each._replace(factor=-each.factor, velocity=-each.velocity) for each in reversed(supports))
-    pairs = ((FRAME, right), supports, own), ((right, FRAME), behind, own[::-1])
-    peaks = []
-    for buildings, under, records in pairs:
+    free, found = [], []
+    for buildings, under, records in (((FRAME, right), supports, own), ((right, FRAME), behind, own[::-1])):
         pair = oscillators(*buildings)
-        free = free_response(pair, GROUND, STEP, under, own=records)
-        raw = run(pair, free, Interface(0.012, LAW, HALF), 1e-10)
-        assert raw[COUNT] >= 1
-        peaks.append(free.states[::2, :2] if buildings[0] is FRAME else -free.states[::2, 1::-1])
-    np.testing.assert_allclose(*peaks, rtol=0.0, atol=1e-14)
+        free.append(free_response(pair, GROUND, STEP, under, own=records))
+        found.append(run(pair, free[-1], Interface(0.012, law, HALF), 1e-10))
+    np.testing.assert_allclose(free[0].states[::2, :2], -free[1].states[::2, 1::-1], rtol=0.0, atol=1e-14)
+    assert min(each[COUNT] for each in found) >= 1
+    if law is LAW or right is SHED:  # held to a wall, a jump parts and touches again without speed, by rounding
+        assert found[0][COUNT] == found[1][COUNT]
+    columns = [FIRST_TOUCH, APPROACH, PEAK_FORCE, IMPULSE, CONTACT_TIME, VISCOUS, HIGH, LOW]
+    np.testing.assert_allclose(found[0][columns], found[1][columns], rtol=1e-7, atol=1e-12)
 
 
 def test_one_factor_of_both_is_the_scaled_record_to_the_bit():
@@ -257,7 +242,7 @@ def test_a_row_by_an_independent_integrator():
         body_of(SHED, supports[1], GROUND),
         body_of(ROCK, supports[2], OTHER),
     ]
-    touches = [Touch(0, 1, 0, gaps[0], BETA, 1.5), Touch(1, 0, None, gaps[1], BETA, 1.5)]
+    touches = [Touch(0, 2.0, 1.0, gaps[0], BETA, 1.5), Touch(1, 1.0, 0.0, gaps[1], BETA, 1.5)]
     masses, grounds = follow_grounds(bodies, touches, STEP)
     assert found.status == COMPLETE and (found.points[:, COUNT] >= 1).all()
     moved = found.states[:: row.parts, 0] + grounds[:, [0, 0, 1]]

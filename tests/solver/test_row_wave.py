@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oracle_wave import Place, follow_row
+from oracle_grounds import Body, Touch, peaks_of
 from row_cases import CASES, RIGID, by_solver, contacts_of, meeting, named, points_of, single, storeys
 from scenes import rigid, scene_text, storeyed
 from scenes import single as single_keys
@@ -136,32 +136,22 @@ ROWS: dict[str, Any] = {
 }
 
 
-def place_of(chains, building: int, floor: float):
-    """A floor number as the independent run takes a place: masses and their shares."""
-    if not len(chains[building].mass):
-        return ((building, -1, 1.0),)
-    below = int(floor)
-    share = floor - below
-    whole = [(building, below - 1, 1.0 - share)] if share < 1.0 else []
-    return tuple([*whole, *([(building, below, share)] if share > 0.0 else [])])
-
-
 @pytest.mark.parametrize("name", sweep(ROWS, "to the left, past a rigid one"))
 @pytest.mark.complete
 def test_an_independent_run(name: str):
     """SciPy in absolute displacements, which knows neither w nor own grounds as something relative."""
     chains, meetings, lags = ROWS[name]
     ground = GROUND[:260]
-    places = [
-        Place(
-            place_of(chains, each.interface, each.left_floor),
-            place_of(chains, each.interface + 1, each.right_floor),
-            each.gap,
-            BETA,
-        )
-        for each in meetings
+    late = arrivals(*lags)
+    bodies = [Body(c.mass, c.spring, c.damping, ground, delay) for c, delay in zip(chains, late, strict=True)]
+
+    def floor_of(building: int, floor: float) -> float:
+        return floor if len(chains[building].mass) else 0.0  # a rigid building is its ground
+
+    touches = [
+        Touch(at, floor_of(at, left), floor_of(at + 1, right), gap, BETA, 1.5) for at, left, right, gap, *_ in meetings
     ]
-    known = follow_row([(c.mass, c.spring, c.damping) for c in chains], places, ground, STEP, arrivals(*lags))
+    known = peaks_of(bodies, touches, STEP)
     run = run_of(chains, meetings, lags, ground, rtol=1e-10)
     found = named(run)
     assert run.status == COMPLETE and found["impact_count"].sum() >= 4 and (found["impact_count"] > 0).sum() >= 2
@@ -202,38 +192,6 @@ def test_no_distance_is_no_wave_to_the_bit(wave: WavePassage):
     assert one.points[:, COUNT].sum() >= 3
     np.testing.assert_array_equal(one.points, other.points)
     np.testing.assert_array_equal(one.floors, other.floors)
-
-
-@pytest.mark.complete
-def test_what_is_later_moves_as_what_is_prompt():
-    """Equal buildings that never touch, whatever part of a sample the lags end in; before its arrival none moves."""
-    chain = storeys(3, 70e3, 4e7)
-    row = lay_out((chain,) * 3, points_of([meeting(i, 3.0, 3.0, 9.0) for i in (0, 1)]), STEP, arrivals(0.05, LAG))
-    free = rows.free_row(row, np.append(GROUND, np.zeros(100)), states=True)
-    assert free.states.shape == (500, 2, 9) and not free.states[:10, :, 6:].any()
-    np.testing.assert_allclose(free.floors[3:6], free.floors[:3], rtol=1e-11)
-    np.testing.assert_allclose(free.floors[6:], free.floors[:3], rtol=1e-11)
-    # A lag of five samples is the same motion five samples later.
-    np.testing.assert_allclose(free.states[5:, :, 3:6], free.states[:-5, :, :3], rtol=0.0, atol=1e-13)
-
-
-@pytest.mark.complete
-def test_seen_from_behind():
-    """Left and right, the sign of the motion and the way of the wave changed: the same run, to its tolerance."""
-    chains, meetings, lags = ROWS["storeys, single, storeys"]
-    last = len(chains) - 2
-    turned = [
-        each._replace(interface=last - each.interface, left_floor=each.right_floor, right_floor=each.left_floor)
-        for each in reversed(meetings)
-    ]
-    one, other = run_of(chains, meetings, lags), run_of(chains[::-1], turned, [-lag for lag in reversed(lags)], -GROUND)
-    found, seen = named(one), named(other)
-    assert found["impact_count"].min() >= 1
-    np.testing.assert_array_equal(found["impact_count"], seen["impact_count"][::-1])
-    for output in ("peak_closing", "peak_contact_force", "impulse", "contact_time"):
-        np.testing.assert_allclose(found[output], seen[output][::-1], rtol=1e-6, err_msg=output)
-    floors = np.concatenate([other.floors[3:6], other.floors[2:3], other.floors[:2]])
-    np.testing.assert_allclose(one.floors, floors, rtol=1e-6)
 
 
 @pytest.mark.complete
