@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import inf, sqrt
+from math import inf
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sentences import refusal
+from test_impulsive import followed
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -21,8 +22,8 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.questions.compare import sheet
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.scene.scene import scene_of
-from pounding_risk.solver.counters import COMPLETE, make_log
-from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
+from pounding_risk.solver.counters import COMPLETE
+from pounding_risk.solver.pair.api import Interface, oscillators, solve
 from pounding_risk.studies import compare_findings
 from pounding_risk.studies.compare import left_out, on_equal_terms, reference_impacts
 from pounding_risk.studies.impact import impact
@@ -111,22 +112,6 @@ def test_waves_followed_step_by_step(bars):
     np.testing.assert_allclose(np.interp(middles, found.time, found.force), forces[pressed], rtol=1e-11)
 
 
-def test_closed_forms():
-    """Equal impedances: L_short / L_long, Saint-Venant's; a wall: 1, v0 Z for 2 L / c."""
-    found = impact(DistributedMass(10.0, 20.0), 0.5, 4e5, 8e5)
-    assert found.restitution == pytest.approx(0.5, rel=1e-14)
-    assert found.peak_force == pytest.approx(0.5 * 0.5 * 4e5 * 350.0, rel=1e-14)
-    assert found.duration == pytest.approx(2.0 / 350.0, rel=1e-14)
-    assert found.energy_lost == pytest.approx(0.75 * 0.5 * 4e5 * 2.0 / 3.0 * 0.25, rel=1e-14)
-    wall = impact(DistributedMass(10.0, 20.0), 0.5, 4e5)
-    assert wall.restitution == 1.0
-    assert wall.peak_force == pytest.approx(0.5 * 4e5 * 350.0, rel=1e-14)
-    assert wall.energy_lost == 0.0
-    # A hard short bar on a soft long one is Saint-Venant's rigid striker: e + 1 → (1 + m/M) (1 − exp(−2 M/m)).
-    rigid, *_ = DistributedMass(1e-4, 20.0).strike(1.0, 1.0 / 4e5, 1.0 / 8e5)
-    assert rigid == pytest.approx(1.5 * (1.0 - np.exp(-4.0)) - 1.0, abs=1e-4)  # T_s / T_l is 5e-6
-
-
 LOTS = st.floats(1e-6, 1e6)
 
 
@@ -156,14 +141,6 @@ def test_floors_too_unlike_for_a_history(says):
     says(refusal(impact, DistributedMass(1e-5, 1e3), 0.5, 4e5, 8e5))
 
 
-def followed(left, right, interface, ground, dt=0.01, rtol=1e-6):
-    """(contacts, steps) of one run."""
-    pair = oscillators(left, right)
-    kept = make_log(2000, 20_000, np.zeros(0))
-    run(pair, free_response(pair, ground, dt), interface, rtol, kept)
-    return kept.contacts[: kept.used[0]], kept.steps[: kept.used[1]]
-
-
 @pytest.mark.parametrize("right", [STIFF, WALL])
 def test_the_motion_is_that_of_its_jump(right):
     """The run of `stereomechanical` with this e, to the bit; besides it a force and a duration."""
@@ -174,7 +151,7 @@ def test_the_motion_is_that_of_its_jump(right):
     force = {"peak_contact_force", "contact_time", "yield_demand", "yield_exceedance", "yield_count"}
     for name in set(one) - force:
         assert one[name] == other[name] or np.isnan([one[name], other[name]]).all(), name
-    contacts, _ = followed(SOFT, right, here, ground)
+    contacts, _ = followed(SOFT, right, here, ground, 0.01)
     assert len(contacts) >= 5
     speeds = contacts[:, 2]
     np.testing.assert_array_equal(contacts[:, 4], push * speeds)
@@ -187,7 +164,7 @@ def test_the_motion_is_that_of_its_jump(right):
 
 def test_yielding_is_that_of_a_law_without_a_cap():
     """Exceedance, count and first time by hand from the contacts; `solve`, `scan` and `simulate` agree."""
-    contacts, _ = followed(SOFT, STIFF, Interface(0.003, FLOORS, ANY), shaking(4.0))
+    contacts, _ = followed(SOFT, STIFF, Interface(0.003, FLOORS, ANY), shaking(4.0), 0.01)
     forces = contacts[:, 4]
     level = float(np.sort(forces)[-3:-1].mean())
     found = solve(SOFT, STIFF, Interface(0.003, FLOORS, ANY, level), shaking(4.0), 0.01)
@@ -220,7 +197,7 @@ def test_bounces_within_one_duration_count_once():
     ball, prop = Building("ball", 1e5, 1e4, 0.0), Building("prop", 2e5, 0.02, 0.05)
     interface = Interface(0.001, DistributedMass(3500.0, 7000.0), ANY)
     ground = np.full(301, -1.0)
-    contacts, _ = followed(ball, prop, interface, ground)
+    contacts, _ = followed(ball, prop, interface, ground, 0.01)
     found = solve(ball, prop, interface, ground, 0.01)
     assert found["impact_count"] == len(contacts) > 10
     assert np.all(np.diff(contacts[:, 1]) >= 0.0)
@@ -328,12 +305,3 @@ def test_the_command_impact():
         assert f'distributed_mass needs the length of the floors; write {option} "20 m"' in ran.stderr
     ran = CliRunner().invoke(cli.app, [*words[:3], "--floor-length", "10 m"])
     assert ran.exit_code == 0 and "1.0000" in ran.stdout, ran.output
-
-
-def test_a_wave_speed_from_the_stiffness_of_a_floor():
-    """What the docstring says of a floor that carries more than its own mass: T = 2 sqrt(m / K), Z = sqrt(K m)."""
-    mass, stiffness, length = 1.6e5, 1.88e9, 20.0
-    speed = length * sqrt(stiffness / mass)
-    found = impact(DistributedMass(length, 1.0, speed), 0.5, mass)
-    assert found.duration == pytest.approx(2.0 * sqrt(mass / stiffness), rel=1e-14)
-    assert found.peak_force == pytest.approx(0.5 * sqrt(stiffness * mass), rel=1e-14)
