@@ -7,15 +7,13 @@ from typing import NamedTuple
 import numba
 import numpy as np
 import pytest
+from processes import compiled
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk._jit.lent import lent
 from pounding_risk._jit.lowering.lent import LentType
 from pounding_risk._jit.memory import zeros
 from pounding_risk._jit.records import new_record, new_records, record_type
-from pounding_risk._jit.sources import INTERPRETED
-
-compiled = pytest.mark.skipif(INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 
 Part = record_type(values=(2, 3), total=float)
 

@@ -17,16 +17,16 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+from processes import compiled
 
 from pounding_risk import _jit
 from pounding_risk._jit import compile as compiling
 from pounding_risk._jit.lowering.cache import ForgivingCache, Shelf
 from pounding_risk._jit.records import new_record, record_type
-from pounding_risk._jit.sources import INTERPRETED, compile_cache
+from pounding_risk._jit.sources import compile_cache
 from pounding_risk.models.contact.laws import LAWS
 
 JIT = Path(_jit.__path__[0])
-compiled = pytest.mark.skipif(INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
 
 # Private names with the parameters that we pass, and what rests on them; methods with theirs.
 NAMES, METHODS = (

@@ -14,10 +14,8 @@ from typing import Any, NamedTuple
 import closed_forms as exact
 import numpy as np
 import pytest
-from interpreted import interpreted as without_compiling
 from oracle_laws import exact_hertz_damp
 
-from pounding_risk._jit import sources as _jit
 from pounding_risk.lab.stability.trial import SOFT, STIFF, WALL, largest_difference, shaking
 from pounding_risk.models._discovery import classes_of, modules_in_order
 from pounding_risk.models.contact import impulsive as instant
@@ -33,7 +31,6 @@ from pounding_risk.models.contact.laws import (
     VanMier,
     ViscousElastoplastic,
 )
-from pounding_risk.models.contact.laws.bilinear import BILINEAR_LOWEST
 from pounding_risk.models.restitution import CONCRETE, constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.counters import COMPLETE
@@ -348,54 +345,6 @@ def test_a_run_seen_from_behind_is_the_same(name: str, right: Building):
     stems = {key: key.rpartition("_") for key in one}
     twins = {key: other[f"{stem}_{swap[side]}" if side in swap else key] for key, (stem, _, side) in stems.items()}
     assert largest_difference(one, twins) == 0.0
-
-
-INTERPRETED = """
-import json
-from test_conformance import FACTS, MODELS, reachable, returned, run
-runs = {name: run(name) for name in MODELS if name in FACTS}
-print(json.dumps([runs, {name: returned(name) for name in reachable()}]))
-"""
-
-
-def reachable() -> dict[str, list[float]]:
-    """Of each law with an exact relation, the e that it can return."""
-    names = [name for name in MODELS if CONTACT_MODELS[name] in EXACT]
-    return {name: [e for e in (0.05, *ASKED) if name != "bilinear" or e > BILINEAR_LOWEST] for name in names}
-
-
-def returned(name: str) -> list[float]:
-    """What a law returns under its exact relation."""
-    return [alone(facts(name).law, {"value": e, "relation": "exact"}).restitution for e in reachable()[name]]
-
-
-@pytest.fixture(scope="module")
-def interpreted() -> list[dict[str, Any]]:
-    """The runs, and e under the exact relations, without compilation: nothing is compiled for a second relation."""
-    return without_compiling(INTERPRETED)
-
-
-@pytest.mark.complete
-@pytest.mark.skipif(_jit.INTERPRETED, reason="NUMBA_DISABLE_JIT is set: there is nothing compiled")
-@pytest.mark.parametrize("name", MODELS)
-def test_compiled_as_interpreted(name: str, interpreted: list[dict[str, Any]]):
-    """To 1e-12: nothing is contracted or reordered, but sums and roots of a library may round otherwise."""
-    known = facts(name) and interpreted[0][name]
-    for output, value in run(name).items():
-        assert value == pytest.approx(known[output], rel=1e-12, abs=1e-15, nan_ok=True), output
-
-
-@pytest.mark.parametrize("name", [name for name in MODELS if CONTACT_MODELS[name].needs_restitution])
-def test_the_exact_relation_returns_the_e_asked_for(name: str, interpreted: list[dict[str, Any]]):
-    """1e-6 is promised; relations are solved to rounding and impacts run at 1e-12, hence 1e-9.
-
-    A jump is exact as it is: there is no other relation.
-    """
-    if is_instant(CONTACT_MODELS[name]):
-        found = [alone(facts(name).law, {"value": e, "relation": "exact"}).restitution for e in ASKED]
-        assert found == pytest.approx([facts(name).restitution(e) for e in ASKED], rel=1e-14)
-    else:
-        assert interpreted[1][name] == pytest.approx(reachable()[name], abs=1e-9)
 
 
 @pytest.mark.parametrize("name", LAWS)

@@ -14,7 +14,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from paths import Path, follow_pair
-from processes import compiled
 from scenes import scene_text, single, storeyed
 from scipy.interpolate import PchipInterpolator
 from sentences import refusal
@@ -32,11 +31,8 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.opened import Results
 from pounding_risk.scene.reader import parse_scene, read_scene
-from pounding_risk.solver.counters import COMPLETE, COUNT
-from pounding_risk.solver.pair.api import Interface, free_response, oscillators, solve
-from pounding_risk.solver.pair.grid import solve_grid
-from pounding_risk.solver.pair.outputs import COLUMNS
-from pounding_risk.solver.workspace import make_workspace
+from pounding_risk.solver.counters import COMPLETE
+from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.studies.impact import impact
 
 # Made, not measured: a bumper that stiffens, with a way back; a filler that yields, with a stiffness on its way back.
@@ -523,17 +519,3 @@ def test_what_has_no_place_for_a_table_says_so(tmp_path: pathlib.Path, says):
     case = shipped.read_text("utf-8").replace('"kelvin_voigt"', '"tabulated"')
     (tmp_path / "case.toml").write_text(case, encoding="utf-8")
     says(refused.output, refusal(pr.verify, tmp_path))
-
-
-@compiled
-@pytest.mark.complete
-def test_by_address_as_in_a_kernel_of_its_own():
-    """To the bit, as every law: a grid of very many cases has the law's own code in its kernel."""
-    pair = oscillators(SOFT, STIFF)
-    free, gaps = free_response(pair, shaking(3.0, duration=2.0), 0.01), np.array([0.0, 0.004])
-    outs = [np.zeros((2, 1, COLUMNS)) for _ in range(2)]
-    for own, out in enumerate(outs):
-        how = np.zeros((2, 1), dtype=np.int8)
-        cases = gaps, np.array([inf]), constant(1.0)
-        solve_grid(pair, free, LAWS["bumper"], cases, 1e-6, True, make_workspace(), out, how, bool(own))
-    assert np.array_equal(*outs, equal_nan=True) and outs[0][..., COUNT].min() > 0.0
