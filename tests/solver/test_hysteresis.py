@@ -69,15 +69,8 @@ IN_OPENSEES: dict[str, tuple[Hysteresis, tuple[Any, ...]]] = {
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("name", IN_OPENSEES)
-@pytest.mark.usefixtures("benchmarks")
-def test_its_loops_are_those_of_opensees(name: str, seed: int):
+def test_its_loops_are_those_of_opensees(ops: Any, name: str, seed: int):
     """Drift by drift, all straight lines: rounding. A step across zero shear, where it takes one slope, may differ."""
-    from opensees_pair import load
-
-    try:
-        ops = load()
-    except PoundingError as reason:
-        pytest.skip(str(reason))
     law, (kind, *numbers) = IN_OPENSEES[name]
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)
@@ -103,15 +96,8 @@ def bouc_wen(parameters: dict[str, float]) -> Hysteresis:
 
 
 @pytest.mark.parametrize("name", SMOOTH)
-@pytest.mark.usefixtures("benchmarks")
-def test_chords_of_bouc_wen_come_to_the_curve_of_opensees(name: str):
+def test_chords_of_bouc_wen_come_to_the_curve_of_opensees(ops: Any, name: str):
     """Chords are off by 2e-4 of the yield shear at most, OpenSees' implicit steps by as much with 20 a step."""
-    from opensees_pair import load
-
-    try:
-        ops = load()
-    except PoundingError as reason:
-        pytest.skip(str(reason))
     given = SMOOTH[name]
     n, beta = given["exponent"], given["beta"]
     losses = [given.get(key, 0.0) / STRENGTH for key in ("delta_a", "delta_nu", "delta_eta")]

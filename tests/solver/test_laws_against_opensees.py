@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_hysteresis import SHAKING, TIME, bouc_wen, building, hysteretic
+from test_hysteresis import IN_OPENSEES, SHAKING, TIME, bouc_wen, building
 
-from pounding_risk.errors import PoundingError
 from pounding_risk.lab.accuracy_opensees import link_dashpot
 from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.models.structures.isolation import Isolators
@@ -21,22 +20,10 @@ from pounding_risk.solver.row.api import free_row
 from pounding_risk.solver.row.layout import RowLayout, lay_out
 from pounding_risk.solver.row.model import RowModel
 
-pytestmark = pytest.mark.usefixtures("benchmarks")
-
 MASS, STIFFNESS, STRENGTH = 1e5, 5e7, 4e5  # kg, N/m, N: of one storey of `building`
 YIELD = STRENGTH / STIFFNESS
 GROUND = np.append(0.0, SHAKING[1:])  # OpenSees begins without acceleration
 DASHPOT = 2.0 * 0.05 * sqrt(STIFFNESS * MASS)
-
-
-@pytest.fixture
-def ops():
-    from opensees_pair import load
-
-    try:
-        return load()
-    except PoundingError as reason:
-        pytest.skip(str(reason))
 
 
 def scaled(kind: str, *numbers: float) -> tuple[Any, ...]:
@@ -46,16 +33,10 @@ def scaled(kind: str, *numbers: float) -> tuple[Any, ...]:
 
 
 STOREYS: dict[str, tuple[Hysteresis, float, tuple[Any, ...]]] = {
-    "peak_oriented": (
-        Hysteresis("peak_oriented", ((4.0, 1.2), (10.0, 0.4))),
-        0.0,
-        scaled(*hysteretic(1.0, 1.0, 0.0)),
-    ),
-    "pinched": (
-        Hysteresis("peak_oriented", ((4.0, 1.2), (10.0, 0.4)), pinching_drift=0.5, pinching_force=0.3, unloading=0.4),
-        0.0,
-        scaled(*hysteretic(0.5, 0.3, 0.4)),
-    ),
+    **{
+        name: (IN_OPENSEES[name][0], 0.0, scaled(*IN_OPENSEES[name][1]))
+        for name in ("peak_oriented", "softer unloading")
+    },
     "isotropic": (
         Hysteresis("isotropic"),
         0.05,

@@ -10,23 +10,12 @@ from kept_references import reference
 from oracle_rows import Answer, Meeting
 from scenes import scene_text
 
-from pounding_risk.errors import PoundingError
 from pounding_risk.scene.reader import parse_scene
 
 LAWS = {"Jankowski": "jankowski", "HertzDamp": "hertz_damp"}
 
 
 pytestmark = pytest.mark.usefixtures("benchmarks")
-
-
-@pytest.fixture
-def ops():
-    from opensees_pair import load
-
-    try:
-        return load()
-    except PoundingError as reason:
-        pytest.skip(str(reason))
 
 
 def truth(scene: Any) -> Answer:
