@@ -12,6 +12,7 @@ from math import inf, isnan, log10, nan
 import numpy as np
 import oracle
 import pytest
+from bursts import burst
 from hypothesis import example, given, settings, target
 from hypothesis import strategies as st
 from sweeps import examples, many
@@ -40,16 +41,6 @@ SEEDS = st.integers(0, 10**6)
 def between(low: float, high: float):
     """Log-uniform."""
     return st.floats(log10(low), log10(high)).map(lambda power: 10.0**power)
-
-
-def burst(seed: int, peak: float, dt: float, duration: float) -> np.ndarray:
-    """Eight sines of random frequency under a half sine; a[0] = 0."""
-    random = np.random.default_rng(seed)
-    t = np.arange(round(duration / dt) + 1) * dt
-    waves = [random.normal() * np.sin(2 * np.pi * f * t + random.uniform(0, 6)) for f in random.uniform(0.4, 8, 8)]
-    a = np.sum(waves, axis=0) * np.sin(np.pi * t / t[-1])
-    a[0] = 0.0
-    return a * (peak / np.abs(a).max())
 
 
 def ordinary(seed: int, duration: float = 3.0, closed: bool = False) -> TrialScene:

@@ -160,20 +160,6 @@ def test_sums_taken_in_one_loop_are_those_taken_alone(stretch):
         assert twist == pytest.approx(expected, rel=1e-13)
 
 
-def test_the_witness_is_the_matrix_exponential():
-    """The closed form against d/dt (u, u̇, a_g, slope) = A (u, u̇, a_g, slope), exp(A t) by SciPy."""
-    for period, damping, x in ((0.005, 0.0, 0.0019), (0.208, 0.05, 0.02), (3.0, 0.9, 0.02)):
-        oscillator = building(period, damping).oscillator()
-        place, speed, ramp = 0.03, -0.4, (2.0, -150.0)
-        a = np.zeros((4, 4))
-        a[0, 1] = a[2, 3] = 1.0
-        a[1] = -oscillator.omega2, -oscillator.two_zeta_omega, -oscillator.ground, 0.0
-        u, v, _, _ = expm(a * x) @ (place, speed, *ramp)
-        assert [float(part) for part in closed_form(oscillator, place, speed, ramp, x)] == pytest.approx(
-            [u, v], rel=1e-12, abs=1e-14
-        )
-
-
 @given(stretches())
 @settings(max_examples=150)
 def test_no_second_derivative_exceeds_its_bounds(stretch):

@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from interpreted import interpreted
 from kept_references import reference
 from oracle_rows import Meeting, Row
 from oracle_stiff import StiffRow
@@ -169,39 +167,3 @@ def test_a_part_steps_alike_whatever_else_moves(seed: int):
     assert alone.points[:, counters.COUNT].sum() >= 3 and whole.energy > 1e4 * alone.energy
     np.testing.assert_array_equal(whole.points[3:], alone.points)
     np.testing.assert_array_equal(whole.floors[3:], alone.floors)
-
-
-MIRRORED = """
-import json
-import numpy as np
-from row_cases import contacts_of, meeting, points_of, storeys
-from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row import implicit
-from pounding_risk.solver.row.layout import lay_out
-
-side, middle = storeys(2, 90e3, 4e7), storeys(2, 60e3, 3e7)
-meetings = [meeting(interface, 1.6, 1.6, 0.01, restitution=1e-4) for interface in (0, 1)]
-solve, solved = implicit.closing_changes, []
-
-def counted(*arguments):
-    changes = solve(*arguments)
-    solved.append(changes.tolist())
-    return changes
-
-implicit.closing_changes = counted
-drawn = [side._replace(initial=np.array([[u, 2.0 * u], [0.0, 0.0]])) for u in (-0.03, 0.03)]
-laid = lay_out((drawn[0], middle, drawn[1]), points_of(meetings), 0.01)
-run = rows.run_row(laid, contacts_of(meetings), np.zeros(40))
-print(json.dumps([run.status, run.points.tolist(), run.floors.tolist(), solved]))
-"""
-
-
-@pytest.mark.complete
-def test_mirror_images_creep_alike_to_the_last_bit():
-    """As `test_rows_hold_together` has it for explicit steps: two contacts' equations are solved from both sides."""
-    status, points, floors, solved = interpreted(f"import sys\nsys.path += {[str(Path(__file__).parent)]}\n{MIRRORED}")
-    assert status == counters.COMPLETE and points[0][counters.COUNT] >= 1
-    assert solved and all(left == right for left, right in solved)
-    assert repr(points[0][: counters.TALLIED]) == repr(points[1][: counters.TALLIED])
-    assert floors[2:4] == [[0.0] * 4] * 2
-    assert floors[:2] == floors[4:]

@@ -36,19 +36,29 @@ from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.layout import lay_out
 
 # Two like buildings drawn away from the one between them and let go; a run begins at rest, so what begins it is told.
+# Where the contacts' own damping is much quicker than the buildings, their equations are solved from both sides.
 MIRRORED = """
 import json
 import numpy as np
 from row_cases import contacts_of, meeting, points_of, storeys
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row import implicit
 from pounding_risk.solver.row.layout import lay_out
 
 side, middle = storeys(2, 90e3, 4e7), storeys(2, 60e3, 3e7)
-meetings = [meeting(interface, 1.6, 1.6, 0.01, yield_force=1e6) for interface in (0, 1)]
+meetings = [meeting(interface, 1.6, 1.6, 0.01, **KEYS) for interface in (0, 1)]
+solve, solved = implicit.closing_changes, []
+
+def counted(*arguments):
+    changes = solve(*arguments)
+    solved.append(changes.tolist())
+    return changes
+
+implicit.closing_changes = counted
 drawn = [side._replace(initial=np.array([[u, 2.0 * u], [0.0, 0.0]])) for u in (-0.03, 0.03)]
 laid = lay_out((drawn[0], middle, drawn[1]), points_of(meetings), 0.01)
 run = rows.run_row(laid, contacts_of(meetings), np.zeros(60))
-print(json.dumps([run.status, run.points.tolist(), run.floors.tolist()]))
+print(json.dumps([run.status, run.points.tolist(), run.floors.tolist(), solved]))
 """
 SIDES = ("peak_displacement", "peak_storey_shear", "peak_floor_acceleration")
 
@@ -80,13 +90,17 @@ def test_parts_that_do_not_touch_are_alone_bit_by_bit():
     np.testing.assert_array_equal(run.floors[6:], free((beside,), pair.shaking).floors)
 
 
-def test_between_mirror_images_a_building_stands_exactly_still():
+@pytest.mark.parametrize(
+    "keys", [{"yield_force": 1e6}, pytest.param({"restitution": 1e-4}, marks=pytest.mark.complete)], ids=str
+)
+def test_between_mirror_images_a_building_stands_exactly_still(keys: dict[str, float]):
     """Both sides touch, turn and part at the same instants, to the last bit, against columns between two floors."""
-    places = [str(Path(__file__).parent)]
-    status, points, floors = interpreted(f"import sys\nsys.path += {places}\n{MIRRORED}")
+    places, code = [str(Path(__file__).parent)], MIRRORED.replace("KEYS", repr(keys))
+    status, points, floors, solved = interpreted(f"import sys\nsys.path += {places}\n{code}")
     assert status == counters.COMPLETE
-    assert points[0] == points[1][: counters.TALLIED] + points[0][counters.TALLIED :]
-    assert points[0][counters.COUNT] == 2
+    assert bool(solved) == ("restitution" in keys) and all(left == right for left, right in solved)
+    assert repr(points[0][: counters.TALLIED]) == repr(points[1][: counters.TALLIED])
+    assert points[0][counters.COUNT] == 2 or (solved and points[0][counters.COUNT] >= 1)
     assert floors[2:4] == [[0.0] * 4] * 2
     assert floors[:2] == floors[4:]
 
