@@ -251,11 +251,6 @@ def test_an_error_of_scipy_is_said_to_be_one():
     assert _reference_words(data.isel(setting=[0])).endswith("in displacement and force (2 runs)")
 
 
-def test_repeated_runs_give_the_same_values(study):
-    bench = bench_of(study, 4)
-    assert np.array_equal(bench.event(1e-6).values, bench.event(1e-6).values, equal_nan=True)
-
-
 def test_a_target_that_cannot_be_written_is_refused_first(study, says, tmp_path):
     says(refusal(accuracy, study, tmp_path / "no" / "a.nc"))
 

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -68,13 +65,9 @@ def says_why_not(found: dict[str, float], status: int) -> None:
 def lowered() -> dict[str, dict[str, float]]:
     """Runs with each of the solver's limits lowered in turn, and with none."""
     code = LOWERED.replace("LIMITS", json.dumps([limit[:3] for limit in LIMITS]))
-    package = str(Path(pr.__file__).resolve().parent.parent)
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": package}
     # An absolute floor for rounding would hide an open energy: off.
-    code = code.replace("scene = TrialScene", "run.OPEN_FLOOR = 0.0\nscene = TrialScene")
-    run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=300)
-    assert run.returncode == 0, run.stderr
-    return {name: {key: float(value) for key, value in row.items()} for name, row in json.loads(run.stdout).items()}
+    found = interpreted(code.replace("scene = TrialScene", "run.OPEN_FLOOR = 0.0\nscene = TrialScene"))
+    return {name: {key: float(value) for key, value in row.items()} for name, row in found.items()}
 
 
 @pytest.mark.parametrize(("name", "status"), [limit[1::2] for limit in LIMITS])

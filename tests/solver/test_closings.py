@@ -84,16 +84,6 @@ def test_closings_are_those_of_matrix_exponentials(seed, n, dt, left, right):
     np.testing.assert_allclose(found.closing[:, 0, 0], truth, rtol=0.0, atol=1e-10 * size)
 
 
-def test_a_sudden_push_has_its_closed_form():
-    """a_g = a at once, undamped, T and 2T: u_L - u_R = a / (2 w²) (1 - cos w t)² with w = 2π / 2T, never below 0."""
-    a, period = 1.3, 0.37
-    ground = np.full(500, a)
-    found = largest_closings(ground, 0.01, side(period, 0.0), side(2.0 * period, 0.0))
-    w = np.pi / period
-    np.testing.assert_allclose(found.closing[:, 0, 0], [2.0 * a / w**2, 0.0], rtol=1e-12, atol=1e-15)
-    np.testing.assert_allclose([found.left[0], found.right[0]], [0.5 * a / w**2, 2.0 * a / w**2], rtol=1e-12)
-
-
 def test_a_steady_sine_has_its_closed_form():
     """Once its amplitude is steady: the amplitude of the difference of two transfer functions."""
     dt, w, damping = 0.001, 2.0 * np.pi / 0.8, 0.3

@@ -151,7 +151,9 @@ ROWS = {
 }
 
 
-@pytest.mark.parametrize(("name", "mirrored"), sweep(product(ROWS, (False, True)), ("three", False)))
+@pytest.mark.parametrize(
+    ("name", "mirrored"), sweep(product(ROWS, (False, True)), ("three", False), ("plastic", False))
+)
 def test_whole_runs_against_scipy(name, mirrored):
     """Every touch, every end of a rest, impulses, energies and the last state, under a real record.
 
@@ -173,6 +175,7 @@ def test_whole_runs_against_scipy(name, mirrored):
         np.testing.assert_allclose(ended[: len(reference.rests[point])], reference.rests[point], rtol=1e-6)
     values = made.outputs(run)
     assert values["impact_count"].sum() > 8
+    assert name != "plastic" or np.all(values["contact_time"] > 0.0)  # rests are there to be compared
     np.testing.assert_allclose(values["impulse"], reference.impulse, rtol=1e-6)
     np.testing.assert_allclose(values["energy_viscous"], reference.lost, rtol=1e-6)
     moving = [place for place, building in enumerate(buildings) if not building.is_rigid]
@@ -180,14 +183,6 @@ def test_whole_runs_against_scipy(name, mirrored):
     np.testing.assert_allclose(run.states[-1], state, rtol=0.0, atol=1e-6 * np.abs(state).max())
     assert np.all(values["peak_closing"] <= np.array(gaps) * (1.0 + 1e-12) + 1e-15)
     np.testing.assert_allclose(values["peak_closing"], reference.largest, rtol=1e-6, atol=1e-9)
-
-
-def test_some_row_of_the_comparison_rests():
-    """The rests of the comparison above are there to be compared."""
-    ground, dt = RECORD.samples()
-    buildings, gaps, e = ROWS["plastic"]
-    made = Made(buildings, gaps, ground, dt, e=tuple(map(Restitution, e)), rtol=1e-3)
-    assert np.all(made.outputs()["contact_time"] > 0.0)
 
 
 @pytest.mark.parametrize("name", ROWS)
