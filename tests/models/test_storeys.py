@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 from math import pi, sin, sqrt
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 import scipy.linalg
 from sentences import refusal
 
-from pounding_risk.models.structures import storeys, typologies
 from pounding_risk.models.structures.storeys import (
     DAMPING_RULES,
     RAYLEIGH_SHARE,
@@ -263,8 +261,3 @@ def test_buildings_that_cannot_be(fault: str, says):
 @pytest.mark.parametrize("fault", NOT_GENERATED)
 def test_buildings_that_cannot_be_generated(fault: str, says):
     says(refusal(generated, "A", **{**HOUSE, **NOT_GENERATED[fault]}))
-
-
-@pytest.mark.parametrize("module", [storeys, typologies])
-def test_examples(module):
-    assert doctest.testmod(module) == (0, 1)

@@ -121,19 +121,6 @@ def test_bounds_hold_the_true_probability_and_the_true_gap(samples, recordings, 
     assert np.all(held_gap >= least)
 
 
-def test_bounds_of_the_motions_alone_would_not_hold():
-    """The check above can fail: counting samples times motions as independent misses the truth most of the time."""
-    from pounding_risk.statistics.proportions import exact_bounds
-
-    rng = np.random.default_rng(7)
-    held = 0
-    for _ in range(60):
-        logs, _ = drawn(rng, 20, 10, (0.3, 0.5, 0.15))
-        low, high = exact_bounds((logs > 0.0).sum(), logs.size, CONFIDENCE)
-        held += bool(low <= 0.5 <= high)
-    assert held < 0.6 * 60
-
-
 @pytest.mark.complete
 def test_bounds_hold_where_few_samples_close_much_more():
     """Not lognormal: 20 % of the samples close five times as much, which the logarithms alone do not show."""

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import doctest
-
 import numpy as np
 import pytest
 from likelihoods import Lost, best_of, curvature_errors
 from scipy import stats
 
-from pounding_risk.statistics import damage_fits
 from pounding_risk.statistics.damage_fits import (
     ABOVE,
     BELOW,
@@ -50,10 +47,6 @@ def is_largest(fitted: Fit, lost: Lost) -> None:
     found = np.array([np.log(fitted.median), fitted.dispersion])
     assert found == pytest.approx(best_of(lost, [1.0, 0.6]), abs=1e-6)
     assert (fitted.se_median, fitted.se_dispersion) == pytest.approx(curvature_errors(lost, found), rel=1e-4)
-
-
-def test_examples_in_docstrings_are_right():
-    assert doctest.testmod(damage_fits).failed == 0
 
 
 def test_first_crossings_by_hand():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
-
 import numpy as np
 import pytest
 from likelihoods import best_of, curvature_errors
@@ -11,7 +9,6 @@ from scipy.special import log_ndtr
 from scipy.stats import norm
 
 from pounding_risk.assessment.fragility import out_of_scale, shown_as
-from pounding_risk.statistics import fragility
 from pounding_risk.statistics.fragility import fit, fit_capacities, stripes_of
 
 IM = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
@@ -22,10 +19,6 @@ RUNS = 40
 def stripes(counts: np.ndarray = COUNTS, im: np.ndarray = IM, runs: int = RUNS) -> tuple[np.ndarray, np.ndarray]:
     """(intensities, failed) by motion; the first motions of each stripe fail."""
     return np.repeat(im, runs), np.concatenate([np.arange(runs) < count for count in counts])
-
-
-def test_examples_in_docstrings_are_right():
-    assert doctest.testmod(fragility).failed == 0
 
 
 def test_the_fit_is_that_of_statsmodels():

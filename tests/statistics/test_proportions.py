@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import doctest
-
 import numpy as np
 import pytest
 from scipy.stats import binom, binomtest, norm
 
-from pounding_risk.statistics import proportions
 from pounding_risk.statistics.proportions import (
     exact_bounds,
     independent_motions,
@@ -18,10 +15,6 @@ from pounding_risk.statistics.proportions import (
     motions_to_show,
     shares,
 )
-
-
-def test_examples_in_docstrings_are_right():
-    assert doctest.testmod(proportions).failed == 0
 
 
 @pytest.mark.parametrize("confidence", [0.68, 0.95, 0.99])
