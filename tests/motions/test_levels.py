@@ -58,14 +58,6 @@ def test_the_largest_velocity_is_the_level(record):
     assert "to PGV of 40 cm/s" in scaled.processing[-1]
 
 
-def test_velocity_of_a_sine_is_its_closed_form():
-    """∫ sin(2π t) from 0 is at most 1/π; linear between samples it is less by (2π dt)²/12."""
-    dt = 0.002
-    motion = Motion("sine", np.sin(2.0 * np.pi * np.arange(0.0, 3.0, dt)), dt, {})
-    scaled = Level(Measure("pgv"), 2.0 / np.pi).of(motion)
-    assert scaled.pga == pytest.approx(2.0, rel=(2.0 * np.pi * dt) ** 2)
-
-
 @pytest.mark.parametrize("measure", [Measure("pgv"), Measure("sa", (0.7,)), Measure("sa_avg", (0.2, 1.0))])
 def test_the_factor_is_level_over_value_whatever_the_polarity(record, measure):
     value = measure.of([record])[0]

@@ -131,14 +131,6 @@ def test_stationxml_tells_where_the_components_of_a_file_point(folder):
     assert not any("azimuths are unknown" in flag for flag in turned.flags)
 
 
-def test_what_a_filter_left_of_both_components_is_kept_by_the_turned_one():
-    """The stricter corners of each raw component, by which the softest building is judged."""
-    (turned,) = read_ensemble(PAIR._replace(names=("NAPA-HNE", "NAPA-HNN"), direction=30.0), None).motions
-    assert turned.record["low_corner"] > 0.0
-    assert turned.record["lowest_usable_frequency"] == pytest.approx(1.25 * turned.record["low_corner"])
-    assert turned.record["high_corner"] == 40.0
-
-
 def test_a_component_without_its_partner_has_no_direction(says):
     says(refusal(read_ensemble, PAIR._replace(names=("RSN6-180",), direction=0.0), None))
 
@@ -289,6 +281,8 @@ def test_raw_components_of_a_row_pass_one_filter():
     bands = [re.search(r", (\S+) to (\S+) Hz", words).groups() for words in filters]
     assert len(bands) == 2 and bands[0] == bands[1]
     assert turned.processing[-1].startswith("corners of the band-pass: the stricter of 2 components: ")
+    assert turned.record["low_corner"] > 0.0 and turned.record["high_corner"] == 40.0  # by which buildings are judged
+    assert turned.record["lowest_usable_frequency"] == pytest.approx(1.25 * turned.record["low_corner"])
     alone = [read_motion(name) for name in ("NAPA-HNE", "NAPA-HNN")]
     own = [re.search(r"bandpass: .*?, (\S+) to (\S+) Hz", " ".join(motion.processing)).groups() for motion in alone]
     assert bands[0] == (max((low for low, _ in own), key=float), min((high for _, high in own), key=float))

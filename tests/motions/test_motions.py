@@ -14,8 +14,8 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
 from pounding_risk.motions.formats.geonet import _read_geonet
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.processing import DEFAULT_CHAIN, Step, known_steps, read_steps
-from pounding_risk.motions.processing.signals import butterworth, onset, velocity_displacement
+from pounding_risk.motions.processing import DEFAULT_CHAIN, Step, known_steps
+from pounding_risk.motions.processing.signals import butterworth, onset
 from pounding_risk.motions.read import read_motion, read_stream, read_trace
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.write import write_motion
@@ -134,14 +134,6 @@ def test_the_arrival_is_seen_on_every_component(record):
     trace = catalogue.load(record)[0]
     expected = 22.5 if record.startswith("CCC") else 25.2  # P wave: 34 km and 4 km from the epicentre
     assert onset(trace.data, trace.stats.delta) == pytest.approx(expected, abs=0.3)
-
-
-def test_a_window_can_be_a_step_too():
-    steps = [{"step": "window", "start": "20 s", "end": "60 s"}, *GMPROCESS]
-    trace = read_trace("CCC-HN1", processing=steps)
-    assert trace.stats.npts == 4001
-    assert trace.stats.starttime == catalogue.load("CCC-HN1")[0].stats.starttime + 20.0
-    assert trace.stats.processing[1] == "window: kept 20 s to 60 s (4001 samples)"
 
 
 @pytest.mark.parametrize("record", PROCESSED)
@@ -412,11 +404,6 @@ def test_no_step_fails_without_a_sentence(count, dt, kind, seed):
             assert np.isfinite(done.samples).all()
 
 
-def test_options_are_si_or_text_with_a_unit():
-    text, numbers = ({"step": "bandpass", "low": low, "high": high} for low, high in (("0.1 Hz", "25 Hz"), (0.1, 25)))
-    assert read_steps([text]) == read_steps([numbers]) == (Step("bandpass", {"low": 0.1, "high": 25.0}),)
-
-
 def test_the_corners_are_the_half_power_points():
     frequency = np.array([0.0, 0.1, 1.0, 25.0])
     gain = butterworth(frequency, 0.1, 25.0, 5.0)
@@ -466,12 +453,6 @@ def test_time_reversal_and_filter_commute(low, high, order, record):
     there = Step("bandpass", options).apply(samples, dt).samples
     back = Step("bandpass", options).apply(samples[::-1], dt).samples[::-1]
     assert np.abs(there - back).max() < 1e-11 * np.abs(samples).max()
-
-
-def test_velocity_and_displacement_of_a_constant_acceleration():
-    velocity, displacement = velocity_displacement(np.full(101, 2.0), 0.01)
-    assert velocity[-1] == pytest.approx(2.0)
-    assert displacement[-1] == pytest.approx(1.0)
 
 
 def test_a_trace_that_tells_no_time_has_no_date():

@@ -5,7 +5,7 @@ import pytest
 
 from pounding_risk.motions import catalogue
 from pounding_risk.motions.processing import Step
-from pounding_risk.motions.processing.noise import BANDWIDTH, corners_from_noise, shared_corners, signal_to_noise
+from pounding_risk.motions.processing.noise import BANDWIDTH, corners_from_noise, signal_to_noise
 from pounding_risk.motions.processing.signals import energy_time, quiet_before
 from pounding_risk.motions.read import read_motion, read_trace
 
@@ -130,15 +130,6 @@ def test_a_record_that_drifts_with_every_corner_is_not_said_to_stop_drifting():
     found = corners_from_noise(samples, 0.01)
     assert any("no lower corner up to 0.5 Hz" in flag for flag in found.flags)
     assert "drifts" not in found.words
-
-
-def test_both_horizontals_share_the_stricter_corners():
-    both = [prepared("NAPA-HNE"), prepared("NAPA-HNN")]
-    each = [corners_from_noise(samples, 0.005) for samples in both]
-    shared = shared_corners(both, 0.005)
-    assert shared.low == max(found.low for found in each) > min(found.low for found in each)
-    assert shared.high == 40.0
-    assert shared.words.startswith("the stricter of 2 components: ")
 
 
 def test_a_taper_before_the_filter_hides_no_noise():

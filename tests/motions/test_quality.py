@@ -120,17 +120,6 @@ def test_a_spike_is_found_wherever_it_is(place, side, size):
     assert found.found == f"a single sample sticks out at {place * dt:.4g} s"
 
 
-def test_straight_lines_between_samples_keep_sinc_squared():
-    """The reason of dt <= T/10: what is left of the amplitude of a wave of period T, sampled and joined by lines."""
-    fine = np.arange(100_000) / 1000.0
-    for a_period, left in ((10, 0.9675), (5, 0.8751)):
-        dt = 1.0 / a_period
-        joined = np.interp(fine, np.arange(0.0, 101.0, dt), np.sin(2.0 * np.pi * np.arange(0.0, 101.0, dt)))
-        amplitude = 2.0 * abs(np.mean(joined * np.exp(-2j * np.pi * fine)))
-        assert amplitude == pytest.approx(np.sinc(1.0 / a_period) ** 2, abs=1e-4)
-        assert amplitude == pytest.approx(left, abs=1e-4)
-
-
 # --- flags of a motion ------------------------------------------------------------------------------------
 
 

@@ -52,27 +52,12 @@ def test_components_at_any_angle_are_obspys(first, between, direction):
         assert "were solved for as such" in made.processing[-1]
 
 
-def test_oblique_components_of_a_known_motion():
-    """A motion along 30° only, seen by components at 10° and 70°: recovered along 30°, nothing across."""
-    motion = np.sin(np.arange(100) * 0.1)
-    one, other = (Motion(f"at {az}", motion * cos(radians(az - 30.0)), 0.01, {"azimuth": az}) for az in (10.0, 70.0))
-    np.testing.assert_allclose(rotated(one, other, 30.0).acceleration, motion, atol=1e-14)
-    np.testing.assert_allclose(rotated(one, other, 120.0).acceleration, 0.0, atol=1e-14)
-
-
 @given(angles, st.floats(0.0, 360.0), st.sampled_from([90.0, 270.0]))
 def test_energy_is_kept(direction, first, between):
     """a² along and across add up to a1² + a2², whichever hand the second component is at."""
     one, other = pair(first, first + between)
     along, across = (rotated(one, other, direction + turn).acceleration for turn in (0.0, 90.0))
     np.testing.assert_allclose(along**2 + across**2, one.acceleration**2 + other.acceleration**2, atol=1e-12)
-
-
-def test_the_components_themselves_come_back():
-    one, other = pair(143.0, 53.0)
-    np.testing.assert_allclose(rotated(one, other, 143.0).acceleration, one.acceleration, atol=1e-15)
-    np.testing.assert_allclose(rotated(one, other, 53.0).acceleration, other.acceleration, atol=1e-15)
-    np.testing.assert_allclose(rotated(one, other, 323.0).acceleration, -one.acceleration, atol=1e-15)
 
 
 def test_spectra_of_every_direction_are_those_of_rotd():

@@ -129,16 +129,6 @@ def test_uncorrelated_numbers_keep_their_bits():
     assert [x == y for x, y in zip(before, after, strict=True)] == [True, False, True, True]
 
 
-def test_moments_of_sobol_samples():
-    """A mean within 1e-3 deviations: the error of scrambled Sobol points falls as n^-1.5, 4e-6 at 4096, times few."""
-    study = numbers()
-    values = np.array([in_si(one) for one in study.values_at(study.points())])
-    exact = [(np.exp(0.125), np.exp(0.125) * sqrt(np.exp(0.25) - 1.0)), (5.0, 1.0), (0.5, sqrt(1 / 12))]
-    for one, (mean, deviation) in zip(values, exact, strict=False):
-        assert one.mean() == pytest.approx(mean, abs=1e-3 * deviation)
-        assert one.std() == pytest.approx(deviation, rel=5e-3)
-
-
 def test_a_matrix_that_no_numbers_have_is_found():
     bad = [[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]]
     good = [[1.0, 0.5, 0.2], [0.5, 1.0, 0.1], [0.2, 0.1, 1.0]]

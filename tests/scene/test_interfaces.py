@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scene_cases import cases
 from scenes import scene_text, single
 from sentences import refusal
+from test_reader import is_a_scene_or_sentences
 
 from pounding_risk import read_scene
 from pounding_risk.ensemble.plan.plan import validate
@@ -23,7 +24,7 @@ from pounding_risk.models.structures.storeys import Storeys, generated
 from pounding_risk.scene import sections as scenario
 from pounding_risk.scene.notes import level_notes
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.scene import Scene, scene_of
+from pounding_risk.scene.scene import scene_of
 
 ROW = (resources.files("pounding_risk.scene") / "shipped" / "row.toml").read_text("utf-8")
 PAIR = scene_text(single("frame", "44 t", "0.2 s"), single("masonry", "82 t", "0.1 s"), law="hertz", gap="25 mm")
@@ -338,14 +339,7 @@ def test_any_row_is_a_study_or_sentences(data):
         keys = tables.setdefault(section, {})
         keys = data.draw(st.sampled_from(keys)) if isinstance(keys, list) else keys
         keys[data.draw(st.sampled_from([*scenario.KNOWN[section]]))] = data.draw(JUNK)
-    try:
-        found = scene_of(tables)
-    except SceneError as error:
-        assert error.faults
-        assert all("\n" not in fault and ": " in fault for fault in error.faults)
-    else:
-        assert isinstance(found, Scene)
-        assert parse_scene(found.to_toml()) == found
+    is_a_scene_or_sentences(tables)
 
 
 @given(below=st.integers(0, 199), part=st.floats(0.001, 0.999) | st.just(0.0))

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from sentences import refusal
 
 import pounding_risk as pr
+from pounding_risk._common.letters import refused
 from pounding_risk.ensemble.identity import digest, identity
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.models.contact.laws import RESTITUTION_OF_RATIO, Jankowski, VanMier
@@ -120,28 +121,32 @@ RESTITUTIONS = (
 )
 
 
+TEXTS = st.text(st.characters(codec="utf-8"), min_size=1).filter(str.strip).filter(lambda name: not refused(name))
+
+
 @settings(deadline=None, max_examples=60)
 @given(
     masses=st.lists(st.floats(1e3, 1e7), min_size=2, max_size=4),
     periods=st.lists(st.floats(0.01, 5.0), min_size=4, max_size=4),
-    gaps=st.sets(st.floats(0.0, 1.0), min_size=1, max_size=5),
+    gaps=st.sets(st.floats(0.0, 10.0), min_size=1, max_size=6),
     e=RESTITUTIONS,
-    force=st.floats(1e3, 1e8) | st.just(inf),
+    force=st.floats(1.0, 1e9) | st.just(inf),
+    more=st.tuples(st.floats(1e-3, 0.999), st.floats(1.0, 1e9), st.floats(1.0, 1e9)),
+    name=TEXTS,
     tall=st.booleans(),
 )
-def test_a_scene_that_is_written_is_read_as_it_was(masses, periods, gaps, e, force, tall):
+def test_a_scene_that_is_written_is_read_as_it_was(masses, periods, gaps, e, force, more, name, tall):
     """Text → scene → text → scene: equal, to the last bit of every number."""
-    names = "ABCD"[: len(masses)]
+    damping, stiffness, tail = more
     scene = pr.Scene(
         [
-            pr.SingleMass(name, mass, period, height=3.0 + place if tall else 0.0)
-            if tall
-            else pr.SingleMass(name, mass, period)
-            for place, (name, mass, period) in enumerate(zip(names, masses, periods, strict=False))
+            pr.SingleMass(letter, mass, period, damping=damping, **({"height": 3.0 + place} if tall else {}))
+            for place, (letter, mass, period) in enumerate(zip("ABCD", masses, periods, strict=False))
         ],
-        [pr.Interface(law=Jankowski(1e9), restitution=e, yield_force=force)],
-        pr.Records(["RSN6-180"], scale=1.5),
+        [pr.Interface(law=Jankowski(stiffness), restitution=e, yield_force=force)],
+        pr.Records(["RSN6-180"], scale=1.5, tail=tail, window=(tail, 2.0 * tail)),
         grid=pr.Grid(sorted(gaps)),
+        name=name,
     )
     again = parse_scene(scene.to_toml())
     assert again == scene

@@ -120,10 +120,6 @@ SPELLINGS = {
 }
 
 
-def test_dyna_1_0_has_55_lines():
-    assert len(_read_esm(BytesIO(changed(SMALL, **DYNA_10)))[0].stats.esm) == 55
-
-
 HEADERS = {
     "velocity": {"DATA_TYPE": "VELOCITY"},
     "displacement": {"DATA_TYPE": "DISPLACEMENT"},
