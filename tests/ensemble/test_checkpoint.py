@@ -40,7 +40,6 @@ from pounding_risk.ensemble.chunks import chosen, merged, pieces_of
 from pounding_risk.ensemble.status import STOPPED, status
 from pounding_risk.errors import PoundingError
 
-PACKAGE = Path(pounding_risk.__file__).resolve().parent.parent
 IDENTITY = {
     "scene": {"interface": [{"gap": "20 mm"}], "grid": {"gap": ["0 mm", "5 mm"]}},
     "records": [],

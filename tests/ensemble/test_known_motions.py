@@ -5,14 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import commands
 import numpy as np
 import pytest
 from scenes import rigid, scene_text, single, storeyed
 from sentences import refusal
-from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk import cli
 from pounding_risk.assessment.demands import is_linear
 from pounding_risk.ensemble import known_job
 from pounding_risk.ensemble.known_job import extremes
@@ -200,9 +199,9 @@ def test_a_case_that_closes_the_gap_is_not_run_and_says_so(sines, tmp_path):
     assert "displacement_history" in rows["abs"].note and "linear model" not in rows["abs"].note
     page = tmp_path / "r.html"
     known.to_netcdf(tmp_path / "r.nc")
-    answer = CliRunner().invoke(cli.app, ["report", str(tmp_path / "r.nc"), "-o", str(page)])
+    answer = commands.run("report", tmp_path / "r.nc", "-o", page)
     assert answer.exit_code == 0 and "no contact is run" in page.read_text("utf-8")
-    answer = CliRunner().invoke(cli.app, ["view", str(tmp_path / "r.nc"), "-o", str(page)])
+    answer = commands.run("view", tmp_path / "r.nc", "-o", page)
     assert answer.exit_code == 0 and "2 not run, as a known motion would have to be pushed" in page.read_text("utf-8")
     assert "needs a building that can be pushed" in refusal(
         pr.histories, tmp_path / "r.nc", tmp_path / "h.nc", folder=folder
@@ -294,7 +293,7 @@ def test_what_runs_contact_refuses_a_known_motion(sines, command, tmp_path, says
     folder, frame, hall, _ = sines
     (folder / "scene.toml").write_text(text_of(frame, hall), encoding="utf-8")
     words = {"export": ["--to", "opensees", "-o", str(tmp_path / "m.py")], "histories": ["-o", str(tmp_path / "h.nc")]}
-    answer = CliRunner().invoke(cli.app, [command, str(folder / "scene.toml"), *words.get(command, [])])
+    answer = commands.run(command, folder / "scene.toml", *words.get(command, []))
     assert answer.exit_code == 2
     says(answer.stderr.replace(str(folder), "FOLDER"))
 

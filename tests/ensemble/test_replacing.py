@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from commands import run
 from scenes import two_records
 from sentences import refusal
-from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk.cli import app
 from pounding_risk.ensemble.replacing import check_replaceable, read_finished
 from pounding_risk.ensemble.scan import scan, scan_shard
 from pounding_risk.errors import PoundingError, Stopped
@@ -155,9 +154,6 @@ def test_the_commands(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("a.toml").write_text(SMALL)
     Path("b.toml").write_text(OTHER)
-
-    def run(*words: str):
-        return CliRunner().invoke(app, list(words))
 
     assert run("scan", "a.toml", "-o", "r.nc").exit_code == 0
     before = Path("r.nc").read_bytes()

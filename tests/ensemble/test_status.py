@@ -8,20 +8,18 @@ import re
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import commands
 import numpy as np
 import pytest
 from processes import output
 from sentences import refusal
-from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk import cli
 from pounding_risk._common.files import host
 from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint
 from pounding_risk.ensemble.status import COMPLETE, NOT_BEGUN, STOPPED
 from pounding_risk.errors import PoundingError
 
-PACKAGE = Path(pr.__file__).resolve().parent.parent
 ABOUT = About(batches=100, width=3, title="A pair", command="pounding-risk scan 'my scene.toml' -o results.nc")
 
 
@@ -42,7 +40,7 @@ def begun(**choices: bool) -> Checkpoint:
 
 def told(*words: str) -> dict[str, str]:
     """What the command prints, by the first word of each line."""
-    result = CliRunner().invoke(cli.app, ["status", *words], prog_name="pounding-risk")
+    result = commands.run("status", *words)
     assert result.exit_code == 0, result.output
     return dict(re.split(r" {2,}", line, maxsplit=1) for line in result.stdout.splitlines() if line)
 

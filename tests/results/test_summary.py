@@ -8,13 +8,12 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 import xarray as xr
+from commands import run
 from made_row import made_row
 from scenes import two_records
 from sentences import refusal
-from typer.testing import CliRunner
 
 import pounding_risk
-from pounding_risk import cli
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.results import layout
 from pounding_risk.results.files import open_results, save
@@ -52,10 +51,6 @@ def blocks_of(dataset: xr.Dataset) -> Iterator[None]:
         patch.setattr(layout, "BLOCK_BYTES", template.bytes_per_case * template.batches * template.width / 2.5)
         assert len(list(layout.blocks(template))) >= 3 or not template.cases
         yield
-
-
-def run(*words):
-    return CliRunner().invoke(cli.app, [str(word) for word in words])
 
 
 @pytest.mark.parametrize("name", ["pair", "row", "history"])

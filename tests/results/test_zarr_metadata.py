@@ -9,15 +9,14 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+import commands
 import numpy as np
 import pytest
 import xarray as xr
 from made_forms import made_template, pieces
 from sentences import refusal
-from typer.testing import CliRunner
 from zarr_metadata import changed
 
-from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import open_results, stream_results
 from pounding_risk.results.store import store_of
@@ -86,7 +85,7 @@ def test_a_pickle_in_a_store_is_not_unpickled(store, codecs, tmp_path, monkeypat
     (store / "status" / "0").write_bytes(code)
     assert all(words in refused(store) for words in ("status", "'|O'", "can hold code"))
     for command in ("summary", "report", "view", "assess", "rerun", "histories", "separations"):
-        done = CliRunner().invoke(app, [command, str(store)])
+        done = commands.run(command, store)
         assert isinstance(done.exception, SystemExit) and done.exit_code == 2
         assert "status" in done.stderr and "Traceback" not in done.stderr
         assert not folder.exists()

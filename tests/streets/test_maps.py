@@ -11,6 +11,7 @@ from math import cos, degrees, radians, sin, sqrt
 from pathlib import Path
 from typing import Any
 
+import commands
 import geopandas
 import numpy as np
 import pyogrio
@@ -19,10 +20,8 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from pyproj import Transformer
-from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene
@@ -424,7 +423,7 @@ def test_scenes_of_a_street_take_the_motions_of_their_sites(tmp_path, says):
     (tmp_path / "RSN1.json").write_text(json.dumps({"dT": 0.02, "data_x": wave}))
     folder = str(tmp_path)
     words = ["block", f"{folder}/street.gpkg", "-o", f"{folder}/out", "--sites", f"{folder}/EventGrid.csv"]
-    told = CliRunner().invoke(app, [*words, "--unit", "g"])
+    told = commands.run(*words, "--unit", "g")
     assert told.exit_code == 0, told.output
     study = pr.read_scene(tmp_path / "out" / "street.toml")
     assert study.records.sites == "../EventGrid.csv"
@@ -433,7 +432,7 @@ def test_scenes_of_a_street_take_the_motions_of_their_sites(tmp_path, says):
     assert motion.acceleration[50] == pytest.approx(2.0 * 9.80665 * wave[50], rel=1e-12)
     more = (["--pga", "0.3 g"], ["--record", "RSN6-180"], ["--sites", "none.csv"])
     for wrong in ([*words[:2], "--unit", "g"], *([*words, *each] for each in more)):
-        refused = CliRunner().invoke(app, wrong)
+        refused = commands.run(*wrong)
         assert refused.exit_code == 2
         says(" ".join(refused.stderr.split()))
 
@@ -448,13 +447,13 @@ def test_numbers_without_a_unit_are_one_fault(tmp_path, says):
 def test_the_command_reads_a_map(tmp_path, says):
     three(tmp_path)
     words = ["block", str(tmp_path / "street.gpkg"), "-o", str(tmp_path / "out"), "--resolution", "0.1 m"]
-    told = CliRunner().invoke(app, [*words, "--samples", "16", "--record", "RSN6-180"])
+    told = commands.run(*words, "--samples", "16", "--record", "RSN6-180")
     assert told.exit_code == 0, told.output
     assert "measured gaps are uniform within 100 mm of the distance of the walls (as stated)" in told.output
     assert "by buildings: 2 on one, 3 on two" in told.output
     assert tomllib.loads((tmp_path / "out" / "street.toml").read_text())["uncertain"]["samples"] == 16
     for wrong in ("--samples 16", "--within x", "--layer x", "--storeys 0", "--resolution 5"):
-        refused = CliRunner().invoke(app, [*words[:2], *wrong.split()])
+        refused = commands.run(*words[:2], *wrong.split())
         assert refused.exit_code == 2
         says(" ".join(refused.stderr.split()))
 
@@ -548,7 +547,7 @@ def test_an_inventory_is_joined_by_ids_where_points_agree(tmp_path, says):
     assert [house.storeys for house in joined.houses] == [4, 3, 3, 3, 3]
     assert "loc.csv, line 3: in no footprint, left out" in joined.notes
     command = ["block", str(path), "--inventory", str(tmp_path / "loc.csv")]
-    assert "1 by id or name" in CliRunner().invoke(app, command).output
+    assert "1 by id or name" in commands.run(*command).output
     says(read_faults(SHIPPED / "street.csv", inventory=tmp_path / "loc.csv"))
 
 

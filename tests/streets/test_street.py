@@ -13,16 +13,15 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import commands
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sentences import refusal
-from typer.testing import CliRunner
 
 import pounding_risk as pr
 from pounding_risk import units as quantities
-from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.motions.catalogue import entry
@@ -246,7 +245,7 @@ def test_a_building_behind_another_is_not_alone(folder):
         f"# Close to a building of this row, and not in it as its neighbour:\n#   {told[0]}\n#   {told[1]}\n" in scene
     )
     path = folder / JSON
-    shown = CliRunner().invoke(app, ["block", str(path), "--metres", "--axis", "90 deg", "-o", str(folder / "out")])
+    shown = commands.run("block", path, "--metres", "--axis", "90 deg", "-o", folder / "out")
     assert shown.exit_code == 0, shown.output
     assert "alone, no neighbour within 1 m in any direction: far" in shown.output
     lines = [line.split() for line in shown.output.splitlines()]
@@ -274,7 +273,7 @@ def test_no_row_ends_with_status_2_and_the_reason(folder, tmp_path):
         ),
     ):
         out = tmp_path / "out"
-        told = CliRunner().invoke(app, ["block", str(tmp_path / words[0]), *words[1:], "-o", str(out)])
+        told = commands.run("block", tmp_path / words[0], *words[1:], "-o", out)
         assert told.exit_code == 2 and not out.exists()
         assert reason in " ".join(told.stderr.split())
         assert "A" in told.stdout  # the table of what stands alone, or close, comes first
@@ -634,7 +633,7 @@ def test_what_is_written_is_read_back_to_the_bit(value):
 
 def test_the_command_writes_what_the_call_returns(tmp_path):
     out = tmp_path / "scenes"
-    told = CliRunner().invoke(app, ["block", str(STREETS / "street.csv"), "-o", str(out), "--pga", "0.3 g"])
+    told = commands.run("block", STREETS / "street.csv", "-o", out, "--pga", "0.3 g")
     assert told.exit_code == 0, told.output
     scenes = [f"street-row-{n}.toml" for n in (1, 2, 3)]
     assert sorted(each.name for each in out.iterdir()) == ["buildings.csv", "filled.csv", "neighbours.csv", *scenes]
@@ -655,7 +654,7 @@ def test_a_faulty_table_ends_with_status_2_and_writes_nothing(tmp_path, says):
     options = ["--record RSN6", "--floor-load 10kN", "--stiffness 10kN/m", "--contact-model hertzian"]
     options += ["--contact-model stereomechanical", "--restitution 2", "--tolerance 5", "--metres"]
     for words in ([str(tmp_path / "bad.csv")], *([street, *option.split()] for option in options)):
-        told = CliRunner().invoke(app, ["block", *words, "-o", str(out)])
+        told = commands.run("block", *words, "-o", out)
         assert told.exit_code == 2 and not out.exists(), told.output
         says(" ".join(told.stderr.split()).replace(str(STREETS), "SHIPPED"))
     with pytest.raises(SceneError, match="yield_force"):
@@ -675,7 +674,7 @@ def test_the_tolerance_of_the_scenes_is_that_of_the_floors_told(tmp_path):
     """Storeys of 3 m and 3.5 m: the first floors meet within 0.6 m, and not by a depth of 0.25 m."""
     table = tmp_path / "street.csv"
     table.write_text("name,height [m],storeys,floor area [m^2]\nA,9,3,80\nB,10.5,3,80\n", encoding="utf-8")
-    told = CliRunner().invoke(app, ["block", str(table), "-o", str(tmp_path / "out"), "--tolerance", "0.6 m"])
+    told = commands.run("block", table, "-o", tmp_path / "out", "--tolerance", "0.6 m")
     (pair,) = csv.DictReader((tmp_path / "out" / "neighbours.csv").read_text(encoding="utf-8").splitlines())
     assert (pair["floors that meet"], pair["floors that miss"]) == ("1", "3")
     assert re.search(r"A +B +0 mm +not known +1 +3 +1.5 m", told.output)
