@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pkgutil
+import shlex
 import shutil
 import subprocess
 import sys
@@ -365,96 +366,77 @@ def test_a_set_is_listed_drawn_and_chosen_from():
 
 # --- what is refused ---------------------------------------------------------------------------------------
 
-NO_UNIT = 'has no unit, and a peak ground acceleration needs one; write a peak ground acceleration such as "0.5 g"'
-REFUSED = [
-    ("info nothing.at2", "nothing.at2: no such record file; check the name and the folder"),
-    ("info RSN6-18", '"RSN6-18" is not a record of the catalogue; did you mean RSN6-180 or RSN6-UP or RSN6-270?'),
-    ("list --folder scene", "--folder: scene is not a folder, nor a grid of sites; check the name"),
-    ("list --folder empty", "empty: holds no record; the folder is empty"),
-    ("process", "no record is named; write ids of `pounding-risk records list`, files, a folder, or --set"),
-    ("process quakes/*.SMC", 'no file answers to "quakes/*.SMC"; patterns are relative to this folder'),
-    ("process quakes/notes.md -o x.csv", "quakes/notes.md: is not a known record format; "),
-    ("process RSN6-180 --pga 3", f'--pga: "3" {NO_UNIT}'),
-    (
-        "process RSN6-180 --pga 3g --scale 2",
-        "--pga and --scale are given; a record is scaled by one of them: leave the others out",
-    ),
-    ("process RSN6-180 --processing all", '--processing: "all" is not one; it may be auto or none, or write --step'),
-    (
-        "process RSN6-180 --processing none --step mean",
-        "--processing and --step are both given; the steps are the processing: leave one out",
-    ),
-    (
-        "process RSN6-180 --step bandpas",
-        '--step: processing, step 1: "bandpas" is not a step (did you mean "bandpass"?); ',
-    ),
-    ("process RSN6-180 --step =", '--step: processing, step 1: "=" is not a step; it may be '),
-    ("process RSN6-180 --step bandpass,low", '--step: processing, step 1: "bandpass,low" is not a step'),
-    (
-        "process RSN6-180 --step bandpass;low",
-        "--step: 'bandpass low' is not a step with its options; write one such as 'bandpass low=0.1Hz high=25Hz'",
-    ),
-    ("process RSN6-180 --step bandpass;low=1", '--step: processing, step 1, low: "1" has no unit, and '),
-    ("process RSN6-180 --window 3s 2s", "the window 3 s to 2 s is empty; write a start before the end"),
-    ("process RSN6-180 --window 3 4s", '--window: "3" has no unit, and a time'),
-    ("process RSN6-180 --unit banana", '--unit: "banana" is not a unit of acceleration; '),
-    ("process RSN6-180 --dt 0s", '--dt: "0s" is out of range: a time step of the samples must be '),
-    ("process quakes -o one.csv", "-o: one.csv is one file for 2 records; name a folder"),
-    ("process RSN6-180 -o r.mseed", "-o: r.mseed: the name must end in .csv or .at2; a folder has no suffix"),
-    ("process RSN6-180 -o no/where.csv", "-o: no/where.csv: the folder no does not exist; make it first"),
-    (
-        "process RSN6-180 -o quakes/A090.AT2/out",
-        "--out: FOLDER/quakes/A090.AT2 is a file, not a folder; choose another name",
-    ),
-    ("process quakes/A090.AT2 -o quakes/A090.AT2", "-o: quakes/A090.AT2 is a record that is read; choose another name"),
-    (
-        "process quakes/A090.AT2 empty/A090.AT2 -o out",
-        "-o: several of the records would be out/A090.csv; process them into folders of their own",
-    ),
-    ("process RSN6-180 -o /proc/out", "--out: "),  # where nobody can make a folder, whatever the permissions say
-    (f"info {300 * 'a'}.at2", f"{300 * 'a'}.at2: cannot be read (File name too long); check the name"),
-    (f"process RSN6-180 -o {300 * 'a'}", f"{300 * 'a'}: File name too long; "),
-    ("process RSN6-180 --pga 1e300g", "RSN6-180: a sample of 9.81e+300 m/s² is no motion of the ground; "),
-    (
-        "process RSN6-180 --step bandpass;low=1Hz;low=2Hz",
-        "--step: 'bandpass low=1Hz low=2Hz' is not a step with its options; ",
-    ),
-    ("process RSN6-180 --figure f.gif", "--figure: f.gif: the name must end in .png or .svg or .pdf; write f.png"),
-    ("plot RSN6-180", "--figure: no file is named; write one such as --figure records.png"),
-    ("plot RSN6-180 --spectra --damping 1 --figure f.png", '--damping: "1" is out of range: a damping ratio must be '),
-    ("plot RSN6-180 --target asce7:sds=1 --figure f.png", "asce7:sds=1: says nothing of sd1 and tl; "),
-    ("plot RSN6-180 --target none.csv --figure f.png", "none.csv: no such file, and no shape; "),
-    (
-        "plot RSN6-180 --target asce7:sds=1,sd1=0.6,tl=8 --damping 2% --figure f.png",
-        "--damping: 2 % is asked for, and asce7:sds=1,sd1=0.6,tl=8 is for 5 %; write --damping 0.05, or another target",
-    ),
-    ("process RSN6-180 --sa 0.5g 1", '--sa: "1" has no unit, and a period of vibration needs one; '),
-    ("process --set fema-p695", '"fema-p695" is not a set of records (did you mean "fema-p695-farfield"?); '),
-    (
-        f"select RSN6-180 --target {CODE} --range 0.2s 20s",
-        f"{CODE.replace('1.0', '1')}: is given from 0 to 16 s, and ",
-    ),
-    (f"select RSN6-180 --target {CODE} --range 2s 1s", "periods: 2 to 1 s is empty; write the shorter period first"),
-    (f"select RSN6-180 --target {CODE} --distance 1 2km", '--distance: "1" has no unit, and a distance needs one; '),
-    (f"select RSN6-180 --target {CODE} --spectrum srss", 'spectrum: "srss" is not one; it may be component, geomean, '),
-    (f"select RSN6-180 --target {CODE} --factor 2 1", "limits: [2.0, 1.0] is no range; "),
-    (f"select RSN6-180 --target {CODE} --magnitude 8 9", "no record is left of 1: 1 for magnitude outside 8 to 9; "),
-    (f"select RSN6-180 --target {CODE} -o m.txt", "-o: m.txt: the name must end in .csv; write m.csv"),
-    ("plot RSN6-180 nothing.at2 --figure f.png", "nothing.at2: no such record file; check the name and the folder"),
-]
+PULSE, NOISE = "ricker: pga=0.4 g, period=0.8 s", "kanai_tajimi: rms=0.1 g, duration=4 s, count=2"
+REFUSED = """
+info nothing.at2
+info RSN6-18
+list --folder scene
+list --folder empty
+process
+process quakes/*.SMC
+process quakes/notes.md -o x.csv
+process RSN6-180 --pga 3
+process RSN6-180 --pga 3g --scale 2
+process RSN6-180 --processing all
+process RSN6-180 --processing none --step mean
+process RSN6-180 --step bandpas
+process RSN6-180 --step =
+process RSN6-180 --step bandpass,low
+process RSN6-180 --step 'bandpass low'
+process RSN6-180 --step 'bandpass low=1'
+process RSN6-180 --window 3s 2s
+process RSN6-180 --window 3 4s
+process RSN6-180 --unit banana
+process RSN6-180 --dt 0s
+process quakes -o one.csv
+process RSN6-180 -o r.mseed
+process RSN6-180 -o no/where.csv
+process RSN6-180 -o quakes/A090.AT2/out
+process quakes/A090.AT2 -o quakes/A090.AT2
+process quakes/A090.AT2 empty/A090.AT2 -o out
+info {LONG}.at2
+process RSN6-180 -o {LONG}
+process RSN6-180 --pga 1e300g
+process RSN6-180 --step 'bandpass low=1Hz low=2Hz'
+process RSN6-180 --figure f.gif
+plot RSN6-180
+plot RSN6-180 --spectra --damping 1 --figure f.png
+plot RSN6-180 --target asce7:sds=1 --figure f.png
+plot RSN6-180 --target none.csv --figure f.png
+plot RSN6-180 --target asce7:sds=1,sd1=0.6,tl=8 --damping 2% --figure f.png
+process RSN6-180 --sa 0.5g 1
+process --set fema-p695
+select RSN6-180 --target {CODE} --range 0.2s 20s
+select RSN6-180 --target {CODE} --range 2s 1s
+select RSN6-180 --target {CODE} --distance 1 2km
+select RSN6-180 --target {CODE} --spectrum srss
+select RSN6-180 --target {CODE} --factor 2 1
+select RSN6-180 --target {CODE} --magnitude 8 9
+select RSN6-180 --target {CODE} -o m.txt
+plot RSN6-180 nothing.at2 --figure f.png
+info 'riker: pga=0.4 g'
+info '{NOISE}'
+process 'ricker: pga=-1 g, period=1 s'
+plot '{PULSE}' --histories --spectra --figure a.png
+select RSN6-180 --target {CODE} --pga 0.3 '1 g'
+"""
 
 
-@pytest.mark.parametrize(("line", "sentence"), REFUSED, ids=[line for line, _ in REFUSED])
-def test_bad_input_is_refused_and_nothing_is_written(line, sentence, folder):
+@pytest.mark.parametrize("line", REFUSED.strip().splitlines())
+def test_bad_input_is_refused_and_nothing_is_written(line, folder, says):
     (folder / "empty").mkdir()
     if "empty/" in line:
         (folder / "empty" / "A090.AT2").write_text(at2("090"))
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
-    result = run(*(word.replace(";", " ") for word in line.split()))
+    result = run(*shlex.split(line.format(CODE=CODE, LONG=300 * "a", PULSE=PULSE, NOISE=NOISE)))
     assert (result.exit_code, result.stdout) == (2, ""), result.output
-    assert result.stderr.startswith(f"pounding-risk: {sentence.replace('FOLDER', str(folder))}")
+    says(result.stderr.removeprefix("pounding-risk: "))
     assert result.stderr.count("\n") == 1
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
+
+
+def test_a_folder_that_nobody_can_make_is_told():
+    assert run("process", "RSN6-180", "-o", "/proc/out").stderr.startswith("pounding-risk: --out: ")
 
 
 def test_a_damaged_file_stops_everything_but_a_list():
@@ -493,13 +475,9 @@ def test_a_choice_may_be_limited_by_peaks():
     result = run(*words, "--pga", "0.3 g", "1 g")
     assert result.exit_code == 0, result.stderr
     assert "RSN753-000" in result.stdout and "RSN6-180" not in result.stdout
-    refused = run(*words, "--pga", "0.3", "1 g")
-    assert refused.exit_code == 2 and refused.stderr.startswith("pounding-risk: --pga: ")
 
 
 # --- generated motions -------------------------------------------------------------------------------------
-
-PULSE, NOISE = "ricker: pga=0.4 g, period=0.8 s", "kanai_tajimi: rms=0.1 g, duration=4 s, count=2"
 
 
 def test_generated_motions_are_records_to_every_command(folder):
@@ -528,17 +506,3 @@ def test_generated_motions_are_records_to_every_command(folder):
 
 
 SELECTED = ("--spectrum", "component", "--count", "2", "-o", "chosen.csv")
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (("info", "riker: pga=0.4 g"), '"riker" is not a kind of motion (did you mean "ricker"?); it may be'),
-        (("info", NOISE), "kanai_tajimi, count: several motions, where one is required; leave count out"),
-        (("process", "ricker: pga=-1 g, period=1 s"), 'ricker, pga: "-1 g" is out of range'),
-        (("plot", PULSE, "--histories", "--spectra", "--figure", "a.png"), "--histories: spectra are asked for too"),
-    ],
-)
-def test_misuse_of_generated_motions_is_one_sentence(words, sentence):
-    result = run(*words)
-    assert result.exit_code == 2 and sentence in " ".join(result.output.split())
