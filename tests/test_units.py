@@ -9,6 +9,7 @@ from math import inf, isnan
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sentences import refusal
 
 from pounding_risk import units
 from pounding_risk.units import (
@@ -85,62 +86,49 @@ def test_reads(text, quantity, value):
     assert str(found)[0] != "-"
 
 
-# What to write instead stands at the end of every sentence.
-REPAIRS = {
-    MASS: 'write a mass such as "44.36 t"',
-    YIELD_FORCE: 'write a yield force F_E such as "450 kN"',
-    GAP: 'write a clear distance at rest such as "25 mm"',
-    PERIOD: 'write a period of vibration such as "0.208 s"',
-    HERTZ: 'write an impact stiffness β such as "4.2e7 kN/m^1.5"',
-    PGA: 'write a peak ground acceleration such as "0.5 g"',
-    DAMPING: "write a damping ratio such as 0.05",
-    RESTITUTION: "write a coefficient of restitution e such as 0.65",
-}
 REFUSED = [
-    ("44.36 kg/s", MASS, "is a mass flow, not a mass"),
-    ("0.5 g_0", MASS, "is an acceleration, not a mass"),
-    ("5 V/m", MASS, "is of dimension [mass] * [length] / [time] ** 3 / [current], not a mass"),
-    ("450 kg", YIELD_FORCE, "is a mass, not a force"),
-    ("450 kn", YIELD_FORCE, 'is a speed, not a force (did you mean "kN"?)'),
-    ("5 %", GAP, "is a percentage, not a length"),
-    ("5 rad", PERIOD, "is a plain number or an angle, not a time"),
-    ("5 kN/m", HERTZ, "is a linear stiffness (force/length), not an impact stiffness (force/length^1.5)"),
-    ("0.5 m/s", PGA, "is a speed, not an acceleration"),
-    (44.36, MASS, "has no unit, and a mass needs one"),
-    ("44.36", MASS, "has no unit, and a mass needs one"),
-    (0, GAP, "has no unit, and a clear distance at rest needs one"),
-    ("44.36 tt", MASS, 'has the unit "tt", which is not known (did you mean "t"?)'),
-    ("450 KN", YIELD_FORCE, 'has the unit "KN", which is not known (did you mean "kN"?)'),
-    ("3 bananas", GAP, 'has the unit "bananas", which is not known'),
-    ("44 tons", MASS, 'has the unit "tons", which could be 1000, 907 or 1016 kg: write "t" for 1000 kg'),
-    ("44 mt", MASS, 'has the unit "mt", which could be a thousandth of a tonne or a "metric ton": write "kg" or "t"'),
-    ("44 5 t", MASS, 'has "5 t" after the number, which is not a unit'),
-    ("5 kN/3", YIELD_FORCE, 'has "kN/3" after the number, which is not a unit'),
-    ("1,5 t", MASS, "is not a number with a unit (write a decimal point, not a comma)"),
-    ("heavy", MASS, "is not a number with a unit"),
-    ("", MASS, "is not a number with a unit"),
-    ("nan t", MASS, "is not a number"),
-    (float("nan"), DAMPING, "is not a number"),
-    (True, MASS, "is not a mass"),
-    (None, MASS, "is not a mass"),
-    (["1 t"], MASS, "is not a mass"),
-    ("-3 t", MASS, "is out of range: a mass must be greater than 0 kg and finite"),
-    ("inf", MASS, "is out of range: a mass must be greater than 0 kg and finite"),
-    ("1e400 t", MASS, "is out of range: a mass must be greater than 0 kg and finite"),
-    ("-5 mm", GAP, "is out of range: a clear distance at rest must be at least 0 m"),
-    ("0 kN", YIELD_FORCE, "is out of range: a yield force F_E must be greater than 0 N"),
-    (5, DAMPING, "is out of range: a damping ratio must be at least 0 and less than 1"),
-    ("5 mm", DAMPING, "has a unit, but a damping ratio is a plain number"),
-    (0, RESTITUTION, "is out of range: a coefficient of restitution e must be greater than 0 and at most 1"),
-    (10**400, DAMPING, "is not a number"),
+    ("44.36 kg/s", MASS),
+    ("0.5 g_0", MASS),
+    ("5 V/m", MASS),
+    ("450 kg", YIELD_FORCE),
+    ("450 kn", YIELD_FORCE),
+    ("5 %", GAP),
+    ("5 rad", PERIOD),
+    ("5 kN/m", HERTZ),
+    ("0.5 m/s", PGA),
+    (44.36, MASS),
+    ("44.36", MASS),
+    (0, GAP),
+    ("44.36 tt", MASS),
+    ("450 KN", YIELD_FORCE),
+    ("3 bananas", GAP),
+    ("44 tons", MASS),
+    ("44 mt", MASS),
+    ("44 5 t", MASS),
+    ("5 kN/3", YIELD_FORCE),
+    ("1,5 t", MASS),
+    ("heavy", MASS),
+    ("", MASS),
+    ("nan t", MASS),
+    (float("nan"), DAMPING),
+    (True, MASS),
+    (None, MASS),
+    (["1 t"], MASS),
+    ("-3 t", MASS),
+    ("inf", MASS),
+    ("1e400 t", MASS),
+    ("-5 mm", GAP),
+    ("0 kN", YIELD_FORCE),
+    (5, DAMPING),
+    ("5 mm", DAMPING),
+    (0, RESTITUTION),
+    (10**400, DAMPING),
 ]
 
 
-@pytest.mark.parametrize(("text", "quantity", "fault"), REFUSED)
-def test_refuses(text, quantity, fault):
-    with pytest.raises(QuantityError) as error:
-        parse(text, quantity)
-    assert str(error.value) == f"{shown(text)} {fault}; {REPAIRS[quantity]}"
+@pytest.mark.parametrize(("text", "quantity"), REFUSED, ids=lambda each: getattr(each, "words", repr(each)[:20]))
+def test_refuses(text, quantity, says):
+    says(refusal(parse, text, quantity, kind=QuantityError))
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pytest
 from scipy.stats import poisson
+from sentences import refusal
 
 from pounding_risk.assessment.annual_rates import read_rate, return_period_words
 from pounding_risk.statistics.hazard import in_years, rate_of_probability
@@ -51,32 +50,30 @@ def test_a_rate_is_read_from_its_forms(text, rate, words, years):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    "text",
     [
-        ("1 in 2475 years", "has a probability of 1, which must lie between 0 and 1"),
-        ("10 in 50 years", "has a probability of 10, which must lie"),
-        ("100 % in 50 years", "has a probability of 1, which"),
-        ("0 % in 50 years", "has a probability of 0, which"),
-        ("1 % in 0 years", "has 0 years, which must be above 0"),
-        ("0 years", "has 0 years"),
-        ("1e999 years", "has inf years"),
-        ("2475", "is a rate of 2475 a year, which must be above 0 and below 1"),
-        ("0", "is a rate of 0 a year"),
-        ("-1e-4 a year", "is no rate"),
-        ("rarely", "is no rate"),
-        ("", "is no rate"),
-        ("1 % in 50", "is no rate"),
-        (float("nan"), "is a rate of nan a year"),
-        (None, "is no rate"),
-        ([1.0], "is no rate"),
-        ("1e-300 % in 1e300 years", "which no number holds"),
+        "1 in 2475 years",
+        "10 in 50 years",
+        "100 % in 50 years",
+        "0 % in 50 years",
+        "1 % in 0 years",
+        "0 years",
+        "1e999 years",
+        "2475",
+        "0",
+        "-1e-4 a year",
+        "rarely",
+        "",
+        "1 % in 50",
+        float("nan"),
+        None,
+        [1.0],
+        "1e-300 % in 1e300 years",
     ],
+    ids=repr,
 )
-def test_what_is_no_rate_is_refused_with_what_to_write(text, words):
-    with pytest.raises(QuantityError, match=r"^target: ") as told:
-        read_rate(text, "target")
-    assert words in str(told.value)
-    assert re.search(r'write "1 % in 50 years", a return period such as "2475 years"', str(told.value))
+def test_what_is_no_rate_is_refused_with_what_to_write(text, says):
+    says(refusal(read_rate, text, "target", kind=QuantityError))
 
 
 def test_a_return_period_in_words():

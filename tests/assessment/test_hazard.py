@@ -11,13 +11,13 @@ from scenes import scene_text, storeyed
 from scipy.integrate import quad
 from scipy.stats import chi2, kstest, norm
 from scipy.stats import t as student
+from sentences import refusal
 
 from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, rate_of, unusual
 from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.ensemble.scan import scan
-from pounding_risk.errors import PoundingError
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.statistics.hazard import annual_rate, in_years, median_at_rate, missing_share
 
@@ -61,36 +61,16 @@ def test_fifty_years_are_poisson():
     assert in_years(1e-12) == pytest.approx(5e-11)
 
 
-def test_what_the_table_cuts_off_is_told():
-    """Only intensities of the table count: the rate there, P at its weakest, and what stronger ones add at most."""
-    whole, cut = (rate_of(power_law(*ends), fragility(), 0.95) for ends in ((1e-3, 1e3), (3.0, 12.0)))
-    assert cut.below == pytest.approx(0.5)
-    assert cut.above == pytest.approx(K0 * 12.0**-K)
-    assert cut.annual < whole.annual
-    missing = whole.annual - cut.annual
-    # Both by SciPy's quadrature of the same integral beyond the table's ends.
-    beyond = sum(quad(_density, *ends, epsabs=1e-14)[0] for ends in ((0.1, 3.0), (12.0, 1e3)))
-    assert missing == pytest.approx(beyond, rel=1e-5)  # 1e3 to infinity is 3e-7 of it
-
-
-def test_the_share_that_a_table_leaves_out_is_what_its_slopes_continue_to():
-    """Of a power law nothing is guessed: the share is that of SciPy's quadrature beyond the table's ends."""
-    cut = rate_of(power_law(3.0, 12.0), fragility(), 0.95)
-    beyond = sum(quad(_density, *ends, epsabs=1e-16)[0] for ends in ((0.1, 3.0), (12.0, np.inf)))
-    assert cut.missing == pytest.approx(beyond / (beyond + cut.annual), rel=1e-6)
-    assert cut.at_least
-    whole = rate_of(power_law(), fragility(), 0.95)
+@pytest.mark.parametrize("ends", [(3.0, 12.0), (1e-3, 3.0), (3.0, 1e3)], ids=["on both sides", "above", "below"])
+def test_what_a_table_leaves_out_is_what_its_slopes_continue_to(ends):
+    """Only intensities of the table count; of a power law nothing is guessed, by SciPy's quadrature beyond its ends."""
+    whole, cut = (rate_of(power_law(*each), fragility(), 0.95) for each in ((1e-3, 1e3), ends))
+    low, high = ends
+    assert cut.below == pytest.approx(norm.cdf(np.log(low / 3.0) / 0.4)) and cut.above == pytest.approx(K0 * high**-K)
+    lost = sum(quad(_density, *each, epsabs=1e-16)[0] for each in ((0.1, max(low, 0.1)), (high, np.inf)))
+    assert whole.annual - cut.annual == pytest.approx(lost, rel=1e-5)  # 1e3 to infinity is 3e-7 of it
+    assert cut.missing == pytest.approx(lost / (lost + cut.annual), rel=1e-6) and cut.at_least
     assert whole.missing < 1e-6 and not whole.at_least
-
-
-@pytest.mark.parametrize(("ends", "side"), [((1e-3, 3.0), "above"), ((3.0, 1e3), "below")])
-def test_a_curve_that_ends_on_one_side_alone_is_told(ends, side):
-    """Rows up to the median, or from it on: the other side is what is left out."""
-    cut = rate_of(power_law(*ends), fragility(), 0.95)
-    limits = (3.0, np.inf) if side == "above" else (0.1, 3.0)
-    beyond = quad(_density, *limits, epsabs=1e-16)[0]
-    assert cut.missing == pytest.approx(beyond / (beyond + cut.annual), rel=1e-5)
-    assert cut.at_least
 
 
 def test_steep_and_wide_ends_stay_a_share():
@@ -158,95 +138,69 @@ def test_a_table_is_read_with_its_unit(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    "text",
     [
-        ("pga [g],rate\n0.1,0.01\n", "1 rows below its head"),
-        ("pga,rate\n0.1,0.01\n0.2,0.001\n", "line 1: 'pga,rate' names no intensity with its unit"),
-        ("pga [g],rate\n0.1,0.01\nx,0.001\n", "line 3: 'x,0.001' is no row"),
-        ("pga [mm],rate\n0.1,0.01\n0.2,0.001\n", "line 2"),
-        ("pga [g],rate\n0.1,0.01\n0.2\n", "line 3"),
-        ("pga [g],rate\n0.1,0.01\n0.2,0\n", "an annual rate must be greater than 0 and finite"),
-        ("pga [g],rate\n0.1,0.01\n0.2,0.02\n", "line 3: intensities must rise and annual rates fall"),
-        ("pga [g],rate\n0.2,0.01\n\n0.1,0.001\n", "line 4: intensities must rise"),
-        ("pga [g],probability\n0.1,0.5\n0.2,0.1\n", "line 1: the second column is 'probability'; it must be an annual"),
-        ("pga [g],probability\n0.1,0.5\n0.2,0.1\n", "a probability needs its years, such as 'probability in 50 years'"),
-        ("pga [g],probability in 0 years\n0.1,0.5\n0.2,0.1\n", "a probability needs its years"),
-        ("pga [g],foo\n0.1,0.5\n0.2,0.1\n", "write 'annual rate [1/year]', 'return period [years]' or"),
-        ("pga [g],rate [1/50 years]\n0.1,0.5\n0.2,0.1\n", "it must be an annual rate or frequency, a return period"),
-        ("pga [g],return period [years]\n0.1,475\n0.2,95\n", "line 3: intensities must rise and return periods rise"),
-        ("pga [g],return period [years]\n0.1,0\n0.2,95\n", "a return period in years must be greater than 0"),
-        ("pga [g],return period [years]\n0.1,-5\n0.2,95\n", "line 2: '0.1,-5' is no row"),
-        ("pga [g],return period [years]\n0.1,10 %\n0.2,95\n", "has a percentage"),
-        ("pga [g],probability in 50 years\n0.1,0.1\n0.2,0.5\n", "line 3: intensities must rise and probabilities fall"),
-        ("pga [g],probability in 50 years\n0.1,1\n0.2,0.5\n", "must be greater than 0 and less than 1"),
-        ("pga [g],probability in 50 years\n0.1,0.5\n0.2,0\n", "line 3: '0.2,0' is no row"),
-        (
-            "pga [g],probability in 50 years\n0.1,50\n0.2,10\n",
-            "leave out rows of 0 and of 1, and end the head in [%] where",
-        ),
-        ("pga [g],probability in 50 years [%]\n0.1,100\n0.2,10\n", "must be greater than 0 and less than 100"),
-        ("pgd [cm],annual rate\n0.1,0.1\n0.2,0.01\n", "line 1: the hazard is one of pgd, which datasets do not hold"),
-        ("pgv [g],annual rate\n0.1,0.1\n0.2,0.01\n", "line 2: '0.1,0.1' is no row of the table"),
-        (
-            "sa_avg [g],annual rate\n0.1,0.1\n0.2,0.01\n",
-            "line 1: 'sa_avg [g]' names no range of periods; write sa_avg(",
-        ),
-        ("annual rate,sa(1 s) [g],pgv [m/s]\n0.1,0.1,0.2\n0.01,0.2,0.4\n", "'pgv' is neither pga nor sa at a period"),
-        ("annual rate,pga\n0.1,0.1\n0.01,0.2\n", "line 1: 'annual rate,pga' has a column that names no intensity"),
-        ("annual rate,pga [g],sa [g]\n0.1,0.1,0.2\n0.01,0.2,0.4\n", "line 1: 'sa' is neither pga nor sa at a period"),
-        ("annual rate,sa(1 s) [g],sa(1 s) [g]\n0.1,0.1,0.2\n0.01,0.2,0.4\n", "line 1: has sa(1 s) twice"),
-        (
-            "annual rate,sa(1 s) [g],sa(2 s) [g]\n0.1,0.1,0.2\n0.01,0.2,0.2\n",
-            "line 3: intensities of sa(2 s) must rise and annual rates fall",
-        ),
-        (
-            'annual rate,sa(1 s) [g],"sa(2 s, 2 %) [g]"\n0.1,0.1,0.2\n0.01,0.2,0.4\n',
-            "line 1: has spectra of several damping ratios",
-        ),
-        (
-            "sa [g],rate at 1 s,foo\n0.1,0.1,0.2\n0.2,0.01,0.02\n",
-            "line 1: 'foo' says not how often intensities at which",
-        ),
-        ("sa [g],rate at x,rate at 1 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n", "line 1: 'rate at x' names no period"),
-        (
-            "sa [g],rate at 1 s,annual probability at 2 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n",
-            "has not one form of rates at several periods",
-        ),
-        ("sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01,\n", "line 1: has 1 rates of sa(2 s), two are"),
-        (
-            "sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01,0.3\n",
-            "line 3: intensities must rise and annual rates",
-        ),
-        ("sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,1e-3\n0.2,0.01,1e-4\n", "line 1: has curves that share no two rates"),
-        ("sa [g],rate at 1 s,rate at 1 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n", "line 1: has sa(1 s) twice"),
-        ("sa,rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n", "names no intensity with its unit"),
-        ("period [s],475 years [g]\n1,0.1\n2,0.05\n", "line 1: has spectra of 1 rates, two are the least"),
-        ("period [s],475 years,10 years [g]\n1,0.1,0.01\n", "line 1: '475 years' has no unit of its intensities"),
-        ("period [s],often [g],10 years [g]\n1,0.1,0.01\n", "line 1: 'often [g]' says not how often it is exceeded"),
-        ("period [s],475 years [g],10 years [g]\n1,0.1,0.2\n", "line 2: intensities must rise as the annual rates"),
-        ("period [s],10 years [g],10 years [g]\n1,0.1,0.2\n", "line 2: intensities must rise as the annual rates"),
-        ("period [s],10 years [g],475 years [g]\nx,0.1,0.2\n", "line 2: 'x,0.1,0.2' starts with no period"),
-        ("period [s],10 years [g],475 years [g]\n0,0.1,0.2\n", "line 1: has no sa at a period"),
-        ("pga [g],rate\n0.1,1_0\n0.2,0.001\n", "line 2: '0.1,1_0' is no row of the table ('1_0' has a unit"),
-        ("pga [g],rate\n1_0,0.1\n0.2,0.001\n", "line 2: '1_0,0.1' is no row of the table"),
-        ("pga [g],rate\n0.1,inf\n0.2,0.001\n", "an annual rate must be greater than 0 and finite"),
-        ("pga [g],rate\n0.1,nan\n0.2,0.001\n", "'nan' is not a number"),
-        ("pga [g],rate\n0.1,0.01\ninf,0.001\n", "line 3: 'inf,0.001' is no row of the table"),
-        ("pga [g],rate\n0.1,1 %\n0.2,0.001\n", "line 2: '0.1,1 %' has a percentage; write a number a year"),
-        (
-            "pga [g],rate\n0.1," + 131_073 * "1" + "\n0.2,0.001\n",
-            "line 2: has 131,077 letters, and a row is a few numbers",
-        ),
-        (131_073 * "p" + " [g],rate\n0.1,0.1\n0.2,0.001\n", "line 1: has 131,082 letters"),
+        "pga [g],rate\n0.1,0.01\n",
+        "pga,rate\n0.1,0.01\n0.2,0.001\n",
+        "pga [g],rate\n0.1,0.01\nx,0.001\n",
+        "pga [mm],rate\n0.1,0.01\n0.2,0.001\n",
+        "pga [g],rate\n0.1,0.01\n0.2\n",
+        "pga [g],rate\n0.1,0.01\n0.2,0\n",
+        "pga [g],rate\n0.1,0.01\n0.2,0.02\n",
+        "pga [g],rate\n0.2,0.01\n\n0.1,0.001\n",
+        "pga [g],probability\n0.1,0.5\n0.2,0.1\n",
+        "pga [g],probability in 0 years\n0.1,0.5\n0.2,0.1\n",
+        "pga [g],foo\n0.1,0.5\n0.2,0.1\n",
+        "pga [g],rate [1/50 years]\n0.1,0.5\n0.2,0.1\n",
+        "pga [g],return period [years]\n0.1,475\n0.2,95\n",
+        "pga [g],return period [years]\n0.1,0\n0.2,95\n",
+        "pga [g],return period [years]\n0.1,-5\n0.2,95\n",
+        "pga [g],return period [years]\n0.1,10 %\n0.2,95\n",
+        "pga [g],probability in 50 years\n0.1,0.1\n0.2,0.5\n",
+        "pga [g],probability in 50 years\n0.1,1\n0.2,0.5\n",
+        "pga [g],probability in 50 years\n0.1,0.5\n0.2,0\n",
+        "pga [g],probability in 50 years\n0.1,50\n0.2,10\n",
+        "pga [g],probability in 50 years [%]\n0.1,100\n0.2,10\n",
+        "pgd [cm],annual rate\n0.1,0.1\n0.2,0.01\n",
+        "pgv [g],annual rate\n0.1,0.1\n0.2,0.01\n",
+        "sa_avg [g],annual rate\n0.1,0.1\n0.2,0.01\n",
+        "annual rate,sa(1 s) [g],pgv [m/s]\n0.1,0.1,0.2\n0.01,0.2,0.4\n",
+        "annual rate,pga\n0.1,0.1\n0.01,0.2\n",
+        "annual rate,pga [g],sa [g]\n0.1,0.1,0.2\n0.01,0.2,0.4\n",
+        "annual rate,sa(1 s) [g],sa(1 s) [g]\n0.1,0.1,0.2\n0.01,0.2,0.4\n",
+        "annual rate,sa(1 s) [g],sa(2 s) [g]\n0.1,0.1,0.2\n0.01,0.2,0.2\n",
+        'annual rate,sa(1 s) [g],"sa(2 s, 2 %) [g]"\n0.1,0.1,0.2\n0.01,0.2,0.4\n',
+        "sa [g],rate at 1 s,foo\n0.1,0.1,0.2\n0.2,0.01,0.02\n",
+        "sa [g],rate at x,rate at 1 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n",
+        "sa [g],rate at 1 s,annual probability at 2 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n",
+        "sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01,\n",
+        "sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01,0.3\n",
+        "sa [g],rate at 1 s,rate at 2 s\n0.1,0.1,1e-3\n0.2,0.01,1e-4\n",
+        "sa [g],rate at 1 s,rate at 1 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n",
+        "sa,rate at 1 s,rate at 2 s\n0.1,0.1,0.2\n0.2,0.01,0.02\n",
+        "period [s],475 years [g]\n1,0.1\n2,0.05\n",
+        "period [s],475 years,10 years [g]\n1,0.1,0.01\n",
+        "period [s],often [g],10 years [g]\n1,0.1,0.01\n",
+        "period [s],475 years [g],10 years [g]\n1,0.1,0.2\n",
+        "period [s],10 years [g],10 years [g]\n1,0.1,0.2\n",
+        "period [s],10 years [g],475 years [g]\nx,0.1,0.2\n",
+        "period [s],10 years [g],475 years [g]\n0,0.1,0.2\n",
+        "pga [g],rate\n0.1,1_0\n0.2,0.001\n",
+        "pga [g],rate\n1_0,0.1\n0.2,0.001\n",
+        "pga [g],rate\n0.1,inf\n0.2,0.001\n",
+        "pga [g],rate\n0.1,nan\n0.2,0.001\n",
+        "pga [g],rate\n0.1,0.01\ninf,0.001\n",
+        "pga [g],rate\n0.1,1 %\n0.2,0.001\n",
+        pytest.param("pga [g],rate\n0.1," + 131_073 * "1" + "\n0.2,0.001\n", id="a long row"),
+        pytest.param(131_073 * "p" + " [g],rate\n0.1,0.1\n0.2,0.001\n", id="a long head"),
     ],
 )
-def test_a_table_that_is_none_is_refused_by_its_line(tmp_path, text, words):
+def test_a_table_that_is_none_is_refused_by_its_line(tmp_path, text, says):
     file = tmp_path / "site.csv"
     file.write_text(text)
-    with pytest.raises(PoundingError, match=r"site\.csv") as told:
-        read_hazard(file)
-    assert words in str(told.value).replace('"', "'")
-    assert len(str(told.value)) < 1000  # what is damaged is shown shortened
+    told = refusal(read_hazard, file)
+    says(told)
+    assert len(told) < 1000  # what is damaged is shown shortened
 
 
 FORMS = {
@@ -374,36 +328,27 @@ def test_spectra_between_periods_need_not_be_a_power(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("intensity", "words"),
+    "intensity",
     [
-        ("sa(0.05 s)", "has spectra from 0.1 s to 2 s, and sa(0.05 s) is asked for; add that period to the table"),
-        ("sa(2.5 s)", 'choose one of its own, such as --intensity "sa(0.1 s)"'),
-        (
-            "sa(0.4 s, 2 %)",
-            'has spectra of 5 % damping, and sa(0.4 s, 2 %) is asked for; write --intensity "sa(0.4 s)"',
-        ),
-        ("pgv", "has no curve of pgv"),
+        "sa(0.05 s)",
+        "sa(2.5 s)",
+        "sa(0.4 s, 2 %)",
+        "pgv",
     ],
 )
-def test_spectra_are_not_continued(tmp_path, intensity, words):
+def test_spectra_are_not_continued(tmp_path, intensity, says):
     file = tmp_path / "uniform.csv"
     file.write_text(spectra_by_rate())
-    with pytest.raises(PoundingError, match=r"uniform\.csv") as told:
-        read_hazard(file).at(intensity)
-    assert words in str(told.value)
-    file.write_text("annual rate,sa(0.2 s) [g],sa(1 s) [g]\n1e-2,1,2\n1e-3,2,3\n")
-    with pytest.raises(PoundingError, match="has no column of pga"):
-        read_hazard(file).at("pga")
+    says(refusal(read_hazard(file).at, intensity))
 
 
-def test_spectra_of_another_damping_say_so(tmp_path):
+def test_spectra_of_another_damping_say_so(tmp_path, says):
     file = tmp_path / "uniform.csv"
     file.write_text('annual rate,"sa(0.2 s, 2 %) [g]","sa(1 s, 2 %) [g]"\n1e-2,1,2\n1e-3,2,3\n')
     spectra = read_hazard(file)
     assert spectra.damping == pytest.approx(0.02)
     assert spectra.at("sa(0.2 s, 2 %)").im == pytest.approx(G * np.array([1.0, 2.0]))
-    with pytest.raises(PoundingError, match=r'write --intensity "sa\(0.2 s, 2 %\)"'):
-        spectra.at("sa(0.2 s)")
+    says(refusal(spectra.at, "sa(0.2 s)"))
 
 
 @pytest.mark.parametrize(
@@ -413,9 +358,8 @@ def test_an_annual_rate_goes_by_several_names(tmp_path, head):
     assert read_hazard(site_file(tmp_path, f"pga [g],{head}")).rate == pytest.approx([1.0, 1e-6])
 
 
-def test_a_table_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(PoundingError, match="cannot be read"):
-        read_hazard(tmp_path / "none.csv")
+def test_a_table_that_is_not_there_is_refused(tmp_path, says):
+    says(refusal(read_hazard, tmp_path / "none.csv"))
 
 
 @pytest.mark.parametrize(

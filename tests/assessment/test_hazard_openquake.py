@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from damaged_tables import survey
+from sentences import refusal
 
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
 from pounding_risk.assessment.hazard_table import read_hazard
-from pounding_risk.errors import PoundingError
 
 G = 9.80665
 YEARS = 50.0
@@ -49,26 +49,19 @@ def test_a_curve_has_the_rates_of_its_probabilities(tmp_path, head, imt, name, u
     assert "23.8, 38.1, 1.41 km from 23.79, 38.11" in hazard.reading and "-ln(1 - p)/50" in hazard.reading
 
 
-def test_one_site_needs_no_name_and_several_need_one(tmp_path):
+def test_one_site_needs_no_name_and_several_need_one(tmp_path, says):
     assert "The site is at 23.7, 38." in read_hazard(curve_file(tmp_path, factors=(1.0,))).reading
-    with pytest.raises(PoundingError, match=r"has 2 sites, the first at 23.7, 38; choose one with --site"):
-        read_hazard(curve_file(tmp_path))
+    says(refusal(read_hazard, curve_file(tmp_path)))
 
 
-def test_a_site_too_far_is_refused_unless_it_is_allowed(tmp_path):
+def test_a_site_too_far_is_refused_unless_it_is_allowed(tmp_path, says):
     path = curve_file(tmp_path)
-    with pytest.raises(
-        PoundingError, match=r"nearest of its 2 sites is at 23.8, 38.1, 41.4 km from .*24.2, 38.3 within"
-    ):
-        read_hazard(f"{path}#24.2,38.3")
+    says(refusal(read_hazard, f"{path}#24.2,38.3"))
     assert read_hazard(f"{path}#24.2,38.3 within 50 km").rate[0] == pytest.approx(2e-4 / 0.05**2, rel=1e-6)
-    with pytest.raises(PoundingError, match=r"the latitude is 123.7.*longitude first"):
-        read_hazard(f"{path}#38.0,123.7")
-    with pytest.raises(PoundingError, match=r"has no site .Athens"):
-        read_hazard(f"{path}#Athens")
+    says(refusal(read_hazard, f"{path}#38.0,123.7"), refusal(read_hazard, f"{path}#Athens"))
 
 
-def test_a_pattern_joins_curves_of_several_periods(tmp_path):
+def test_a_pattern_joins_curves_of_several_periods(tmp_path, says):
     for imt in ("PGA", "SA(0.5)", "SA(1.0)"):
         curve_file(tmp_path, imt)
     hazard = read_hazard(f"{tmp_path}/hazard_curve-mean-*.csv#23.7,38")
@@ -77,8 +70,7 @@ def test_a_pattern_joins_curves_of_several_periods(tmp_path):
     level = np.exp(np.interp(np.log(3e-3), np.log(half.rate[::-1]), np.log(half.im[::-1])))
     assert level == pytest.approx(G * (1e-4 / 3e-3) ** 0.5, rel=1e-6)
     curve_file(tmp_path, "SA(2.0)", HEAD.replace("=50.0", "=1.0"))
-    with pytest.raises(PoundingError, match=r"SA\(2.0\)_12.csv: states 1 years .* name files of one calculation"):
-        read_hazard(f"{tmp_path}/hazard_curve-mean-*.csv#23.7,38")
+    says(refusal(read_hazard, f"{tmp_path}/hazard_curve-mean-*.csv#23.7,38"))
 
 
 def test_probabilities_of_0_and_1_and_repeated_ones_are_left_out_and_told(tmp_path):
@@ -91,7 +83,7 @@ def test_probabilities_of_0_and_1_and_repeated_ones_are_left_out_and_told(tmp_pa
     assert "1 level of pga left out, exceeded as often as the next one." in hazard.reading
 
 
-def test_uniform_hazard_spectra(tmp_path):
+def test_uniform_hazard_spectra(tmp_path, says):
     path = tmp_path / "hazard_uhs-mean_3.csv"
     head = "lon,lat,0.1~PGA,0.1~SA(0.2),0.1~SA(1.0),0.02~PGA,0.02~SA(0.2),0.02~SA(1.0)"
     path.write_text(f"# mean, investigation_time=50.0\n{head}\n23.7,38.0,0.1,0.25,0.1,0.2,0.5,0.2\n")
@@ -101,28 +93,23 @@ def test_uniform_hazard_spectra(tmp_path):
     np.testing.assert_allclose(hazard.at("pga").im, [0.1 * G, 0.2 * G])
     assert "uniform hazard spectra" in hazard.reading
     path.write_text("# mean, investigation_time=50.0\nlon,lat,0.1~PGA,0.02~PGA\n23.7,38.0,0.2,0.2\n")
-    with pytest.raises(
-        PoundingError, match=r"line 3: PGA is 0.2, 0.2 at probabilities of 0.1, 0.02; it must be above 0"
-    ):
-        read_hazard(path)
+    says(refusal(read_hazard, path))
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new"),
     [
-        ("investigation_time=50.0", "x=1", "nothing says the investigation_time"),
-        ("imt='PGA'", "imt='AvgSA'", "is of AvgSA, which datasets do not hold"),
-        ("poe-0.1000000", "poe-0.0100000", "intensities must rise"),
-        ("23.70000", "x", "line 3: lon is"),
-        ("poe-", "PGA-", "neither a hazard curve"),
+        ("investigation_time=50.0", "x=1"),
+        ("imt='PGA'", "imt='AvgSA'"),
+        ("poe-0.1000000", "poe-0.0100000"),
+        ("23.70000", "x"),
+        ("poe-", "PGA-"),
     ],
 )
-def test_a_damaged_file_is_refused(tmp_path, old, new, words):
+def test_a_damaged_file_is_refused(tmp_path, old, new, says):
     path = curve_file(tmp_path)
     path.write_text(path.read_text().replace(old, new))
-    with pytest.raises(PoundingError) as caught:
-        read_hazard(f"{path}#23.7,38.0")
-    assert words in str(caught.value) and str(path) in str(caught.value)
+    says(refusal(read_hazard, f"{path}#23.7,38.0"))
 
 
 def test_damaged_files_are_read_soundly_or_refused_by_name(tmp_path):

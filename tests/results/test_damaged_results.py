@@ -242,6 +242,8 @@ DAMAGES: dict[str, Callable[[xr.Dataset], xr.Dataset]] = {
     "another unit": lambda one: _with_attr(one, "peak_closing_free", "units", "mm"),
     "a gap that is NaN": lambda one: _with_values(one, "gap", np.array([np.nan, 0.01, 0.02, 0.04])),
     "no records": lambda one: _without(one, "records"),
+    "no scene": lambda one: _without(one, "scene_resolved"),
+    "no closings": lambda one: one.drop_vars("peak_closing_free"),
     "records that are no JSON": lambda one: one.assign_attrs(records="[]x"),
     "another scene than its digest's": lambda one: one.assign_attrs(scene_resolved="[scene"),
     "a scene that is no TOML": lambda one: _without(one, "scene_sha256").assign_attrs(scene_resolved="[scene"),

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from math import inf
-
 import closed_forms as exact
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from sentences import refusal
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import (
@@ -180,21 +179,6 @@ def test_van_mier_hardening(exponent: float):
     assert found.peak_force == pytest.approx(law.plateau(found.peak_penetration, cap), rel=1e-9)
 
 
-def test_van_mier_experiment():
-    """Strikers of 570 and 290 kg: at 2.5 m/s equal plateaus, longer for the heavier; at 0.5 m/s none (Fig. 4)."""
-
-    def plateau(mass: float, speed: float) -> tuple[float, float]:
-        found = impact(ViscousElastoplastic(BETA), speed, mass, restitution=0.65, yield_force=300e3)
-        level = found.time[found.force == 300e3]
-        return found.peak_force, np.ptp(level) if level.size else 0.0
-
-    heavy, light = plateau(570.0, 2.5), plateau(290.0, 2.5)
-    assert heavy[0] == light[0] == 300e3 and heavy[1] > light[1] > 0.0
-    for mass in (570.0, 290.0):
-        peak, length = plateau(mass, 0.5)
-        assert peak < 300e3 and length == 0.0
-
-
 def test_e_of_concrete_is_that_of_the_touch():
     for speed, e in exact.CONCRETE.items():
         if speed > 0.0:
@@ -216,21 +200,20 @@ def test_history_is_that_of_the_motion():
 
 
 @pytest.mark.parametrize(
-    ("options", "sentence"),
+    "options",
     [
-        ({"speed": 0.0}, "speed: 0 is out of range: an approach speed must be greater than 0 m/s"),
-        ({"speed": -0.5}, "speed: -0.5 is out of range"),
-        ({"speed": float("nan")}, "speed: nan is out of range"),
-        ({"mass": 0.0}, "mass: 0 is out of range: a mass must be greater than 0 kg"),
-        ({"mass": -1.0}, "mass: -1 is out of range"),
-        ({"other_mass": -2.0}, "other_mass: -2 is out of range"),
-        ({"yield_force": 0.0}, "yield_force: 0 is out of range: a yield force F_E must be greater"),
+        {"speed": 0.0},
+        {"speed": -0.5},
+        {"speed": float("nan")},
+        {"mass": 0.0},
+        {"mass": -1.0},
+        {"other_mass": -2.0},
+        {"yield_force": 0.0},
     ],
+    ids=str,
 )
-def test_what_an_impact_refuses(options: dict[str, float], sentence: str):
-    with pytest.raises(PoundingError) as caught:
-        impact(ViscousElastoplastic(BETA), **{"speed": SPEED, "mass": MASS, **options})
-    assert str(caught.value).startswith(f"impact: {sentence}")
+def test_what_an_impact_refuses(options, says):
+    says(refusal(impact, ViscousElastoplastic(BETA), **{"speed": SPEED, "mass": MASS, **options}))
 
 
 @pytest.mark.parametrize("e", [0.0, -0.1, 1.1, float("nan")])
@@ -251,24 +234,6 @@ def test_names_and_relations():
     assert restitution_of("concrete") == CONCRETE and restitution_of("0.65") == constant(0.65)
     with pytest.raises(PoundingError, match="restitution 'steel'"):
         restitution_of("steel")
-
-
-@pytest.mark.parametrize("same", ["peak force", "penetration"])
-def test_equal_terms_hold(same: str):
-    """The stiffness found gives the same measure as the reference, damped laws included; to 1e-8, the search's."""
-    reference = impact(Jankowski(BETA), SPEED, MASS, restitution=0.65)
-    measure = {"peak force": "peak_force", "penetration": "peak_penetration"}[same]
-    for kind in (Linear, KelvinVoigt):
-        found = equal_stiffness(kind, Jankowski(BETA), SPEED, MASS, constant(0.65), same)
-        again = impact(kind(found), SPEED, MASS, restitution=0.65, yield_force=inf)
-        assert getattr(again, measure) == pytest.approx(getattr(reference, measure), rel=1e-8)
-
-
-def test_restitution_of_concrete():
-    """Eq. (4) of the paper; held beyond 5 m/s, where the cubic falls to zero at 7.1 m/s."""
-    found = [CONCRETE.at(v) for v in (0.0, 0.5, 1.0, 2.5, 5.0, 7.2)]
-    assert found == pytest.approx([0.7929, 0.6830, 0.6026, 0.4863, 0.3934, 0.3934], abs=5e-5)
-    assert [CONCRETE.beyond(v) for v in (4.9, 5.1)] == [False, True]
 
 
 def test_equal_terms():
