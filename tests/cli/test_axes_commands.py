@@ -129,8 +129,3 @@ def test_samples_are_counted_added_and_chosen(tmp_path):
     assert told.exit_code == 0 and "sample = 2" in told.output
     assert "uncertain.samples: was 3, is 2" in refused("scan", scene, "--samples", "2", "-o", results)
     assert "the uncertain numbers are at the values that the scene states" in run("modes", scene).output
-
-
-def test_samples_of_a_scene_without_uncertain_numbers_are_refused(folder):
-    told = refused("scan", folder / "s.toml", "--samples", "8", "-o", folder / "u.nc")
-    assert "uncertain: no number is uncertain; write" in told

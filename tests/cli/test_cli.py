@@ -149,14 +149,6 @@ def test_options_are_the_arguments_of_the_call(name):
     assert options <= set(inspect.signature(getattr(pounding_risk, name)).parameters)
 
 
-@pytest.mark.parametrize(
-    "option", [["--no-screening"], ["--shard", "1/2"], ["--scheduler", "tcp://127.0.0.1:1"], ["--new"]]
-)
-def test_a_plan_is_of_the_whole_scan(folder, option):
-    result = run("scan", str(folder / "scene.toml"), "--plan", *option)
-    assert result.exit_code == 2 and f"--plan and {option[0]}: a plan is of the whole scan" in result.stderr
-
-
 def test_a_faulty_scene_is_told_whole_and_nothing_is_written(folder):
     before = sorted(path.name for path in folder.iterdir())
     for words in (["validate"], ["scan", "-o", "r.nc"], ["simulate", "-o", "h.nc", "--figure", "f.png"]):
@@ -171,119 +163,6 @@ def test_a_faulty_scene_is_told_whole_and_nothing_is_written(folder):
             "effects, records, grid, uncertain, solver, damage",
         ]
     assert sorted(path.name for path in folder.iterdir()) == before
-
-
-NO_UNIT = "has no unit, and"
-REFUSED = [
-    ("validate no/scene.toml", "no/scene.toml: 1 fault\n  - no such file; check the name and the folder"),
-    ("validate .", ".: 1 fault\n  - this is a folder; name a scene file (.toml) in it"),
-    (
-        "validate scene.toml --set interface.gap=3",
-        f"scene.toml: 1 fault\n  - --set interface.gap: 3 {NO_UNIT} a clear distance at rest needs one; "
-        'write a clear distance at rest such as "25 mm"',
-    ),
-    ("scan scene.toml -o no/r.nc", "-o: no/r.nc: the folder no does not exist; make it first"),
-    ("scan scene.toml -o r.csv", "-o: r.csv: the name must end in .nc or .zarr; write r.nc"),
-    ("scan scene.toml -o /", "-o: '/' is not the name of a file; write one that ends in .nc"),
-    ("scan scene.toml -o folder.nc", "-o: folder.nc: is a folder; name a file in it"),
-    ("scan data.nc", "data.nc: 1 fault\n  - this is a dataset (netCDF), not a scene; name the scene (.toml)"),
-    (
-        "scan taken.toml",
-        "taken.nc exists already; write -o taken.nc to make the same study again, --new to replace it whatever it is, "
-        "or -o and another name",
-    ),
-    (
-        "scan scene.toml -o r.nc --figure map.jpg",
-        "--figure: map.jpg: the name must end in .png or .svg or .pdf; write map.png",
-    ),
-    ("simulate scene.toml -o h.txt", "-o: h.txt: the name must end in .nc or .csv or .html; write h.nc"),
-    (
-        "simulate scene.toml --gap 3",
-        f'--gap: "3" {NO_UNIT} a clear distance at rest needs one; write a clear distance at rest such as "25 mm"',
-    ),
-    (
-        "simulate scene.toml --yield-force 3t",
-        '--yield-force: "3t" is a mass, not a force; write a yield force F_E such as "450 kN"',
-    ),
-    (
-        "simulate scene.toml --record RSN6-80",
-        "record 'RSN6-80' is not in the scene (did you mean \"RSN6-180\"?), which has RSN6-180; name one of these",
-    ),
-    ("simulate scene.toml --record RSN7", "record 'RSN7' is not in the scene, which has RSN6-180; name one of these"),
-    (
-        "simulate scene.toml --polarity reversed",
-        "polarity 'reversed' is not in the scene, which has as recorded; name one of these",
-    ),
-    (
-        "simulate scene.toml --law hertzian",
-        f'"hertzian" is not a contact model (did you mean "hertz"?); it may be {LAWS}',
-    ),
-    (
-        "simulate scene.toml --law jankowski",
-        "scene.toml: 1 fault\n  - jankowski needs a restitution, and the scene gives none; "
-        'write restitution = 0.65, or restitution = "concrete", in [[interface]]',
-    ),
-    (
-        "simulate scene.toml --law linear",
-        "scene.toml: 1 fault\n  - linear takes a stiffness in N/m, the scene gives one in N/m^1.5 for hertz; write "
-        'equal_terms = {same = "peak force", speed = "0.5 m/s"} in [[interface]], from which it follows',
-    ),
-    (
-        "scan scene.toml --shard 1/2 --strict",
-        "--strict and --shard: a shard writes no results; give it to the scan without --shard",
-    ),
-    (
-        "impact --law distributed_mass",
-        'distributed_mass needs the length of the floors; write --floor-length "20 m"',
-    ),
-    (
-        "impact --speed 3",
-        f'--speed: "3" {NO_UNIT} an approach speed needs one; write an approach speed such as "0.5 m/s"',
-    ),
-    (
-        "impact --stiffness 3kN",
-        '--stiffness: "3kN" is a force, not an impact stiffness (force/length^1.5); '
-        'write an impact stiffness β such as "4.2e7 kN/m^1.5"',
-    ),
-    (
-        "impact --stiffness 3kN/m --stiffness 3N/m",
-        "--stiffness: two values in N/m; give one of each unit at most",
-    ),
-    (
-        "impact --restitution steely",
-        "restitution 'steely': it is neither a number in (0, 1] nor a known relation (concrete); write one of these",
-    ),
-    ("demo --out scene.toml", "--out: scene.toml is a file, not a folder; choose another name"),
-    (
-        "records info RSN6-18",
-        '"RSN6-18" is not a record of the catalogue; did you mean RSN6-180 or RSN6-UP or RSN6-270?',
-    ),
-]
-
-
-@pytest.mark.parametrize(("line", "sentence"), REFUSED, ids=[line for line, _ in REFUSED])
-def test_bad_input_is_refused_before_any_work(line, sentence, folder):
-    (folder / "folder.nc").mkdir()
-    for name in ("taken.toml", "taken.nc"):
-        (folder / name).write_text(SCENE)
-    (folder / "data.nc").write_bytes(b"\x89HDF\r\n\x1a\n")
-    before = {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
-    result = run(*line.split())
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr == f"pounding-risk: {sentence}\n"
-    assert {path.name: path.stat().st_mtime_ns for path in folder.iterdir()} == before
-
-
-def test_validate_tells_the_scene_and_its_records(folder):
-    result = run("validate", "scene.toml", "--set", "grid.gap={start='0 mm', stop='20 mm', num=11}")
-    assert result.exit_code == 0
-    table = rows(result.stdout)
-    assert ["left building", "frame: 44.36 t, period 0.208 s, damping ratio 0.05"] in table
-    assert ["gaps", "11 from 0 mm to 20 mm"] in table
-    assert ["cases", "22 = 11 gaps × 2 yield forces"] in table
-    assert ["changed", "cases: 6 -> 22"] in table
-    assert table[-1] == ["RSN6-180", "Imperial Valley-02, California", "processed", "3 s", "0.01 s", "0.2808 g"]
-    assert sorted(path.name for path in folder.iterdir()) == ["bad.toml", "scene.toml"]
 
 
 def test_impact_compares_laws():
@@ -337,22 +216,6 @@ def test_impact_draws_what_it_printed(folder):
     assert Path("f.svg").read_bytes() != drawn
 
 
-def test_simulate_prints_outputs_and_contacts_and_keeps_histories():
-    result = run("simulate", "scene.toml", "-o", "h.nc", "--gap", "5 mm")
-    assert result.exit_code == 0, result.stderr
-    dataset = pounding_risk.open_results("h.nc")
-    outputs = {name: float(value[0]) for name, value in dataset.data_vars.items() if value.dims == ("interface",)}
-    table = rows(result.stdout)
-    assert ["gap", "5 mm"] in table and ["yield force", "∞"] in table and ["status", "complete"] in table
-    values = {row[0]: row[1] for row in table if len(row) == 3}
-    assert values["peak_contact_force"] == engineering(outputs["peak_contact_force"], "N")
-    assert values["impact_count"] == f"{outputs['impact_count']:g}"
-    contacts = table[next(number for number, row in enumerate(table) if row[0] == "contact") + 1 : -1]
-    assert [int(row[0]) for row in contacts] == list(range(1, int(outputs["impact_count"]) + 1))
-    assert {row[4] for row in contacts} == {"–"}  # hertz needs no restitution
-    assert table[-1] == ["written: h.nc"]
-
-
 def test_simulate_without_contact():
     result = run("simulate", "scene.toml", "--gap", "1 m")
     assert result.stdout.splitlines()[-1] == "no contact"
@@ -388,16 +251,6 @@ def test_demo_says_what_it_wrote(monkeypatch):
     assert result.exit_code == 0, result.stderr
     assert result.stdout.splitlines()[0] == "one run"
     assert rows(result.stdout)[1] == ["figure", "new/folder/paper.png"]
-
-
-def test_records_are_listed_and_told():
-    for words in (["records"], ["records", "list"]):
-        table = rows(run(*words).stdout)
-        assert table[0][0] == "record"
-        assert table[1][:3] == ["RSN6-180", "Imperial Valley-02, California", "1940-05-19"]
-    facts = dict(row for row in rows(run("records", "info", "RSN6-180").stdout) if len(row) == 2)
-    assert (facts["PGA"], facts["dt"]) == ("0.2808 g", "0.01 s")
-    assert {"origin", "terms", "sha256", "file"} <= set(facts)
 
 
 def test_a_record_is_measured():
@@ -557,33 +410,6 @@ def test_a_failed_run_is_told_and_strict_makes_it_status_3(command):
         assert Path("out.nc").exists()
     Path("out.nc").unlink()
     assert run(*command, "--strict").exit_code == 0
-
-
-@pytest.mark.complete
-def test_accuracy_prints_settings_and_the_finding():
-    result = run(
-        "accuracy", "scene.toml", "--cases", "1", "--budget", "0.5", "--no-scipy", "-o", "a.nc", "--figure", "a.png"
-    )
-    assert result.exit_code == 0, result.output
-    table = rows(result.stdout)
-    assert any(line[:2] == ["setting", "time a run"] for line in table)
-    assert any(line[0] == "event-driven, rtol 1e-06" for line in table)
-    words = dict(line[:2] for line in table if len(line) == 2)
-    finding = pounding_risk.open_results("a.nc").attrs["finding"]
-    assert words["cases"] == "1" and "printed digits" in finding and finding in result.stdout
-    assert Path("a.png").stat().st_size > 10_000
-    assert run("accuracy", "bad.toml").exit_code == 2
-    assert run("accuracy", "scene.toml", "-o", "a.txt").exit_code == 2
-
-
-@pytest.mark.complete
-def test_scan_tells_how_far_runs_move_when_made_again():
-    text = run("scan", "scene.toml", "--check-fraction", "1").output
-    words = dict(rows(text)[:-1])["recomputed"]
-    assert words.startswith("2 of 2 runs at rtol 1e-08: peak relative displacement moves by ")
-    assert "recomputed" not in run("scan", "scene.toml", "-o", "0.nc", "--check-fraction", "0").output
-    refused = run("scan", "scene.toml", "--check-fraction", "2", "-o", "r.nc")
-    assert refused.exit_code == 2 and "at least 0 and at most 1" in refused.stderr
 
 
 @pytest.mark.complete

@@ -1,18 +1,16 @@
-"""The command `damage`: from a scan and its states to tables, a dataset, a CSV file and figures; what it refuses."""
+"""Damage states of a scan in figures and in the report."""
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
-import commands
 import numpy as np
 import pytest
 from figure_words import words_of
 from scenes import scene_text, single
+from sentences import refusal
 
 import pounding_risk as pr
-from pounding_risk.errors import PoundingError
 from pounding_risk.figures import damage_figure, ida_figure, results_figure
 
 STATES = """
@@ -41,75 +39,13 @@ SCENE = STATES + scene_text(
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
-    """A folder with a scan, a hazard curve and other states."""
+    """A folder with a scan."""
     folder = tmp_path_factory.mktemp("damage")
     pr.scan(pr.read_scene(SCENE), folder / "scan.nc", check_fraction=0.0)
-    (folder / "hazard.csv").write_text("pga [g],annual rate\n0.05,0.1\n0.2,0.005\n2,1e-5\n", encoding="utf-8")
-    (folder / "other.toml").write_text('[[damage]]\nname = "blow"\ncontact_force = "50 kN"\n', encoding="utf-8")
     return folder
 
 
-def run(folder: Path, monkeypatch, *words: str):
-    monkeypatch.chdir(folder)
-    return commands.run("damage", *words)
-
-
-@pytest.mark.complete
-def test_a_scan_gives_tables_a_dataset_and_figures(folder, monkeypatch):
-    asked = ["scan.nc", "--method", "ida", "--hazard", "hazard.csv", "--at", "0.1 g", "-o", "d.nc"]
-    done = run(folder, monkeypatch, *asked, "--figure", "d.svg", "--ida-figure", "i.svg")
-    assert done.exit_code == 0, done.output
-    results = pr.open_results(folder / "d.nc")
-    lines = done.stdout.splitlines()
-    tiles = [line.split() for line in lines if line.startswith("tiles")]
-    one = results.sel(state="tiles")
-    median = float(one["median"].sel(pounding="with")) / 9.80665
-    assert tiles[0][:8] == [
-        "tiles",
-        "floor",
-        "displacement",
-        "≥",
-        "20",
-        "mm",
-        "with",
-        str(int(one["reached"][0].sum())),
-    ]
-    assert float(tiles[0][9]) == pytest.approx(median, rel=5e-3)
-    assert float(tiles[2][1]) == pytest.approx(float(one["median_ratio"]), rel=5e-3)
-    assert results["at_intensity"].values == pytest.approx(0.980665)
-    rate = float(one["annual_rate"].sel(pounding="with"))
-    assert float(tiles[3][1]) == pytest.approx(rate, rel=5e-3)
-    assert results.attrs["finding"] in done.stdout and "ruin has no ratio" in results.attrs["finding"]
-    assert "note: ruin, with pounding: no curve: no motion reaches" in done.stdout
-    assert all((folder / name).exists() for name in ("d.svg", "i.svg"))
-    assert run(folder, monkeypatch, *asked).exit_code == 0  # the same results are replaced
-    refused = run(folder, monkeypatch, "scan.nc", "-o", "scan.nc")
-    assert refused.exit_code == 2 and "holds the results of scan, not those of damage" in refused.stderr
-
-
-def test_states_of_a_file_and_a_table(folder, monkeypatch):
-    done = run(folder, monkeypatch, "scan.nc", "--states", "other.toml", "-o", "d.csv")
-    assert done.exit_code == 0, done.output
-    rows = list(csv.DictReader((folder / "d.csv").read_text(encoding="utf-8").splitlines()))
-    assert [(row["state"], row["pounding"]) for row in rows] == [("blow", "with"), ("blow", "without")]
-    assert int(rows[0]["reached"]) > 0 == int(rows[1]["reached"])
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--states", "none.toml"], "none.toml: 1 fault\n  - no such file"),
-        (["--gap", "5 mm"], "gap 5 mm is not in the grid, which has 10 mm"),
-        (["--method", "clouds"], 'method: "clouds" is none (did you mean "cloud"?)'),
-        (["--figure", "d.gif"], "--figure: "),
-    ],
-)
-def test_what_it_refuses_ends_with_status_2(folder, monkeypatch, words, said):
-    done = run(folder, monkeypatch, "scan.nc", *words)
-    assert done.exit_code == 2 and said in done.stderr and "Traceback" not in done.stderr
-
-
-def test_figures_say_the_finding(folder):
+def test_figures_say_the_finding(folder, says):
     results = pr.damage(folder / "scan.nc", method="ida")
     figure = damage_figure(results, note="of a test")
     above, below = figure.axes
@@ -132,10 +68,7 @@ def test_figures_say_the_finding(folder):
     assert limits == [20.0, 40.0, 20000.0]  # mm
     assert words_of(results_figure(results)) == words_of(damage_figure(results))
     assert words_of(results_figure(results, "ida")) == words_of(demands)
-    with pytest.raises(PoundingError, match="this is no dataset of `pounding-risk damage`"):
-        damage_figure(pr.open_results(folder / "scan.nc"))
-    with pytest.raises(PoundingError, match="have one level each; curves of demands need several"):
-        ida_figure(results.isel(level=[0]))
+    says(refusal(damage_figure, pr.open_results(folder / "scan.nc")), refusal(ida_figure, results.isel(level=[0])))
 
 
 def test_a_report_has_a_section_on_the_states(folder):

@@ -27,10 +27,10 @@ TESTS = Path(__file__).resolve().parent.parent
 
 # What a record or a scene can have wrong is met before any run: the number of the case, and the test that shows it.
 ELSEWHERE = {
-    "4": ("test_hard_inputs.py", "test_a_negative_gap_is_refused"),
+    "4": ("test_reader.py", "test_each_fault"),
     "33": ("test_motions.py", "test_streams_of_more_than_one_trace"),
     "34": ("test_motions.py", "test_what_cannot_be_used_is_refused_in_a_sentence"),
-    "44": ("test_hard_inputs.py", "test_yield_forces_out_of_order_or_twice_are_refused"),
+    "44": ("test_reader.py", "test_each_fault"),
 }
 # Numbers that wait for a table of rows.
 LATER = {
@@ -40,12 +40,12 @@ LATER = {
 }
 # Of cases that are in the table too: the half of them that is about input.
 ALSO_ELSEWHERE = {
-    "11": ("test_hard_inputs.py", "test_no_restitution_at_all_is_refused"),
+    "11": ("test_reader.py", "test_each_fault"),
     "32": ("test_motions.py", "test_what_cannot_be_used_is_refused_in_a_sentence"),
     "35": ("test_motions.py", "test_what_cannot_be_used_is_refused_in_a_sentence"),
     "37": ("test_motions.py", "test_doubts_are_flagged"),
     "38": ("test_motions.py", "test_doubts_are_flagged"),
-    "42": ("test_hard_inputs.py", "test_critical_damping_is_refused"),
+    "42": ("test_reader.py", "test_each_fault"),
 }
 
 

@@ -8,10 +8,8 @@ from math import inf
 import numpy as np
 import pytest
 from scenes import BOTH, TWO_AND_A_WALL, scene_text, single
-from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError
 from pounding_risk.results import layout
 from pounding_risk.results.run_labels import GROUNDS
@@ -236,32 +234,3 @@ def test_a_row_floor_by_floor(tmp_path):
     assert float((np.abs(found["displacement"]).max("sample") / peak).max()) <= 1.0 + 1e-12
     # The wall does not move, and the interface that the grid does not vary keeps its gap.
     assert found["interface_gap"].values.tolist() == [[3e-3, 3e-3], [9e-3, 3e-3]]
-
-
-@pytest.mark.complete
-def test_the_command_tells_the_size_and_writes(results, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    words = [
-        "histories",
-        str(results),
-        "--record",
-        "RSN6-180",
-        "--gap",
-        "2 mm",
-        "--yield-force",
-        "inf",
-        "--pga",
-        "0.5 g",
-    ]
-    told = CliRunner().invoke(app, [*words, "--law", "jankowski", "--polarity", "reversed"])
-    assert told.exit_code == 0, told.output
-    assert told.output.splitlines()[0] == "1 case, 601 samples: about 0.1 MB before compression"
-    assert told.output.splitlines()[-1] == "written: results-histories.nc"
-    assert pr.open_results("results-histories.nc").sizes["gap"] == 1
-    again = CliRunner().invoke(app, words)
-    assert again.exit_code == 2 and "exists already" in again.stderr
-    refused = CliRunner().invoke(app, [*words, "--most", "1", "-o", "few.nc"])
-    assert refused.exit_code == 2 and "4 cases are chosen, and at most 1" in refused.stderr
-    most = CliRunner().invoke(app, ["histories", str(results), "-o", "most.nc", "--largest", "impulse"])
-    assert most.exit_code == 0, most.output
-    assert pr.open_results("most.nc")["record"].dims == ("contact_model",)

@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scenes import rigid, scene_text, single, storeyed
-from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk.cli import app
 from pounding_risk.figures.modes import MOST_MODES, modes_figure
 from pounding_risk.figures.style import write
 from pounding_risk.models.structures.sdof import Building
@@ -63,15 +61,6 @@ def test_a_row_of_all_kinds(tmp_path):
 def test_effects_of_the_scene_act():
     study = demo.scene("paper").updated(effects=(SOIL,))
     assert all(each.periods.size == 2 and each.levels[0] == 0.0 for each in pr.modes(study))
-
-
-def test_command(scene, tmp_path):
-    drawn = tmp_path / "modes.svg"
-    told = CliRunner().invoke(app, ["modes", str(scene), "--set", "building.1.period='0.3 s'", "--figure", str(drawn)])
-    assert told.exit_code == 0, told.output
-    lines = [line.split() for line in told.output.splitlines()[3:]]
-    assert lines[0] == ["frame", "1", "0.3", "1", "100", "100", "5"]
-    assert lines[1][:3] == ["masonry", "1", "0.007"] and drawn.stat().st_size > 1000
 
 
 def test_rows_end_where_nearly_all_mass_is_carried():

@@ -1,0 +1,146 @@
+"""Commands of questions: every file that one writes, motions of any source, samples, and exports."""
+
+from __future__ import annotations
+
+import csv
+import re
+import shlex
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import run
+from golden_commands import prepare
+from scenes import BOTH, scene_text, storeyed
+from sweeps import sweep
+
+import pounding_risk as pr
+from pounding_risk.questions import declared_questions
+from pounding_risk.scene.toml import write_toml
+
+# A command of each question with a figure, on the scenes of the golden files.
+WRITTEN = [
+    "accuracy one.toml --cases 1 --budget 0.2 --no-scipy -o accuracy.nc --figure accuracy.svg",
+    "advise pair.toml --figure advise.svg",
+    "amplification pair.toml --num 3 --num-gaps 2 -o amplification.nc --table table.csv --figure amplification.svg",
+    "assess levels.nc --hazard hazard.csv -o assess.json --figure assess.svg",
+    "compare compare.toml --law jankowski --law linear -o compare.nc --figure compare.svg",
+    "damage levels.nc --method ida -o damage.nc --figure damage.svg --ida-figure ida.svg",
+    "effects effects.toml -o effects.nc --figure effects.svg",
+    "modes row.toml --figure modes.svg",
+    "separations pair.nc -o separations.csv --figure separations.svg",
+    "simulate one.toml -o simulate.nc --figure simulate.svg --animation simulate.html",
+    "spectra pair.toml --num 3 -o spectra.nc --figure spectra.svg",
+    "uncertainty uncertain.toml -o uncertainty.nc --figure uncertainty.svg",
+    "verify hertz_1881 --figure verify.svg",
+]
+NUMBERS = {"building.left.period": {"distribution": "lognormal", "dispersion": 0.2}}
+PULSES = [{"kind": "ricker", "pga": "0.4 g", "period": f"{period} s"} for period in (0.5, 0.8, 1.2)]
+UNCERTAIN = {"law": "linear", "gap": "60 mm", "records": {"generated": PULSES, "polarity": BOTH}}
+FEW = ["--num", "3", "--periods", "0.3 s", "0.9 s"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """The scenes of the golden files, one with samples, and results of some."""
+    folder = tmp_path_factory.mktemp("questions")
+    prepare(folder)
+    text = f"{scene_text(**UNCERTAIN)}\n{write_toml({'uncertain': {'samples': 8} | NUMBERS})}"
+    (folder / "samples.toml").write_text(text, encoding="utf-8")
+    for name in ("pair", "levels", "samples"):
+        pr.save(pr.scan(folder / f"{name}.toml", check_fraction=0.0), folder / f"{name}.nc")
+    return folder
+
+
+@pytest.mark.parametrize("line", sweep(WRITTEN, *(line for line in WRITTEN if line.startswith(("spectra", "ampl")))))
+def test_every_file_that_is_asked_for_is_written_and_told(folder, line, monkeypatch):
+    """A dataset is of its question, and its finding is printed."""
+    monkeypatch.chdir(folder)
+    name, *words = shlex.split(line)
+    done = run(name, *words)
+    assert done.exit_code == 0, done.output
+    written = re.findall(r"^written: (.+)$", done.stdout, re.MULTILINE)
+    assert {word for option, word in pairwise(words) if option == "-o" or "figure" in option} <= set(written)
+    assert all(Path(file).stat().st_size > 500 for file in written)
+    for file in written:
+        if file.endswith(".nc"):
+            dataset = pr.open_results(file)
+            assert dataset.pounding.kind == name and dataset.attrs.get("finding", "") in done.stdout
+
+
+def test_every_question_with_a_figure_has_a_command_here():
+    drawn = {name for name, each in declared_questions().items() if getattr(each.module(), "FIGURES", {})}
+    assert drawn == {line.split()[0] for line in WRITTEN}
+
+
+def test_motions_of_spectra_are_named_by_any_word(tmp_path, monkeypatch):
+    """Ids, recipes and files, each alone, in both polarities; options treat them as those of a scene would."""
+    monkeypatch.chdir(tmp_path)
+    options = shlex.split("--window '0 s' '5 s' --pga '0.5 g' --motions -o s.nc --damping '2 %' --damping '7 %'")
+    done = run("spectra", "RSN6-180", *FEW, *options)
+    assert done.exit_code == 0 and "2 motions at PGA 0.5 g (1 record in both polarities)" in done.stdout
+    assert "damping      2 % beside 7 %" in done.stdout
+    records = pr.Records(["RSN6-180"], window=("0 s", "5 s"), pga="0.5 g", polarity=BOTH)
+    own = pr.spectra(records, periods=("0.3 s", "0.9 s"), num=3, damping=("2 %", "7 %"), motions=True)
+    np.testing.assert_array_equal(pr.open_results("s.nc")["required_gap_of_motion"], own["required_gap_of_motion"])
+    assert run("spectra", "ricker: pga=0.4 g, period=0.8 s", *FEW, "--tail", "2 s").exit_code == 0
+    Path("mine.csv").write_text("".join(f"{np.sin(0.3 * k):.4f}\n" for k in range(400)))
+    done = run("spectra", "mine.csv", *FEW, "--unit", "m/s^2", "--dt", "0.02 s")
+    assert done.exit_code == 0, done.output
+
+
+def test_motions_of_amplification_stand_for_masses_at_several_periods_and_gaps():
+    words = shlex.split("--num 3 --num-gaps 2 --period '0.4 s' --period '0.8 s' --mass-ratio 2 --gaps '1 cm' '5 cm'")
+    done = run("amplification", "ricker: pga=0.4 g, period=0.8 s", *words, "--percentile", "84")
+    assert done.exit_code == 0, done.output
+    assert "contact stereomechanical; its jumps have no finite acceleration" in done.stdout
+    assert "m(left) / m(right) = 2" in done.stdout and "beside" in done.stdout and "gap / SRSS" not in done.stdout
+
+
+def test_demands_and_a_script_are_written_and_told(folder, tmp_path):
+    told = run("export", folder / "pair.nc", "--to", "pelicun", "-o", tmp_path / "demands")
+    assert told.exit_code == 0, told.output
+    assert told.output.count("written: ") == len(list((tmp_path / "demands").iterdir())) >= 4
+    assert "note: demands are those at a gap of 20 mm" in told.output
+    script = tmp_path / "m.py"
+    told = run("export", folder / "pair.toml", "--to", "opensees", "-o", script, "--set", "interface.gap=7 mm")
+    assert told.exit_code == 0, told.output
+    assert "gap 0.007 m" in script.read_text()
+
+
+def test_damage_states_of_a_file_are_those_of_the_table(folder):
+    states = folder / "states.toml"
+    states.write_text('[[damage]]\nname = "blow"\ncontact_force = "50 kN"\n', encoding="utf-8")
+    told = run("damage", folder / "levels.nc", "--states", states, "-o", folder / "blow.csv")
+    assert told.exit_code == 0, told.output
+    rows = csv.DictReader((folder / "blow.csv").read_text(encoding="utf-8").splitlines())
+    assert [(row["state"], row["pounding"]) for row in rows] == [("blow", "with"), ("blow", "without")]
+
+
+def test_samples_are_read_and_assess_says_the_same(folder):
+    results = folder / "samples.nc"
+    told = run("uncertainty", results, "--output", "peak_penetration", "--target", "20 %")
+    assert told.exit_code == 0, told.output
+    assert "in the variance of peak penetration" in told.stdout
+    assert "at 90 %" not in told.stdout and "No run of contact" not in told.stdout
+    usual = run("uncertainty", results, "--gap", "70 mm")
+    assessed = run("assess", results, "--gap", "70 mm", "--figure", folder / "a.svg")
+    assert assessed.exit_code == 0, assessed.output
+    assert all(line in assessed.stdout for line in usual.stdout.splitlines())
+    assert "--select sample=0" in assessed.stdout and (folder / "a.svg").exists()
+    one = run("assess", results, "--select", "sample=0")
+    assert one.exit_code == 0 and "left | right" in one.stdout
+
+
+@pytest.mark.complete
+def test_every_interface_of_a_row_has_its_own_part(tmp_path):
+    buildings = (storeyed("A", "200 t", "9e7 N/m", storeys=2), storeyed("B", "300 t", "3e7 N/m", storeys=2))
+    row = scene_text(*buildings, storeyed("C", "150 t", "3e8 N/m", storeys=2), **UNCERTAIN)
+    numbers = {"building.B.damping": {"distribution": "lognormal", "median": 0.05, "dispersion": 0.4}}
+    scene = tmp_path / "row.toml"
+    scene.write_text(f"{row}\n{write_toml({'uncertain': {'samples': 4} | numbers})}", encoding="utf-8")
+    told = run("uncertainty", scene, "--figure", tmp_path / "row.svg")
+    assert told.exit_code == 0, told.output
+    assert "\nA | B\n" in told.stdout and "\nB | C\n" in told.stdout
+    assert "neighbours further along the row may push" in told.stdout
