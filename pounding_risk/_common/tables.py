@@ -23,6 +23,7 @@ from math import isfinite, nan
 from pathlib import Path
 from typing import NamedTuple
 
+from pounding_risk._common.counted import counted
 from pounding_risk._common.inputs import EXPORT, Unfit, text_of
 from pounding_risk.errors import PoundingError
 
@@ -185,7 +186,7 @@ def uneven(cells: Sized, heads: Sized) -> str:
     """Words on a row with another number of cells than the head; "" where both have as many."""
     if len(cells) == len(heads):
         return ""
-    return f"has {len(cells)} cells, the head has {len(heads)}; write one a column"
+    return f"has {counted(len(cells), 'cell')}, the head has {len(heads)}; write one a column"
 
 
 def split_unit(head: str) -> tuple[str, str]:

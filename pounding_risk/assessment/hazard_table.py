@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.counted import counted
 from pounding_risk._common.tables import Row, read_table, short, split_unit
 from pounding_risk.assessment.annual_rates import read_rate
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum
@@ -131,7 +132,7 @@ def read_hazard(path: str | Path) -> Hazard | HazardSpectrum:
     if re.fullmatch(r"period *\[.*\]", cells[0], re.IGNORECASE):
         return _by_period(lines)
     if len(table.rows) < 2:
-        raise table.fault(f"has {len(table.rows)} rows below its head, two are the least; {HEAD}")
+        raise table.fault(f"has {counted(len(table.rows), 'row')} below its head, two are the least; {HEAD}")
     stated = statement(cells[0])
     if stated is not None:
         return _by_rate(lines, stated)
@@ -239,7 +240,7 @@ def _by_period(lines: list[Row]) -> HazardSpectrum:
         except QuantityError as error:
             raise head.fault(f"{short(cell)} says not how often it is exceeded ({error})") from None
     if len(levels) < 2:
-        raise head.fault(f"has spectra of {len(levels)} rates, two are the least; {SPECTRA}")
+        raise head.fault(f"has spectra of {counted(len(levels), 'rate')}, two are the least; {SPECTRA}")
     names, rows = [], []
     for line in lines[1:]:
         names.append(_period_name(line, line.cells[0], head.cells[0]))
@@ -270,7 +271,7 @@ def _by_intensity(lines: list[Row]) -> HazardSpectrum:
     for at, (_, name) in enumerate(named, start=1):
         rows = [line for line in lines[1:] if line.cells[at]]
         if len(rows) < 2:
-            raise head.fault(f"has {len(rows)} rates of {name}, two are the least; {CURVES}")
+            raise head.fault(f"has {counted(len(rows), 'rate')} of {name}, two are the least; {CURVES}")
         im = np.array([_intensity(line, line.cells[0], column) for line in rows])
         rate = np.array([_rate(line, line.cells[at], stated) for line in rows])
         _check_order(rows, im, rate, stated)

@@ -176,8 +176,8 @@ def with_histories(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, .
         if files and len(files) != len(motions):
             names = ", ".join(motion.name for motion in motions)
             faults.append(
-                f"building.{building.name}.{KEY}: {counted(len(files), 'file')} for {len(motions)} records; write one "
-                f"for each of {names}, in this order"
+                f"building.{building.name}.{KEY}: {counted(len(files), 'file')} for "
+                f"{counted(len(motions), 'record')}; write one for each of {names}, in this order"
             )
             continue
         for facts, motion, file in zip(beside, motions, files, strict=False):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from copy import copy
 
+from pounding_risk._common.counted import counted
 from pounding_risk.errors import SceneError
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.ensemble import MotionEnsemble, read_ensemble
@@ -81,8 +82,9 @@ def _with_own(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
             raise SceneError(
                 study.source,
                 [
-                    f"building {building.name}, ground_record: {len(names)} names for {len(motions)} records of the "
-                    f"scene; write one for all, or one for each of {shown(listed)}, in this order"
+                    f"building {building.name}, ground_record: {counted(len(names), 'name')} for "
+                    f"{counted(len(motions), 'record')} of the scene; write one for all, or one for "
+                    f"each of {shown(listed)}, in this order"
                 ],
             )
         motions_by_name = {name: read_own(name, study.records, study.folder) for name in dict.fromkeys(names)}
@@ -103,7 +105,8 @@ def _followed(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
         raise SceneError(study.source, [words])
     if len(names) not in (1, len(motions)):
         listed = ", ".join(motion.name for motion in motions)
-        words = f"records.aftershock: {len(names)} names for {len(motions)} records; write one for all, or one for each"
+        numbers = f"{counted(len(names), 'name')} for {counted(len(motions), 'record')}"
+        words = f"records.aftershock: {numbers}; write one for all, or one for each"
         raise SceneError(study.source, [f"{words} of {shown(listed)}, in this order"])
     alone = request._replace(window=None, tail=0.0)
     after = {name: read_own(name, alone, study.folder) for name in dict.fromkeys(names)}

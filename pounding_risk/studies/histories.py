@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from pounding_risk._common.counted import counted
 from pounding_risk._common.dates import created
 from pounding_risk._common.files import AGAIN
 from pounding_risk._common.progress import Progress
@@ -211,7 +212,7 @@ def histories(
     count = len(cases.choice.places)
     if count > most:
         raise PoundingError(
-            f"{count} cases are chosen, and at most {most} are written; choose some of the records, polarities, "
+            f"{counted(count, 'case')} chosen, and at most {most} are written; choose some of the records, polarities, "
             "amplitudes, contact models, gaps or yield forces, or allow more (--most)"
         )
     template = template_of(cases)

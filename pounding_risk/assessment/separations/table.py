@@ -174,7 +174,9 @@ def separations(
         For a number out of its range.
     """
     if len(buildings) != 2:
-        raise PoundingError(f"{len(buildings)} buildings; a separation is between two: choose a pair of neighbours")
+        raise PoundingError(
+            f"{counted(len(buildings), 'building')}; a separation is between two: choose a pair of neighbours"
+        )
     if len(displacements) != 2:
         raise PoundingError(f"{len(displacements)} displacements; give two, left and right, such as 0.045, 0.03")
     left, right = (si(value, DISPLACEMENT, "displacements") for value in displacements)

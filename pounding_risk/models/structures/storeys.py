@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.ground import SHARED, Support
 from pounding_risk.models.structures.hysteresis import Hysteresis
@@ -164,8 +165,8 @@ class Storeys:
                 masses = np.array(self.masses[self._slabs :])
                 if len(matrix) != masses.size:
                     raise PoundingError(
-                        f"{field} has {len(matrix)} rows for {masses.size} floor_masses; give a row for each "
-                        "floor, from the ground up, or name the rows of floors in floor_rows"
+                        f"{field} has {counted(len(matrix), 'row')} for {masses.size} floor_masses; give a row for "
+                        "each floor, from the ground up, or name the rows of floors in floor_rows"
                     )
                 if field == "stiffness_matrix":
                     check_stiff(matrix, masses)
