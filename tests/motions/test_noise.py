@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 
 from pounding_risk.motions import catalogue
-from pounding_risk.motions.processing import Step
-from pounding_risk.motions.processing.noise import BANDWIDTH, corners_from_noise, signal_to_noise
+from pounding_risk.motions.processing import Step, noise
+from pounding_risk.motions.processing.noise import (
+    BANDWIDTH,
+    Corners,
+    corners_from_noise,
+    shared_corners,
+    signal_to_noise,
+)
 from pounding_risk.motions.processing.signals import energy_time, quiet_before
 from pounding_risk.motions.read import read_motion, read_trace
 
@@ -130,6 +136,12 @@ def test_a_record_that_drifts_with_every_corner_is_not_said_to_stop_drifting():
     found = corners_from_noise(samples, 0.01)
     assert any("no lower corner up to 0.5 Hz" in flag for flag in found.flags)
     assert "drifts" not in found.words
+
+
+def test_both_components_share_the_stricter_corners(monkeypatch):
+    each = iter([Corners(0.1, 30.0, "one", ()), Corners(0.3, 40.0, "other", ())])
+    monkeypatch.setattr(noise, "corners_from_noise", lambda samples, dt: next(each))
+    assert shared_corners([np.zeros(2), np.zeros(2)], 0.01)[:2] == (0.3, 30.0)
 
 
 def test_a_taper_before_the_filter_hides_no_noise():

@@ -25,6 +25,7 @@ def test_the_time_of_the_header_peak_is_that_of_the_samples():
     trace = read(SHAFTER)
     assert np.argmin(trace.data) * trace.stats.delta == pytest.approx(10.34, abs=1e-9)
     assert np.argmax(trace.data) * trace.stats.delta == pytest.approx(10.17, abs=1e-9)
+    assert np.abs(trace.data).max() == pytest.approx(trace.stats.record.header_pga, rel=1e-3)
 
 
 def test_a_damaged_count_of_a_head_alone_takes_no_memory():
