@@ -71,7 +71,7 @@ def block(
     ] = None,
     axis: Annotated[str | None, option('Direction of the street from north, "30 deg".', "its walls'")] = None,
     contact_model: Annotated[str, option("Contact model of every interface.")] = "jankowski",
-    stiffness: Annotated[str, option("Its β or k.")] = "2.75e9 N/m^1.5",
+    stiffness: Annotated[str, option("Its β or k; `advise` says which.")] = "8e10 N/m^1.5",
     restitution: Annotated[str, option("e, or concrete.")] = "0.65",
     yield_force: Annotated[str | None, option("F_E of floor against floor.", "no yielding")] = None,
     column_yield_force: Annotated[str | None, option("F_E of floor against column.", "no yielding")] = None,

@@ -22,6 +22,7 @@ from sentences import refusal
 
 import pounding_risk as pr
 from pounding_risk import units as quantities
+from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.motions.catalogue import entry
@@ -606,6 +607,13 @@ def test_every_scene_of_the_shipped_street_is_read(shipped):
 @pytest.mark.complete
 def test_every_scene_of_a_street_is_read(folder, street):
     assert_read(read(folder, as_csv(street)))
+
+
+def test_the_stiffness_of_a_street_is_one_that_advise_keeps(shipped):
+    table, _ = shipped
+    scenes = [parse_scene(text) for text in table.scenes(["RSN6-180"]).values()]
+    assert len(scenes) == 3
+    assert not [note for study in scenes for note in of_input(study, ()) if "a contact at" in note]
 
 
 def test_sections_of_a_scene_can_be_given(shipped):
