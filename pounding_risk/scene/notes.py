@@ -165,12 +165,24 @@ def _of_interfaces(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
                 yield Unused((*base, "column_yield_force"), reason)
             elif not capped:
                 yield _uncapped((*base, "column_yield_force"), laws)
+        yield from _of_links(base, here)
         if not _has_levels(here) and any(interface.tolerance is not None for interface in here):
             reason = "no building here has a height, so that there are no levels to compare"
             yield Unused((*base, "tolerance"), reason)
     if not any(map(study.needs_equal_terms, laws)):
         reason = "every contact model of the scene takes the interface's own stiffness"
         yield Unused(("interface", 0, "equal_terms"), reason)
+
+
+def _of_links(base: KeyPath, here: Sequence[ResolvedInterface]) -> Iterator[Unused]:
+    """Keys of links whose spring, or damper, is none."""
+    has_spring, has_damper = (any(getattr(one, key) for one in here) for key in ("link_stiffness", "link_damping"))
+    if not has_spring:
+        for key in ("link_strength", "link_slack", "link_breaking_force"):
+            yield Unused((*base, key), "link_stiffness is 0 N/m, so that the link has no spring and no such force")
+    if not has_damper:
+        for key in ("link_exponent", "link_brace_stiffness"):
+            yield Unused((*base, key), "link_damping is 0 N s/m, so that the link has no damper")
 
 
 def _of_grid(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:

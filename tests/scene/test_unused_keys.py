@@ -84,6 +84,8 @@ TABLES = values(
     '{penetration=["0 mm", "9 mm"], force=["0 kN", "900 kN"]}',
     '{penetration=["0 mm", "9 mm"], force=["0 kN", "700 kN"]}',
 )
+DAMPER = ['interface.link_stiffness="0 N/m"', 'interface.link_damping="0.1 MN s/m"']
+SPRING = ['interface.link_stiffness="1 MN/m"', 'interface.link_damping="0 N s/m"']
 IDLE = [
     Case("interface.table", PAIR, *TABLES),
     varied("building.B.mass", WALL, '"50 t"', '"500 t"'),
@@ -111,6 +113,11 @@ IDLE = [
     Case("building.A.column_strength", LEVEL, *STRENGTH),
     Case("building.A.column_strength", COLUMNS, *STRENGTH, [HERTZ], on="on any force"),
     Case("interface.column_yield_force", COLUMNS, *COLUMN, [f'building.{one}.column_strength="70 kN"' for one in "AB"]),
+    varied("interface.link_strength", LEVEL, '"10 kN"', '"20 kN"', DAMPER),
+    varied("interface.link_slack", LEVEL, '"1 mm"', '"2 mm"', DAMPER),
+    varied("interface.link_breaking_force", LEVEL, '"10 kN"', '"20 kN"', ['interface.link_stiffness="0 N/m"']),
+    varied("interface.link_exponent", LEVEL, "0.3", "0.5", SPRING),
+    varied("interface.link_brace_stiffness", LEVEL, '"10 MN/m"', '"20 MN/m"', SPRING),
     varied("interface.tolerance", PAIR, '"60 mm"', '"90 mm"'),
     varied("building.A.floor_depth", PAIR, '"0.2 m"', '"0.3 m"'),
     varied("building.A.floor_depth", LEVEL, '"0.2 m"', '"0.3 m"', ['interface.tolerance="50 mm"']),
