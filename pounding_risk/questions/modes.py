@@ -18,14 +18,14 @@ HEADS = ("building", "mode", "period [s]", "participation", "share of the mass [
 
 
 class ModesOfScene(NamedTuple):
-    """The modes of all buildings, and notes on uncertain numbers of the scene."""
+    """The modes of all buildings, and notes on what else the scene has."""
 
     buildings: tuple[Modes, ...]
     notes: tuple[str, ...]
 
 
 def answer(scene: Any) -> ModesOfScene:
-    """The modes of a scene with the notes on its uncertain numbers."""
+    """The modes of a scene with the notes on its uncertain numbers, axes, isolators and links."""
     from pounding_risk.scene.uncertain import stated
     from pounding_risk.studies.modes import modes
 
@@ -35,7 +35,7 @@ def answer(scene: Any) -> ModesOfScene:
     ]
     if scene.links:
         notes.append("links between buildings are left out: these are the modes of each without them")
-    return ModesOfScene(modes(scene), (*notes, *stated(scene.uncertain)))
+    return ModesOfScene(modes(scene), (*notes, *stated(scene.uncertain, scene.axes)))
 
 
 def drawn(answered: ModesOfScene) -> tuple[Modes, ...]:

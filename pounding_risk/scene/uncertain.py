@@ -339,11 +339,17 @@ class UncertainNumbers:
             )
 
 
-def stated(uncertain: UncertainNumbers | None) -> tuple[str, ...]:
-    """What a call that runs the scene itself says of its uncertain numbers; nothing where it has none."""
-    if uncertain is None:
-        return ()
-    return (f"the uncertain numbers are at the values that the scene states: {', '.join(uncertain.keys)}",)
+def stated(uncertain: UncertainNumbers | None, axes: Sequence[SceneAxis]) -> tuple[str, ...]:
+    """What a call that runs the scene itself says of its uncertain numbers, and of those along its axes."""
+    sentences = []
+    if uncertain is not None:
+        sentences.append(f"the uncertain numbers are at the values that the scene states: {', '.join(uncertain.keys)}")
+    if along := [key for axis in axes if axis.name != SAMPLE for key in axis.keys]:
+        sentences.append(
+            "the numbers along axes of the grid are at the values of the scene's own tables, or as without the key "
+            f"where no table has it, and --set takes others: {', '.join(along)}"
+        )
+    return tuple(sentences)
 
 
 def sample_axis(uncertain: UncertainNumbers, points: Any = None) -> SceneAxis:

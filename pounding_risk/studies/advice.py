@@ -267,7 +267,7 @@ def advise(
     walls = {one.wall for one in ranges}  # what moves a wall is next to nothing, however much of it
     notes = [
         *skipped.values(),
-        *stated(study.uncertain),
+        *stated(study.uncertain, study.axes),
         *_assumptions(study, ensemble, few, ranges),
         *_notes_on_runs(study, datasets, any(trial.factor == LAW for trial in trials)),
     ]

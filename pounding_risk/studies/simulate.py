@@ -118,7 +118,7 @@ def simulate(
     run = run_of(study, case)
     gaps, amplitudes = (study.gap if gap is None else gap,), grid.amplitudes if chosen is None else (chosen,)
     narrowed = study.updated(grid=grid._replace(gaps=gaps, amplitudes=amplitudes))
-    notes = [*stated(study.uncertain), *of_input(narrowed, (motions[name],)), *of_run(run, narrowed)]
+    notes = [*stated(study.uncertain, study.axes), *of_input(narrowed, (motions[name],)), *of_run(run, narrowed)]
     keys = unused_keys(study)
     if level is not None and level.measure != PEAK:
         run = run.assign_attrs(intensity=level.measure.intensity, intensity_level=level.value)

@@ -54,6 +54,15 @@ NAMES = ("tall", "middle", "shop", "wall")
 GAPS = (6e-3, 4e-3, 3e-3)
 
 
+def test_a_number_that_only_the_grid_has_is_told():
+    """A damper along an axis alone is none in the run of the scene's own tables."""
+    axis = {'"interface.link_damping"': ["1 MN s/m", "2 MN s/m"]}
+    text = scene_text(records={"window": ["1 s", "3 s"]}, grid=axis)
+    told = "or as without the key where no table has it, and --set takes others: interface.link_damping"
+    assert told in simulate(parse_scene(text)).notes
+    assert told not in simulate(parse_scene(text, overrides=['interface.link_damping="1 MN s/m"'])).notes
+
+
 @pytest.fixture(scope="module")
 def study():
     return parse_scene(SCENE)
