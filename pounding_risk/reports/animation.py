@@ -161,6 +161,8 @@ def _facts(run: xr.Dataset, shown: Frames) -> str:
     facts.append(f"{'gaps' if len(widths) > 1 else 'gap'} of {' to '.join(widths)} mm")
     if bumpers := bumper_words(bumper_lengths(run)):
         facts.append(f"{bumpers} in {'them' if len(widths) > 1 else 'it'}, drawn on the left face")
+    if "link" in run.dims:
+        facts.append("springs or dampers between neighbours not drawn")
     if not np.isfinite(run["building_height"].values).any():
         facts.append("no heights are given")
     if "floor_rotation" in run:

@@ -90,6 +90,13 @@ def test_a_run_without_contact_stands_too(run, tmp_path):
     assert not unpacked(model["force"]).any()
 
 
+def test_links_are_told_as_what_is_not_drawn(run, written, tmp_path):
+    linked = run.assign_coords(link=["A 2 | B 2"])
+    told = model_of(animation.animate(linked, tmp_path / "linked.html"))["facts"]
+    words = "springs or dampers between neighbours not drawn"
+    assert words in told and words not in model_of(written)["facts"]
+
+
 def test_what_is_no_run_is_told(run, says, tmp_path):
     for dataset, name in (
         (run.drop_vars("contact_force"), "a.html"),

@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 import xarray as xr
 from made_row import STREET, made_row
+from scenes import scene_text, storeyed
 
+import pounding_risk as pr
 from pounding_risk.assessment.assess import assess
 from pounding_risk.reports import document as model
 from pounding_risk.reports import html as page
 from pounding_risk.reports.data import ReportData
-from pounding_risk.reports.sections import adequacy, row
+from pounding_risk.reports.sections import adequacy, response, row, scene
 from pounding_risk.results.scene_axes import with_axes
+from pounding_risk.scene.reader import parse_scene
 
 HERE = {"gap": 0.02, "yield_force": 4e5, "contact_model": "viscous_elastoplastic"}
 
@@ -38,6 +41,32 @@ def blocks(data) -> list:
 def rows_of(blocks: list, start: str) -> list:
     (one,) = [each for each in blocks if each["kind"] == "table" and each["caption"].startswith(start)]
     return one["rows"]
+
+
+def test_links_have_their_forces_and_are_among_what_is_assumed():
+    """A hook between two frames, one of which degrades: it breaks under one record."""
+    frames = [
+        storeyed("A", ["200 t"] * 2, "150 MN/m", ["3 m"] * 2, storey_strengths="1 MN",
+                 hysteresis={"rule": "peak_oriented"}),
+        storeyed("B", ["300 t"] * 2, "500 MN/m", ["3 m"] * 2),
+    ]  # fmt: skip
+    hook = {"link_stiffness": "50 MN/m", "link_slack": "5 mm", "link_breaking_force": "700 kN"}
+    records = {"names": ["RSN6-180", "NAPA-HNE"], "window": ["1 s", "5 s"], "pga": "0.4 g"}
+    dataset = pr.scan(
+        parse_scene(scene_text(*frames, gap="1 m", records=records, effects={"inelastic_storeys": {}}, **hook))
+    )
+    data = ReportData(dataset, assess(dataset), {})
+    rows = {cells[1]["text"].partition(" [")[0]: cells for cells in rows_of(row.write(data), "Springs and dampers")}
+    broken = dataset["broken_links"].squeeze().values
+    assert sorted(broken) == [0.0, 1.0]
+    assert rows["number of links that break"][3]["raw"] == 1.0
+    assert rows["force of the spring"][3]["raw"] == pytest.approx(7e5)
+    assert rows["stretch"][3]["raw"] == dataset["peak_link_stretch"].max()
+    assert "force of the damper with link_exponent or on a brace" not in rows
+    told = str(scene.write(data))
+    assert "Springs or dampers without mass join A and B; what is called without contact has them too." in told
+    assert "yield, those of A by the rule peak_oriented, and others" in told
+    assert "as if alone" not in str(response.write(data))
 
 
 def test_two_buildings_have_no_plan_and_no_summary_of_none():

@@ -50,7 +50,7 @@ def _buildings(data: ReportData, pair: Pair) -> list[Block]:
     law = f"{name_of(data.law)}, {force_words(pair.assessed.own_force, columns_yield)}"
     where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}{pair.at}, under {law}"
     if not touching.any():
-        return [paragraph(f"{pair.name}: no motion brings contact {where}; the buildings move as if alone.")]
+        return [paragraph(f"{pair.name}: no motion brings contact {where}; the buildings move as without contact.")]
     rows: list[list[Cell | str]] = []
     for building, output in product(map(str, pair.results["building"].values), OUTPUTS):
         if output not in here:

@@ -38,6 +38,13 @@ ORDER = 50
 
 OF_TOUCH = ["motions", "with contact [%]", "reach F_E [%]", "impacts, median", head("peak force, median", "N")]
 POSITIONS = ("end", "interior")
+OF_LINKS = {
+    "peak_link_stretch": ("stretch", "m"),
+    "peak_link_shortening": ("shortening", "m"),
+    "peak_link_spring_force": ("force of the spring", "N"),
+    "peak_link_damper_force": ("force of the damper with link_exponent or on a brace", "N"),
+    "broken_links": ("number of links that break", "1"),
+}
 
 
 def write(data: ReportData) -> list[Block]:
@@ -72,7 +79,7 @@ def write(data: ReportData) -> list[Block]:
                 f"Plan of {len(case.buildings)} buildings. {struck_finding(case)}.",
             )
         )
-    return blocks + _storeys(case, where)
+    return blocks + _links(case, where) + _storeys(case, where)
 
 
 def contact_finding(case: RowCase) -> str:
@@ -142,11 +149,24 @@ def _points(case: RowCase, where: str) -> Block:
     return table(caption, [*heads, *OF_TOUCH], rows, keep=sorted(most), note="those with most contact")
 
 
+def _links(case: RowCase, where: str) -> list[Block]:
+    """Stretch and forces of the links between neighbours, and how many break; nothing without links."""
+    rows: list[list[Cell | str]] = []
+    for at, name in enumerate(case.interfaces):
+        for output, (words, unit) in OF_LINKS.items():
+            values = case.results[output].isel(interface=at).values if output in case.results else np.zeros(0)
+            if (known := values[np.isfinite(values)]).size:
+                spread = middle(percentiles(known), unit)
+                rows.append([name, head(words, unit), spread, number(known.max(), unit), count(known.size)])
+    heads = ["neighbours", "largest of their links", "median (16 to 84 %)", "largest", "motions"]
+    return [table(f"Springs and dampers between neighbours, {where}.", heads, rows)] if rows else []
+
+
 def _storeys(case: RowCase, where: str) -> list[Block]:
     """Profiles, and the change of drift and acceleration by contact, building by building, ends and interiors apart."""
     raised = [amplification(case, at) for at in range(len(case.buildings))]
     if not np.isfinite(raised).any():
-        return [paragraph("No building with storeys touches a neighbour; the buildings move as if alone.")]
+        return [paragraph("No building with storeys touches a neighbour; the buildings move as without contact.")]
     shaken = [amplification(case, at, "peak_floor_acceleration") for at in range(len(case.buildings))]
     rows: list[list[Cell | str]] = [
         [building.name, building.position, number(drift, digits=3), number(acceleration, digits=3)]

@@ -142,7 +142,9 @@ def _of_storeys(scene: Mapping[str, Any]) -> Iterator[str]:
     if isolated := named("isolation"):
         yield f"{isolated}: on isolators, a bilinear spring with viscous damping below the slab."
     if "inelastic_storeys" in scene.get("effects", {}):
-        yield "Storeys with a strength yield, and others stay elastic."
+        rules = {str(one["name"]): one["hysteresis"]["rule"] for one in scene["building"] if "hysteresis" in one}
+        own = "".join(f", those of {name} by the rule {rule}" for name, rule in rules.items())
+        yield f"Storeys with a strength yield{own}, and others stay elastic."
     if known := named("displacement_history"):
         yield f"{known}: moves as its files say, and contacts are not run."
 
@@ -156,6 +158,11 @@ def _assumed(data: ReportData) -> list[str]:
         sentences.append(f"{both} buildings stand on the same motion at the same time.")
     elif "wave_passage" not in effects:
         sentences.append("Buildings stand on unlike grounds, as their keys ground_ say; peaks are relative to these.")
+    results = Results(data.results)
+    if linked := [pair.name.replace(" | ", " and ") for at, pair in enumerate(data.pairs) if results.has_link(at)]:
+        sentences.append(
+            f"Springs or dampers without mass join {', '.join(linked)}; what is called without contact has them too."
+        )
     if "permanent_set" not in effects and np.isfinite(data.results["yield_force"].values).any():
         sentences.append(
             "Yielding leaves no permanent indentation: laws with a yield force retrace their plateau, as published, "
