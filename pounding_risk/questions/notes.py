@@ -1,4 +1,4 @@
-"""Sentences below the tables of an answer: notes, excluded records, and flags of records."""
+"""Sentences below the tables of an answer: notes, excluded records, and flags of records; words of links' outputs."""
 
 from __future__ import annotations
 
@@ -13,6 +13,14 @@ if TYPE_CHECKING:
 
 FASTER = "faster than the range of the restitution relation, which is held at its end there"
 FEW_RECORDS = 3  # records that share a note and are all named in it
+# Outputs of the links between two neighbours, the largest or the number of them.
+OF_LINKS = {
+    "peak_link_stretch": ("stretch", "m"),
+    "peak_link_shortening": ("shortening", "m"),
+    "peak_link_spring_force": ("force of the spring", "N"),
+    "peak_link_damper_force": ("force of the damper with link_exponent or on a brace", "N"),
+    "broken_links": ("number of links that break", "1"),
+}
 
 
 def notes_of(dataset: xr.Dataset) -> list[Block]:

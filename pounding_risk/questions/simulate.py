@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.motions.levels import Level, read_measure
 from pounding_risk.questions._declaration import File, Option
-from pounding_risk.questions.notes import FASTER
+from pounding_risk.questions.notes import FASTER, OF_LINKS
 from pounding_risk.render.sheet import (
     MISSING,
     Block,
@@ -87,6 +88,7 @@ def sheet(run: xr.Dataset) -> list[Block]:
         facts("", about),
         listing(json.loads(attrs.get("unused_keys", "[]"))),
         _outputs(run.isel(interface=0)) if is_one else _places(run, "interface"),
+        *([_links(run)] if "peak_link_stretch" in run and not is_one else []),
         _buildings(run),
         _contacts(run),
         listing(notes),
@@ -116,6 +118,17 @@ def _outputs(run: xr.Dataset) -> Block:
             cell = whole if variable.dtype.kind == "i" else _amount(value, variable.units)
             rows.append([str(name), cell, variable.long_name])
     return table("Outputs.", ("output", "value", "meaning"), rows, keep=range(len(rows)))
+
+
+def _links(run: xr.Dataset) -> Block:
+    """Peaks of the links between each two neighbours that links join."""
+    known = {name: of_name for name, of_name in OF_LINKS.items() if name in run}
+    rows: list[list[Cell | str]] = [
+        [str(name), *(number(float(run[output][place]), unit) for output, (_, unit) in known.items())]
+        for place, name in enumerate(run["interface"].values)
+        if isfinite(run["peak_link_stretch"][place])
+    ]
+    return table("Links between neighbours.", ["neighbours", *(head(*words) for words in known.values())], rows)
 
 
 def _buildings(run: xr.Dataset) -> Block:

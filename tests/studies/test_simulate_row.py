@@ -13,6 +13,7 @@ from pounding_risk import figures
 from pounding_risk.assessment.row import force_text
 from pounding_risk.figures.simulate import roofs_of
 from pounding_risk.models.structures.hysteresis import Hysteresis, forces_along
+from pounding_risk.questions.simulate import sheet
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.trace_reader import contacts_of, forces_at, impulses_at, instants_of, motion_at
@@ -61,6 +62,23 @@ def test_a_number_that_only_the_grid_has_is_told():
     told = "or as without the key where no table has it, and --set takes others: interface.link_damping"
     assert told in simulate(parse_scene(text)).notes
     assert told not in simulate(parse_scene(text, overrides=['interface.link_damping="1 MN s/m"'])).notes
+
+
+def test_links_of_a_row_have_a_table_of_their_own():
+    """Of one interface they are among the outputs."""
+    masses = [
+        single(name, "100 t", period, height="9 m") for name, period in (("A", "0.5 s"), ("B", "0.3 s"), ("C", "1 s"))
+    ]
+    hook = {"link_stiffness": "50 MN/m", "link_slack": "1 mm", "link_breaking_force": "200 kN"}
+    between = {"gap": "20 mm", "contact_model": "linear", "stiffness": "1e8 N/m"}
+    text = scene_text(*masses, interfaces=[between, between | hook], records={"window": ["1 s", "4 s"], "pga": "0.4 g"})
+    run = simulate(parse_scene(text))
+    (table,) = [block for block in sheet(run) if block.get("caption") == "Links between neighbours."]
+    (cells,) = table["rows"]
+    assert cells[0]["text"] == "B | C"
+    assert [cell["raw"] for cell in cells[1:]] == pytest.approx(
+        [run["peak_link_stretch"].values[1], run["peak_link_shortening"].values[1], 2e5, 1.0]
+    )
 
 
 @pytest.fixture(scope="module")

@@ -17,6 +17,7 @@ from pounding_risk.figures.row import (
     profiles_figure,
     where_words,
 )
+from pounding_risk.questions.notes import OF_LINKS
 from pounding_risk.render.sheet import (
     KEPT,
     Block,
@@ -38,13 +39,6 @@ ORDER = 50
 
 OF_TOUCH = ["motions", "with contact [%]", "reach F_E [%]", "impacts, median", head("peak force, median", "N")]
 POSITIONS = ("end", "interior")
-OF_LINKS = {
-    "peak_link_stretch": ("stretch", "m"),
-    "peak_link_shortening": ("shortening", "m"),
-    "peak_link_spring_force": ("force of the spring", "N"),
-    "peak_link_damper_force": ("force of the damper with link_exponent or on a brace", "N"),
-    "broken_links": ("number of links that break", "1"),
-}
 
 
 def write(data: ReportData) -> list[Block]:
