@@ -105,8 +105,8 @@ def _followed(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
         raise SceneError(study.source, [words])
     if len(names) not in (1, len(motions)):
         listed = ", ".join(motion.name for motion in motions)
-        numbers = f"{counted(len(names), 'name')} for {counted(len(motions), 'record')}"
-        words = f"records.aftershock: {numbers}; write one for all, or one for each"
+        count = f"{counted(len(names), 'name')} for {counted(len(motions), 'record')}"
+        words = f"records.aftershock: {count}; write one for all, or one for each"
         raise SceneError(study.source, [f"{words} of {shown(listed)}, in this order"])
     alone = request._replace(window=None, tail=0.0)
     after = {name: read_own(name, alone, study.folder) for name in dict.fromkeys(names)}
