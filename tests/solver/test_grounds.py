@@ -28,6 +28,7 @@ from pounding_risk.solver.counters import (
     FIRST_TOUCH,
     IMPULSE,
     PEAK_FORCE,
+    STATUS,
     VISCOUS,
     make_log,
 )
@@ -150,13 +151,14 @@ def test_twins_under_opposite_motions_are_one_against_a_wall_in_space(law):
     wall = solve(twin, ROCK, Interface(0.01, stiffer, HALF), GROUND, STEP, supports=fixed, rtol=1e-10)
     assert min(both["impact_count"], wall["impact_count"]) >= 3
     assert law == Stereomechanical() or both["impact_count"] == wall["impact_count"]  # of jumps the last ones are tiny
+    rel = 1e-6 if law == Stereomechanical() else 1e-7  # a last bounce more lasts some 1e-7 s
     for name in ("peak_displacement_left", "impulse", "contact_time", "peak_floor_acceleration_left"):
-        assert both[name] == pytest.approx(wall[name], rel=1e-7, abs=1e-12), name
+        assert both[name] == pytest.approx(wall[name], rel=rel, abs=1e-12), name
     assert both["peak_closing"] == pytest.approx(2.0 * wall["peak_closing"], rel=1e-8)
     assert both["peak_displacement_right"] == pytest.approx(both["peak_displacement_left"], rel=1e-8)
 
 
-@pytest.mark.parametrize("law", [LAW, Merged()], ids=["force", "jump"])
+@pytest.mark.parametrize("law", [LAW, Merged(), Stereomechanical()], ids=["force", "jump", "bounces"])
 @pytest.mark.parametrize("name", PAIRS)
 @pytest.mark.parametrize("right", [SHED, ROCK], ids=["mass", "wall"])
 def test_seen_from_behind(name: str, right: Building, law):
@@ -169,11 +171,11 @@ def test_seen_from_behind(name: str, right: Building, law):
         free.append(free_response(pair, GROUND, STEP, under, own=records))
         found.append(run(pair, free[-1], Interface(0.012, law, HALF), 1e-10))
     np.testing.assert_allclose(free[0].states[::2, :2], -free[1].states[::2, 1::-1], rtol=0.0, atol=1e-14)
-    assert min(each[COUNT] for each in found) >= 1
-    if law is LAW or right is SHED:  # held to a wall, a jump parts and touches again without speed, by rounding
-        assert found[0][COUNT] == found[1][COUNT]
+    assert [each[STATUS] for each in found] == [COMPLETE, COMPLETE] and min(each[COUNT] for each in found) >= 1
+    assert found[0][COUNT] == found[1][COUNT] or law == Stereomechanical()  # of bounces the last ones are tiny
     columns = [FIRST_TOUCH, APPROACH, PEAK_FORCE, IMPULSE, CONTACT_TIME, VISCOUS, HIGH, LOW]
-    np.testing.assert_allclose(found[0][columns], found[1][columns], rtol=1e-7, atol=1e-12)
+    rtol = 1e-6 if law == Stereomechanical() else 1e-7  # a last bounce more lasts some 1e-7 s
+    np.testing.assert_allclose(found[0][columns], found[1][columns], rtol=rtol, atol=1e-12)
 
 
 def test_one_factor_of_both_is_the_scaled_record_to_the_bit():

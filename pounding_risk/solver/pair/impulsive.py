@@ -3,7 +3,7 @@
 What rebounds slower than rtol times the fastest free closing speed, onto a building that presses on it, does not
 rebound: bounces shrink by e each, so what is left of a train of them then is a relative displacement of the order of
 (rtol × that speed)² over twice the acceleration that presses. Nor does what would rise by no more than displacements
-round by.
+round by, those of the grounds among them.
 
 A model may give its jump a largest force and a duration: they are noted, and the motion is that of the jump all the
 same. Its contact then lasts that long at least, though no longer than the record.
@@ -82,7 +82,9 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     joint = make_joint(pair, limits.gap)
     mass, series = joint.oscillator.mass, workspace.search.series
     ground = free.passage.stretch(free.ground, free.step, node, offset)
+    place_right = state[1]
     state = ground.across(joint.right, state, 0.0)
+    spread = state[1] - place_right  # of the grounds
     touched = free.passage.moment(free.step, node) + offset
     speed = max(state[2] - state[3], 0.0)
     e = limits.restitution.at(speed)
@@ -97,7 +99,7 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     ratio, hardness, lasts = law.strike(e, pair[0].inverse_mass, pair[1].inverse_mass)
     rebound, push = ratio * speed, hardness * speed
     # A bounce of speed w under the acceleration A rises by w² / (2 A).
-    low_rebound = -2.0 * series[SIGNAL, 0] * ROUNDING * (abs(state[0]) + abs(state[1]))
+    low_rebound = -2.0 * series[SIGNAL, 0] * ROUNDING * (abs(state[0]) + abs(state[1]) + abs(spread))
     if pressed and (rebound <= rtol * free.fastest or rebound * rebound <= low_rebound):
         rebound = 0.0
     rests = pressed and rebound == 0.0
@@ -121,7 +123,7 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     if rests:
         finish, node, offset, state, largest = move_joined(joint, free, (node, offset), x, rate, workspace, log)
     force = settle_force(push, largest, rests, workspace, log)
-    state = state_set_apart(joint, state)
+    state = state_set_apart(joint, state, workspace.states[BEGIN, 1] - state[1])
     stop = free.passage.moment(free.step, free.ground.size - 1)
     end_time = max(free.passage.moment(free.step, node) + offset, min(touched + lasts, stop))
     duration = max(end_time - touched, 0.0)

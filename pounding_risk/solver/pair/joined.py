@@ -145,9 +145,12 @@ def raise_signal(signal, row, terms, stop, workspace):
 
 
 @small
-def state_set_apart(joint, state):
-    """The state of a parting: further apart by a rounding, so that flight does not begin with a touch of rounding."""
-    clear = 4e-16 * (abs(state[0]) + abs(state[1]) + (joint.left_offset + joint.right_offset))
+def state_set_apart(joint, state, spread):
+    """The state of a parting: further apart by a rounding, so that flight does not begin with a touch of rounding.
+
+    ``spread`` is the relative displacement of the grounds [m], a cubic that flight takes from another origin.
+    """
+    clear = 4e-16 * (abs(state[0]) + abs(state[1]) + (joint.left_offset + joint.right_offset)) + ROUNDING * abs(spread)
     u_left = state[0] - clear if joint.left.inverse_mass > 0.0 else 0.0
     u_right = state[1] + clear if joint.right.inverse_mass > 0.0 else 0.0
     return u_left, u_right, state[2], state[3]
