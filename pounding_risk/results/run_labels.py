@@ -87,6 +87,7 @@ CONTACTS = {
     "impulse": ("N s", "impulse of the contact force"),
     "work": ("J", "work of the contact force: what the contact took"),
 }
+CONTACT_PLACE = {"long_name": "contact point of the contact"}  # which the reference of outputs prints too
 
 
 class Case(NamedTuple):
@@ -150,7 +151,7 @@ def run_variables(trace: Trace, point_names: Sequence[str]) -> dict[str, Any]:
         if name in trace.contacts:
             data[f"contact_{name}"] = ("contact", trace.contacts[name], described(unit, words))
     names = np.array([point_names[index] for index in trace.contact_points], dtype=np.str_)
-    return data | {"contact_place": ("contact", names, {"long_name": "contact point of the contact"})}
+    return data | {"contact_place": ("contact", names, dict(CONTACT_PLACE))}
 
 
 def run_coordinates(study: Scene, case: Case, time: Array) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pounding_risk._common import tables
+from pounding_risk._common.counted import counted
 from pounding_risk.assessment.gmfs import read_fields
 from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.errors import PoundingError
@@ -60,7 +61,7 @@ def test_a_row_of_another_length_is_refused_by_its_line(table):
     count = len(lines[0].split(","))
     for row, cells in ((f"{lines[1]},1", count + 1), (lines[1].rpartition(",")[0], count - 1)):
         words = refusal(table, "\n".join([lines[0], row, *lines[2:]]).encode())
-        assert f"line 2: has {cells} cells, the head has {count}; write one a column" in words
+        assert f"line 2: has {counted(cells, 'cell')}, the head has {count}; write one a column" in words
 
 
 @pytest.mark.parametrize(("mark", "name"), [(";", "semicolons"), ("\t", "tabs")])
