@@ -150,7 +150,11 @@ def _repeated(case: RowCase, times: int) -> RowCase:
     )
     names = [f"{one.name} | {other.name}" for one, other in pairwise(buildings)]
     results = case.results[["record", "polarity", "pga", "gap", "yield_force", "contact_model"]]
-    return RowCase(results.assign_coords(interface=names), buildings, gaps, places, touches)
+    heights = "building", np.tile(case.results["building_height"].values, times)
+    results = results.assign_coords(
+        interface=names, building=[each.name for each in buildings], building_height=heights
+    )
+    return RowCase(results, buildings, gaps, places, touches)
 
 
 def test_the_plan_colours_each_building_by_its_own_share(case, results):
