@@ -103,7 +103,7 @@ SHARE_OF_PERIOD = 0.1  # of the shorter period that a contact may last: the rule
 # The time in which sound crosses 1.75 m of concrete twice at 3500 m/s: no floors separate sooner.
 SHORTEST_CONTACT = 1e-3  # s
 HERTZ_TIME = 3.2181  # 2 ∫ ds / √(1 − s^(5/2)) (5/4)^(2/5) from 0 to 1: t = 3.2181 (m v²/β)^(2/5) / v
-NUMBER = re.compile(r"(?<![\w.^-])(\d+(?:\.\d+)?(?:e[-+]?\d+)?)(?!\w)")  # of a sentence, alone
+NUMBER = re.compile(r"(?<![\w.^,-])(\d+(?:,\d{3})*(?:\.\d+)?(?:e[-+]?\d+)?)(?!\w)")  # of a sentence, alone
 HIDDEN_DIGITS = {ord(str(digit)): 0xE000 + digit for digit in range(10)}  # private letters
 SHOWN_DIGITS = {hidden: digit for digit, hidden in HIDDEN_DIGITS.items()}
 UNIT_CHECKED = "check the unit"  # ends the flag of a motion whose unit another check questions
@@ -157,15 +157,23 @@ def with_ranges(notes: Iterable[str], study: Scene) -> list[str]:
     for note in dict.fromkeys(notes):
         whose, colon, words = note.partition(": ")
         for building in study.buildings:
-            words = words.replace(building.name, building.name.translate(HIDDEN_DIGITS))
+            whole_name = rf"(?<![\w.,+-]){re.escape(building.name)}(?!\w|[.,]\d)"  # "1" is no digit of 0.31
+            words = re.sub(whole_name, lambda name: name[0].translate(HIDDEN_DIGITS), words)
         first, *pairs = NUMBER.split(words)
         alike.setdefault((whose + colon + first, *pairs[1::2]), []).append(pairs[::2])
     told = []
     for (first, *texts), rows in alike.items():
-        columns = [sorted(set(column), key=float) for column in zip(*rows, strict=True)]
+        columns = [
+            sorted(set(column), key=lambda text: float(text.replace(",", ""))) for column in zip(*rows, strict=True)
+        ]
         ranges = [" to ".join(dict.fromkeys((column[0], column[-1]))) for column in columns]
         told.append(first + "".join(map(add, ranges, texts)))
     return [words.translate(SHOWN_DIGITS) for words in told]
+
+
+def _value(number: str) -> float:
+    """The value of a number of `NUMBER`, which may have commas between thousands."""
+    return float(number.replace(",", ""))
 
 
 # --- the input --------------------------------------------------------------------------------------------

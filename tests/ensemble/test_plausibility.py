@@ -13,7 +13,7 @@ from pounding_risk.assessment.assess import assess
 from pounding_risk.cli.scan import print_scan
 from pounding_risk.cli.validate import print_plan
 from pounding_risk.ensemble.plan.plan import validate
-from pounding_risk.ensemble.plausibility import HERTZ_TIME, contact_duration, notes_along, of_input
+from pounding_risk.ensemble.plausibility import HERTZ_TIME, contact_duration, notes_along, of_input, with_ranges
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import Hertz, Linear
@@ -135,6 +135,14 @@ def test_notes_along_an_axis_are_one_with_the_range_of_each_number():
     assert "a stiffness of 1.1e7 to 1.5e7 kN/m^1.5" in told and "the period of block 2 (0.3 s)" in told
     (lasting, shortest) = (each[0].split(" last ")[1].split(" s, ")[0] for each in alone[:2])
     assert f" last {shortest} to {lasting} s, " in told
+
+
+def test_a_building_called_by_a_digit_changes_no_number():
+    study = parse_scene(PAIR.replace('"right"', '"1"'))
+    told = with_ranges(
+        [f"A: T of 1 is {period} s, {count} runs" for period, count in ((0.31, "1,612"), (0.41, "980"))], study
+    )
+    assert told == ["A: T of 1 is 0.31 to 0.41 s, 980 to 1,612 runs"]
 
 
 @pytest.mark.parametrize(("given", "meant"), [("mm/s^2", "cm/s^2"), ("g", "m/s^2")])
