@@ -124,6 +124,8 @@ PASSING = pytest.param(WavePassage.on(900.0, 20.0), marks=pytest.mark.complete)
 @pytest.mark.complete
 @pytest.mark.parametrize("velocity", [900.0, -900.0])
 def test_a_wave_along_two_masses_is_the_pair_with_a_wave(velocity):
+    """All outputs. The pair parts by 1e-14 of the grounds' relative displacement, 2e-16 m: 5e-10 s of last bounces
+    of 4e-7 m/s, 1.5e-8 of the time of contact."""
     ground, gap = shaking(4.0), 0.002
     wave = WavePassage.on(velocity, 20.0)
     own = as_pair(Made([SOFT, STIFF], [gap], ground, wave=wave))
@@ -131,7 +133,7 @@ def test_a_wave_along_two_masses_is_the_pair_with_a_wave(velocity):
     assert own["impact_count"] > 3
     for name, value in own.items():
         if name in pair:
-            assert value == pytest.approx(pair[name], rel=1e-8, abs=1e-15, nan_ok=True), name
+            assert value == pytest.approx(pair[name], rel=1e-7, abs=1e-15, nan_ok=True), name
 
 
 def in_oracle(buildings, gaps, e, ground, dt, slowest):
