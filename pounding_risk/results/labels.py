@@ -405,30 +405,30 @@ def attributes(study: Scene, motions: tuple[Motion, ...], laws: Laws, solver: st
 
 
 def flags_of(study: Scene, motions: tuple[Motion, ...]) -> dict[str, str]:
-    """The attribute of doubts about motions, some of which follow from the buildings, and on factors to levels."""
-    flags = {motion.name: list(motion.flags) for motion in motions}
-    for name, doubt in _unusual_factors(study, motions).items():
-        flags[name].append(doubt)
+    """The attribute of doubts about motions, for those that have any."""
+    flags = doubts_of(study, motions)
     return {"flags": as_text({name: doubts for name, doubts in flags.items() if doubts})}
 
 
-def _unusual_factors(study: Scene, motions: tuple[Motion, ...]) -> dict[str, str]:
-    """A flag for each motion that levels of intensity scale beyond the usual factors."""
-    measure = study.grid.measure
-    if measure == PEAK:
-        return {}
-    _, grown = _felt(study, motions, np.array([motion.pga for motion in motions]))
+def doubts_of(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tuple[str, ...]]:
+    """Doubts about each motion, some of which follow from the buildings, and on its factors to the amplitudes."""
+    unusual = _unusual_factors(study, motions)
+    return {motion.name: (*motion.flags, *unusual.get(motion.name, ())) for motion in motions}
+
+
+def _unusual_factors(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tuple[str]]:
+    """The flag of each motion that some amplitude of the grid scales beyond the usual factors: one for all of them."""
+    peaks = np.array([motion.pga for motion in motions])
+    grown = _felt(study, motions, peaks)[1]
+    factors = grown * np.array([motion.record.get("factor", 1.0) for motion in motions])[:, None]
     low, high = USUAL_FACTORS
-    outside = (grown < low) | (grown > high)
-    flags = {}
-    for motion, factors, wrong in zip(motions, grown, outside, strict=True):
-        if wrong.any():
-            ends = " to ".join(dict.fromkeys(f"{factor:.4g}" for factor in (factors.min(), factors.max())))
-            flags[motion.name] = (
-                f"the scale factors to the levels of {measure.words}, {ends}, are outside {low:g} to {high:g} at "
-                f"{int(wrong.sum())} of {wrong.size} levels"
-            )
-    return flags
+    unusual = ((grown != 1.0) & ((factors < low) | (factors > high))).any(axis=1)  # of a motion as it is: its own flag
+    ends = " to ".join(dict.fromkeys(f"{factor:.3g}" for factor in (factors.min(), factors.max())))
+    flag = (
+        f"scale factors to the amplitudes of the grid ({study.grid.measure.words}) are outside {low:g} to {high:g}; "
+        f"over all motions they are {ends}"
+    )
+    return {motion.name: (flag,) for motion, is_unusual in zip(motions, unusual, strict=True) if is_unusual}
 
 
 def numbers_of(study: Scene, laws: Laws) -> dict[str, str]:

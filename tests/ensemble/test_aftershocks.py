@@ -41,6 +41,13 @@ def test_the_sequence_is_both_motions_with_still_ground_between():
     assert [one["name"] for one in motion.record["beside"]] == ["RSN753-000"]
 
 
+def test_a_plan_names_the_aftershock_its_pause_and_its_size():
+    words = [dict(pr.validate(parse_scene(text_of(**RECORDS | {"aftershock": "RSN753-000"} | more))).facts())["records"]
+             for more in ({}, {"pause": "20 s", "aftershock_ratio": 0.5})]  # fmt: skip
+    assert words[0].endswith("followed after 60 s by RSN753-000 with the factor of each motion")
+    assert words[1].endswith("followed after 20 s by RSN753-000 at 0.5 of the PGA of each motion")
+
+
 def test_without_a_ratio_both_have_one_factor_and_a_stronger_one_is_flagged():
     (motion,) = motions_of(parse_scene(text_of(aftershock="RSN753-000")))
     first, after = pr.read_motion("RSN6-180", window=(0.0, 8.0)), pr.read_motion("RSN753-000")

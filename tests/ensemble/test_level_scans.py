@@ -132,9 +132,16 @@ def test_factors_and_peaks_are_told_by_record(along_sa):
 
 
 def test_factors_outside_the_usual_range_are_flagged(scanned):
-    """0.5 is within 0.25 to 4, 4.5 is not."""
-    flags = scanned["scale"].attrs["flags"]
-    assert flags.count("the scale factors to the levels of factor, 0.5 to 4.5, are outside 0.25 to 4 at 1 of 2") == 2
+    """0.5 is within 0.25 to 4, 4.5 is not; a PGA is no other level of intensity."""
+    flag = "scale factors to the amplitudes of the grid ({}) are outside 0.25 to 4; over all motions they are {}"
+    assert scanned["scale"].attrs["flags"].count(flag.format("factor", "0.5 to 4.5")) == 2
+    peaks = [read_motion(name).cut("0 s", "8 s").pga for name in RECORDS["names"]]
+    small = 0.2 * min(peaks)
+    shaken = scene({"pga": [f"{small} m/s2", f"{max(peaks)} m/s2"]})
+    factors = f"{small / max(peaks):.3g} to {max(peaks) / min(peaks):.3g}"
+    assert pr.scan(shaken).attrs["flags"].count(flag.format("PGA", factors)) == 2
+    assert [len(record.flags) for record in pr.validate(shaken).records] == [1, 1]
+    assert "scale factors" not in pr.scan(scene({"pga": [f"{1.01 * min(peaks)} m/s2"]})).attrs["flags"]
     assert "scale factors" not in pr.scan(scene(intensity={"measure": "scale", "levels": [1.0]})).attrs["flags"]
 
 

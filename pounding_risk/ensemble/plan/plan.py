@@ -164,6 +164,7 @@ def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int |
     from pounding_risk.ensemble.limits import check_dataset, check_memory, check_scenes
     from pounding_risk.ensemble.plan.size import shape_of, sizes
     from pounding_risk.ensemble.plausibility import notes_along
+    from pounding_risk.results.labels import doubts_of
     from pounding_risk.scene.motions import gathered
     from pounding_risk.scene.variants import Variants
 
@@ -177,9 +178,10 @@ def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int |
     check_memory(study, ensemble.motions)
     if study.axes:
         check_scenes(Variants(study), ensemble.motions, every=False)
+    flags = doubts_of(study, ensemble.motions)
     plan = Plan(
         study,
-        tuple(map(_planned, ensemble.motions)),
+        tuple(_planned(motion, flags[motion.name]) for motion in ensemble.motions),
         size,
         workers or cpu_count() or 1,
         notes_along(study, ensemble.motions),
@@ -277,11 +279,9 @@ def _scatter(seconds: Sequence[float], count: float) -> float:
     return stdev(seconds) * sqrt(max(1.0 - len(seconds) / count, 0.0) / len(seconds)) if len(seconds) > 1 else 0.0
 
 
-def _planned(motion: Motion) -> PlannedRecord:
+def _planned(motion: Motion, flags: tuple[str, ...]) -> PlannedRecord:
     event, state = (str(motion.record.get(key, "")) for key in ("event", "state"))
-    return PlannedRecord(
-        motion.name, event, state, motion.duration, motion.dt, motion.pga, motion.flags, motion.processing
-    )
+    return PlannedRecord(motion.name, event, state, motion.duration, motion.dt, motion.pga, flags, motion.processing)
 
 
 def _run_words(plan: Plan) -> Iterator[tuple[str, str]]:

@@ -17,7 +17,7 @@ from pounding_risk.models.structures.plan import Plan
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import FACTOR, PEAK, say_level
-from pounding_risk.motions.request import Spectral
+from pounding_risk.motions.request import RecordRequest, Spectral
 from pounding_risk.scene.interfaces import known_law, said_restitution
 from pounding_risk.scene.motions import request_of
 from pounding_risk.scene.notes import Given, given_keys, level_notes
@@ -47,11 +47,14 @@ from pounding_risk.units import (
     STIFFNESS,
     STOREY_HEIGHT,
     TAIL,
+    TIME,
     WAVE_SPEED,
     YIELD_FORCE,
     Quantity,
     say,
 )
+
+FEW = 4  # aftershocks that are named
 
 
 def scene_words(study: Scene, records: int) -> list[tuple[str, str]]:
@@ -315,7 +318,15 @@ def _amplitude(study: Scene, count: int) -> str:
         tail += f", {say(study.lag, GROUND_DELAY)} longer for the building that is reached last"
     turned = "" if request.direction is None else f", in the direction {request.direction:g}° from north"
     turned += ", and across it" * request_of(study).both
-    return f"{count}{turned}{part}, {scaled}{tail}"
+    return f"{count}{turned}{part}, {scaled}{tail}{_aftershock(request)}"
+
+
+def _aftershock(request: RecordRequest) -> str:
+    if not request.aftershock:
+        return ""
+    ratio = request.aftershock_ratio
+    size = "with the factor of each motion" if ratio is None else f"at {ratio:g} of the PGA of each motion"
+    return f", followed after {say(request.pause, TIME)} by {short_list(request.aftershock, FEW)} {size}"
 
 
 def _spectral(asked: Spectral) -> str:
