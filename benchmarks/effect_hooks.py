@@ -21,26 +21,26 @@ ROOT = Path(__file__).resolve().parent.parent
 # File, text with the hook, text without.
 HOOKS = (
     ("solver/pair/run.py", "limits.gap + workspace.counters[SET]", "limits.gap"),
-    ("solver/pair/law_verbs.py", "law.resume(law.begin(e, speed, mass), worn)", "law.begin(e, speed, mass)"),
+    ("solver/pair/law_verbs.py", "law.resume(law.begin(e, speed, mass), damage)", "law.begin(e, speed, mass)"),
     ("solver/pair/law_verbs.py", "law.ceiling(limit) * law.hardening(speed)", "law.ceiling(limit)"),
     ("solver/pair/law_verbs.py", "law.held(memory, delta, strength) - lost", "law.stored(delta, strength)"),
-    ("solver/pair/law_verbs.py", "law.yielded(loss), law.worn(memory)", "0.0, 0.0"),
+    ("solver/pair/law_verbs.py", "law.yielded(loss), law.damage(memory)", "0.0, 0.0"),
     ("solver/pair/contact.py", "loss - hysteresis", "loss"),
     ("solver/pair/contact.py", "    workspace.counters[PLASTIC] += yielding[1] + hysteresis\n", ""),
     ("solver/pair/contact.py", "    workspace.counters[SET] += yielding[0]\n", ""),
-    ("solver/pair/contact.py", "    workspace.counters[WORN] = damage\n", ""),
+    ("solver/pair/contact.py", "    workspace.counters[DAMAGE] = damage\n", ""),
     ("solver/pair/contact.py", "impact.gap - yielding[0] + peaks[2]", "impact.gap + peaks[2]"),
     (
         "solver/pair/contact.py",
-        """            impact, dent, energy_lost = turn_motion(impact, phase, delta)
-            if dent >= 0.0:
-                dented, lost = dented + dent, lost + energy_lost
+        """            impact, indentation, energy_lost = turn_motion(impact, phase, delta)
+            if indentation >= 0.0:
+                indented, lost = indented + indentation, lost + energy_lost
 """,
         "",
     ),
     (
         "solver/pair/contact.py",
-        """            if dent >= 0.0:
+        """            if indentation >= 0.0:
                 phase = Phase(phase.approaching, ELASTIC, phase.ground)
 """,
         "",
@@ -58,13 +58,13 @@ HOOKS = (
     ),
     ("solver/pair/flight.py", "turn_left + turn_right + ground.bend(length)", "turn_left + turn_right"),
     ("solver/pair/contact.py", "    state = ground.across(right, state, 0.0)\n", ""),
-    ("solver/pair/contact.py", "ground.apart(right, state, 0.0)", "state"),
-    ("solver/pair/contact.py", "ground.apart(right, state, since_touch)", "state"),
-    ("solver/pair/contact.py", "ground.apart(right, state, duration)", "state"),
-    ("solver/pair/peaks.py", "phase.ground.apart(right, state, time)", "state"),
+    ("solver/pair/contact.py", "ground.from_own_ground(right, state, 0.0)", "state"),
+    ("solver/pair/contact.py", "ground.from_own_ground(right, state, since_touch)", "state"),
+    ("solver/pair/contact.py", "ground.from_own_ground(right, state, duration)", "state"),
+    ("solver/pair/peaks.py", "phase.ground.from_own_ground(right, state, time)", "state"),
     (
         "solver/pair/peaks.py",
-        "phase.ground.apart_slopes(right, state_of(workspace.slopes, slope_row), cube * s, 4.0 * cube)",
+        "phase.ground.slopes_from_own_ground(right, state_of(workspace.slopes, slope_row), cube * s, 4.0 * cube)",
         "state_of(workspace.slopes, slope_row)",
     ),
     ("solver/pair/equations.py", "(put_in - phase.ground.taken_along(right, force, state[3]))", "put_in"),

@@ -1,7 +1,7 @@
 """Shares of the parts of a run in its time: ``python benchmarks/profile_run.py [GAP_MM YIELD_KN]``.
 
 Counts the calls of the kernels' parts in one run of the benchmark's pair, which is made uncompiled for this (some
-seconds): flights and what they pass over, steps in contact, and the repeated steps that landings and crests take.
+seconds): flights and what they pass over, steps in contact, and the repeated steps that landings and local maxima take.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ WORDS = {
     ("attempt", "take_step"): "attempts at them",
     ("land", "end_on"): "landings on an event",
     ("attempt", "land"): "attempts for landings",
-    ("crest", "update_peaks"): "crests searched inside a step",
-    ("read_between", "crest"): "looks at a step between its ends for crests",
+    ("local_maximum", "update_peaks"): "local maxima searched inside a step",
+    ("read_between", "local_maximum"): "looks at a step between its ends for local maxima",
     ("read_between", "refine_event"): "looks at a step between its ends for landings",
     ("slopes", "explicit_attempt"): "evaluations of the force in all attempts",
     ("block_mask", "fly"): "blocks of 16 samples looked at in flight",

@@ -23,11 +23,11 @@ def numba_side() -> SimpleNamespace:
     """The modules of `lowering`, with all declared to them that was declared before."""
     with _BUILDING:
         if not _LOADED:
-            from pounding_risk._jit.lowering import build, calls, lent, memory
+            from pounding_risk._jit.lowering import build, by_address, calls, memory
 
             for name, arguments in _DECLARED:
                 getattr(build, name)(*arguments)
-            _LOADED.append(SimpleNamespace(build=build, calls=calls, lent=lent, memory=memory))
+            _LOADED.append(SimpleNamespace(build=build, calls=calls, by_address=by_address, memory=memory))
         return _LOADED[0]
 
 
@@ -114,7 +114,7 @@ def in_kernels(module: str):
 
 
 @in_kernels("memory")
-def borrowed(array):
+def uncounted(array):
     """The same array, its references not counted: for the inside of a kernel whose caller holds the array.
 
     Counting is an atomic operation, and an array is handed over hundreds of times in one contact.

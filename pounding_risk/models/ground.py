@@ -26,7 +26,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pounding_risk._jit.compile import borrowed, speaks
+from pounding_risk._jit.compile import speaks, uncounted
 
 
 class Support(NamedTuple):
@@ -132,18 +132,18 @@ class GroundInterval(Protocol):
     def across(self, oscillator, state, x):
         """A state with the right building relative to the left one's ground, from one relative to its own."""
 
-    def apart(self, oscillator, state, x):
+    def from_own_ground(self, oscillator, state, x):
         """The inverse of `across`: each building relative to its own ground."""
 
-    def apart_slopes(self, oscillator, slopes, x, clock):
-        """As `apart`, of d(state)/ds with dt = ``clock`` ds."""
+    def slopes_from_own_ground(self, oscillator, slopes, x, clock):
+        """As `from_own_ground`, of d(state)/ds with dt = ``clock`` ds."""
 
 
 @speaks
 class Ground(Protocol):
     """The ground motion of a pair, node by node."""
 
-    def stretch(self, ground, step, node, offset):
+    def interval(self, ground, step, node, offset):
         """The ground motion after a node, its x counted from ``offset`` after it [s]; ``ground`` is a_g of the left."""
 
     def widened(self, node):
@@ -161,8 +161,8 @@ class Ground(Protocol):
     def node_maps(self, maps, node):
         """Maps of both buildings' free vibration over the interval after a node, from those after the first node."""
 
-    def lent(self):
-        """A copy whose arrays are borrowed: their references are not counted."""
+    def uncounted(self):
+        """A copy whose arrays are uncounted: their references are not counted."""
 
 
 class UniformInterval(NamedTuple):
@@ -204,10 +204,10 @@ class UniformInterval(NamedTuple):
     def across(self, oscillator, state, x):
         return state
 
-    def apart(self, oscillator, state, x):
+    def from_own_ground(self, oscillator, state, x):
         return state
 
-    def apart_slopes(self, oscillator, slopes, x, clock):
+    def slopes_from_own_ground(self, oscillator, slopes, x, clock):
         return slopes
 
 
@@ -216,7 +216,7 @@ class UniformGround(NamedTuple):
 
     parts: int = 1  # intervals between nodes that a sample interval is divided into
 
-    def stretch(self, ground, step, node, offset):
+    def interval(self, ground, step, node, offset):
         slope = (ground[node + 1] - ground[node]) / step
         return UniformInterval(ground[node] + slope * offset, slope)
 
@@ -235,7 +235,7 @@ class UniformGround(NamedTuple):
     def node_maps(self, maps, node):
         return maps
 
-    def lent(self):
+    def uncounted(self):
         return self
 
 
@@ -302,13 +302,13 @@ class DelayedInterval(NamedTuple):
         spread, rate, _ = self.moved(x)
         return state[0], state[1] + spread, state[2], state[3] + rate
 
-    def apart(self, oscillator, state, x):
+    def from_own_ground(self, oscillator, state, x):
         if oscillator.inverse_mass == 0.0:
             return state[0], 0.0, state[2], 0.0
         spread, rate, _ = self.moved(x)
         return state[0], state[1] - spread, state[2], state[3] - rate
 
-    def apart_slopes(self, oscillator, slopes, x, clock):
+    def slopes_from_own_ground(self, oscillator, slopes, x, clock):
         if oscillator.inverse_mass == 0.0:
             return slopes[0], 0.0, slopes[2], 0.0
         _, rate, bend = self.moved(x)
@@ -331,7 +331,7 @@ class DelayedGround(NamedTuple):
     spread: np.ndarray  # w [m]
     rate: np.ndarray  # ẇ [m/s]
 
-    def stretch(self, ground, step, node, offset):
+    def interval(self, ground, step, node, offset):
         bend, twist = self.right[node] - self.left[node], self.right_slope[node] - self.left_slope[node]
         return DelayedInterval(
             self.left[node], self.left_slope[node], bend, twist, self.spread[node], self.rate[node], offset
@@ -352,16 +352,16 @@ class DelayedGround(NamedTuple):
     def node_maps(self, maps, node):
         return self.maps if node % 2 else maps
 
-    def lent(self):
+    def uncounted(self):
         return DelayedGround(
             self.first,
             self.maps,
-            borrowed(self.left),
-            borrowed(self.left_slope),
-            borrowed(self.right),
-            borrowed(self.right_slope),
-            borrowed(self.spread),
-            borrowed(self.rate),
+            uncounted(self.left),
+            uncounted(self.left_slope),
+            uncounted(self.right),
+            uncounted(self.right_slope),
+            uncounted(self.spread),
+            uncounted(self.rate),
         )
 
 

@@ -332,8 +332,8 @@ def _peaks_of_motion(a: Samples, dt: float) -> tuple[float, float]:
     v = np.append(0.0, np.cumsum(0.5 * dt * (before + after)))
     u = np.append(0.0, np.cumsum(dt * v[:-1] + dt * dt / 6.0 * (2.0 * before + after)))
     turns = before * after < 0.0
-    crests = v[:-1][turns] + 0.5 * dt * before[turns] ** 2 / (before[turns] - after[turns])
-    pgv = max(np.abs(v).max(), np.abs(crests).max(initial=0.0))
+    local_maxima = v[:-1][turns] + 0.5 * dt * before[turns] ** 2 / (before[turns] - after[turns])
+    pgv = max(np.abs(v).max(), np.abs(local_maxima).max(initial=0.0))
     # u at the zeros of v inside an interval, up to two of them; 0 where there is none.
     push, slope, speed = a[:-1], np.diff(a) / dt, v[:-1]
     with np.errstate(divide="ignore", invalid="ignore"):

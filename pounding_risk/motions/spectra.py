@@ -6,13 +6,13 @@ one step, which do not cancel as the closed forms do.
 
 Eight periods go side by side, so that the processor's vectors are used. That loop keeps the largest values at the nodes
 of each block of samples; a quantity q exceeds them between nodes by h² / 8 max|q̈| at most, so that only the few blocks
-within that of the largest value are gone through again for their crests, with 128 nodes a period. Between those, q is
-the cubic through its values and slopes at both, off by (ω h)⁴ / 384 = 1.5e-8 of the peak, and more where the ground
-turns sharply under much damping: 4e-6 at worst in 400 noises, square waves and sines with ζ up to 0.99. The largest
-value at 32 nodes a period would be low by up to 0.5 %.
+within that of the largest value are gone through again for their local maxima, with 128 nodes a period. Between those,
+q is the cubic through its values and slopes at both, off by (ω h)⁴ / 384 = 1.5e-8 of the peak, and more where the
+ground turns sharply under much damping: 4e-6 at worst in 400 noises, square waves and sines with ζ up to 0.99. The
+largest value at 32 nodes a period would be low by up to 0.5 %.
 
-Along all directions of two components, the crests are those of the cubics between 32 nodes a period: off by 4e-6 where
-a motion is free, 1e-4 at worst under white noise with ζ = 0.7.
+Along all directions of two components, the local maxima are those of the cubics between 32 nodes a period: off by 4e-6
+where a motion is free, 1e-4 at worst under white noise with ζ = 0.7.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pounding_risk._jit.compile import kernel, small
 LANES = 8  # periods side by side
 BLOCK = 32  # samples, or nodes of a path, whose largest values are kept together
 NODES_A_PERIOD = 32
-FINER = 4  # steps for one where crests are looked for
+FINER = 4  # steps for one where local maxima are looked for
 CUBIC_RISE = 4.0 / 27.0  # a cubic on [0, h] is at most its larger end + 4/27 h (|slope| + |slope|)
 TERMS = 20  # of the series in ω h ≤ 0.2: the next is below 1e-17 of the first for ζ ≤ 1
 
@@ -155,8 +155,8 @@ def sum_up(lane, shaking, h, workspace, marks):
 
 
 @kernel
-def crest(best, ends, slopes, h):
-    """The larger of ``best`` and the crests inside of |the cubic with these values and slopes at both ends|."""
+def local_maximum(best, ends, slopes, h):
+    """The larger of ``best`` and the local maxima inside of |the cubic with these values and slopes at both ends|."""
     if larger(abs(ends[0]), abs(ends[1])) + CUBIC_RISE * h * (abs(slopes[0]) + abs(slopes[1])) <= best:
         return best
     # ends[0] + start x + bend x² + twist x³
@@ -173,7 +173,7 @@ def crest(best, ends, slopes, h):
 
 
 @kernel
-def crests(ground, parts, h, lane, block, desks, marks):
+def local_maxima(ground, parts, h, lane, block, desks, marks):
     """Go through one block again for one oscillator, in finer steps, and keep what is larger between its nodes."""
     workspace, finer = desks
     u, v = marks[block, U * LANES + lane], marks[block, V * LANES + lane]
@@ -185,11 +185,13 @@ def crests(ground, parts, h, lane, block, desks, marks):
             next_u, next_v = advance(lane, u, v, here, rise, finer)
             next_total, next_bend, next_turn = watched(lane, next_u, next_v, here + rise, finer)
             slot = PEAK * LANES + lane
-            workspace[slot] = crest(larger(abs(next_u), workspace[slot]), (u, next_u), (v, next_v), h)
+            workspace[slot] = local_maximum(larger(abs(next_u), workspace[slot]), (u, next_u), (v, next_v), h)
             slot += LANES
-            workspace[slot] = crest(larger(abs(next_v), workspace[slot]), (v, next_v), (bend, next_bend), h)
+            workspace[slot] = local_maximum(larger(abs(next_v), workspace[slot]), (v, next_v), (bend, next_bend), h)
             slot += LANES
-            workspace[slot] = crest(larger(abs(next_total), workspace[slot]), (total, next_total), (turn, next_turn), h)
+            workspace[slot] = local_maximum(
+                larger(abs(next_total), workspace[slot]), (total, next_total), (turn, next_turn), h
+            )
             u, v = next_u, next_v
 
 
@@ -217,7 +219,7 @@ def peaks_of_eight(ground, dt, periods, damping, shaking, desks, marks):
         sum_up(lane, shaking, h, workspace, marks)
         for block in range(marks.shape[0]):
             if may_be_higher(lane, block, workspace, marks):
-                crests(ground, parts * FINER, h / FINER, lane, block, desks, marks)
+                local_maxima(ground, parts * FINER, h / FINER, lane, block, desks, marks)
 
 
 @small
@@ -287,12 +289,12 @@ def project(paths, block, turns, quiet, largest):
 
 
 @kernel
-def crest_along(paths, block, c, s, h, best):
-    """The larger of ``best`` and the crests of |u| between the nodes of a block along one direction."""
+def maximum_along(paths, block, c, s, h, best):
+    """The larger of ``best`` and the local maxima of |u| between the nodes of a block along one direction."""
     for node in range(block * BLOCK, min((block + 1) * BLOCK, paths.shape[1] - 1)):
         ends = c * paths[0, node, 0] + s * paths[1, node, 0], c * paths[0, node + 1, 0] + s * paths[1, node + 1, 0]
         slopes = c * paths[0, node, 1] + s * paths[1, node, 1], c * paths[0, node + 1, 1] + s * paths[1, node + 1, 1]
-        best = crest(best, ends, slopes, h)
+        best = local_maximum(best, ends, slopes, h)
     return best
 
 
@@ -320,7 +322,7 @@ def turn_around(paths, h, bend, turns, peaks):
     for k in range(peaks.size):
         for block in range(marks.shape[0]):
             if marks[block, k] + excess > peaks[k]:
-                peaks[k] = crest_along(paths, block, turns[0, k], turns[1, k], h, peaks[k])
+                peaks[k] = maximum_along(paths, block, turns[0, k], turns[1, k], h, peaks[k])
 
 
 @kernel

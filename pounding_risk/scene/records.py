@@ -425,8 +425,8 @@ class Records(Table):
             'names no record; write a file, an id of the catalogue such as "RSN753-000", or a list with one for each '
             "record of the scene",
             "A record that follows each motion, in one run with it: a file, an id of the catalogue or a generated "
-            "motion as text, for all records of the scene, or a list with one for each. What has yielded, and dents, "
-            "stay. It is processed as they are, without their window.",
+            "motion as text, for all records of the scene, or a list with one for each. What has yielded, and "
+            "permanent indentations, stay. It is processed as they are, without their window.",
             '"RSN753-000"',
             "nothing follows",
         ),

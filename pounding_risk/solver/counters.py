@@ -22,7 +22,7 @@ import numpy as np
     VISCOUS,
     PLASTIC,
     SET,
-    WORN,
+    DAMAGE,
     RESIDUAL,
     ENERGY,
     HELD,

@@ -173,7 +173,7 @@ def _free_at(pair: tuple[Oscillator, Oscillator], free: Free, time: float) -> Ar
     node = int(_nodes_before(free, np.array([time]))[0])
     workspace = make_workspace()
     write_series(
-        pair, tuple(free.states[node]), free.passage.stretch(free.ground, free.step, node, 0.0), free.terms, workspace
+        pair, tuple(free.states[node]), free.passage.interval(free.ground, free.step, node, 0.0), free.terms, workspace
     )
     return np.array(state_at(pair, workspace, free.terms, time - free.passage.moment(free.step, node)))
 

@@ -63,7 +63,7 @@ def test_the_median_is_the_mean_capacity_in_m_per_s(along_pgv, eightfold):
     logs = np.log(capacities)
     curve = contact(along_pgv)
     assert (curve.intensity, curve.unit, curve.method) == ("pgv", "m/s", curves.SCALED)
-    assert curve.median == pytest.approx(np.exp(logs.mean()), rel=1e-3)  # the crest lies between samples
+    assert curve.median == pytest.approx(np.exp(logs.mean()), rel=1e-3)  # the local maximum lies between samples
     assert curve.dispersion == pytest.approx(logs.std(), rel=1e-2)
     again = contact(eightfold, intensity="pgv")
     assert again.median == pytest.approx(curve.median, rel=1e-9)

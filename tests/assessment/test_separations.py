@@ -505,7 +505,7 @@ def test_a_scan_tells_all_that_is_needed():
     assert table.rules[0].safe and table.rules[0].ratio_low > 1.0
     first = read_motion(records[0])
     peaks = measures.response_spectra([first.acceleration], first.dt, [0.5, 0.8]).displacement[0]
-    # Both find crests between samples, each in its own way: 1e-9 apart.
+    # Both find local maxima between samples, each in its own way: 1e-9 apart.
     assert table.asked["abs"][:2] == pytest.approx((peaks.sum(), peaks.sum()), rel=1e-7)
 
 

@@ -74,7 +74,7 @@ IMPACTS = [(kind, *spring) for kind in KINDS for spring in SPRINGS]
 
 
 def struck(kind: str, share: float, ratio: float | None) -> dict[str, float]:
-    """An impact that dents, under a share of the elastic peak force; with an unloading stiffness if a ratio is given.
+    """An impact with an indentation, under a share of the elastic peak force; an unloading stiffness where a ratio is.
 
     All facts of it that are numbers, and the yield force.
     """
@@ -105,8 +105,8 @@ def test_set_without_viscosity(kind: str, share: float):
     yields = sqrt(0.8 * strength ** (5 / 3) * BETA ** (-2 / 3) / MASS)
     assert found.restitution == pytest.approx(yields / SPEED, rel=1e-9)
     assert found.energy_lost == pytest.approx(0.5 * MASS * (SPEED**2 - yields**2), rel=1e-9)
-    dent = found.peak_penetration - (strength / BETA) ** (2 / 3)
-    assert dent == pytest.approx(0.5 * MASS * (SPEED**2 - yields**2) / strength, rel=1e-8)
+    indentation = found.peak_penetration - (strength / BETA) ** (2 / 3)
+    assert indentation == pytest.approx(0.5 * MASS * (SPEED**2 - yields**2) / strength, rel=1e-8)
     assert found.peak_force == strength
 
 
@@ -150,10 +150,10 @@ def test_strain_rate_of_the_codes(code: str, strength: float | None, factors: di
 
 
 class Dented(Path):
-    """An elastoplastic contact that remembers its dents, from the rules alone.
+    """An elastoplastic contact that remembers its indentations, from the rules alone.
 
     F = s β δ^1.5 up to F_E, flat beyond it; where the approach ends beyond it, δ springs back by
-    (F_E / (ratio β))^(2/3) at most, the rest is dent, and s follows from the force there.
+    (F_E / (ratio β))^(2/3) at most, the rest is indentation, and s follows from the force there.
     """
 
     def __init__(self, strength: float, ratio: float):
@@ -176,7 +176,7 @@ class Dented(Path):
 
 @pytest.mark.parametrize("ratio", sweep([1.0, 1.5], 1.5))
 def test_a_run_with_memory_against_scipy(ratio: float):
-    """Several contacts that dent, each with the gap that the one before left; both integrations to 1e-8."""
+    """Several contacts with indentations, each with the gap that the one before left; both integrations to 1e-8."""
     ground = shaking(5.0, duration=3.0)
     strength, gap = 3e5, 0.004
     law = PermanentSet(ViscousElastoplastic(BETA))  # which at e = 1 has no damper
@@ -191,7 +191,7 @@ def test_a_run_with_memory_against_scipy(ratio: float):
 
 
 def test_gap_widens_from_contact_to_contact_and_energy_closes():
-    """Each touch is as far out as the dents before it have left the gap; the ledger closes to the tolerance."""
+    """Each touch is as far out as the indentations before it have left the gap; the ledger closes to the tolerance."""
     study = scene_of({**demo.scene("paper").resolved(), "effects": SCENES["unloading_stiffness"]})
     run = pr.simulate(study)
     places = np.searchsorted(run.time.values, run.contact_start.values)

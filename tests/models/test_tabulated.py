@@ -219,9 +219,9 @@ def test_ledger_and_set_of_a_run(name: str):
 
 def work(law: Tabulated, turns: list[float]) -> list[float]:
     """Work of the force in contacts that go to each of these depths in turn, from the gap as built, and part."""
-    losses, worn, left = [], 0.0, 0.0
+    losses, damage, left = [], 0.0, 0.0
     for deepest in turns:
-        memory = law.resume(law.begin(1.0, 0.5, 1e3), worn)
+        memory = law.resume(law.begin(1.0, 0.5, 1e3), damage)
         reach = deepest - left
         if reach <= 0.0:
             continue
@@ -230,16 +230,16 @@ def work(law: Tabulated, turns: list[float]) -> list[float]:
         for low, high in ((0.0, corner), (corner, reach)):
             x = np.linspace(low, high, 801)
             taken += np.trapezoid([law.force(memory, max(one, 0.0), 0.0, True) for one in x], x)
-        changed, dent, lost = law.crushed(memory, reach)
+        changed, indentation, lost = law.crushed(memory, reach)
         assert lost == 0.0
-        if dent >= 0.0:
-            memory, left, reach = changed, left + dent, reach - dent
+        if indentation >= 0.0:
+            memory, left, reach = changed, left + indentation, reach - indentation
         x = np.linspace(0.0, reach, 801)
         back = [law.force(memory, one, 0.0, False) for one in x]
         assert min(back) >= 0.0
         assert law.held(memory, reach, inf) == pytest.approx(np.trapezoid(back, x), rel=1e-3, abs=1e-9)
         losses.append(taken - np.trapezoid(back, x))
-        worn = law.worn(memory)
+        damage = law.damage(memory)
     return losses
 
 

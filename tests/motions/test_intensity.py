@@ -18,7 +18,9 @@ from pounding_risk.motions import spectra as spectrum
 from pounding_risk.motions.read import read_motion
 
 G = 9.80665
-CREST = 4e-6  # what a crest may be off, of the peak, at worst; (2π / 128)⁴ / 384 = 1.5e-8 where a motion is free
+CREST = (
+    4e-6  # what a local maximum may be off, of the peak, at worst; (2π / 128)⁴ / 384 = 1.5e-8 where a motion is free
+)
 FIELDS = ("displacement", "velocity", "acceleration")
 
 
@@ -161,7 +163,7 @@ def test_spectra_are_linear_and_have_no_sign(seed, factor):
 @settings(max_examples=25)
 @given(st.integers(0, 10**6), st.integers(2, 60), st.sampled_from([0.0, 0.05, 0.7]))
 def test_more_samples_on_the_same_lines_change_nothing(seed, n, damping):
-    """Crests are found whichever the nodes are, also two in one step and in the first step from rest."""
+    """Local maxima are found whichever the nodes are, also two in one step and in the first step from rest."""
     ground, periods = np.random.default_rng(seed).standard_normal(n), np.geomspace(0.004, 8.0, 12)
     finer = np.interp(np.arange(16 * (n - 1) + 1) / 16.0, np.arange(n), ground)
     once = measures.response_spectra(ground, 0.01, periods, damping)
@@ -172,7 +174,7 @@ def test_more_samples_on_the_same_lines_change_nothing(seed, n, damping):
 
 @pytest.mark.parametrize("lasting", [False, True])
 def test_no_crest_of_many_alike_is_overlooked(lasting):
-    """Blows or steps with weak noise, undamped: crests differ by less than their nodes, and a largest node misleads."""
+    """Blows or steps with weak noise, undamped: maxima differ by less than their nodes, and a largest node misleads."""
     periods = np.linspace(0.33, 0.9, 60)
     first, second = (1e-3 * np.random.default_rng(seed).standard_normal(900) for seed in (13, 14))
     first[: 900 if lasting else 1] += 1.0
@@ -206,7 +208,7 @@ def test_rotated_components():
     found = measures.rotated_spectra((first, second), 0.01, periods)
     for column, ground in ((0, first), (90, second)):
         alone = measures.response_spectra(ground, 0.01, periods)
-        # Crests between nodes of a coarser path: what their cubics are off.
+        # Local maxima between nodes of a coarser path: what their cubics are off.
         np.testing.assert_allclose(found.acceleration[:, column], alone.pseudo_acceleration, rtol=1e-5)
     c, s = np.cos(np.deg2rad(30)), np.sin(np.deg2rad(30))
     turned = measures.rotated_spectra((c * first + s * second, c * second - s * first), 0.01, periods)
@@ -249,7 +251,7 @@ def test_eqsig_on_el_centro():
     motion = read_motion("RSN6-180")
     a, dt = motion.acceleration, motion.dt
     found = measures.measure(a, dt)
-    # A crest between samples is at most h |a| / 8 above, one of u h |v| / 8.
+    # A local maximum between samples is at most h |a| / 8 above, one of u h |v| / 8.
     assert 0.309287 <= found.pgv <= 0.309287 + dt * found.pga / 8.0
     assert 0.0866122 <= found.pgd <= 0.0866124 + dt * found.pgv / 8.0
     # The trapezoidal rule takes a line's square for larger than it is, by h (a1 - a0)² / 6.
@@ -280,7 +282,7 @@ def test_what_cannot_be_measured_is_told(call, told):
 
 
 def bits() -> list[str]:
-    """Every bit of spectra and directions on a small case that has crests between nodes."""
+    """Every bit of spectra and directions on a small case that has local maxima between nodes."""
     first, second, periods = noise(11, 50), noise(12, 50), [0.01, 0.1, 0.5]
     found = measures.response_spectra([first, second], 0.01, periods)
     rotated = measures.rotated_spectra((first, second), 0.01, periods)

@@ -15,7 +15,7 @@ from pounding_risk.motions.scaling import PGV
 from pounding_risk.units import PGA
 
 RANGES = ("sa_avg(200 ms-2 s)", "sa_avg(0.2 s to 2 s)", "sa_avg(2e-1-2 s)")  # other ways to write one
-CRESTS = 2e-4  # of a peak at instants a fortieth of a step apart, which lie beside the crest
+CRESTS = 2e-4  # of a peak at instants a fortieth of a step apart, which lie beside the local maximum
 
 
 @pytest.fixture(scope="module")

@@ -61,7 +61,7 @@ def test_energy_is_kept(direction, first, between):
 
 
 def test_spectra_of_every_direction_are_those_of_rotd():
-    """37 of 180 directions of a real recording, against measures.rotated_spectra: 1e-5, what its crests may be off."""
+    """37 of 180 directions of a real recording, against measures.rotated_spectra: 1e-5, what its maxima may be off."""
     one, other = (read_motion(f"RSN77-{azimuth}", window=(0.0, 15.0)) for azimuth in (164, 254))
     periods = [0.3, 1.0]
     both = measures.rotated_spectra((one.acceleration, other.acceleration), one.dt, periods)

@@ -45,7 +45,7 @@ def test_the_aim_is_told_with_its_factor():
 
 
 def test_mean_spectral_acceleration_is_the_value():
-    """Geometric, over 10 periods from 0.2 to 2 s; a period alone has its crests found by other steps, to 4e-6."""
+    """Geometric, over 10 periods from 0.2 to 2 s; a period alone has its local maxima found by other steps, to 4e-6."""
     scaled = scaling.to_mean_spectral_acceleration(noise(1), "0.4 g", ("0.2 s", 2.0))
     found = [sa(scaled, period) for period in 0.2 * 10.0 ** (np.arange(10) / 9)]
     assert np.exp(np.mean(np.log(found))) == pytest.approx(0.4 * G, rel=4e-6)

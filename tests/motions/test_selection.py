@@ -164,7 +164,7 @@ def test_pairs_keep_one_factor(kind):
         own = measures.rotated_spectra(both, 0.01, PERIODS).rotd(float(kind[4:]))
     chosen = select(motions, Target("planted", PERIODS, 1.7 * own), periods=RANGE, count=2, spectrum=kind)
     row = chosen.rows[0]
-    # RotD is over components turned once before: crests to 1e-5.
+    # RotD is over components turned once before: local maxima to 1e-5.
     assert row.name == "2a + 2b" and row.misfit < 2e-5 and row.factor == pytest.approx(1.7, rel=2e-5)
     scaled = chosen.motions()
     assert [motion.name for motion in scaled[:2]] == ["2a", "2b"] and len(scaled) == 4

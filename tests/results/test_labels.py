@@ -67,7 +67,7 @@ def test_spectra_and_buildings_are_told(dataset):
     peak = float(found["peak_displacement_free"].sel(record="RSN6-180", building="left").isel(polarity=0, pga=1))
     factor = float(found["pga"][1] / found["record_pga"].sel(record="RSN6-180"))
     told = factor * float(spectra.sel(record="RSN6-180")[30])
-    assert peak * (2.0 * np.pi / period) ** 2 == pytest.approx(told, rel=1e-5)  # spectra find crests to 4e-6
+    assert peak * (2.0 * np.pi / period) ** 2 == pytest.approx(told, rel=1e-5)  # spectra find local maxima to 4e-6
 
 
 def test_what_the_buildings_felt_stands_along_the_records(dataset):

@@ -118,7 +118,7 @@ def test_peaks_are_spectral_displacements():
     found = largest_closings(motion.acceleration, motion.dt, side(periods), side(periods, 0.2))
     for peaks, damping in ((found.left, 0.05), (found.right, 0.2)):
         spectrum = response_spectra(motion.acceleration, motion.dt, periods, damping).displacement
-        np.testing.assert_allclose(peaks, spectrum, rtol=4e-6)  # the crests of spectra are found to so much
+        np.testing.assert_allclose(peaks, spectrum, rtol=4e-6)  # the local maxima of spectra are found to so much
 
 
 def test_equal_sides_are_antisymmetric_and_the_diagonal_is_still():
@@ -176,5 +176,5 @@ def test_the_crest_of_a_series_is_found(values, shrink, best):
         truth = max(truth, -searched.fun)
     bend = float(np.abs(terms[2:] * np.arange(2, TERMS) * np.arange(1, TERMS - 1)).sum())
     tolerance = 1e-12 * (10.0 + bend)
-    assert abs(closings.crest_of(terms, best) - truth) < tolerance
+    assert abs(closings.maximum_of(terms, best) - truth) < tolerance
     assert abs(closings.bisected(terms, bend, best) - truth) < tolerance

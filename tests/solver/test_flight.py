@@ -28,9 +28,9 @@ from pounding_risk.solver.pair.taylor import (
     bend_and_twist_within,
     bend_at,
     bend_within,
-    crest_bound,
     first_rise,
     highest,
+    local_maximum_bound,
     slope_and_bend,
     slope_at,
     value_and_bounds,
@@ -74,7 +74,7 @@ def closed_form(oscillator, place, speed, ramp, x):
 
 
 def rounding_of(oscillator, place, speed, ramp, span) -> float:
-    """What rounding may do to u on a stretch: to the series, and to the witness that subtracts larger terms."""
+    """What rounding may do to u on a segment: to the series, and to the witness that subtracts larger terms."""
     inverse = oscillator.inverse_omega
     pull = (abs(ramp[0]) + abs(ramp[1]) * span) * min(inverse, span) ** 2
     size = max(abs(place), abs(speed) * min(inverse, span), pull)
@@ -82,7 +82,7 @@ def rounding_of(oscillator, place, speed, ramp, span) -> float:
     return ROUNDING * size + 40.0 * float(np.finfo(np.longdouble).eps) * witness + 1e-300
 
 
-# Random stretches of flight: a stiff and a soft building, any state, a ground acceleration up to 3 g.
+# Random segments of flight: a stiff and a soft building, any state, a ground acceleration up to 3 g.
 
 PERIODS = st.sampled_from([0.005, 0.02, 0.11, 0.208, 0.5, 1.0, 3.0])
 DAMPINGS = st.sampled_from([0.0, 0.02, 0.05, 0.3, 0.9])
@@ -90,7 +90,7 @@ UNIT = st.integers(-1_000_000, 1_000_000).map(lambda number: 1e-6 * number)
 
 
 @st.composite
-def stretches(draw):
+def segments(draw):
     """(pair, state, span, terms, step): one node interval of two oscillators that end of it may cut short."""
     pair = oscillators(*(building(draw(PERIODS), draw(DAMPINGS)) for _ in range(2)))
     omega = max(1.0 / oscillator.inverse_omega for oscillator in pair)
@@ -106,9 +106,9 @@ def stretches(draw):
     return pair, state, (*ramp, length), terms_for(omega * step)
 
 
-def laid_out(stretch):
+def laid_out(segment):
     """A workspace with the series of both buildings and of the relative displacement."""
-    pair, state, span, terms = stretch
+    pair, state, span, terms = segment
     workspace = make_workspace()
     ground = UniformInterval(span[0], span[1])
     flight.write_series(pair, state, ground, terms, workspace)
@@ -116,19 +116,19 @@ def laid_out(stretch):
     return workspace
 
 
-def relative(stretch, x):
+def relative(segment, x):
     """Relative displacement and its rate at times x, and what rounding may do to it."""
-    pair, state, span, _ = stretch
+    pair, state, span, _ = segment
     u, v = closed_form(pair[0], state[0], state[2], span, x)
     w, z = closed_form(pair[1], state[1], state[3], span, x)
     slack = sum(rounding_of(pair[i], state[i], state[2 + i], span, span[2]) for i in range(2))
     return u - w, v - z, 40.0 * slack
 
 
-@examples(60, stretches())
-def test_the_series_is_the_closed_form(stretch):
-    pair, state, span, terms = stretch
-    workspace = laid_out(stretch)
+@examples(60, segments())
+def test_the_series_is_the_closed_form(segment):
+    pair, state, span, terms = segment
+    workspace = laid_out(segment)
     x = np.linspace(0.0, span[2], 9)
     for row, side in ((LEFT, 0), (RIGHT, 1)):
         u, v = closed_form(pair[side], state[side], state[2 + side], span, x)
@@ -142,11 +142,11 @@ def test_the_series_is_the_closed_form(stretch):
 test_many_series_are_the_closed_form = many(test_the_series_is_the_closed_form, 150)
 
 
-@given(stretches())
+@given(segments())
 @settings(max_examples=30)
-def test_sums_taken_in_one_loop_are_those_taken_alone(stretch):
+def test_sums_taken_in_one_loop_are_those_taken_alone(segment):
     """Bit by bit; the bound on the third derivative, which is nowhere taken alone, against the sum of its terms."""
-    series, terms, end = laid_out(stretch).search.series, stretch[3], stretch[2][2]
+    series, terms, end = laid_out(segment).search.series, segment[3], segment[2][2]
     for row in (LEFT, RIGHT, SIGNAL):
         x = 0.3 * end
         value, slope, bend = (each(series, row, terms, x) for each in (value_at, slope_at, bend_at))
@@ -160,11 +160,11 @@ def test_sums_taken_in_one_loop_are_those_taken_alone(stretch):
         assert twist == pytest.approx(expected, rel=1e-13)
 
 
-@given(stretches())
+@given(segments())
 @settings(max_examples=150)
-def test_no_second_derivative_exceeds_its_bounds(stretch):
-    pair, state, span, terms = stretch
-    workspace = laid_out(stretch)
+def test_no_second_derivative_exceeds_its_bounds(segment):
+    pair, state, span, terms = segment
+    workspace = laid_out(segment)
     x = np.linspace(0.0, span[2], 200)
     for row, side in ((LEFT, 0), (RIGHT, 1)):
         oscillator = pair[side]
@@ -183,10 +183,10 @@ def test_no_second_derivative_exceeds_its_bounds(stretch):
 
 @given(UNIT, UNIT, st.floats(1e-6, 1.0), st.floats(0.0, 1e6))
 def test_the_crest_bound_is_the_crest_of_the_steepest_parabola(start, stop, span, bend):
-    """The extreme f with |f''| ≤ bend is the parabola through both ends: its crest is the bound."""
+    """The extreme f with |f''| ≤ bend is the parabola through both ends: its local maximum is the bound."""
     x = np.linspace(0.0, span, 2001)
     parabola = start + (stop - start) * x / span + 0.5 * bend * x * (span - x)
-    bound = crest_bound(start, stop, span, bend)
+    bound = local_maximum_bound(start, stop, span, bend)
     scale = max(abs(start), abs(stop), bend * span * span)
     assert parabola.max() <= bound + 1e-14 * scale
     assert bound <= parabola.max() + bend * (span / 2000.0) ** 2 + 1e-14 * scale
@@ -195,13 +195,13 @@ def test_the_crest_bound_is_the_crest_of_the_steepest_parabola(start, stop, span
 MARGINS = st.sampled_from([0.0, 1e-15, 1e-9, 1e-4, 0.01, 0.1, 0.5, 0.9, 0.999999, 1.0, 1.000001, 2.0])
 
 
-@examples(100, stretches(), MARGINS)
-def test_no_touch_is_missed_and_the_first_is_found(stretch, share):
-    """Gaps from the value at the start to past the crest, most of all just under and over it."""
-    _, _, span, terms = stretch
-    workspace = laid_out(stretch)
+@examples(100, segments(), MARGINS)
+def test_no_touch_is_missed_and_the_first_is_found(segment, share):
+    """Gaps from the value at the start to past the local maximum, most of all just under and over it."""
+    _, _, span, terms = segment
+    workspace = laid_out(segment)
     x = np.linspace(0.0, span[2], 4001)
-    value, rate, slack = relative(stretch, x)
+    value, rate, slack = relative(segment, x)
     level = float(value[0] + share * (value.max() - value[0]))
     level = max(level, float(workspace.search.series[SIGNAL, 0]))
     touch = first_rise(workspace.search, terms, level, span[2])
@@ -211,7 +211,7 @@ def test_no_touch_is_missed_and_the_first_is_found(stretch, share):
         return
     assert 0.0 <= touch <= span[2]
     assert value[x < touch].max(initial=-inf) <= level + slack
-    at, slope, _ = relative(stretch, touch)
+    at, slope, _ = relative(segment, touch)
     assert abs(at - level) <= slack
     assert slope >= -1e-6 * np.abs(rate).max()
 
@@ -224,15 +224,15 @@ def test_two_touches_in_one_interval_the_first_counts():
     pair = oscillators(building(0.005, 0.0), building(3.0, 0.0))
     omega = 2.0 * pi / 0.005
     span, terms = (0.0, 0.0, LONGEST_TURN / omega), terms_for(LONGEST_TURN)
-    # u = cos(ω x − 0.5): crest 1 at ω x = 0.5, back below 0.9 at ω x = 0.951.
-    stretch = pair, (np.cos(0.5), 0.0, omega * np.sin(0.5), 0.0), span, terms
-    touch = first_rise(laid_out(stretch).search, terms, 0.9, span[2])
+    # u = cos(ω x − 0.5): local maximum 1 at ω x = 0.5, back below 0.9 at ω x = 0.951.
+    segment = pair, (np.cos(0.5), 0.0, omega * np.sin(0.5), 0.0), span, terms
+    touch = first_rise(laid_out(segment).search, terms, 0.9, span[2])
     assert omega * touch == pytest.approx(0.5 - np.arccos(0.9), abs=1e-13)
     for level in (1.0 - 1e-6, 1.0 - 1e-12):
-        assert omega * first_rise(laid_out(stretch).search, terms, level, span[2]) == pytest.approx(
+        assert omega * first_rise(laid_out(segment).search, terms, level, span[2]) == pytest.approx(
             0.5 - np.arccos(level), abs=1e-8
         )
-    assert first_rise(laid_out(stretch).search, terms, 1.0 + 1e-14, span[2]) == -1.0
+    assert first_rise(laid_out(segment).search, terms, 1.0 + 1e-14, span[2]) == -1.0
 
 
 def test_bodies_that_part_are_not_touching_again_at_once():
@@ -240,15 +240,15 @@ def test_bodies_that_part_are_not_touching_again_at_once():
     pair = oscillators(building(0.1, 0.0), Building.rigid("rock"))
     omega = 2.0 * pi / 0.1
     span, terms = (0.0, 0.0, 2.4 / omega), terms_for(2.4)
-    stretch = pair, (0.01, 0.0, -0.5, 0.0), span, terms
-    assert first_rise(laid_out(stretch).search, terms, 0.01, span[2]) == -1.0
+    segment = pair, (0.01, 0.0, -0.5, 0.0), span, terms
+    assert first_rise(laid_out(segment).search, terms, 0.01, span[2]) == -1.0
     # A push of a_g < 0 brings it back: the closed form says when.
-    stretch = pair, (0.01, 0.0, -0.5, 0.0), (-300.0, 0.0, 2.4 / omega), terms
-    touch = first_rise(laid_out(stretch).search, terms, 0.01, span[2])
+    segment = pair, (0.01, 0.0, -0.5, 0.0), (-300.0, 0.0, 2.4 / omega), terms
+    touch = first_rise(laid_out(segment).search, terms, 0.01, span[2])
     assert touch > 0.0
-    assert float(relative(stretch, touch)[0]) == pytest.approx(0.01, rel=1e-13)
+    assert float(relative(segment, touch)[0]) == pytest.approx(0.01, rel=1e-13)
     dense = np.linspace(0.0, touch, 1001)[1:-1]
-    assert float(relative(stretch, dense)[0].max()) < 0.01
+    assert float(relative(segment, dense)[0].max()) < 0.01
     rest = pair, (0.0, 0.0, 0.0, 0.0), span, terms
     assert first_rise(laid_out(rest).search, terms, 0.0, span[2]) == -1.0
 
@@ -256,16 +256,16 @@ def test_bodies_that_part_are_not_touching_again_at_once():
 def test_a_motion_that_is_not_finite_ends_the_search():
     pair = oscillators(building(0.1), building(0.2))
     for bad in (np.nan, inf, -inf):
-        stretch = pair, (bad, 0.0, 0.0, 0.0), (0.0, 0.0, 0.01), terms_for(1.0)
-        assert first_rise(laid_out(stretch).search, stretch[3], 0.01, 0.01) <= 0.01
-        highest(laid_out(stretch).search, SIGNAL, stretch[3], 1.0, 0.01, 0.0)
+        segment = pair, (bad, 0.0, 0.0, 0.0), (0.0, 0.0, 0.01), terms_for(1.0)
+        assert first_rise(laid_out(segment).search, segment[3], 0.01, 0.01) <= 0.01
+        highest(laid_out(segment).search, SIGNAL, segment[3], 1.0, 0.01, 0.0)
 
 
-@given(stretches(), st.sampled_from([1.0, -1.0]), st.integers(0, SIGNALS - 1))
+@given(segments(), st.sampled_from([1.0, -1.0]), st.integers(0, SIGNALS - 1))
 @settings(max_examples=200)
-def test_the_highest_value_is_the_highest(stretch, sign, signal):
-    pair, _, span, terms = stretch
-    workspace = laid_out(stretch)
+def test_the_highest_value_is_the_highest(segment, sign, signal):
+    pair, _, span, terms = segment
+    workspace = laid_out(segment)
     row, count = flight.write_signal(signal, pair, UniformInterval(span[0], span[1]), workspace, terms)
     coefficients = workspace.search.series[row, :count].astype(np.longdouble)[::-1]
     x = np.linspace(0.0, span[2], 1001)
@@ -363,7 +363,7 @@ def test_block_extremes_hold_the_motion_between_nodes(pair):
         values = dense[block * per_block : (block + 1) * per_block + 1]
         assert np.all(values.max(axis=0) <= free.high[block] + 1e-9 * scale)
         assert np.all(values.min(axis=0) >= free.low[block] - 1e-9 * scale)
-    # A crest between two of the dense samples is at most this much higher.
+    # A local maximum between two of the dense samples is at most this much higher.
     assert np.all(np.abs(free.high.max(axis=0) - dense.max(axis=0)) <= 1e-4 * scale)
     assert np.all(np.abs(free.low.min(axis=0) - dense.min(axis=0)) <= 1e-4 * scale)
 

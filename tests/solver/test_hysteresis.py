@@ -297,16 +297,16 @@ def test_what_a_free_vibration_begins_with_is_left_or_dissipated(rule: str):
     assert left + back + run.rest[0, 2] == pytest.approx(0.5 * 1e5 * 4.0, rel=1e-11)
 
 
-BARRIER = ((2.0, 1.0), (40.0, 0.02))  # of a storey under P-delta: past its crest it falls
+BARRIER = ((2.0, 1.0), (40.0, 0.02))  # of a storey under P-delta: past its local maximum it falls
 
 
 def critical_speed() -> float:
     """The speed [m/s] that brings the storey to where its shear is the P d / h that pulls it on, by the work."""
     drifts, shears = np.array([0.0, 0.008, 0.016, 0.32]), np.array([0.0, 4e5, 4e5, 8e3])
     pull = 9.80665 * 1e5 / 3.0  # N/m
-    crest = brentq(lambda drift: np.interp(drift, drifts, shears) - pull * drift, 0.016, 0.32)
-    corners = np.append(drifts[:3], crest)
-    work = np.trapezoid(np.interp(corners, drifts, shears), corners) - 0.5 * pull * crest**2
+    local_maximum = brentq(lambda drift: np.interp(drift, drifts, shears) - pull * drift, 0.016, 0.32)
+    corners = np.append(drifts[:3], local_maximum)
+    work = np.trapezoid(np.interp(corners, drifts, shears), corners) - 0.5 * pull * local_maximum**2
     return sqrt(2.0 * work / 1e5)
 
 

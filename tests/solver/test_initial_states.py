@@ -72,7 +72,7 @@ def test_storeys_begin_where_they_are_told():
     for _ in range(20_000):
         seen = np.fmax(seen, np.abs([state[:3], np.diff(state[:3], prepend=0.0), (matrix @ state)[3:]]))
         state = fine @ state
-    # Between samples 0.1 ms apart a mode of 0.05 s passes its crest by (π Δt/T)²/2 = 2e-5 of it.
+    # Between samples 0.1 ms apart a mode of 0.05 s passes its local maximum by (π Δt/T)²/2 = 2e-5 of it.
     np.testing.assert_allclose(found.floors[:, [0, 1, 3]], seen.T, rtol=3e-5)
     assert (found.floors[:, [0, 1, 3]] >= seen.T * (1.0 - 1e-9)).all()
 

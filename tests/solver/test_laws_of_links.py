@@ -233,7 +233,7 @@ def test_a_linear_damper_on_a_brace_is_a_matrix_exponential(beside: float):
     force = -brace * known[:, 4] - beside * (known[:, :2] @ x[:2])
     np.testing.assert_allclose(run_of["link_force"].values[:, 0], force, atol=1e-5)
     peak = run_of["peak_link_damper_force"].item()
-    largest = brace * np.abs(known[:, 4]).max()  # at an instant: (ω h)² / 8 below a crest, ω up to 18 rad/s
+    largest = brace * np.abs(known[:, 4]).max()  # at an instant: (ω h)² / 8 below a local maximum, ω up to 18 rad/s
     assert largest <= peak * (1.0 + 1e-12) and peak == pytest.approx(largest, rel=4e-3)
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from kept_references import reference
-from oracle_springs import Linear, stretches
+from oracle_springs import Linear, segments
 from row_cases import CASES, Case, Shaking, by_solver, meeting, named, single
 from scipy.linalg import block_diag, eigh
 from test_rows_against_scipy import differences
@@ -71,7 +71,7 @@ def by_scipy(ground: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray, flo
     shares = np.array([[0.0, 0.0, 1.0, -1.0]])
     system = Linear(np.append(MASSES, 300e3), block_diag(BENT, omega**2 * 300e3), damping, shares, SPRING, GAP)
     peaks, drifts, force, contacts, closed = np.zeros(3), np.zeros(3), 0.0, 0, False
-    for _, path, forces in stretches(system, ground, dt, PLACES):
+    for _, path, forces in segments(system, ground, dt, PLACES):
         peaks = np.maximum(peaks, np.abs(path[:3]).max(axis=1))
         drifts = np.maximum(drifts, np.abs(np.diff(path[:3], axis=0, prepend=0.0)).max(axis=1))
         force = max(force, float(forces.max()))
@@ -84,7 +84,7 @@ PLACES = 100  # in an interval, at which SciPy's motion is looked at
 
 
 def test_a_bending_frame_is_that_of_scipy():
-    """The fastest motion, in contact, passes 0.6 rad an interval: its crest lies (0.6 / 99)² / 8 = 5e-6 higher."""
+    """The fastest motion, in contact, passes 0.6 rad an interval: its maximum lies (0.6 / 99)² / 8 = 5e-6 higher."""
     ground, dt = STRIKE.shaking.samples()
     peaks, drifts, force, contacts = by_scipy(ground, dt)
     run = by_solver(STRIKE)

@@ -190,7 +190,7 @@ def test_a_double_touch_within_a_sample_is_found():
     """A fast ripple on a slow wave rises above zero twice between two samples."""
     ripple = complex(-0.05, 1.0) * 900.0
     depth = Curve(-1e-3, 0.0, ((1.05e-3 + 0j, ripple),))
-    # At t = 0 it presses already; seen from just after, the next crest is lower than 1e-3.
+    # At t = 0 it presses already; seen from just after, the next local maximum is lower than 1e-3.
     assert first_touch(Curve(-1e-3, 0.0, ((0.9e-3 + 0j, ripple),)), 0.05) is None
     late = Curve(-1e-3, 0.0, ((0.9e-3j, complex(2.0, 900.0)),))
     touch = first_touch(late, 0.1)
@@ -203,9 +203,9 @@ def test_a_double_touch_within_a_sample_is_found():
 
 @pytest.mark.parametrize("height", [1e-6, 1e-9, 1e-12])
 def test_a_grazing_touch_is_found(height: float):
-    """The crest of a wave stands above zero by 1e-12 of a millimetre."""
-    crest = Curve(-1e-3 + height * 1e-3, 0.0, ((1e-3j, 300j),))
-    assert (first_touch(crest, 0.02) is not None) == (height * 1e-3 >= 1e-15)
+    """The local maximum of a wave stands above zero by 1e-12 of a millimetre."""
+    local_maximum = Curve(-1e-3 + height * 1e-3, 0.0, ((1e-3j, 300j),))
+    assert (first_touch(local_maximum, 0.02) is not None) == (height * 1e-3 >= 1e-15)
     assert first_touch(Curve(-1e-3 - height * 1e-3, 0.0, ((1e-3j, 300j),)), 0.02) is None
 
 

@@ -156,7 +156,8 @@ def test_an_independent_run(name: str):
     found = named(run)
     assert run.status == COMPLETE and found["impact_count"].sum() >= 4 and (found["impact_count"] > 0).sum() >= 2
     np.testing.assert_allclose(found["impulse"], known["impulse"], rtol=1e-6, atol=1e-3)
-    # A crest is a parabola: looked for 40 times an interval, its top is missed by some 1e-5 of the force at most.
+    # A local maximum is a parabola: looked for 40 times an interval, its top is missed by some 1e-5 of the force at
+    # most.
     for output in ("peak_closing", "peak_contact_force"):
         np.testing.assert_allclose(found[output], known[output], rtol=2e-5, err_msg=output)
     for column, output in ((0, "displacement"), (1, "drift"), (3, "acceleration")):
@@ -204,7 +205,7 @@ def test_histories_are_those_of_the_masses():
     instants = trace_reader.instants_of(run.log, 400, STEP)
     contacts = trace_reader.contacts_of(run.log, len(meetings), instants)
     moved = trace_reader.motion_at(run.log, run.states, instants)[:, 0]
-    # A crest between two samples is missed by (ω h)² / 8 of it.
+    # A local maximum between two samples is missed by (ω h)² / 8 of it.
     shares = np.abs(moved).max(axis=0) / run.floors[:, 0]
     assert shares.min() > 0.99 and shares.max() <= 1.0 + 1e-12
     for point, peak in enumerate(run.points[:, PEAK_FORCE]):

@@ -87,7 +87,8 @@ def test_an_independent_run(case: str):
         moving = [side for side, building in (("left", left), ("right", right)) if not building.is_rigid]
         twins |= {f"peak_floor_acceleration_{side}": f"a_{side}" for side in moving}
     for output, twin in twins.items():
-        # A crest is a parabola: looked for 40 times a step, its top is missed by some 1e-5 of the force at most.
+        # A local maximum is a parabola: looked for 40 times a step, its top is missed by some 1e-5 of the force at
+        # most.
         assert found[output] == pytest.approx(known[twin], rel=2e-5, abs=1e-12), output
     assert found["impulse"] == pytest.approx(known["impulse"], rel=1e-7)
     pair = oscillators(left, right)

@@ -46,4 +46,4 @@ def _without_reference(typingctx, array):
     return array(array), codegen
 
 
-borrowed = small(lambda array: _without_reference(array))
+uncounted = small(lambda array: _without_reference(array))

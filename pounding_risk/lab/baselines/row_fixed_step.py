@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pounding_risk._jit.compile import borrowed, kernel, small
+from pounding_risk._jit.compile import kernel, small, uncounted
 from pounding_risk.lab.baselines.fixed_step import (
     CLOSING,
     COLUMNS,
@@ -91,18 +91,18 @@ def stepping(row: RowMatrices, method: str, h: float) -> Stepping:
 def by_address(row):
     """The arrays of a row without counted references; the caller holds them."""
     return Stepping(
-        borrowed(row.first),
-        borrowed(row.inverse_mass),
-        borrowed(row.stiffness),
-        borrowed(row.damping),
-        borrowed(row.inverse),
-        borrowed(row.give),
-        borrowed(row.ends),
-        borrowed(row.shares),
-        borrowed(row.striking),
-        borrowed(row.contacts),
-        borrowed(row.forces),
-        borrowed(row.state),
+        uncounted(row.first),
+        uncounted(row.inverse_mass),
+        uncounted(row.stiffness),
+        uncounted(row.damping),
+        uncounted(row.inverse),
+        uncounted(row.give),
+        uncounted(row.ends),
+        uncounted(row.shares),
+        uncounted(row.striking),
+        uncounted(row.contacts),
+        uncounted(row.forces),
+        uncounted(row.state),
     )
 
 

@@ -58,19 +58,19 @@ class PathDependence(Protocol):
     def hardening(self, speed):
         """Factor on the yield force of a contact that begins at this approach speed."""
 
-    def resume(self, memory, worn):
-        """The contact's memory where earlier contacts of the run have left ``worn`` behind; 0 is nothing."""
+    def resume(self, memory, damage):
+        """The contact's memory where earlier contacts of the run have left ``damage`` behind; 0 is nothing."""
 
     def turn(self, memory, delta, strength):
-        """The motion turns back on the plateau: (memory, dent, energy lost); a dent below zero retraces the plateau."""
+        """The motion turns back on the plateau: (memory, indentation, energy lost); one below zero retraces it."""
 
     def crushed(self, memory, delta):
-        """The motion turns back below any plateau: (memory, dent, energy lost), as `turn`."""
+        """The motion turns back below any plateau: (memory, indentation, energy lost), as `turn`."""
 
     def turned(self, memory, delta, approaching):
         """The contact's memory once the motion has turned at δ; ``approaching`` is how it moved before."""
 
-    def worn(self, memory):
+    def damage(self, memory):
         """What a contact leaves behind for those after it."""
 
     def held(self, memory, delta, strength):
@@ -80,17 +80,17 @@ class PathDependence(Protocol):
         """The part of a contact's loss that its hysteresis takes, and no damper [J]."""
 
     def conserves(self):
-        """True where nothing but dents takes energy: what else is missing after a contact is rounding."""
+        """True where nothing but indentations takes energy: what else is missing after a contact is rounding."""
 
 
 # Defaults of `PathDependence`.
 DEFAULTS: dict[str, Callable[..., Any]] = {
     "hardening": lambda self, speed: 1.0,  # none
-    "resume": lambda self, memory, worn: memory,  # earlier contacts do not count
+    "resume": lambda self, memory, damage: memory,  # earlier contacts do not count
     "turn": lambda self, memory, delta, strength: (memory, -1.0, 0.0),  # the plateau is retraced, nothing is lost
     "crushed": lambda self, memory, delta: (memory, -1.0, 0.0),  # what is pressed in springs back
     "turned": lambda self, memory, delta, approaching: memory,
-    "worn": lambda self, memory: 0.0,  # nothing
+    "damage": lambda self, memory: 0.0,  # nothing
     "held": lambda self, memory, delta, strength: self.stored(delta, strength),
     "yielded": lambda self, loss: 0.0,  # all loss is the damper's
     "conserves": lambda self: False,

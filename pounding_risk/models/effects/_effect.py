@@ -21,10 +21,10 @@ PASSED_ON: dict[str, Callable[..., Any]] = {
     "floor": lambda self: self.law.floor(),
     "yields_at": lambda self, force: self.law.yields_at(force),
     "hardening": lambda self, speed: self.law.hardening(speed),
-    "resume": lambda self, memory, worn: self.law.resume(memory, worn),
+    "resume": lambda self, memory, damage: self.law.resume(memory, damage),
     "turn": lambda self, memory, delta, strength: self.law.turn(memory, delta, strength),
     "turned": lambda self, memory, delta, approaching: self.law.turned(memory, delta, approaching),
-    "worn": lambda self, memory: self.law.worn(memory),
+    "damage": lambda self, memory: self.law.damage(memory),
     "held": lambda self, memory, delta, strength: self.law.held(memory, delta, strength),
     "yielded": lambda self, loss: self.law.yielded(loss),
 }

@@ -1,4 +1,4 @@
-"""Dents: yielding widens the gap."""
+"""Permanent indentations: yielding widens the gap."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any, NamedTuple
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects._effect import bare, effect
 
-ORDER = 20  # inside unloading_stiffness, which acts on its dents
+ORDER = 20  # inside unloading_stiffness, which acts on its indentations
 
 
 @effect(reference="plastic penetration with memory; Khatiwada et al. (2011) name gap widening as ignored")
 class PermanentSet(NamedTuple):
-    """Yielding leaves a dent: what is pressed in past the elastic penetration at F_E stays and widens the gap.
+    """Yielding leaves an indentation: what is pressed in past the elastic penetration at F_E stays and widens the gap.
 
     Where the motion turns back on the plateau at δ, δ_p = δ − (F_E/β)^(2/3) is added to the gap, and the law goes on
-    from δ − δ_p. The dent takes F_E δ_p. Without viscosity e = v_y / v0, v_y² = 0.8 F_E^(5/3) β^(−2/3) / m. This is
-    the memory that the published law lacks; Khatiwada et al. (2011) name the widening of the gap as ignored.
+    from δ − δ_p. The indentation takes F_E δ_p. Without viscosity e = v_y / v0, v_y² = 0.8 F_E^(5/3) β^(−2/3) / m. This
+    is the memory that the published law lacks; Khatiwada et al. (2011) name the widening of the gap as ignored.
     """
 
     law: Any

@@ -9,7 +9,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.effects._effect import effect
 from pounding_risk.units import Quantity
 
-ORDER = 10  # the first to wrap a law: it is the yield force after hardening that leaves a dent
+ORDER = 10  # the first to wrap a law: it is the yield force after hardening that leaves an indentation
 LENGTH = Quantity("m", 0.0, inf, "length over which the impact deforms", open_low=True, open_high=True, example="0.6 m")
 STRENGTH = Quantity("Pa", 8e6, 130e6, "mean concrete strength f_cm", example="30 MPa")
 # Strain rates of the codes' formulas [1/s]: where hardening begins in compression, and where it steepens.

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from pounding_risk.models.effects._effect import effect
 from pounding_risk.units import Quantity
 
-ORDER = 30  # around permanent_set, whose dents it changes
+ORDER = 30  # around permanent_set, whose indentations it changes
 RATIO = Quantity("1", 0.0, inf, "ratio of unloading to loading stiffness", open_low=True, open_high=True, example="1.5")
 
 
@@ -33,8 +33,8 @@ class UnloadingStiffness(NamedTuple):
     def begin(self, e, speed, mass):
         return self.law.begin(e, speed, mass), 1.0
 
-    def resume(self, memory, worn):
-        return self.law.resume(memory[0], worn), worn if worn > 0.0 else 1.0
+    def resume(self, memory, damage):
+        return self.law.resume(memory[0], damage), damage if damage > 0.0 else 1.0
 
     def force(self, memory, delta, rate, approaching):
         spring = self.law.force(memory[0], delta, 0.0, False)
@@ -56,5 +56,5 @@ class UnloadingStiffness(NamedTuple):
             return memory[1] * self.law.stored(delta, inf)
         return memory[1] * self.law.stored(yields_at, inf) + strength * (delta - yields_at)
 
-    def worn(self, memory):
+    def damage(self, memory):
         return memory[1] if memory[1] != 1.0 else 0.0

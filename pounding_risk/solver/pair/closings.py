@@ -253,7 +253,7 @@ def bisected(terms, bend, best):
 
 
 @kernel
-def crest_of(terms, best):
+def maximum_of(terms, best):
     """The larger of ``best`` and the largest value of the series on [0, 1]."""
     bend, rest = 2.0 * terms[2], 0.0  # the second derivative is within bend ± rest
     for n in range(3, TERMS):
@@ -288,7 +288,7 @@ def search_slab(nodes, span, pair, sign, h, limits, those):
         if larger(here, there) + reach > best:
             ground = nodes[span[0] + step]
             write_terms(pair, sign, step, (ground, nodes[span[0] + step + 1] - ground), h, those)
-            best = crest_of(those.terms, best)
+            best = maximum_of(those.terms, best)
         here = there
     return best
 

@@ -10,6 +10,7 @@ from pounding_risk.solver.counters import (
     AT_END,
     CONTACT_TIME,
     COUNT,
+    DAMAGE,
     DEMAND,
     ENERGY,
     EXHAUSTED,
@@ -32,7 +33,6 @@ from pounding_risk.solver.counters import (
     WORK_A_SECOND,
     WORK_AT_LEAST,
     WORKED,
-    WORN,
     YIELDS,
 )
 from pounding_risk.solver.pair.equations import (
@@ -88,7 +88,7 @@ def touch_down(impact, beyond_range, touched, speed, workspace):
 def lift_off(impact, energy_at_touch, peaks, yielding, duration, workspace):
     """Close a contact in the counters.
 
-    ``peaks`` = (uncapped force, transmitted force, penetration), ``yielding`` = (dent, energy lost with it).
+    ``peaks`` = (uncapped force, transmitted force, penetration), ``yielding`` = (indentation, energy lost with it).
     """
     state = state_of(workspace.states, BEGIN)
     delta = max(state[0] - state[1] - impact.gap, 0.0)
@@ -100,7 +100,7 @@ def lift_off(impact, energy_at_touch, peaks, yielding, duration, workspace):
     workspace.counters[VISCOUS] += loss - hysteresis
     workspace.counters[PLASTIC] += yielding[1] + hysteresis
     workspace.counters[SET] += yielding[0]
-    workspace.counters[WORN] = damage
+    workspace.counters[DAMAGE] = damage
     workspace.counters[CONTACT_TIME] += duration
     workspace.counters[IMPULSE] += workspace.states[BEGIN, 5]
     workspace.counters[DEMAND] = max(workspace.counters[DEMAND], peaks[0])
@@ -141,14 +141,14 @@ def nodes_ahead(free, node, rtol):
 
 
 @small
-def with_dent(impact, memory, dent):
-    """The contact with a gap that is wider by a dent, and with a new memory of the law."""
+def with_indentation(impact, memory, indentation):
+    """The contact with a gap that is wider by an indentation, and with a new memory of the law."""
     i = impact
     return Impact(
         i.left,
         i.right,
         i.law,
-        i.gap + dent,
+        i.gap + indentation,
         i.strength,
         i.least_force,
         memory,
@@ -189,7 +189,7 @@ def mark_levels(impact, phase, span, peak, workspace, log):
 
 @small
 def stretch_from(free, node, since, rtol):
-    """(nodes, clock at its end) of the stretch of ground motion after a node, ``since`` [s] after the touch."""
+    """(nodes, clock at its end) of the segment of ground motion after a node, ``since`` [s] after the touch."""
     nodes = nodes_ahead(free, node, rtol)
     return nodes, clock_at(since + nodes * free.passage.width(free.step, node))
 
@@ -206,15 +206,15 @@ def begin_at_step_end(workspace):
 
 @small
 def turn_motion(impact, phase, delta):
-    """(contact, dent or a number that is not at least 0, energy lost with it) once the motion has turned at δ.
+    """(contact, indentation or a number that is not at least 0, energy lost with it) once the motion has turned at δ.
 
-    A dent stays: it widens the gap, here and for the contacts after this one.
+    An indentation stays: it widens the gap, here and for the contacts after this one.
     """
     yielding = phase.region == YIELDING
-    memory, dent, energy_lost = law_turns(
+    memory, indentation, energy_lost = law_turns(
         impact.law, impact.memory, delta, impact.strength, phase.approaching, yielding
     )
-    return with_dent(impact, memory, dent if dent >= 0.0 else 0.0), dent, energy_lost
+    return with_indentation(impact, memory, indentation if indentation >= 0.0 else 0.0), indentation, energy_lost
 
 
 @small
@@ -231,21 +231,21 @@ def close_contact(impact, touch, peaks, yielding, duration, workspace, log):
     """Enter a contact that has ended in the counters and in the log.
 
     ``touch`` = (time, approach speed, restitution, energy then), ``peaks`` = (uncapped force, force past yield,
-    penetration), ``yielding`` = (times, dent, energy lost with dents).
+    penetration), ``yielding`` = (times, indentation, energy lost with indentations).
     """
     touched, speed, e, energy = touch
     peak, plateau, depth = peaks
-    yields, dented, lost = yielding
+    yields, indented, lost = yielding
     force = plateau if yields > 0 else min(peak, impact.strength)
     for level in range(log.levels.size):
         log.reached[level] += 1.0 if log.levels[level] <= peak else 0.0
-    lift_off(impact, energy, (peak, force, depth), (dented, lost), duration, workspace)
+    lift_off(impact, energy, (peak, force, depth), (indented, lost), duration, workspace)
     write_contact(log, (touched, touched + duration, speed, e, force, peak, depth, float(yields)), workspace)
 
 
 @small
 def node_before(free, node, nodes, time):
-    """(node, time after it) of a time after the first node of a stretch of so many nodes."""
+    """(node, time after it) of a time after the first node of a segment of so many nodes."""
     width = free.passage.width(free.step, node)
     while nodes > 1 and time >= width:
         node, time, nodes = node + 1, time - width, nodes - 1
@@ -262,9 +262,9 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     """
     node, offset = start
     right = pair[1]
-    ground = free.passage.stretch(free.ground, free.step, node, offset)
+    ground = free.passage.interval(free.ground, free.step, node, offset)
     state = ground.across(right, state, 0.0)
-    impact, speed, e = new_impact(pair, free.fastest, law, limits, state, workspace.counters[WORN])
+    impact, speed, e = new_impact(pair, free.fastest, law, limits, state, workspace.counters[DAMAGE])
     rtol = min(rtol, REBOUND_SHARE * e)
     workspace.states[BEGIN, :] = 0.0
     for part in range(4):
@@ -275,15 +275,17 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     logs_contacts, logs_steps = log.levels.size > 0 or log.contacts.shape[0] > 0, log.steps.shape[0] > 0
     peak = 0.0 if logs_contacts else workspace.counters[DEMAND]
     plateau, depth, yields, stalled, has_readings = 0.0, 0.0, 0, 0, False
-    dented, lost = 0.0, 0.0
-    # The present stretch of ground motion: its first node, after the touch, its nodes, and the clock at its end.
+    indented, lost = 0.0, 0.0
+    # The present segment of ground motion: its first node, after the touch, its nodes, and the clock at its end.
     since = -offset
     nodes, until = stretch_from(free, node, since, rtol)
     s, h = 0.0, sqrt(sqrt(0.3 * impact.depth_scale / impact.speed_scale))
     phase = Phase(True, ELASTIC, ground)
     slopes(impact, phase, s, state, workspace, FIRST_STAGE)
     if logs_steps:
-        write_step(log, touched, transmitted(impact, phase, state), ground.apart(right, state, 0.0), workspace)
+        write_step(
+            log, touched, transmitted(impact, phase, state), ground.from_own_ground(right, state, 0.0), workspace
+        )
     workspace.counters[IMPLICIT], unsettled = 0.0, True
     finish = EXHAUSTED
     while workspace.counters[STEPS] < MAX_STEPS:
@@ -297,7 +299,7 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
                 break
             since = free.passage.moment(free.step, node) - touched
             nodes, until = stretch_from(free, node, since, rtol)
-            ground = free.passage.stretch(free.ground, free.step, node, -since)
+            ground = free.passage.interval(free.ground, free.step, node, -since)
             phase = Phase(phase.approaching, phase.region, ground)
             slopes(impact, phase, s, state, workspace, FIRST_STAGE)
             continue
@@ -324,21 +326,21 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
         if phase.region == YIELDING:
             plateau = max(plateau, transmitted(impact, phase, state))
         if logs_steps:
-            apart = ground.apart(right, state, since_touch)
+            apart = ground.from_own_ground(right, state, since_touch)
             write_step(log, touched + since_touch, transmitted(impact, phase, state), apart, workspace)
         # Events that follow each other without progress are rounding; a few are harmless, many are a defect.
         stalled = stalled + 1 if length <= 1e-12 * s else 0
         if event == PART or stalled > 50:
             finish = FINISHED if event == PART else UNDERFLOW
             break
-        dent = -1.0
+        indentation = -1.0
         if event == TURN:
             delta = state[0] - state[1] - impact.gap
             if phase.approaching:
-                depth = max(depth, delta + dented)
-            impact, dent, energy_lost = turn_motion(impact, phase, delta)
-            if dent >= 0.0:
-                dented, lost = dented + dent, lost + energy_lost
+                depth = max(depth, delta + indented)
+            impact, indentation, energy_lost = turn_motion(impact, phase, delta)
+            if indentation >= 0.0:
+                indented, lost = indented + indentation, lost + energy_lost
         if meets_strength and phase.region == ELASTIC:
             peak, plateau = max(peak, impact.strength), max(plateau, impact.strength)
             yields += 1
@@ -348,13 +350,13 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
             begin_at_step_end(workspace)
         else:
             phase = switched(event, phase)
-            if dent >= 0.0:
+            if indentation >= 0.0:
                 phase = Phase(phase.approaching, ELASTIC, phase.ground)
             slopes(impact, phase, s, state, workspace, FIRST_STAGE)
-    depth = max(depth, state[0] - state[1] - impact.gap + dented)
+    depth = max(depth, state[0] - state[1] - impact.gap + indented)
     duration = s * s * s * s
     close_contact(
-        impact, (touched, speed, e, energy), (peak, plateau, depth), (yields, dented, lost), duration, workspace, log
+        impact, (touched, speed, e, energy), (peak, plateau, depth), (yields, indented, lost), duration, workspace, log
     )
     node, after_node = node_before(free, node, nodes, duration - since)
-    return finish, node, after_node, ground.apart(right, state, duration)
+    return finish, node, after_node, ground.from_own_ground(right, state, duration)

@@ -132,10 +132,10 @@ def energy_of(pair, state):
 
 
 @kernel
-def new_impact(pair, fastest, law, limits, state, worn):
+def new_impact(pair, fastest, law, limits, state, damage):
     """The `Impact` of a contact that begins, its approach speed [m/s] and its coefficient of restitution.
 
-    ``worn`` is the damage that earlier contacts of the run have left in the law.
+    ``damage`` is the damage that earlier contacts of the run have left in the law.
     """
     left, right = pair
     gap, yield_force, restitution = limits
@@ -144,7 +144,7 @@ def new_impact(pair, fastest, law, limits, state, worn):
     e = restitution.at(speed)
     # Errors count against this contact's own scale, but not against less than a thousandth of the motion's.
     scale = max(speed, 1e-3 * fastest, 1e-12)
-    memory, strength, least_force, depth = law_starts(law, e, speed, mass, worn, yield_force, scale)
+    memory, strength, least_force, depth = law_starts(law, e, speed, mass, damage, yield_force, scale)
     # δ is a difference of displacements: what they round by, the contact's stiffness turns into a speed.
     still_speed = (1e-14 + 4.0 * ROUNDING * max(abs(state[0]), abs(state[1])) / depth) * scale
     impact = Impact(left, right, law, gap, strength, least_force, memory, scale, depth, still_speed)

@@ -17,15 +17,15 @@ from pounding_risk.solver.pair.peaks import (
     AT_BETWEEN,
     AT_END,
     FORCE,
-    crest,
-    hides_crest,
+    hides_maximum,
+    local_maximum,
     read_between,
     read_end,
 )
 from pounding_risk.solver.workspace import END, LAST
 
 NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early
-MET, BARELY = 1e-12, 1.0 + 1e-9  # of F_E: rounding, and where a crest is told apart from it
+MET, BARELY = 1e-12, 1.0 + 1e-9  # of F_E: rounding, and where a local maximum is told apart from it
 
 
 @small
@@ -82,16 +82,16 @@ def first_dip(start, start_slope, stop, stop_slope):
 
 @kernel
 def rise_above(impact, phase, span, workspace):
-    """Where on the step the uncapped force, below F_E at both ends, has its crest above it; 2 where it has not.
+    """Where on the step the uncapped force, below F_E at both ends, has its local maximum above it; 2 where it has not.
 
-    The crest is that of `peaks.update_peaks`. One that passes F_E by rounding is left to it: it counts, and needs no
-    landing on a plateau of no length.
+    The local maximum is that of `peaks.update_peaks`. One that passes F_E by rounding is left to it: it counts, and
+    needs no landing on a plateau of no length.
     """
-    ends = hides_crest(FORCE, 1.0, impact.strength, span, workspace)
+    ends = hides_maximum(FORCE, 1.0, impact.strength, span, workspace)
     if not ends[0] > 0.0:
         return 2.0
     write_polynomial(impact, phase, span, workspace)
-    best, fraction = crest(FORCE, 1.0, ends, impact, phase, span, workspace)
+    best, fraction = local_maximum(FORCE, 1.0, ends, impact, phase, span, workspace)
     return fraction if best > BARELY * impact.strength else 2.0
 
 
@@ -237,7 +237,8 @@ def end_on(kind, fraction, impact, phase, span, rtol, workspace):
     if fraction > 1.0:
         return span[1], NONE
     length, is_reached = land(kind, fraction, impact, phase, span, rtol, workspace)
-    # A crest that passes F_E by less than the tolerance may stay below it when the step is made again: still a yield.
+    # A local maximum that passes F_E by less than the tolerance may stay below it when the step is repeated: still a
+    # yield.
     is_reached = is_reached or (kind == YIELD and phase.region == ELASTIC)
     return length, kind if is_reached else NONE
 

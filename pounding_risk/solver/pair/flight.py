@@ -20,7 +20,7 @@ import numpy as np
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.models.ground import DelayedGround, UniformGround
-from pounding_risk.solver.pair.taylor import crest_bound, expand, first_rise, highest, value_and_slope
+from pounding_risk.solver.pair.taylor import expand, first_rise, highest, local_maximum_bound, value_and_slope
 from pounding_risk.solver.workspace import LEFT, RIGHT, SIGNAL, SIGNALS
 
 BLOCK = 16  # nodes passed over at a time
@@ -103,7 +103,7 @@ def shake_bound(oscillator, turn):
 
 @small
 def bend_bounds(pair, state, ground, length):
-    """Bounds on the second derivatives of the watched signals within a stretch of flight."""
+    """Bounds on the second derivatives of the watched signals within a segment of flight."""
     left, right = pair
     turn_left = turn_bound(left, state[0], state[2], ground.load_left(left))
     turn_right = turn_bound(right, state[1], state[3], ground.load_right(right))
@@ -131,9 +131,9 @@ def state_at(pair, workspace, terms, x):
 
 @kernel
 def search_interval(pair, gap, mask, span, terms, workspace):
-    """The first touch within a stretch of flight, and the peaks up to there; ``mask`` as `search_mask` has it.
+    """The first touch within a segment of flight, and the peaks up to there; ``mask`` as `search_mask` has it.
 
-    The series of both buildings stand in the workspace; ``span`` = (ground, length) of the stretch. Returns the time of
+    The series of both buildings stand in the workspace; ``span`` = (ground, length) of the segment. Returns the time of
     the touch after its start, or −1; the largest and smallest signals so far are updated.
     """
     ground, stop = span
@@ -156,18 +156,22 @@ def search_interval(pair, gap, mask, span, terms, workspace):
 
 @small
 def search_mask(pair, gap, state, span, watched, workspace):
-    """What a stretch of flight has to be searched for, from the signals at its ends; 0 for nothing.
+    """What a segment of flight has to be searched for, from the signals at its ends; 0 for nothing.
 
     The last bit stands for a touch, then two for each signal: a new highest, a new lowest. Where there can be no
-    touch the values at the end count at once, and only a crest between the ends is left to be searched for. Signals
-    without their bit in ``watched`` can set no peak here.
+    touch the values at the end count at once, and only a local maximum between the ends is left to be searched for.
+    Signals without their bit in ``watched`` can set no peak here.
     """
     ground, length = span
     bends = bend_bounds(pair, state, ground, length)
     eighth = 0.125 * length * length
     mask = 0
     if max(workspace.start_signals[0], workspace.end_signals[0]) + eighth * bends[0] > gap:
-        mask = 1 if crest_bound(workspace.start_signals[0], workspace.end_signals[0], length, bends[0]) > gap else 0
+        mask = (
+            1
+            if local_maximum_bound(workspace.start_signals[0], workspace.end_signals[0], length, bends[0]) > gap
+            else 0
+        )
     for signal in range(SIGNALS):
         if watched >> signal & 1 == 0:
             continue
@@ -177,9 +181,9 @@ def search_mask(pair, gap, state, span, watched, workspace):
             workspace.low[signal] = min(workspace.low[signal], end)
         # The coarser bound first, max + |f''| h²/8: it settles most intervals without a division.
         top, bottom = max(start, end) + eighth * bend, min(start, end) - eighth * bend
-        if top > workspace.high[signal] and crest_bound(start, end, length, bend) > workspace.high[signal]:
+        if top > workspace.high[signal] and local_maximum_bound(start, end, length, bend) > workspace.high[signal]:
             mask |= 2 << 2 * signal
-        if bottom < workspace.low[signal] and -crest_bound(-start, -end, length, bend) < workspace.low[signal]:
+        if bottom < workspace.low[signal] and -local_maximum_bound(-start, -end, length, bend) < workspace.low[signal]:
             mask |= 4 << 2 * signal
         # Motion that is not finite is searched: what the search makes of it ends the run with its status.
         mask |= 0 if abs(top) < inf else 2 << 2 * signal
@@ -188,7 +192,7 @@ def search_mask(pair, gap, state, span, watched, workspace):
 
 @kernel
 def write_series(pair, state, ground, terms, workspace):
-    """Write the Taylor series of both buildings over a stretch of flight to the workspace."""
+    """Write the Taylor series of both buildings over a segment of flight to the workspace."""
     expand(pair[0], state[0], state[2], ground.load_left(pair[0]), workspace.search, LEFT, terms)
     expand(pair[1], state[1], state[3], ground.load_right(pair[1]), workspace.search, RIGHT, terms)
 
@@ -254,7 +258,7 @@ def fly(pair, free, gap, start, state, workspace):
     last = free.ground.size - 1
     vibration = (0.0, 0.0, 0.0, 0.0)
     if node > 0 or offset > 0.0:
-        ground = passage.stretch(free.ground, free.step, node, offset)
+        ground = passage.interval(free.ground, free.step, node, offset)
         span = (ground, passage.width(free.step, node) - offset)
         write_series(pair, state, ground, terms, workspace)
         next_state = state_at(pair, workspace, terms, span[1])
@@ -288,7 +292,7 @@ def fly(pair, free, gap, start, state, workspace):
         state = with_free(states, node, vibration)
         read_signals(pair, state, passage.widened(node), workspace.end_signals)
         while node < stop:
-            span = (passage.stretch(free.ground, free.step, node, 0.0), passage.width(free.step, node))
+            span = (passage.interval(free.ground, free.step, node, 0.0), passage.width(free.step, node))
             vibration = advance_vibration(passage.node_maps(free.node_map, node), vibration)
             next_state = with_free(states, node + 1, vibration)
             for signal in range(SIGNALS):

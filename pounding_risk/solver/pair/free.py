@@ -92,7 +92,7 @@ def fill_free_response(pair, free, workspace):
         state = (states[first, 0], states[first, 1], states[first, 2], states[first, 3])
         read_signals(pair, state, passage.widened(first), workspace.end_signals)
         for node in range(first, stop):
-            ground = passage.stretch(free.ground, step, node, 0.0)
+            ground = passage.interval(free.ground, step, node, 0.0)
             interval_maps = odd_maps if node % 2 else even_maps
             left = advance_under_ramp(interval_maps[0], state[0], state[2], ground.load_left(pair[0]))
             right = advance_under_ramp(interval_maps[1], state[1], state[3], ground.load_right(pair[1]))
@@ -124,7 +124,7 @@ def measure_block(pair, free, nodes, workspace):
     states, passage = free.states, free.passage
     read_signals(pair, with_free(states, nodes[0], no_vibration), passage.widened(nodes[0]), workspace.end_signals)
     for node in range(nodes[0], nodes[1]):
-        span = (passage.stretch(free.ground, free.step, node, 0.0), passage.width(free.step, node))
+        span = (passage.interval(free.ground, free.step, node, 0.0), passage.width(free.step, node))
         state = with_free(states, node, no_vibration)
         for signal in range(SIGNALS):
             workspace.start_signals[signal] = workspace.end_signals[signal]

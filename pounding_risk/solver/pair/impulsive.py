@@ -81,7 +81,7 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     node, offset = start
     joint = make_joint(pair, limits.gap)
     mass, series = joint.oscillator.mass, workspace.search.series
-    ground = free.passage.stretch(free.ground, free.step, node, offset)
+    ground = free.passage.interval(free.ground, free.step, node, offset)
     place_right = state[1]
     state = ground.across(joint.right, state, 0.0)
     spread = state[1] - place_right  # of the grounds
@@ -92,7 +92,7 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     write_state(workspace, state)
     energy = touch_down(joint, limits.restitution.beyond(speed), touched, speed, workspace)
     workspace.high[0] = max(workspace.high[0], limits.gap)
-    write_step(log, touched, 0.0, ground.apart(joint.right, state, 0.0), workspace)
+    write_step(log, touched, 0.0, ground.from_own_ground(joint.right, state, 0.0), workspace)
     x, rate = joined_motion(joint, state)
     expand(joint.oscillator, x, rate, load_whole(joint, ground), workspace.search, LEFT, free.terms)
     pressed = presses(series, write_tension(joint, ground, free.terms, workspace))
@@ -116,7 +116,7 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
     workspace.counters[VISCOUS] += workspace.states[BEGIN, 4]
     taken_along = ground.taken_along(joint.right, workspace.states[BEGIN, 5], state[3])
     workspace.counters[RESIDUAL] += energy_of(pair, state) - energy + workspace.states[BEGIN, 4] + taken_along
-    state = ground.apart(joint.right, state, 0.0)
+    state = ground.from_own_ground(joint.right, state, 0.0)
     write_step(log, touched, force if isnan(push) else max(push, force), state, workspace)
     record_push(push, touched, workspace, log)
     finish, largest = FINISHED, 0.0

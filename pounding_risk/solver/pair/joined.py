@@ -109,7 +109,7 @@ def presses(series, count):
 
 @kernel
 def raise_peaks(joint, ground, terms, stop, workspace):
-    """Peaks of displacement and of absolute acceleration over a joined stretch, x in row LEFT."""
+    """Peaks of displacement and of absolute acceleration over a joined segment, x in row LEFT."""
     left, right, oscillator = joint.left, joint.right, joint.oscillator
     series = workspace.search.series
     x = series[LEFT, 0]
@@ -165,7 +165,7 @@ def write_state(workspace, state):
 
 @kernel
 def time_levels(mass, largest, count, span, workspace, log):
-    """Time the levels that F reaches first on a joined stretch, ``span`` = (its start, its length); −F/m in SIGNAL."""
+    """Time the levels that F reaches first on a joined segment, ``span`` = (its start, its length); −F/m in SIGNAL."""
     series = workspace.search.series
     while log.used[2] < log.levels.size and log.levels[log.used[2]] <= mass * largest:
         level = log.levels[log.used[2]] / mass
@@ -176,7 +176,7 @@ def time_levels(mass, largest, count, span, workspace, log):
             root = first_rise(workspace.search, count, level, span[1])
             for n in range(count):
                 series[SIGNAL, n] = -series[SIGNAL, n]
-            # A crest that reaches it by rounding has no root.
+            # A local maximum that reaches it by rounding has no root.
             time = root if root >= 0.0 else span[1]
         log.first[log.used[2]] = span[0] + time
         log.used[2] += 1
@@ -192,7 +192,7 @@ def move_joined(joint, free, start, x, rate, workspace, log):
     mass, terms, series = joint.oscillator.mass, free.terms, workspace.search.series
     largest = 0.0
     while True:
-        ground = free.passage.stretch(free.ground, free.step, node, offset)
+        ground = free.passage.interval(free.ground, free.step, node, offset)
         span = free.passage.width(free.step, node) - offset
         expand(joint.oscillator, x, rate, load_whole(joint, ground), workspace.search, LEFT, terms)
         count = write_tension(joint, ground, terms, workspace)
@@ -213,7 +213,7 @@ def move_joined(joint, free, start, x, rate, workspace, log):
         offset += stop
         state = state_of_both(joint, x, rate)
         write_state(workspace, state)
-        state = ground.apart(joint.right, state, stop)
+        state = ground.from_own_ground(joint.right, state, stop)
         write_step(log, free.passage.moment(free.step, node) + offset, force, state, workspace)
         if root >= 0.0:
             return FINISHED, node, offset, state, mass * largest

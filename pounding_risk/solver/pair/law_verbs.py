@@ -24,24 +24,26 @@ def depth_of(law, energy, guess):
 
 
 @small
-def starts_itself(law, e, speed, mass, worn, limit, scale):
+def starts_itself(law, e, speed, mass, damage, limit, scale):
     """(memory, force at which the law yields, smallest force, scale of penetration) of a contact that begins.
 
-    ``worn`` is the damage that earlier contacts have left, ``limit`` the yield force, ``scale`` that of the velocity.
+    ``damage`` is the damage that earlier contacts have left, ``limit`` the yield force, ``scale`` that of the velocity.
     """
-    memory = law.resume(law.begin(e, speed, mass), worn)
+    memory = law.resume(law.begin(e, speed, mass), damage)
     strength = law.ceiling(limit) * law.hardening(speed)
     return memory, strength, law.floor(), depth_of(law, 0.5 * mass * scale * scale, 1e-2 * scale)
 
 
 @small
 def turns_itself(law, memory, delta, strength, approaching, yielding):
-    """(memory, dent, energy lost) once the motion has turned at δ; a dent below zero leaves the gap as it is."""
+    """(memory, indentation, energy lost) once the motion has turned at δ; one below zero leaves the gap as it is."""
     memory = law.turned(memory, delta, approaching)
     if approaching:
-        changed, dent, energy_lost = law.turn(memory, delta, strength) if yielding else law.crushed(memory, delta)
-        if dent >= 0.0:
-            return changed, dent, energy_lost
+        changed, indentation, energy_lost = (
+            law.turn(memory, delta, strength) if yielding else law.crushed(memory, delta)
+        )
+        if indentation >= 0.0:
+            return changed, indentation, energy_lost
     return memory, -1.0, 0.0
 
 
@@ -49,16 +51,16 @@ def turns_itself(law, memory, delta, strength, approaching, yielding):
 def ends_itself(law, memory, delta, strength, work, lost):
     """(loss, the part of it that hysteresis takes, damage left behind) of a contact that parts.
 
-    ``work`` is that of its force, ``lost`` what dents have taken of it.
+    ``work`` is that of its force, ``lost`` what indentations have taken of it.
     """
     loss = 0.0 if law.conserves() else work - law.held(memory, delta, strength) - lost
-    return loss, law.yielded(loss), law.worn(memory)
+    return loss, law.yielded(loss), law.damage(memory)
 
 
 @small
-def starts_called(law, e, speed, mass, worn, limit, scale):
+def starts_called(law, e, speed, mass, damage, limit, scale):
     """As `starts_itself`, of a law called by address; the memory is with its numbers, and given back as 0."""
-    return law.begin_contact(e, speed, mass, worn, limit, scale)
+    return law.begin_contact(e, speed, mass, damage, limit, scale)
 
 
 @small

@@ -73,10 +73,10 @@ def turn(law, blank, numbers, slots):
     """`turns_itself`: the motion of a contact turns.
 
     ``slots`` hold δ [m], the force at which the law yields [N], whether the bodies approach and whether the law yields
-    (1 or 0); then the dent [m], below zero for none, and the energy lost with it [J]. The memory is written behind the
-    law's numbers. Returns 0.
+    (1 or 0); then the indentation [m], below zero for none, and the energy lost with it [J]. The memory is written
+    behind the law's numbers. Returns 0.
     """
-    memory, dent, energy_lost = turns_itself(
+    memory, indentation, energy_lost = turns_itself(
         model_at(law, numbers, 0),
         model_at(blank, numbers, leaves_of(law)),
         slots[0],
@@ -85,7 +85,7 @@ def turn(law, blank, numbers, slots):
         slots[3] > 0.0,
     )
     lay_at(memory, numbers, leaves_of(law))
-    slots[0], slots[1] = dent, energy_lost
+    slots[0], slots[1] = indentation, energy_lost
     return 0.0
 
 
@@ -93,8 +93,8 @@ def turn(law, blank, numbers, slots):
 def part(law, blank, numbers, slots):
     """`ends_itself`: a contact ends.
 
-    ``slots`` hold δ [m], the force at which the law yields [N], the work of the force and what dents have taken of it
-    [J]; then the loss [J], the part of it that hysteresis takes [J] and the damage left behind. Returns 0.
+    ``slots`` hold δ [m], the force at which the law yields [N], the work of the force and what indentations have taken
+    of it [J]; then the loss [J], the part of it that hysteresis takes [J] and the damage left behind. Returns 0.
     """
     memory = model_at(blank, numbers, leaves_of(law))
     slots[0], slots[1], slots[2] = ends_itself(
@@ -172,7 +172,7 @@ class CalledVerbs(Protocol):
     In compiled code no named tuple may have a field of such a name: the method would be found in its place.
     """
 
-    def begin_contact(self, e, speed, mass, worn, limit, scale):
+    def begin_contact(self, e, speed, mass, damage, limit, scale):
         """As `law_verbs.starts_itself`, with 0 in place of the memory."""
 
     def turn_contact(self, memory, delta, strength, approaching, yielding):
@@ -203,8 +203,8 @@ class CalledLaw(NamedTuple):
     def ceiling(self, yield_force):
         return yield_force if self.capped > 0.0 else inf
 
-    def begin_contact(self, e, speed, mass, worn, limit, scale):
-        write_slots(self.slots, (e, speed, mass, worn, limit, scale))
+    def begin_contact(self, e, speed, mass, damage, limit, scale):
+        write_slots(self.slots, (e, speed, mass, damage, limit, scale))
         call_slots(self.begin_verb, self.numbers, self.slots)
         return 0.0, read_slot(self.slots, 0), read_slot(self.slots, 1), read_slot(self.slots, 2)
 

@@ -104,7 +104,7 @@ RUN: dict[str, Output] = {
         "energy that yielding takes; none in laws whose plateau is retraced",
         _column(counters.PLASTIC),
     ),
-    "permanent_set": Output("m", "widening of the gap by dents at the end of the run", _column(counters.SET)),
+    "permanent_set": Output("m", "widening of the gap by indentations at the end of the run", _column(counters.SET)),
     "energy_residual": Output(
         "1",
         "energy that all contacts together leave unaccounted for, over the largest mechanical energy at a touch",

@@ -21,7 +21,7 @@ def read_contact(impact, phase, state, force, time, workspace, row):
     readings = workspace.readings
     left, right = impact.left, impact.right
     readings[row, FORCE] = force if phase.region == ELASTIC else uncapped(impact, phase, state)
-    u, w, v, z = phase.ground.apart(right, state, time)
+    u, w, v, z = phase.ground.from_own_ground(right, state, time)
     readings[row, DISPLACEMENT_LEFT] = u
     readings[row, DISPLACEMENT_RIGHT] = w
     readings[row, ACCELERATION_LEFT] = (-left.two_zeta_omega * v - left.omega2 * u) - left.inverse_mass * force
@@ -50,7 +50,7 @@ def read_end(impact, phase, position, workspace, rows):
     force_slope = rise[row, FORCE]
     if phase.region != ELASTIC:
         force_slope = (transmitted(impact, phase, nudged_state) - force) / nudge
-    u, w, v, z = phase.ground.apart_slopes(right, state_of(workspace.slopes, slope_row), cube * s, 4.0 * cube)
+    u, w, v, z = phase.ground.slopes_from_own_ground(right, state_of(workspace.slopes, slope_row), cube * s, 4.0 * cube)
     rise[row, DISPLACEMENT_LEFT] = u
     rise[row, DISPLACEMENT_RIGHT] = w
     rise[row, ACCELERATION_LEFT] = (-left.two_zeta_omega * v - left.omega2 * u) - left.inverse_mass * force_slope
@@ -75,11 +75,11 @@ def read_between(impact, phase, span, x, workspace):
 
 
 @kernel
-def crest(reading, sign, ends, impact, phase, span, workspace):
+def local_maximum(reading, sign, ends, impact, phase, span, workspace):
     """The largest sign × reading inside the step, where its slope turns, and its place; on the step's polynomial.
 
-    ``ends`` are the slopes at both ends, positive and negative. Regula falsi with halving (Illinois), from the crest
-    of the cubic through both ends.
+    ``ends`` are the slopes at both ends, positive and negative. Regula falsi with halving (Illinois), from the local
+    maximum of the cubic through both ends.
     """
     low, high = 0.0, 1.0
     low_slope, high_slope = ends
@@ -88,7 +88,7 @@ def crest(reading, sign, ends, impact, phase, span, workspace):
     x = low_slope / (low_slope - high_slope)
     if span[0] > 0.0:
         rise = sign * (workspace.readings[END, reading] - workspace.readings[BEGIN, reading]) / span[1]
-        x = cubic_crest(rise, low_slope, high_slope)
+        x = cubic_maximum(rise, low_slope, high_slope)
     for _ in range(60):
         read_between(impact, phase, span, x, workspace)
         if sign * workspace.readings[BETWEEN, reading] > best:
@@ -105,7 +105,7 @@ def crest(reading, sign, ends, impact, phase, span, workspace):
         new = low + (high - low) * low_slope / (low_slope - high_slope)
         if not low < new < high:
             new = 0.5 * (low + high)
-        # The reading is flat at its crest: a place good to 1e-5 of the step gives it to 1e-10.
+        # The reading is flat at its local maximum: a place good to 1e-5 of the step gives it to 1e-10.
         if abs(new - x) <= 1e-5 or high - low <= 1e-5:
             break
         x = new
@@ -113,7 +113,7 @@ def crest(reading, sign, ends, impact, phase, span, workspace):
 
 
 @small
-def cubic_crest(rise, start_slope, stop_slope):
+def cubic_maximum(rise, start_slope, stop_slope):
     """Where on (0, 1) the cubic with this mean slope and these end slopes, positive and negative, is highest."""
     bend = 2.0 * (3.0 * rise - 2.0 * start_slope - stop_slope)
     twist = 3.0 * (start_slope + stop_slope - 2.0 * rise)
@@ -123,8 +123,8 @@ def cubic_crest(rise, start_slope, stop_slope):
 
 
 @small
-def hides_crest(reading, sign, best, span, workspace):
-    """Slopes of sign × reading at both ends where a crest above ``best`` may lie between them, else (0, 0)."""
+def hides_maximum(reading, sign, best, span, workspace):
+    """Slopes of sign × reading at both ends where a local maximum above ``best`` may lie between them, else (0, 0)."""
     s, h = span
     end_slope = sign * workspace.reading_slopes[END, reading]
     if end_slope >= 0.0:
@@ -154,8 +154,8 @@ def peak_so_far(reading, sign, peak, workspace):
 def update_peaks(impact, phase, span, peak, workspace):
     """Peaks over an accepted step into the workspace; returns this contact's peak uncapped force so far.
 
-    The readings at its ends are those in the workspace. Error control keeps a step from hiding a crest twice as high as
-    both its ends: what stays below half of the peak so far is not searched.
+    The readings at its ends are those in the workspace. Error control keeps a step from hiding a local maximum twice as
+    high as both its ends: what stays below half of the peak so far is not searched.
     """
     has_polynomial = False
     readings = workspace.readings
@@ -170,12 +170,12 @@ def update_peaks(impact, phase, span, peak, workspace):
             if not 2.0 * max(start, end) > best:
                 continue
             best = max(best, end)
-            ends = hides_crest(reading, sign, best, span, workspace)
+            ends = hides_maximum(reading, sign, best, span, workspace)
             if ends[0] > 0.0:
                 if not has_polynomial:
                     write_polynomial(impact, phase, span, workspace)
                     has_polynomial = True
-                best = max(best, crest(reading, sign, ends, impact, phase, span, workspace)[0])
+                best = max(best, local_maximum(reading, sign, ends, impact, phase, span, workspace)[0])
             if reading > FORCE and side == 0:
                 workspace.high[reading] = best
             elif reading > FORCE:

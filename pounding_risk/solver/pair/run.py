@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf, nan
 
-from pounding_risk._jit.compile import borrowed, by_verb, kernel, small
+from pounding_risk._jit.compile import by_verb, kernel, small, uncounted
 from pounding_risk.solver.counters import (
     AT_END,
     COMPLETE,
@@ -39,16 +39,16 @@ begin_contact = by_verb("strike", 2, impulsive_contact, integrate_contact)
 def borrow_free(free):
     """The same free response, its arrays' references not counted: for a kernel whose caller holds them."""
     return Free(
-        borrowed(free.ground),
+        uncounted(free.ground),
         free.step,
         free.terms,
-        borrowed(free.states),
-        borrowed(free.high),
-        borrowed(free.low),
+        uncounted(free.states),
+        uncounted(free.high),
+        uncounted(free.low),
         free.node_map,
         free.block_map,
         free.fastest,
-        free.passage.lent(),
+        free.passage.uncounted(),
     )
 
 
@@ -56,12 +56,12 @@ def borrow_free(free):
 def borrow_log(log):
     """The same log, its arrays' references not counted: for a kernel whose caller holds them."""
     return Log(
-        borrowed(log.contacts),
-        borrowed(log.steps),
-        borrowed(log.levels),
-        borrowed(log.first),
-        borrowed(log.reached),
-        borrowed(log.used),
+        uncounted(log.contacts),
+        uncounted(log.steps),
+        uncounted(log.levels),
+        uncounted(log.first),
+        uncounted(log.reached),
+        uncounted(log.used),
     )
 
 
@@ -81,7 +81,7 @@ def march(pair, free, law, limits, rtol, workspace, log):
     state = (0.0, 0.0, 0.0, 0.0)
     node, offset = 0, 0.0
     while True:
-        # The gap is as wide as the dents of the contacts before have left it.
+        # The gap is as wide as the indentations of the contacts before have left it.
         gap = limits.gap + workspace.counters[SET]
         node, offset, state = fly(pair, free, gap, (node, offset), state, workspace)
         if node < 0:

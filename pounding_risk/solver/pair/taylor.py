@@ -1,4 +1,4 @@
-"""The Taylor series of a stretch of flight: values, bounds, and the search for rises and peaks.
+"""The Taylor series of a segment of flight: values, bounds, and the search for rises and peaks.
 
 Over one node interval a_g is linear and a building's motion is its own Taylor series, summed to rounding. Rises
 and peaks are found by bisection under a bound on the second derivative, so that none is missed, whatever lies
@@ -116,7 +116,7 @@ def bend_and_twist_within(series, row, terms, x, end):
 
 
 @small
-def crest_bound(start, stop, span, bend):
+def local_maximum_bound(start, stop, span, bend):
     """The largest value that a function with |f''| ≤ bend and these end values can take on the span."""
     rise = (stop - start) / span
     half = 0.5 * bend * span
@@ -175,7 +175,7 @@ def first_rise(search, terms, level, stop):
         at_end = value - level
         span = end - start
         # Put so that NaN, which is never above anything, ends the search: the run's status tells of it.
-        quiet = not crest_bound(at_start, at_end, span, bend) > 0.0
+        quiet = not local_maximum_bound(at_start, at_end, span, bend) > 0.0
         if not quiet and at_end > 0.0 and slope + end_slope > bend * span:
             return root_between(search, terms, level, start, end)
         if not quiet and span <= finest and at_end > 0.0:
@@ -191,7 +191,7 @@ def first_rise(search, terms, level, stop):
 
 @kernel
 def summit(search, row, terms, sign, start, end):
-    """The largest sign × series on a stretch that is concave throughout: Newton's rule for its slope."""
+    """The largest sign × series on a segment that is concave throughout: Newton's rule for its slope."""
     if sign * slope_at(search.series, row, terms, start) <= 0.0:
         return sign * value_at(search.series, row, terms, start)
     if sign * slope_at(search.series, row, terms, end) >= 0.0:
@@ -231,14 +231,14 @@ def highest(search, row, terms, sign, stop, best):
         at_end = sign * value
         best = max(best, at_end)
         span = end - start
-        crest = crest_bound(at_start, at_end, span, bound)
-        is_searched = not crest > best + 1e-15 * abs(best) or span <= finest
+        local_maximum = local_maximum_bound(at_start, at_end, span, bound)
+        is_searched = not local_maximum > best + 1e-15 * abs(best) or span <= finest
         if not is_searched:
             bend, twist = bend_and_twist_within(search.series, row, terms, 0.5 * (start + end), end)
             bend, spread = sign * bend, 0.5 * span * twist
             if bend + spread < 0.0:
                 best = max(best, summit(search, row, terms, sign, start, end))
-            # A stretch that is convex throughout is highest at an end.
+            # A segment that is convex throughout is highest at an end.
             is_searched = abs(bend) > spread
         if is_searched:
             start, at_start = end, at_end

@@ -9,7 +9,7 @@ In the order in which a run passes through the modules:
 - without any contact: `free_motion` with `free_buildings` and `free_distances`, from the state of `initial_state`
 - a run: `run`, `blocks` (what need not be looked at), `interval`, `saved_state`, `group` (neighbours that touch)
 - in contact: `contact`, `laws`, `equations`, the steps of `explicit` and `implicit`, `event_functions` and `events`,
-  `crests` and `peaks`
+  `local_maxima` and `peaks`
 - a log of a run: `trace`, read by `trace_reader`
 - velocities that jump: `impulsive`, with `complementarity`
 - many runs: `model`, `partition`, `cases`, `grid`, `outputs`

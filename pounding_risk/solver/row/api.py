@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pounding_risk._jit.by_address import by_address
 from pounding_risk._jit.calls import numbers_of
 from pounding_risk._jit.compile import lowered
-from pounding_risk._jit.lent import lent
 from pounding_risk._jit.records import column, set_column
 from pounding_risk.models.ground import arriving
 from pounding_risk.models.restitution import Restitution
@@ -61,7 +61,7 @@ from pounding_risk.solver.row.workspace import NODE as AT_END
 POINT_COLUMNS = TALLIED + 2
 GREW_STATUS = WATCHED
 HIGHEST, LOWEST = TALLIED, TALLIED + 1  # u_left − u_right at a point
-LINES = 4096  # of a log to begin with; a run that needs more is made again with the room it asked for
+LINES = 4096  # of a log to begin with; a run that needs more is repeated with the room it asked for
 
 
 class Contacts(NamedTuple):
@@ -128,7 +128,7 @@ def _respond(layout: RowLayout, acceleration: np.ndarray, *, states: bool) -> Fr
     row, run, motion, work, at_nodes = unmoved(layout, acceleration)
     if states:
         at_nodes = _empty_states(motion.ground.node_count(), row)
-    march_free(lent(row), lent(run), lent(motion), lent(work), at_nodes)
+    march_free(by_address(row), by_address(run), by_address(motion), by_address(work), at_nodes)
     motion.fastest[:] = column(run.contacts, "fastest")
     return FreeResponse(_results_of(layout, run, at_nodes), motion)
 
@@ -228,7 +228,7 @@ def _run(
             set_column(run.contacts, name, values)
         states = _empty_states(motion.ground.node_count() if histories else 0, row)
         states[:1] = motion.states[0, :, motion.first_dof : motion.first_dof + row.floors.shape[1]]
-        march(lent(row), lent(run), lent(motion), float(rtol), states)
+        march(by_address(row), by_address(run), by_address(motion), float(rtol), states)
         written = int(run.workspace.lines_written)
         if written <= lines or not histories:
             return _results_of(layout, run, states)

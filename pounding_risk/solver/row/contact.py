@@ -68,10 +68,12 @@ def touch_down(row, run, k, time, slowest):
     contact.still_speed = (1e-14 + 4.0 * ROUNDING * size / depth) * scale
     contact.approaching, contact.region = 1.0, float(ELASTIC)
     contact.touch_time, contact.approach_speed, contact.restitution = time, speed, e
-    # Crests below the largest force so far are of no account, unless each contact's own are asked for.
+    # Local maxima below the largest force so far are of no account, unless each contact's own are asked for.
     needs_own_peak = run.timed.shape[2] > 0 or run.workspace.line_room > 0.0
     contact.peak_force = 0.0 if needs_own_peak else contact.counters[DEMAND]
-    contact.plateau_force = contact.peak_penetration = contact.yields = contact.dent = contact.plastic_energy = 0.0
+    contact.plateau_force = contact.peak_penetration = contact.yields = contact.indentation = contact.plastic_energy = (
+        0.0
+    )
     contact.next_step = 0.3 * depth / scale
     if contact.counters[COUNT] == 0.0:
         contact.counters[FIRST_TOUCH] = time
@@ -92,12 +94,12 @@ def turn_motion(row, run, k, delta):
     contact = run.contacts[k]
     approaching = contact.approaching > 0.0
     if approaching:
-        contact.peak_penetration = max(contact.peak_penetration, delta + contact.dent)
-    dent, energy_lost = law_turn(run, k, delta, contact.strength, contact.approaching, contact.region)
-    if dent >= 0.0:
+        contact.peak_penetration = max(contact.peak_penetration, delta + contact.indentation)
+    indentation, energy_lost = law_turn(run, k, delta, contact.strength, contact.approaching, contact.region)
+    if indentation >= 0.0:
         # What stays widens the gap, here and for the contacts after this one.
-        contact.gap += dent
-        contact.dent += dent
+        contact.gap += indentation
+        contact.indentation += indentation
         contact.plastic_energy += energy_lost
         contact.region = float(ELASTIC)
     contact.approaching = 0.0 if approaching else 1.0
@@ -123,18 +125,18 @@ def lift_off(row, run, k, time, line, work):
     """Contact ``k`` ends at ``time``, its state in rows ``line``; ``work`` is what its force has taken in all [J]."""
     contact = run.contacts[k]
     delta = max(across(row, k, run.dofs, line) - contact.gap, 0.0)
-    contact.peak_penetration = max(contact.peak_penetration, delta + contact.dent)
+    contact.peak_penetration = max(contact.peak_penetration, delta + contact.indentation)
     loss, hysteresis, damage = law_part(run, k, delta, contact.strength, work - contact.plastic_energy)
     contact.counters[VISCOUS] += loss - hysteresis
     contact.counters[PLASTIC] += contact.plastic_energy + hysteresis
-    contact.counters[SET] += contact.dent
-    contact.worn = damage
+    contact.counters[SET] += contact.indentation
+    contact.damage = damage
     contact.counters[CONTACT_TIME] += time - contact.touch_time
     force = contact.plateau_force if contact.yields > 0.0 else min(contact.peak_force, contact.strength)
     contact.counters[DEMAND] = max(contact.counters[DEMAND], contact.peak_force)
     contact.counters[PEAK_FORCE] = max(contact.counters[PEAK_FORCE], force)
     contact.counters[PENETRATION] = max(contact.counters[PENETRATION], contact.peak_penetration)
-    contact.highest = max(contact.highest, contact.gap - contact.dent + contact.peak_penetration)
+    contact.highest = max(contact.highest, contact.gap - contact.indentation + contact.peak_penetration)
     for level in range(run.timed.shape[2]):
         run.timed[2, k, level] += 1.0 if run.timed[0, k, level] <= contact.peak_force else 0.0
     contact.closed = 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.solver.pair.taylor import SIGNAL, crest_bound, first_rise, highest
+from pounding_risk.solver.pair.taylor import SIGNAL, first_rise, highest, local_maximum_bound
 from pounding_risk.solver.row.workspace import (
     FIRST,
     INVERSE,
@@ -114,18 +114,18 @@ def second_derivative_bound(row, k):
 
 @kernel
 def may_have_new_extreme(run, k, start, end, span, bend):
-    """True where a new extreme of a distance may lie inside a stretch of flight; those at its end are entered.
+    """True where a new extreme of a distance may lie inside a segment of flight; those at its end are entered.
 
-    The bounds of the distance are widened by those of the stretch.
+    The bounds of the distance are widened by those of the segment.
     """
     eighth = 0.125 * span * span * bend
     contact = run.contacts[k]
     contact.highest = max(contact.highest, end)
     contact.lowest = min(contact.lowest, end)
     top, bottom = max(start, end) + eighth, min(start, end) - eighth
-    # The coarser bounds first: they settle most stretches without a division.
+    # The coarser bounds first: they settle most segments without a division.
     if top > contact.highest or bottom < contact.lowest:
-        top, bottom = crest_bound(start, end, span, bend), -crest_bound(-start, -end, span, bend)
+        top, bottom = local_maximum_bound(start, end, span, bend), -local_maximum_bound(-start, -end, span, bend)
     contact.upper_bound, contact.lower_bound = max(contact.upper_bound, top), min(contact.lower_bound, bottom)
     # What is not finite is searched, and ends the run with its status.
     return top > contact.highest or bottom < contact.lowest or not abs(top) < inf

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel
-from pounding_risk.solver.pair.taylor import crest_bound
+from pounding_risk.solver.pair.taylor import local_maximum_bound
 from pounding_risk.solver.row.building import accelerate, write_series
 from pounding_risk.solver.row.contact_points import (
     across,
@@ -109,7 +109,7 @@ def touch_within(row, run, interface, window, terms):
         top = max(start, end) + 0.125 * step * step * bend
         if not top > run.contacts[k].gap or compliance(row, k) == 0.0:
             continue
-        if crest_bound(start, end, step, bend) > run.contacts[k].gap:
+        if local_maximum_bound(start, end, step, bend) > run.contacts[k].gap:
             if not has_series:
                 write_series(row, run, interface, NODE, ground, terms)
                 write_series(row, run, interface + 1, NODE, ground, terms)

@@ -71,7 +71,7 @@ def fly_group(row, run, span, watch, stop, ground, terms):
 
 @kernel
 def fly(row, run, span, watch, window, terms):
-    """Buildings whose storeys yield, or may, over one node interval without contact: stretch by stretch.
+    """Buildings whose storeys yield, or may, over one node interval without contact: segment by segment.
 
     A storey that switches back and forth without end sets the run's status.
     """

@@ -14,7 +14,7 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.solver.pair.taylor import crest_bound, highest
+from pounding_risk.solver.pair.taylor import highest, local_maximum_bound
 from pounding_risk.solver.row.building import (
     coupling_product,
     ground_load,
@@ -181,7 +181,7 @@ def raise_signal(row, run, signal, i, under, stop, terms):
 @small
 def size_bound(start, stop, span, bend):
     """The largest size of a function with |f''| ≤ ``bend`` and these values at the ends of the span."""
-    return max(crest_bound(start, stop, span, bend), crest_bound(-start, -stop, span, bend))
+    return max(local_maximum_bound(start, stop, span, bend), local_maximum_bound(-start, -stop, span, bend))
 
 
 @kernel

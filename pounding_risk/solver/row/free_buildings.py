@@ -138,7 +138,7 @@ def bound_all(row, run, work, b, count):
 
 @kernel
 def raise_floor(row, run, work, b, i, count):
-    """Raise the peaks of a floor by those at the nodes of a block; returns whether a crest between two may be higher.
+    """Raise the peaks of a floor by those at the nodes of a block; returns whether one between two may be higher.
 
     Rows BOUNDS become upper bounds in the block.
     """
@@ -179,7 +179,7 @@ def raise_floor(row, run, work, b, i, count):
 
 
 @kernel
-def may_crest(row, run, work, b, n):
+def may_have_maximum(row, run, work, b, n):
     """True where a floor of a building may pass a peak between two nodes of a block; `raise_floor` for one interval.
 
     Otherwise rows BOUNDS are raised by the bounds in the interval.
@@ -229,12 +229,12 @@ def raise_building(row, run, free, work, b, begin, count):
         may_pass = raise_floor(row, run, work, b, i, count) or may_pass
     if not may_pass:
         return
-    # Interval by interval, with finer bounds where a crest may be higher.
+    # Interval by interval, with finer bounds where a local maximum may be higher.
     for i in range(first, last):
         for line in range(3):
             run.dofs[BOUNDS + line, i] = 0.0
     for n in range(count):
-        if not may_crest(row, run, work, b, n):
+        if not may_have_maximum(row, run, work, b, n):
             continue
         place_at(row, run, work, b, n, NODE)
         place_at(row, run, work, b, n + 1, NEXT)

@@ -1,8 +1,8 @@
 """The motion of a row without any contact, block by block of nodes: what all runs of the row have in common.
 
 The states of a block are found first, node by node and exactly; then accelerations, bounds and peaks of a floor at all
-nodes of the block, which the processor does several at a time. An interval is searched for a crest only where a bound
-leaves room for one above the peak at the nodes of its block and of those before.
+nodes of the block, which the processor does several at a time. An interval is searched for a local maximum only where a
+bound leaves room for one above the peak at the nodes of its block and of those before.
 
 Buildings whose storeys may yield, and their neighbours, are brought from node to node.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from math import inf, sqrt
 
-from pounding_risk._jit.compile import borrowed, kernel
+from pounding_risk._jit.compile import kernel, uncounted
 from pounding_risk.solver.counters import COLLAPSED, COMPLETE, NOT_FINITE
 from pounding_risk.solver.row.contact_points import across
 from pounding_risk.solver.row.flight_by_map import predict_by_map, update_distances, update_peaks
@@ -135,7 +135,7 @@ def march_free(row, run, free, work, states):
     Leaves the peaks in ``run``, and the fastest closing or parting at every point. u and v at the nodes go to
     ``states`` (nodes, 2, D) where it has rows.
     """
-    states = borrowed(states)
+    states = uncounted(states)
     begin_motion(row, run, free)
     buildings, nodes = row.frame.shape[1] - 1, free.ground.node_count() - 1
     write_peaks(row, run, free, 0)

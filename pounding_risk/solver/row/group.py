@@ -56,7 +56,7 @@ from pounding_risk.solver.row.workspace import (
     VELOCITY,
 )
 
-FLOWN, GROW, FAILED = 0, 1, 2  # how a stretch ends
+FLOWN, GROW, FAILED = 0, 1, 2  # how a segment ends
 ALIKE = 1e-13  # of a_g: neighbours at rest that begin to move alike press each other by rounding at most
 
 
@@ -335,7 +335,7 @@ def integrate_contact(row, run, members, window, t, base):
         if length <= 0.0 and kind == NONE:
             return fail(run, UNDERFLOW if length == 0.0 else NOT_FINITE), t, -1
         if kind == TOUCH and not row.frame[START, group.first] <= k < row.frame[START, group.last]:
-            # A neighbour that has only looked on is struck: the interval is made again with it in the group.
+            # A neighbour that has only looked on is struck: the interval is repeated with it in the group.
             return GROW, t, group.first - 1 if k < row.frame[START, group.first] else group.last
         update_floor_peaks(row, run, group, (s, length, base))
         update_point_peaks(row, run, group, (s, length, base), moment + group.origin)

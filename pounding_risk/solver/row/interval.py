@@ -1,6 +1,6 @@
 """All buildings of a row over one node interval: those on their own, and groups of those that touch.
 
-A building next to a group looks on; should the group strike it, the interval is made again with it as a member.
+A building next to a group looks on; should the group strike it, the interval is repeated with it as a member.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def solve_groups(row, run, free, node, rtol):
                 edge = last
             else:
                 continue
-        # A building that has only looked on is struck, or groups may meet: both sides are made again, as one.
+        # A building that has only looked on is struck, or groups may meet: both sides are repeated, as one.
         run.workspace.residual = residual_before
         restore_group(row, run, first)
         tie(row, run, free, edge, node)

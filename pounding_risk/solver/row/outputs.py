@@ -30,7 +30,7 @@ LARGEST = (
     counters.PEAK_FORCE,
     counters.DEMAND,
     counters.SET,
-    counters.WORN,
+    counters.DAMAGE,
     counters.ENERGY,
     counters.STEPS,
     counters.RESIDUAL,

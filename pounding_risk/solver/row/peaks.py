@@ -10,22 +10,22 @@ from pounding_risk.solver.counters import FIRST_YIELD, LOWEST_FORCE
 from pounding_risk.solver.pair.equations import ELASTIC
 from pounding_risk.solver.row.contact import note_yield
 from pounding_risk.solver.row.contact_points import across, part_of_distance, unwatched_points
-from pounding_risk.solver.row.crests import (
-    PUSH,
-    REACH,
-    SIDE,
-    SPEED,
-    crest,
-    extreme_over_step,
-    may_hide_crest,
-    peak_over_step,
-    signal_between,
-)
 from pounding_risk.solver.row.equations import accelerate_group, ground_at, transmitted
 from pounding_risk.solver.row.explicit import between
 from pounding_risk.solver.row.ground_dof import top_of
 from pounding_risk.solver.row.implicit import write_polynomial
 from pounding_risk.solver.row.link import brace_of, damper_speed, follows_rate, force_in_contact, is_braced, is_link_of
+from pounding_risk.solver.row.local_maxima import (
+    PUSH,
+    REACH,
+    SIDE,
+    SPEED,
+    extreme_over_step,
+    local_maximum,
+    may_hide_maximum,
+    peak_over_step,
+    signal_between,
+)
 from pounding_risk.solver.row.storey import drift_in, shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCEL_END,
@@ -164,7 +164,7 @@ def update_damper(row, run, group, k, span):
     if is_braced(run, k):
         i = brace_of(run, k)
         start, end = damper_speed(run, k, dofs[NOW, i]), damper_speed(run, k, dofs[END, i])
-        # Its crests are those of the brace's deformation: slopes are needed for their signs and their ratio.
+        # Its local maxima are those of the brace's deformation: slopes are needed for their signs and their ratio.
         rise, rise_end = brace_rise(run, k, NOW, SLOPE), brace_rise(run, k, END, SLOPE + LAST)
     else:
         start, end = across(row, k, dofs, NOW + VELOCITY), across(row, k, dofs, END + VELOCITY)
@@ -224,16 +224,16 @@ def update_force_peak(row, run, group, k, span, origin_time):
     best = max(peak_before, start)
     if 2.0 * max(start, end_force) > best:
         best = max(best, end_force)
-        if may_hide_crest(start, end_force, start_slope, end_slope, span[0], span[1], best):
+        if may_hide_maximum(start, end_force, start_slope, end_slope, span[0], span[1], best):
             write_polynomial(row, run, group, span[0], span[1])
-            best = max(best, crest(row, run, group, (PUSH, k, 1.0), span)[0])
+            best = max(best, local_maximum(row, run, group, (PUSH, k, 1.0), span)[0])
     if best > peak_before and run.timed.shape[2] > 0:
         time_levels(row, run, group, k, best, span, origin_time)
     contact.peak_force = best
     if contact.least_force == -inf:
         lowest = min(start, end_force)
         if 2.0 * lowest < contact.counters[LOWEST_FORCE]:
-            if may_hide_crest(
+            if may_hide_maximum(
                 -start,
                 -end_force,
                 -start_slope,
@@ -243,10 +243,10 @@ def update_force_peak(row, run, group, k, span, origin_time):
                 -min(lowest, contact.counters[LOWEST_FORCE]),
             ):
                 write_polynomial(row, run, group, span[0], span[1])
-                lowest = min(lowest, -crest(row, run, group, (PUSH, k, -1.0), span)[0])
+                lowest = min(lowest, -local_maximum(row, run, group, (PUSH, k, -1.0), span)[0])
             contact.counters[LOWEST_FORCE] = min(contact.counters[LOWEST_FORCE], lowest)
     if int(contact.region) == ELASTIC and contact.strength < inf and best > peak_before and best >= contact.strength:
-        # A crest that just passes F_E is a yield too, though no branch of it is landed on.
+        # A local maximum that just passes F_E is a yield too, though no branch of it is landed on.
         end = span[0] + span[1]
         note_yield(run, k, origin_time + end * end * end * end)
     if int(contact.region) > ELASTIC:
@@ -268,7 +268,7 @@ def time_levels(row, run, group, k, best, span, origin_time):
             write_polynomial(row, run, group, span[0], span[1])
             low, high = 0.0, 1.0
             if contact.force[AT_END] < run.timed[0, k, level]:
-                high = crest(row, run, group, (PUSH, k, 1.0), span)[1]
+                high = local_maximum(row, run, group, (PUSH, k, 1.0), span)[1]
             for _ in range(50):
                 x = 0.5 * (low + high)
                 if signal_between(row, run, group, PUSH, k, x, span) < run.timed[0, k, level]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from math import inf
 
-from pounding_risk._jit.compile import borrowed, kernel
+from pounding_risk._jit.compile import kernel, uncounted
 from pounding_risk.solver.counters import (
     COMPLETE,
     COUNT,
@@ -114,7 +114,7 @@ def march(row, run, free, rtol, states):
 
     u and v at the nodes after the first go to ``states`` where it has rows.
     """
-    states = borrowed(states)
+    states = uncounted(states)
     begin_motion(row, run, free)
     for b in range(row.frame.shape[1] - 1):
         run.marks[MOVED, b] = 1.0 if row.frame[CAN_YIELD, b] else 0.0

@@ -1,4 +1,4 @@
-"""What an interval begins with: saved, so that it can be made again with other buildings in a group."""
+"""What an interval begins with: saved, so that it can be repeated with other buildings in a group."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ Contact = record_type(
     turn_verb=float,
     part_verb=float,
     closed=float,  # above zero while the buildings touch
-    gap=float,  # with the dents of the contacts so far [m]
+    gap=float,  # with the indentations of the contacts so far [m]
     strength=float,  # force at which the law yields [N]
     speed_scale=float,  # of the error control [m/s]
     depth_scale=float,  # of the error control [m]
@@ -70,10 +70,10 @@ Contact = record_type(
     plateau_force=float,  # transmitted past yield [N]
     peak_penetration=float,  # m
     yields=float,  # times that this contact has yielded
-    dent=float,  # m
+    indentation=float,  # m
     plastic_energy=float,  # J
     next_step=float,  # length that the next step should have [s]
-    worn=float,  # what earlier contacts have left behind
+    damage=float,  # what earlier contacts have left behind
     work=float,  # J
     energy=float,  # largest of its groups at a touch or parting [J]
     force=(2,),  # uncapped, at both ends of the step [N]
@@ -212,7 +212,7 @@ class Run(NamedTuple):
     quadratures: np.ndarray  # (SLOPES + 2, 2 K + 1) impulse and work of each contact, and the power put in
     series: np.ndarray  # (D + 1, MAX_TERMS) Taylor coefficients of u, and of a drift to work with
     workspace: np.record  # of the type `RowWorkspace`
-    saved: np.ndarray  # (SAVED, D) what an interval begins with, should it have to be made again; below it the log
+    saved: np.ndarray  # (SAVED, D) what an interval begins with, should it have to be repeated; below it the log
     saved_contacts: np.ndarray  # (K,) the same of the contact points
     saved_laws: np.ndarray  # (K, ...) of their levels and laws
     marks: np.ndarray  # (MARKS, B)

@@ -33,7 +33,7 @@ def blocks(data):
 
 
 def test_peaks_of_velocity_and_displacement_are_those_of_the_file_and_of_the_integral():
-    """The header's PGV and PGD are the crests of the file's tables, to the last digit. The acceleration's integral is
+    """The header's PGV and PGD are the extremes of the file's tables, to the last digit. The acceleration's integral is
     the file's velocity within 5 % of its PGV over 65 s: volume 2 filters velocity again, which moves its baseline."""
     for trace, (acceleration, velocity, displacement) in zip(read(PARKFIELD), blocks(PARKFIELD), strict=True):
         assert np.array_equal(trace.data, acceleration)

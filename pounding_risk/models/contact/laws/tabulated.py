@@ -134,24 +134,24 @@ class Tabulated(NamedTuple):
     def begin(self, e, speed, mass):
         return 0.0, 0.0, 0.0, 0.0
 
-    def resume(self, memory, worn):
-        return crushed_to(self.table, worn) if worn > 0.0 else memory
+    def resume(self, memory, damage):
+        return crushed_to(self.table, damage) if damage > 0.0 else memory
 
     def force(self, memory, delta, rate, approaching):
-        _, dent, top, reach = memory
+        _, indentation, top, reach = memory
         if delta < reach:
             first, count = unloading_pieces(self.table)
             return self.stiffness * (top * curve_value(self.table, first, count, delta / reach))
-        return self.stiffness * loading(self.table, delta + dent)
+        return self.stiffness * loading(self.table, delta + indentation)
 
     def crushed(self, memory, delta):
-        _, dent, _, reach = memory
+        _, indentation, _, reach = memory
         if unloading_pieces(self.table)[1] == 0 or delta <= reach:
             return memory, -1.0, 0.0
-        changed = crushed_to(self.table, delta + dent)
-        return changed, max(changed[1] - dent, 0.0), 0.0
+        changed = crushed_to(self.table, delta + indentation)
+        return changed, max(changed[1] - indentation, 0.0), 0.0
 
-    def worn(self, memory):
+    def damage(self, memory):
         return memory[0]
 
     plateau = flat

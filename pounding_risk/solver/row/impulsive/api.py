@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pounding_risk._jit.lent import lent
+from pounding_risk._jit.by_address import by_address
 from pounding_risk._jit.records import column, new_record, new_records, set_column
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.restitution import Restitution
@@ -19,7 +19,7 @@ from pounding_risk.solver.row.impulsive.state import Body, Chain, Link, Totals
 from pounding_risk.solver.row.layout import RowLayout, nodes_of
 from pounding_risk.solver.row.workspace import FIRST, LINE_POINT_COLUMNS, LINE_STATES, MASS, SHEAR, SPRING
 
-LINES = 1024  # of a log to begin with; a run that needs more is made again with the room it asked for
+LINES = 1024  # of a log to begin with; a run that needs more is repeated with the room it asked for
 
 
 def jumps(laws: Sequence[Any]) -> bool:
@@ -53,7 +53,7 @@ def run_jumps(
         states = np.full((ground.node_count() if histories else 0, 2, len(chain.bodies)), np.nan)
         states[:1] = 0.0
         states[:1, :, moving] = layout.initial
-        march_jumps(lent(chain), ground, layout.step, layout.terms, float(rtol), states)
+        march_jumps(by_address(chain), ground, layout.step, layout.terms, float(rtol), states)
         written = int(chain.totals.lines_written)
         if written <= lines or not histories:
             records = states[:: layout.phases, :, moving], chain.log[:written]
@@ -67,7 +67,7 @@ def unmoved_jumps(layout: RowLayout, rtol: float) -> tuple[Any, ...]:
         new_records(Body, 1), new_records(Link, 1), np.zeros((TABLE_ROWS, 1)), new_record(Totals), np.zeros((0, 1))
     )
     ground = row_ground(np.zeros(2), layout.step, layout.arrivals)
-    return lent(chain), ground, layout.step, layout.terms, float(rtol), np.zeros((0, 2, 1))
+    return by_address(chain), ground, layout.step, layout.terms, float(rtol), np.zeros((0, 2, 1))
 
 
 def _chain_of(layout: RowLayout, contacts: Contacts, fastest: np.ndarray, moving: np.ndarray, lines: int) -> Chain:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf, nan
 
-from pounding_risk._jit.compile import borrowed, kernel
+from pounding_risk._jit.compile import kernel, uncounted
 from pounding_risk.solver.counters import (
     COMPLETE,
     COUNT,
@@ -57,7 +57,7 @@ def cross_interval(chain, window, rtol, terms):
 @kernel
 def march_jumps(chain, ground, step, terms, rtol, states):
     """One run from u and v of the bodies to the end of the record; those at nodes to ``states`` if it has rows."""
-    states = borrowed(states)
+    states = uncounted(states)
     bodies, links, totals = chain.bodies, chain.links, chain.totals
     totals.watched_point = -1.0
     for i in range(chain.table.shape[1]):

@@ -56,7 +56,7 @@ Totals = record_type(
     status=float,
     energy=float,  # largest at a jump [J]
     residual=float,  # what jumps leave unaccounted for [J]
-    steps=float,  # stretches of motion of buildings that rest on each other
+    steps=float,  # segments of motion of buildings that rest on each other
     watched_point=float,
     lines_written=float,
 )

@@ -1,4 +1,4 @@
-"""Named tuples of arrays that compiled functions take by address, as numba sees them: see `_jit/lent.py`."""
+"""Named tuples of arrays that compiled functions take by address, as numba sees them: see `_jit/by_address.py`."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ from numba.np.arrayobj import (
 )
 
 
-class LentArray(types.Array):
-    """Type of an array of a lent tuple: its indices are not below zero."""
+class AddressedArray(types.Array):
+    """Type of an array of a tuple passed by address: its indices are not below zero."""
 
     def __init__(self, array_type):
         super().__init__(array_type.dtype, array_type.ndim, array_type.layout, readonly=not array_type.mutable)
 
 
-class LentType(types.Type):
+class AddressedType(types.Type):
     """Type of a named tuple that is taken by address; ``tuple_type`` is the tuple's own."""
 
     def __init__(self, tuple_type):
         self.tuple_type = tuple_type
-        self.kinds = tuple(map(_kind_when_lent, tuple_type.types))
-        super().__init__(f"lent {tuple_type.name}")
+        self.kinds = tuple(map(_kind_by_address, tuple_type.types))
+        super().__init__(f"by address {tuple_type.name}")
 
     @property
     def mangling_args(self):
         """A short name in the symbols of compiled functions."""
-        return "lent" + hashlib.sha256(self.name.encode()).hexdigest()[:16], ()
+        return "addressed" + hashlib.sha256(self.name.encode()).hexdigest()[:16], ()
 
     def field(self, name):
         """(number of the table's entries before a field, the field's type)."""
@@ -55,12 +55,12 @@ class LentType(types.Type):
         return None
 
 
-def _kind_when_lent(kind):
-    """Type that a field of type ``kind`` has in a lent tuple: arrays become `LentArray`, also those in named tuples."""
+def _kind_by_address(kind):
+    """Type of a field in a tuple passed by address: arrays, also those in named tuples, are `AddressedArray`."""
     if isinstance(kind, types.Array):
-        return LentArray(kind)
+        return AddressedArray(kind)
     if isinstance(kind, types.BaseNamedTuple):
-        inner = tuple(map(_kind_when_lent, kind.types))
+        inner = tuple(map(_kind_by_address, kind.types))
         return kind if inner == tuple(kind.types) else types.NamedTuple(inner, kind.instance_class)
     return kind
 
@@ -72,7 +72,7 @@ def _entries(kind) -> int:
     return 1 + kind.ndim if isinstance(kind, types.Array) else 1
 
 
-_TYPES: dict[Any, tuple[LentType, Any]] = {}  # by `_form`, with the dtypes whose ids are in it
+_TYPES: dict[Any, tuple[AddressedType, Any]] = {}  # by `_form`, with the dtypes whose ids are in it
 
 
 def _form(value):
@@ -84,16 +84,16 @@ def _form(value):
     return id(value.dtype) if isinstance(value, np.void) else type(value)
 
 
-def _type_of(model) -> LentType:
-    """The type of a named tuple when it is lent."""
+def _type_of(model) -> AddressedType:
+    """The type of a named tuple that is passed by address."""
     form = _form(model)
     if form not in _TYPES:
         dtypes = [value.dtype for value in model if hasattr(value, "dtype")]
-        _TYPES[form] = LentType(numba.typeof(model)), dtypes
+        _TYPES[form] = AddressedType(numba.typeof(model)), dtypes
     return _TYPES[form][0]
 
 
-class Lent:
+class ByAddress:
     """A named tuple with the table of its addresses; the tuple's fields can be read as its own."""
 
     def __init__(self, model):
@@ -112,7 +112,7 @@ def _entries_of(value) -> list[int]:
         return [entry for inner in value for entry in _entries_of(inner)]
     if isinstance(value, np.ndarray):
         if not value.flags.c_contiguous:
-            raise ValueError(f"an array of shape {value.shape} is not C-contiguous and cannot be lent")
+            raise ValueError(f"an array of shape {value.shape} is not C-contiguous and cannot be passed by address")
         return [value.ctypes.data, *value.shape]
     if isinstance(value, np.void):
         return [_address_of_record(value)]
@@ -120,49 +120,49 @@ def _entries_of(value) -> list[int]:
 
 
 def _address_of_record(record: np.void) -> int:
-    """Address of a record; most are the only one of an array, which tells its address in a tenth of the time."""
+    """Address of a record; most are the only one of an array, whose address is read in a tenth of the time."""
     array: Any = record.base  # which numpy declares to be None
     if isinstance(array, np.ndarray) and array.size == 1:
         return array.ctypes.data
     return record.__array_interface__["data"][0]
 
 
-@register_model(LentType)
-class _LentModel(models.PrimitiveModel):
+@register_model(AddressedType)
+class _AddressedModel(models.PrimitiveModel):
     def __init__(self, dmm, fe_type):
         super().__init__(dmm, fe_type, ir.IntType(64).as_pointer())
 
 
-@register_model(LentArray)
-class _LentArrayModel(models.ArrayModel):
+@register_model(AddressedArray)
+class _AddressedArrayModel(models.ArrayModel):
     pass
 
 
 @infer_getattr
-class _LentFields(AttributeTemplate):
-    key = LentType
+class _AddressedFields(AttributeTemplate):
+    key = AddressedType
 
     def generic_resolve(self, kind, name):
         entry = kind.field(name)
         return None if entry is None else entry[1]
 
 
-@unbox(LentType)
-def _unbox_lent(kind, lent, c):
-    number = c.pyapi.object_getattr_string(lent, "_address")
+@unbox(AddressedType)
+def _unbox_address(kind, addressed, c):
+    number = c.pyapi.object_getattr_string(addressed, "_address")
     address = c.pyapi.number_as_ssize_t(number)
     c.pyapi.decref(number)
     pointer = c.builder.inttoptr(address, c.context.get_value_type(kind))
     return NativeValue(pointer, is_error=cgutils.is_not_null(c.builder, c.pyapi.err_occurred()))
 
 
-@lower_getattr_generic(LentType)
+@lower_getattr_generic(AddressedType)
 def _read_field(context, builder, kind, pointer, name):
     first_entry, field = kind.field(name)
 
     def entry(number):
         loaded = builder.load(builder.gep(pointer, [context.get_constant(types.intp, number)]))
-        # The table does not change while it is lent: what has been read need not be read again.
+        # The table does not change during the call: what has been read need not be read again.
         loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
         return loaded
 
@@ -216,7 +216,7 @@ def _are_integers(index_types) -> bool:
     return all(isinstance(kind, types.Integer) for kind in index_types)
 
 
-@lower_builtin(operator.getitem, LentArray, types.Integer)
+@lower_builtin(operator.getitem, AddressedArray, types.Integer)
 def _get_at(context, builder, signature, arguments):
     kind, index_type = signature.args
     if kind.ndim != 1:
@@ -224,7 +224,7 @@ def _get_at(context, builder, signature, arguments):
     return load_item(context, builder, kind, _item(context, builder, kind, arguments[0], [index_type], [arguments[1]]))
 
 
-@lower_builtin(operator.getitem, LentArray, types.BaseTuple)
+@lower_builtin(operator.getitem, AddressedArray, types.BaseTuple)
 def _get_at_tuple(context, builder, signature, arguments):
     kind, index_types = signature.args[0], tuple(signature.args[1])
     if len(index_types) != kind.ndim or not _are_integers(index_types):
@@ -233,7 +233,7 @@ def _get_at_tuple(context, builder, signature, arguments):
     return load_item(context, builder, kind, _item(context, builder, kind, arguments[0], index_types, indices))
 
 
-@lower_builtin(operator.setitem, LentArray, types.Any, types.Any)
+@lower_builtin(operator.setitem, AddressedArray, types.Any, types.Any)
 def _set_at(context, builder, signature, arguments):
     kind, index_type, value_type = signature.args
     index_types, indices = (index_type,), [arguments[1]]

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from processes import compiled
 
+from pounding_risk._jit.by_address import by_address
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk._jit.lent import lent
-from pounding_risk._jit.lowering.lent import LentType
+from pounding_risk._jit.lowering.by_address import AddressedType
 from pounding_risk._jit.memory import zeros
 from pounding_risk._jit.records import new_record, new_records, record_type
 
@@ -26,7 +26,7 @@ class Rule(NamedTuple):
 
 
 class Bundle(NamedTuple):
-    """One field of every kind that can be lent."""
+    """One field of every kind that can be passed by address."""
 
     table: np.ndarray  # (rows, columns)
     places: np.ndarray  # (n,) of integers
@@ -79,7 +79,7 @@ def expected(given: Bundle) -> float:
 def test_a_kernel_reads_and_writes_what_it_is_lent():
     given = bundle()
     wanted, before = expected(given), given.table.copy()
-    assert work_on(lent(given)) == wanted
+    assert work_on(by_address(given)) == wanted
     assert np.array_equal(given.table, before + 1.0)
     assert [part.total for part in given.parts] == [1.0, 2.0]
     assert [part.values[1, 2] for part in given.parts] == [wanted, wanted]
@@ -88,17 +88,17 @@ def test_a_kernel_reads_and_writes_what_it_is_lent():
 
 def test_fields_are_read_through_what_is_lent():
     given = bundle()
-    assert lent(given).table is given.table and lent(given).rule == given.rule
+    assert by_address(given).table is given.table and by_address(given).rule == given.rule
 
 
 @compiled
 def test_lengths_are_those_of_each_array():
     """One compiled form serves bundles of all sizes."""
     given = bundle()
-    work_on(lent(given))
+    work_on(by_address(given))
     forms = len(work_on.signatures)
     longer = given._replace(table=np.ones((5, 4)), places=np.array([4, 3, 2, 1]), cube=np.ones((2, 3, 9)))
-    assert work_on(lent(longer)) == 21.5 + 4 * 2.0
+    assert work_on(by_address(longer)) == 21.5 + 4 * 2.0
     assert np.array_equal(longer.table, np.full((5, 4), 2.0)) and len(work_on.signatures) == forms
 
 
@@ -108,8 +108,8 @@ def test_a_bundle_is_one_pointer():
     from llvmlite import ir
     from numba.core.registry import cpu_target
 
-    kind = numba.typeof(lent(bundle()))
-    assert isinstance(kind, LentType)
+    kind = numba.typeof(by_address(bundle()))
+    assert isinstance(kind, AddressedType)
     assert isinstance(cpu_target.target_context.get_value_type(kind), ir.PointerType)
     assert len(kind.mangling_args[0]) < 30
 
@@ -118,7 +118,7 @@ def test_a_bundle_is_one_pointer():
 def test_an_array_with_gaps_cannot_be_lent():
     given = bundle()
     with pytest.raises(ValueError, match="not C-contiguous"):
-        lent(given._replace(table=given.table.T))
+        by_address(given._replace(table=given.table.T))
 
 
 @compiled
@@ -128,7 +128,7 @@ def test_a_field_that_is_none_is_told():
         return given.height
 
     with pytest.raises(numba.TypingError, match="height"):
-        ask(lent(bundle()))
+        ask(by_address(bundle()))
 
 
 @kernel

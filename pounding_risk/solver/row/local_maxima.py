@@ -1,6 +1,6 @@
-"""Signals between both ends of a step in contact, on its polynomial, and their crests.
+"""Signals between both ends of a step in contact, on its polynomial, and their local maxima.
 
-A crest is searched for only where the tangents at both ends leave room for a new peak.
+A local maximum is searched for only where the tangents at both ends leave room for a new peak.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ def force_between(row, run, group, k, x):
 
 
 @kernel
-def crest(row, run, group, signal, span):
+def local_maximum(row, run, group, signal, span):
     """(largest sign × signal inside the step, its place x): golden section with parabolic steps (Brent 1973, ch. 5).
 
     ``signal`` = (kind, dof or contact point, sign) as `signal_between` takes them; the polynomial of the step stands.
@@ -162,7 +162,7 @@ def crest(row, run, group, signal, span):
 
 
 @kernel
-def may_hide_crest(start, end, start_slope, end_slope, s, h, best):
+def may_hide_maximum(start, end, start_slope, end_slope, s, h, best):
     """True where a signal with these end values and slopes may pass ``best`` between both ends of a step."""
     if end_slope >= 0.0:
         return False
@@ -180,13 +180,13 @@ def peak_over_step(row, run, group, signal, best, ends, span):
     kind, k = signal
     start, end, start_slope, end_slope = ends
     best = max(best, abs(end))
-    # Error control keeps a step from hiding a crest twice as high as both its ends.
+    # Error control keeps a step from hiding a local maximum twice as high as both its ends.
     if 2.0 * max(abs(start), abs(end)) > best:
         for side in range(2):
             sign = 1.0 - 2.0 * side
-            if may_hide_crest(sign * start, sign * end, sign * start_slope, sign * end_slope, span[0], span[1], best):
+            if may_hide_maximum(sign * start, sign * end, sign * start_slope, sign * end_slope, span[0], span[1], best):
                 write_polynomial(row, run, group, span[0], span[1])
-                best = max(best, crest(row, run, group, (kind, k, sign), span)[0])
+                best = max(best, local_maximum(row, run, group, (kind, k, sign), span)[0])
     return best
 
 
@@ -199,7 +199,7 @@ def extreme_over_step(row, run, group, signal, best, ends, span):
     start, end, start_slope, end_slope = ends
     best = max(best, end)
     # At a touch elsewhere the motion goes on smoothly here: its slope in time is the measure.
-    if may_hide_crest(start, end, start_slope, end_slope, span[0], span[1], best) and (span[0] > 0.0 or end > start):
+    if may_hide_maximum(start, end, start_slope, end_slope, span[0], span[1], best) and (span[0] > 0.0 or end > start):
         write_polynomial(row, run, group, span[0], span[1])
-        best = max(best, crest(row, run, group, signal, span)[0])
+        best = max(best, local_maximum(row, run, group, signal, span)[0])
     return best
