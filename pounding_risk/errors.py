@@ -1,4 +1,4 @@
-"""What a user is told when an input cannot be used.
+"""Errors for input that cannot be used.
 
 Every message names the file, the key or the line, what was found, what is allowed and the likely
 repair. The command line prints it and exits with status 2; nothing has been written by then.

@@ -60,10 +60,10 @@ def _option(each: Any) -> tuple[str, str, str]:
 
 
 def _default(each: Any) -> str:
-    told = each.show_default
-    if isinstance(told, str):
-        return told
-    if told is False or each.default in (None, "", [], ()) or (each.is_flag and not each.secondary_opts):
+    shown = each.show_default
+    if isinstance(shown, str):
+        return shown
+    if shown is False or each.default in (None, "", [], ()) or (each.is_flag and not each.secondary_opts):
         return ""
     if each.is_flag:
         return (each.opts if each.default else each.secondary_opts)[0]
@@ -96,14 +96,14 @@ def signature(function: Any) -> str:
     """The parameters and what is returned; on several lines where they are long. An exception is caught, not made."""
     if isinstance(function, type) and issubclass(function, BaseException):
         return ""
-    told = inspect.signature(function)
+    signature = inspect.signature(function)
     pieces, named = [], False
-    for each in told.parameters.values():
+    for each in signature.parameters.values():
         if each.kind is inspect.Parameter.KEYWORD_ONLY and not named:
             pieces.append("*")
             named = True
         pieces.append(_parameter(each))
-    back = "" if told.return_annotation is told.empty else f" -> {_type(told.return_annotation)}"
+    back = "" if signature.return_annotation is signature.empty else f" -> {_type(signature.return_annotation)}"
     line = f"({', '.join(pieces)}){back}"
     return line if len(line) <= 80 else "".join(["(\n", *(f"    {piece},\n" for piece in pieces), f"){back}"])
 

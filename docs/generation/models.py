@@ -78,8 +78,8 @@ def _parameters(law: Any) -> Any:
         quantity = next((each for each in getattr(hints[name], "__metadata__", ()) if isinstance(each, Quantity)), None)
         if quantity is not None:
             default = law._field_defaults.get(name)
-            told = "" if default is None else f"{default:g}"
-            yield f"`{name}`", plain(quantity.words), plain(_range(quantity)), told
+            usual = "" if default is None else f"{default:g}"
+            yield f"`{name}`", plain(quantity.words), plain(_range(quantity)), usual
 
 
 def _range(quantity: Quantity) -> str:

@@ -15,7 +15,7 @@ from pounding_risk.units import Quantity, bounds
 
 FORMATS = """# Record formats
 
-A file's format is told by its content, never by its name. Those that ObsPy lacks are its plugins once this package is
+A file's format is seen from its content, not its name. Those that ObsPy lacks are its plugins once this package is
 installed: `obspy.read` opens them in any script. [What each file needs beside it](../records.md).
 
 """

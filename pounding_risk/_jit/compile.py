@@ -129,7 +129,7 @@ _NAMING = Lock()  # two threads would give one number twice
 def apart(kind: type) -> type:
     """The class under a name that no other class has; a class of this package is its own.
 
-    At a call numba tells named tuples apart by the *names* of their classes alone: a law that is defined again, as
+    At a call numba distinguishes named tuples by the *names* of their classes alone: a law that is defined again, as
     in a notebook, would be answered by the kernel of the one before it.
     """
     if is_ours(kind):

@@ -27,7 +27,7 @@ KERNEL_SOURCES = ("_jit", "models", "solver", "lab/baselines", "motions/spectra.
 
 
 def _is_switched_off() -> bool:
-    """True where numba is told not to compile, by NUMBA_DISABLE_JIT or the file of settings that it looks for."""
+    """True where numba is set not to compile, by NUMBA_DISABLE_JIT or the file of settings that it looks for."""
     if Path(SETTINGS).exists():
         try:
             from numba import config

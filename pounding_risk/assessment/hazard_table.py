@@ -1,6 +1,6 @@
 """Hazard curves from a table in a CSV file: at one intensity, or spectra of several annual rates.
 
-Four shapes are read, told apart by the first line:
+Four shapes are read, recognised by the first line:
 
 - ``pga [g],annual rate [1/year]``: a row for each intensity of one curve; it may be ``pgv [cm/s]``, ``sa(0.5 s) [g]``
   or ``sa_avg(0.2-2 s) [g]`` too;

@@ -233,7 +233,7 @@ def what_matters(influences: Sequence[Influence]) -> str:
         sentences.append(f"the polarity {changes}{others if never else ''}")
     elif never:
         sentences.append("F_E and the contact model never change whether there is contact")
-    return "; ".join(sentences) or "one level of each key was scanned, which tells nothing of what matters"
+    return "; ".join(sentences) or "one level of each key was scanned, which shows nothing of what matters"
 
 
 def force_words(force: float, columns_yield: bool = False) -> str:

@@ -245,7 +245,7 @@ class GridJob(Job):
 
     @classmethod
     def sizes_along(cls, study: Scene, along: Mapping[str, int], chunk: int = 0) -> Sizes:
-        """Sizes from the lengths of the places; a case in a chunk is as large as in the dataset unless told."""
+        """Sizes from the lengths of the places; a case in a chunk is by default as large as in the dataset."""
         case = bytes_per_case(cls.variables(study) | check_variables(study.rtol), along)
         free = (f"{name}_free" for name in cls.free_outputs(study))
         motion = 8 * sum(prod(along[dim] for dim in own_dims(name)) for name in free)

@@ -115,7 +115,7 @@ class KnownSamples:
 def known_samples(
     target: Path, identity: Mapping[str, Any], axes: Iterable[SceneAxis], shape: tuple[int, ...]
 ) -> KnownSamples | None:
-    """The samples of a finished scan of the same scene under a name; None where it has none, or not all that it tells.
+    """The samples of a finished scan of the same scene under a name; None where it has none, or not all of its outputs.
 
     ``axes`` are those of the scene, ``shape`` that of the grid at one place along them. Raises PoundingError where
     no samples can be added to those that are there.

@@ -149,7 +149,7 @@ def check_memory(study: Scene, motions: Iterable[Motion], *, histories: bool = F
 def check_scenes(variants: Variants, motions: tuple[Motion, ...], *, every: bool = True) -> None:
     """Raise SceneError for a place along the axes whose scene has faults, or cannot be run under these motions.
 
-    Not ``every`` combination is looked at where a plan is to be told soon: then each axis alone.
+    Not ``every`` combination is looked at where a plan is wanted soon: then each axis alone.
     """
     scenes = map(variants.scene, range(variants.count)) if every else variants.alone()
     checked = set()  # what a response without contact depends on
@@ -203,7 +203,7 @@ def free_memory() -> float:
 
 
 def _available() -> float:
-    """Available memory of the machine, or all of it where the system tells no more."""
+    """Available memory of the machine, or all of it where the system reports no more."""
     try:
         with open("/proc/meminfo", encoding="ascii") as rows:
             kilobytes = [int(row.split()[1]) for row in rows if row.startswith("MemAvailable:")]
@@ -233,6 +233,6 @@ def _allowed() -> float:
 
 
 def own_memory(which: int) -> int:
-    """Memory of this process [bytes]: all its addresses (0) or what is resident (1); OSError where none is told."""
+    """Memory of this process [bytes]: all its addresses (0) or what is resident (1); OSError where none is reported."""
     with open("/proc/self/statm", encoding="ascii") as counts:
         return int(counts.read().split()[which]) * os.sysconf("SC_PAGE_SIZE")

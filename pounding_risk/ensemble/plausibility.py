@@ -161,14 +161,14 @@ def with_ranges(notes: Iterable[str], study: Scene) -> list[str]:
             words = re.sub(whole_name, lambda name: name[0].translate(HIDDEN_DIGITS), words)
         first, *pairs = NUMBER.split(words)
         alike.setdefault((whose + colon + first, *pairs[1::2]), []).append(pairs[::2])
-    told = []
+    merged = []
     for (first, *texts), rows in alike.items():
         columns = [
             sorted(set(column), key=lambda text: float(text.replace(",", ""))) for column in zip(*rows, strict=True)
         ]
         ranges = [" to ".join(dict.fromkeys((column[0], column[-1]))) for column in columns]
-        told.append(first + "".join(map(add, ranges, texts)))
-    return [words.translate(SHOWN_DIGITS) for words in told]
+        merged.append(first + "".join(map(add, ranges, texts)))
+    return [words.translate(SHOWN_DIGITS) for words in merged]
 
 
 def _value(number: str) -> float:

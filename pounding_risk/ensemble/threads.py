@@ -88,7 +88,7 @@ class Pending:
     """Batches still to be solved, handed out as ranges. Several threads may use it at once.
 
     The first batch of each contact model is handed out alone, as solving it compiles; the others of that model wait for
-    it. Whoever solves only the beginning of a range gives the rest back. ``law_at`` tells the contact model of a batch,
+    it. Whoever solves only the beginning of a range gives the rest back. ``law_at`` gives the contact model of a batch,
     ``bytes_per_batch`` the size of its results; ``length`` fixes the length of the ranges.
     """
 

@@ -122,7 +122,7 @@ class VariantJob(Job):
 
     @cached_property
     def prepared(self) -> str:
-        """Digest of what the first and the last scene's runs are made of, which tells the kind of processor."""
+        """Digest of what the first and the last scene's runs are made of, which depends on the kind of processor."""
         ends = [self.job(number).prepared for number in (0, self.variants.count - 1)]
         return blake2b("".join(ends).encode(), digest_size=16).hexdigest()
 
@@ -200,9 +200,9 @@ class VariantJob(Job):
         return {f"{name}_free": values for name, values in job.free_values().items()}
 
     def _attributes(self, first: dict[str, Any], gathered: Gathered) -> dict[str, Any]:
-        """The attributes of the whole dataset from those of the first scene; what differs is told by place alone."""
+        """The attributes of the whole dataset from those of the first scene; what differs is stated by place alone."""
         own = _leaves(self.study)
-        # What is the same in all scenes and unlike the study's own, which has none of their values, is told too.
+        # What is the same in all scenes and unlike the study's own, which has none of their values, is stated too.
         tables = [one for one in gathered.tables.as_lists(whole=True) if one[1] or own.get(one[0], one) != one[2]]
         variants = {"tables": tables, "attributes": gathered.attributes.as_lists()}
         differing = {name for name, *_ in variants["attributes"]}

@@ -140,7 +140,7 @@ def _unsuited(study: Scene, effect: str) -> str:
     try:  # the scene's own checks, which refuse soil where velocities jump
         scene_of({**study.resolved(), "effects": {effect: _example(effect).written()}})
     except SceneError as error:
-        # Without the effect the scene has no fault: whatever is told is of the effect.
+        # Without the effect the scene has no fault: any fault is of the effect.
         return next((fault for fault in error.faults if effect in fault), f"{effect}: {error.faults[0]}")
     return ""
 

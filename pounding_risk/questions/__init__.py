@@ -32,7 +32,7 @@ files and returns them. Beside it the module may hold:
 ``check(given)``
     Raises PoundingError for values, by parameter, that do not go together; called before what the question is of is
     opened, and again with it.
-``told(answer)``
+``notes(answer)``
     Sentences below the names of the files that are written.
 ``failed(answer)``, ``status(answer)``
     Whether ``--strict`` ends the command with status 3, and the exit status whatever the options.

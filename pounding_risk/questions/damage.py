@@ -108,7 +108,7 @@ def damage(
         By state and pounding ("with", "without"): ``median`` and ``dispersion`` with standard errors, ``probability``
         along ``im``, ``reached`` of ``runs`` along ``level``, ``demand_ratio`` and ``capacity`` of each motion, and
         percentiles of demands; ``median_ratio`` and ``probability_ratio`` are with over without. The attribute
-        ``finding`` is a sentence, ``told`` lists what is assumed and left out, as JSON.
+        ``finding`` is a sentence, ``assumptions`` lists what is assumed and left out, as JSON.
 
     Raises
     ------
@@ -169,7 +169,7 @@ def damage(
         "source": "pounding_risk: fragility of damage states from runs with and without contact",
         "amplitude": opened.amplitude_words(),
         "finding": finding(answer),
-        "told": as_text(notes),
+        "assumptions": as_text(notes),
         **created("pounding_risk.damage"),
     }
     return answer
@@ -223,7 +223,7 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
         _ratios(dataset),
         *([_rates(dataset)] if "annual_rate" in dataset else []),
         *([_events(dataset)] if "event_probability" in dataset else []),
-        listing(json.loads(dataset.attrs["told"])),
+        listing(json.loads(dataset.attrs["assumptions"])),
     ]
 
 

@@ -16,6 +16,6 @@ SUBJECT = "results or scenes"
 OPTIONS = {"target": Option("--out -o")}
 
 
-def told(written: Written) -> Iterator[str]:
+def notes(written: Written) -> Iterator[str]:
     """What the files do not hold."""
-    yield from (f"note: {sentence}" for sentence in written.told)
+    yield from (f"note: {sentence}" for sentence in written.notes)

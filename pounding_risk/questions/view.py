@@ -19,6 +19,6 @@ OPTIONS = {
 }
 
 
-def told(page: Path) -> Iterator[str]:
+def notes(page: Path) -> Iterator[str]:
     """Its size, and what it is for."""
     yield f"{page.stat().st_size / 1e6:.1f} MB; open it in a browser"

@@ -203,7 +203,7 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
         "start": Results(dataset).scene_case | own_places(dataset),
         "together": [axis for axis in pickers if axis in MOTIONS],
         "statuses": statuses,
-        "told": {name: _variable(dataset[name], axes) for name in STATES if name in dataset},
+        "states": {name: _variable(dataset[name], axes) for name in STATES if name in dataset},
         "outputs": [_variable(dataset[name], axes) for name in _outputs(dataset, axes)],
         "profiles": _profiles(dataset, axes),
     }

@@ -139,7 +139,7 @@ def _foreign(dataset: xr.Dataset) -> str:
     """Sentence on a dataset that the package did not make."""
     names = list(map(str, dataset.data_vars))
     has = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "") or "none"
-    return f"pounding: this dataset was not made by pounding_risk, or lost what tells so (its variables: {has})"
+    return f"pounding: this dataset was not made by pounding_risk, or lost what shows it (its variables: {has})"
 
 
 def _facts_of_run(run: xr.Dataset) -> Iterator[tuple[str, str]]:

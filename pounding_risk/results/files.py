@@ -238,7 +238,7 @@ def _opened_store(path: Path, chunks: dict[str, int] | None) -> xr.Dataset:
 
 
 class _Watched(BackendArray):
-    """A variable of a store, read when it is used: a piece that cannot be read then is told as damage of the store."""
+    """A variable of a store, read when it is used: one that cannot be read then is damage of the store."""
 
     def __init__(self, path: Path, variable: xr.Variable):
         self.path, self.variable, self.shape, self.dtype = path, variable, variable.shape, variable.dtype

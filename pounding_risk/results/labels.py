@@ -51,7 +51,7 @@ def skeleton(
     ``free`` are outputs of the motions without contact by name: the output, with its unit and words, and its values by
     record, polarity, amplitude and its own dimensions. ``coords`` are those of `places_of`.
     """
-    import xarray as xr  # the size of a dataset is told without it
+    import xarray as xr  # the size of a dataset is known without it
 
     from pounding_risk.results import accessor as accessor  # registers it with xarray
 

@@ -150,8 +150,8 @@ def without_parts(entries: list[Entry], tables: Mapping[str, Mapping[str, Any]])
         most |= {key: max(most.get(key, 0), own[key]) for key in ("height", "storeys") if key in own}
     for number, most in tallest.items():
         taken = {key: value for key, value in most.items() if key not in whole[number].values}
-        told = (Derived(key, f"{value:g}{' m' if key == 'height' else ''}", OF_PART) for key, value in taken.items())
-        values, derived = {**taken, **whole[number].values}, (*whole[number].derived, *told)
+        of_part = (Derived(key, f"{value:g}{' m' if key == 'height' else ''}", OF_PART) for key, value in taken.items())
+        values, derived = {**taken, **whole[number].values}, (*whole[number].derived, *of_part)
         whole[number] = whole[number]._replace(values=values, derived=derived)
     alone = [part for number, part in enumerate(parts) if number not in held]
     notes = []

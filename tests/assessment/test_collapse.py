@@ -132,12 +132,12 @@ def test_exports_count_them(results, tmp_path):
     written = pr.export(results, "taxonomy", tmp_path / "t.csv", pga="0.8 g")
     rows = list(csv.DictReader((tmp_path / "t.csv").open(encoding="utf-8")))
     assert [row["P(contact)"] for row in rows] == ["0.833333", "0.833333"]
-    assert any("5 motions of 6 without a finite response" in note for note in written.told)
+    assert any("5 motions of 6 without a finite response" in note for note in written.notes)
     written = pr.export(results, "geopackage", tmp_path / "g.gpkg", pga="0.8 g")
     with sqlite3.connect(tmp_path / "g.gpkg") as connection:
         found = connection.execute("select p_contact, p_contact_low, required_gap_p84_m, motions from interfaces")
         assert found.fetchone() == (pytest.approx(5 / 6), 0.0, None, 6)
-    assert any("5 motions of 6 without a finite response" in note for note in written.told)
+    assert any("5 motions of 6 without a finite response" in note for note in written.notes)
     pr.export(results, "csv", tmp_path / "tables")
     cases = list(csv.DictReader((tmp_path / "tables" / "interfaces.csv").open(encoding="utf-8")))
     assert [row["impact_count"] for row in cases].count("") == 5
@@ -161,4 +161,4 @@ def test_a_building_that_stands_is_not_damaged_by_the_collapse_of_another():
     wall, frame = (found.sel(state=f"of {name}", pounding="without") for name in ("wall", "frame"))
     assert int(wall["reached"].sum()) == 0 and int(wall["runs"].sum()) == 13
     assert int(frame["reached"].sum()) >= 5 and int(frame["runs"].sum()) == 18
-    assert "runs in which frame collapses are left out" in found.attrs["told"]
+    assert "runs in which frame collapses are left out" in found.attrs["assumptions"]

@@ -204,7 +204,7 @@ def test_a_cloud_of_motions_as_recorded():
     assert float(found["median"].isel(state=0, pounding=1)) == pytest.approx(np.exp(-start / slope), rel=1e-9)
     assert (found["at_intensity"] == 0.4 * G).all()
     assert "no force acts between buildings" in str(found["fault"].sel(state="blow", pounding="without").item())
-    assert "a contact force is capped where the contact yields" in found.attrs["told"]
+    assert "a contact force is capped where the contact yields" in found.attrs["assumptions"]
     assert "Sa(0.6 s)" in found.attrs["finding"]
 
 
@@ -231,7 +231,7 @@ def test_a_force_that_is_capped_at_the_threshold_has_the_median_of_the_counts():
 def test_without_contact_a_contact_force_is_said_to_be_impossible(ida):
     fault = str(ida["fault"].sel(state="blow", pounding="without").item())
     assert fault.startswith("no force acts between buildings") and "scan" not in fault
-    assert not any("blow, without" in note and "levels" in note for note in json.loads(ida.attrs["told"]))
+    assert not any("blow, without" in note and "levels" in note for note in json.loads(ida.attrs["assumptions"]))
 
 
 @pytest.mark.complete
@@ -362,7 +362,7 @@ def test_a_state_that_no_run_reaches_is_told(scan):
     found = pr.damage(scan, states=[pr.DamageState("ruin", displacement="9 m")], method="ida")
     assert np.isnan(found["median"]).all() and (found["reached"] == 0).all()
     assert "ruin has no ratio, it is reached in 0 of 84 runs with and 0 of 84 runs without" in found.attrs["finding"]
-    told = " ".join(json.loads(found.attrs["told"]))
+    told = " ".join(json.loads(found.attrs["assumptions"]))
     assert "ruin, with pounding: no curve: no motion reaches the state" in told
     assert "No storey yields in the runs" in told and "5 recordings are few" in told and "widened for so few" in told
 

@@ -140,7 +140,7 @@ def test_states_of_damage_have_their_probability_in_an_event(fields):
         one = dataset.sel(pounding=side, state="cracks")
         each = norm.cdf(np.log(G * np.array([0.1, 0.4]) / float(one["median"])) / float(one["dispersion"]))
         assert float(one["event_probability"]) == pytest.approx(each.sum() / 3)
-    assert any("3 events, 2 of them with a row" in sentence for sentence in json.loads(dataset.attrs["told"]))
+    assert any("3 events, 2 of them with a row" in sentence for sentence in json.loads(dataset.attrs["assumptions"]))
 
 
 @pytest.mark.parametrize("column", [0, 1], ids=["event_id", "site_id"])

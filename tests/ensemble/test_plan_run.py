@@ -91,7 +91,7 @@ def test_what_is_validated_is_not_run():
     unknown = {"memory": None, "screened": None, "seconds": None, "error": None, "sampled": 0}
     assert checked == replace(planned, **unknown, share=1.0)
     words = dict(checked.summary())
-    assert words["time"] == "not known, since nothing is run; `scan --plan` times a sample, and tells the memory"
+    assert words["time"] == "not known, since nothing is run; `scan --plan` times a sample, and states the memory"
     assert "memory" not in words
 
 

@@ -56,7 +56,7 @@ def written(results, tmp_path_factory) -> Path:
 
 def test_the_page_holds_every_number_of_the_dataset(results, written):
     model = embedded(written)
-    held = {variable["name"]: variable for variable in model["outputs"]} | model["told"]
+    held = {variable["name"]: variable for variable in model["outputs"]} | model["states"]
     cases = {name for name, found in results.data_vars.items() if {"gap", "yield_force"} <= set(found.dims)}
     alone = {"peak_displacement_free", "peak_storey_shear_free", "peak_floor_acceleration_free"}
     assert cases | alone | {"contact"} <= set(held)
@@ -206,7 +206,7 @@ def test_a_cell_shows_the_numbers_of_its_case(driver, results, written):
     reader.pick(polarity="reversed", amplitude="0.5 g", contact_model="viscous_elastoplastic")
     reader.pick(output="peak contact force [kN]")
     reader.press("\ue014", "\ue013")  # right, up: 4 mm and 450 kN
-    assert reader.text("told").startswith("gap 4 mm, yield force 450 kN: 450 kN; complete")
+    assert reader.text("reading").startswith("gap 4 mm, yield force 450 kN: 450 kN; complete")
     case = {"record": 0, "polarity": 1, "pga": 1, "contact_model": 1, "gap": 1, "yield_force": 1}
     seen = reader.column(1)
     assert seen.pop("contact") == "yes"
@@ -231,7 +231,7 @@ def test_the_map_is_the_dataset_and_a_failed_run_is_a_cross_without_a_number(dri
     assert drawn["z"][0][1] is None
     assert (drawn["x"], drawn["y"]) == ([1], [0])
     reader.press("\ue014")
-    assert "yield force 200 kN: × failed; × failed: the step budget ran out; raise rtol" in reader.text("told")
+    assert "yield force 200 kN: × failed; × failed: the step budget ran out; raise rtol" in reader.text("reading")
     seen = reader.column(1)
     assert {words for key, words in seen.items() if "free" not in key} == {"× failed"}
     assert number(seen["peak_displacement_free 0"]) > 0.0
@@ -252,7 +252,7 @@ def test_all_motions_together_are_their_quantiles_without_the_failed(driver, res
     peaks = np.nanquantile(together["peak_relative_displacement"].values * 1e3, share, axis=0)
     np.testing.assert_allclose(reader.drawn()["z"], peaks, rtol=2e-7)  # float32 has seven digits
     reader.press("\ue014")
-    assert "2 motions, × 1 failed" in reader.text("told")
+    assert "2 motions, × 1 failed" in reader.text("reading")
     # Of the two motions one closes 11.5 mm, and it alone has a time of first impact.
     reader.press("\ue010")
     first = together["first_impact_time"].isel(gap=2, yield_force=0).values
@@ -292,7 +292,7 @@ def test_two_cells_are_pinned_and_compared(driver, written):
 @needs_browser
 def test_the_page_begins_at_the_scenes_own_case(driver, written):
     reader = Reader(driver, written)
-    assert reader.text("told").startswith("gap 0 mm, yield force 450 kN")
+    assert reader.text("reading").startswith("gap 0 mm, yield force 450 kN")
     chosen = driver.execute_script(
         "return [...document.querySelectorAll('select')].map((one) => [one.name, one.selectedOptions[0]?.text])"
     )

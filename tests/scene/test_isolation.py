@@ -203,7 +203,7 @@ def test_other_questions_take_it_as_what_yields(says, tmp_path):
     drift = scanned["storey_drift_free"].sel(building="A").values[..., 1:] / 4.0
     found = demands["demand_ratio"].sel(state="slight", pounding="without").values
     assert found == pytest.approx(drift.max(axis=-1).reshape(found.shape) / 1e-3, rel=1e-12)
-    says([note for note in json.loads(demands.attrs["told"]) if "isolators" in note])
+    says([note for note in json.loads(demands.attrs["assumptions"]) if "isolators" in note])
     says(json.loads(pr.accuracy(study.replace(grid=pr.Grid()), budget=1e-9, scipy=False).left_out)[:1])
     (script,) = pr.export(study, "opensees", tmp_path / "scene.py").files
     assert "'Steel01', 905000.0, 905000000.0" in script.read_text("utf-8").replace("\n", " ")

@@ -1,1 +1,1 @@
-"""What numba and LLVM are told of kernels."""
+"""Settings of numba and LLVM for kernels."""

@@ -65,7 +65,7 @@ class Shelf:
         return ""
 
     def get_disambiguator(self):
-        """What tells functions of one name in one module apart: the line of their source."""
+        """The line of the source, which distinguishes functions of one name in one module."""
         return str(self._line)
 
 

@@ -197,7 +197,7 @@ class Question:
 
         print_sheet(blocks)  # after the files: a reader of the first lines alone, such as `head`, ends the printing
         announce(*written)
-        for sentence in getattr(module, "told", lambda _: ())(answer):
+        for sentence in getattr(module, "notes", lambda _: ())(answer):
             print(sentence)
         if values.get("strict") and module.failed(answer):
             raise typer.Exit(RUN_FAILED)

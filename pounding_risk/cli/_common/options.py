@@ -89,7 +89,7 @@ def chosen_scene(scene: Path, overrides: list[str], select: list[str]) -> Any:
 
 
 def chosen_results(results: Path, select: list[str]) -> Any:
-    """The file itself where nothing is selected, or its dataset at the values of ``select``, told in the title."""
+    """The file itself where nothing is selected, or its dataset at the values of ``select``, stated in the title."""
     if not select:
         return results
     from pounding_risk.results.scene_axes import open_axes, selected, settled, title_at

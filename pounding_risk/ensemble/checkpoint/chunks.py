@@ -85,7 +85,7 @@ def read_chunk(path: Path, digest: str) -> tuple[range, Chunk]:
         raise Damaged("it belongs to another study")
     batches = batches_of(path.name)
     if batches is None or [mark.get("start"), mark.get("stop")] != [batches.start, batches.stop]:
-        raise Damaged("its name tells other batches than it holds")
+        raise Damaged("its name states other batches than it holds")
     if mark != _mark(batches, arrays, digest):
         raise Damaged("its checksum is another than that of its numbers")
     return batches, arrays

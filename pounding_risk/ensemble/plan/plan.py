@@ -308,7 +308,7 @@ def _run_words(plan: Plan) -> Iterator[tuple[str, str]]:
     if plan.memory is not None:
         yield "memory", f"about {_bytes(plan.memory)}"
     if plan.seconds is None:
-        yield "time", f"not known, since nothing is run; {HERE} times a sample, and tells the memory"
+        yield "time", f"not known, since nothing is run; {HERE} times a sample, and states the memory"
     else:
         yield (
             "time",

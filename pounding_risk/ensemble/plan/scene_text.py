@@ -118,7 +118,7 @@ def _levels(rule: LevelRule) -> str:
 
 
 def _points(here: Scene) -> list[tuple[str, str]]:
-    """How levels are told apart, and contact points by kind with the yield force of each; nothing of two masses."""
+    """The rule of levels, and contact points by kind with the yield force of each; nothing of two masses."""
     if not _has_floors(here):
         return []
     (interface,), (left, right) = here.interfaces, here.buildings

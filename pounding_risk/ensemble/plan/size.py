@@ -68,7 +68,7 @@ def memory(study: Scene, shape: Mapping[str, int], threads: int, motions: Iterab
 
 
 def resident() -> int:
-    """Memory of this process [bytes]: now, its peak where the system tells no more, or 0 where it tells nothing."""
+    """Memory of this process [bytes]: now, its peak where the system reports no more, or 0 where it reports nothing."""
     try:
         return own_memory(1)
     except OSError:

@@ -88,7 +88,7 @@ def _fields(law: Any) -> Iterator[str]:
             quantity = None
         if quantity not in (LINEAR_STIFFNESS, HERTZ_STIFFNESS):
             yield (
-                "the unit of stiffness is not told; write stiffness: Annotated[float, contact.LINEAR_STIFFNESS] "
+                "the unit of stiffness is not stated; write stiffness: Annotated[float, contact.LINEAR_STIFFNESS] "
                 "for N/m, or contact.HERTZ_STIFFNESS for N/m^1.5"
             )
     for field in law._fields[1:]:

@@ -24,7 +24,7 @@ class PDelta:
     P is the weight of all floors above the storey, h its height. The damping stays that of the building without it. A
     building whose storey has no stiffness left would fall over, and is refused. Isolators are given with the weight on
     them: their stiffness stays. Where storeys that yield have none left past it, all of the building follow the rule
-    ``kinematic`` of `hysteresis`, the same law, which tells a storey that has collapsed.
+    ``kinematic`` of `hysteresis`, the same law, which reports a storey that has collapsed.
     """
 
     def built(self, chain: Any, building: Any) -> Any:

@@ -28,7 +28,7 @@ from pounding_risk.models.structures.mdof import Chain, stacked
 
 Array = NDArray[np.float64]
 LINK = "link"  # the kind of a point of a row that is the place of a link
-LEAST_SIZE = 1e-3  # m, by which rounding of a hook without slack is told
+LEAST_SIZE = 1e-3  # m, of a hook without slack, against which rounding is measured
 
 
 class Link(NamedTuple):

@@ -6,7 +6,7 @@ const BROADEST = 1.5; // of the tallest building's height
 const ALL = 150; // m, of all buildings of a long row together
 const REACH = 0.35; // of a building's width, that the largest displacement is drawn
 const LARGEST_MARK = 0.16; // of a building's width, radius of the strongest contact
-const MOST_TOLD = 4; // contacts named at a time
+const MOST_NAMED = 4; // contacts named at a time
 
 const model = JSON.parse(document.getElementById("model").textContent);
 const element = (id) => document.getElementById(id);
@@ -157,9 +157,9 @@ function draw() {
     }
   });
   touching.sort(([one], [other]) => other - one);
-  const named = touching.slice(0, MOST_TOLD).map(([value, { label, kind }]) => `${label} (${kind}) ${forceWords(value)}`);
-  if (touching.length > MOST_TOLD) named.push(`${touching.length - MOST_TOLD} more`);
-  element("told").textContent = `${model.time[frame].toFixed(3)} s. ${named.length ? `Contact: ${named.join("; ")}.` : ""}`;
+  const named = touching.slice(0, MOST_NAMED).map(([value, { label, kind }]) => `${label} (${kind}) ${forceWords(value)}`);
+  if (touching.length > MOST_NAMED) named.push(`${touching.length - MOST_TOLD} more`);
+  element("reading").textContent = `${model.time[frame].toFixed(3)} s. ${named.length ? `Contact: ${named.join("; ")}.` : ""}`;
   element("at").value = frame;
   element("at").setAttribute("aria-valuetext", `${model.time[frame].toFixed(2)} s`);
   const { cursor } = element("forces");

@@ -74,36 +74,36 @@ function places(picks, cell) {
 }
 
 const isMany = (picks) => model.pickers.some((axis) => picks[axis] === ALL);
-const hasFailed = (place) => stored(model.told.status, place) !== COMPLETE;
+const hasFailed = (place) => stored(model.states.status, place) !== COMPLETE;
 
 /** What an output is at a cell: {value, defined, failed, runs, motion}; value NaN where no case has one. */
 function summary(output, picks, statistic, cell) {
-  const told = { value: NaN, defined: 0, failed: 0, runs: 0, motion: "" };
+  const reading = { value: NaN, defined: 0, failed: 0, runs: 0, motion: "" };
   const found = [];
   for (const place of places(picks, cell)) {
-    told.runs += 1;
+    reading.runs += 1;
     // What there is without contact stands whatever became of the run.
     if (!output.free && hasFailed(place)) {
-      told.failed += 1;
+      reading.failed += 1;
       continue;
     }
     const value = reading(output, place);
     if (!Number.isNaN(value)) found.push({ value, place });
   }
-  told.defined = found.length;
-  if (!found.length) return told;
+  reading.defined = found.length;
+  if (!found.length) return reading;
   found.sort((one, other) => one.value - other.value);
-  if (output.variable.share) told.value = found.reduce((sum, each) => sum + each.value, 0) / found.length;
+  if (output.variable.share) reading.value = found.reduce((sum, each) => sum + each.value, 0) / found.length;
   else if (statistic === "largest" || statistic === "smallest") {
     const extreme = statistic === "largest" ? found[found.length - 1] : found[0];
-    told.value = extreme.value;
-    told.motion = motionWords(picks, extreme.place);
+    reading.value = extreme.value;
+    reading.motion = motionWords(picks, extreme.place);
   } else {
     const rising = found.map((each) => each.value);
     const isNeeded = output.variable.name === NEEDED && statistic === "p84";
-    told.value = isNeeded ? counted(rising, 0.84) : quantile(rising, statistic === "median" ? 0.5 : 0.84);
+    reading.value = isNeeded ? counted(rising, 0.84) : quantile(rising, statistic === "median" ? 0.5 : 0.84);
   }
-  return told;
+  return reading;
 }
 
 /** The smallest of ascending numbers that this share of them do not exceed, as an assessment counts required gaps. */
@@ -142,14 +142,14 @@ function pickWords(picks, axis) {
 const plural = (word) => (word.endsWith("y") ? `${word.slice(0, -1)}ies` : `${word}s`);
 
 /** A number with its unit; a share as yes or no, or of how many. */
-function valueWords(output, told, many) {
-  if (Number.isNaN(told.value)) return told.failed && told.failed === told.runs ? "× failed" : "–";
+function valueWords(output, reading, many) {
+  if (Number.isNaN(reading.value)) return reading.failed && reading.failed === reading.runs ? "× failed" : "–";
   // Of a time of the first touch, say, only motions with a touch have one.
-  const some = told.defined < told.runs - told.failed ? ` (of ${told.defined})` : "";
-  if (!output.variable.share) return `${numberWords(told.value)} ${output.variable.unit}`.trim() + some;
-  if (!many) return told.value ? "yes" : "no";
-  const percent = numberWords(Number((100 * told.value).toPrecision(3)));
-  return `${percent} % (${Math.round(told.value * told.defined)} of ${told.defined})`;
+  const some = reading.defined < reading.runs - reading.failed ? ` (of ${reading.defined})` : "";
+  if (!output.variable.share) return `${numberWords(reading.value)} ${output.variable.unit}`.trim() + some;
+  if (!many) return reading.value ? "yes" : "no";
+  const percent = numberWords(Number((100 * reading.value).toPrecision(3)));
+  return `${percent} % (${Math.round(reading.value * reading.defined)} of ${reading.defined})`;
 }
 
 function kindWords(output, picks, statistic) {
@@ -161,7 +161,7 @@ function kindWords(output, picks, statistic) {
 function endWords(picks, cell) {
   const found = places(picks, cell);
   const failed = found.filter(hasFailed);
-  const reasons = [...new Set(failed.map((place) => model.statuses[stored(model.told.status, place)] || "unknown"))];
+  const reasons = [...new Set(failed.map((place) => model.statuses[stored(model.states.status, place)] || "unknown"))];
   if (found.length === 1) return failed.length ? `× failed: ${reasons[0]}` : "complete";
   const runs = `${found.length} motions`;
   return failed.length ? `${runs}, × ${failed.length} failed: ${reasons.join("; ")}` : `${runs}, all complete`;
@@ -260,7 +260,7 @@ function wholeRange(output) {
 }
 
 function colours(output, cells) {
-  const values = cells.flat().map((told) => told.value).filter(Number.isFinite);
+  const values = cells.flat().map((reading) => reading.value).filter(Number.isFinite);
   let [low, high] = [0, 1];
   if (!output.variable.share && values.length) {
     [low, high] = state.steady
@@ -308,19 +308,19 @@ function drawMap(output) {
   const columns = [...axes.gap.labels.keys()];
   const at = (force, gap) => summary(output, state.picks, state.statistic, { gap, yield_force: force });
   const cells = rows.map((force) => columns.map((gap) => at(force, gap)));
-  const said = (told, gap, force) => {
-    const failed = told.failed && told.failed < told.runs ? `<br>× ${told.failed} of ${told.runs} failed, left out` : "";
-    return `${cellWords({ gap, yield_force: force })}<br><b>${valueWords(output, told, many)}</b>${failed}`;
+  const said = (reading, gap, force) => {
+    const failed = reading.failed && reading.failed < reading.runs ? `<br>× ${reading.failed} of ${reading.runs} failed, left out` : "";
+    return `${cellWords({ gap, yield_force: force })}<br><b>${valueWords(output, reading, many)}</b>${failed}`;
   };
-  const text = cells.map((row, force) => row.map((told, gap) => said(told, gap, force)));
-  const failed = cells.flatMap((row, force) => row.map((told, gap) => ({ told, gap, force }))).filter(({ told }) => told.failed);
+  const text = cells.map((row, force) => row.map((reading, gap) => said(reading, gap, force)));
+  const failed = cells.flatMap((row, force) => row.map((reading, gap) => ({ reading, gap, force }))).filter(({ reading }) => reading.failed);
   const heat = {
     type: "heatmap", z: cells.map((row) => row.map(({ value }) => (Number.isFinite(value) ? value : null))), text,
     hoverinfo: "text", hoverongaps: true, colorscale: "Cividis", reversescale: true, xgap: 1, ygap: 1, ...colours(output, cells),
   };
   const crosses = {
     type: "scatter", mode: "markers", x: failed.map(({ gap }) => gap), y: failed.map(({ force }) => force),
-    text: failed.map(({ told, gap, force }) => said(told, gap, force)), hoverinfo: "text", showlegend: false,
+    text: failed.map(({ reading, gap, force }) => said(reading, gap, force)), hoverinfo: "text", showlegend: false,
     marker: { symbol: "x", size: 11, color: "#000", line: { color: "#fff", width: 1.5 } },
   };
   const layout = {
@@ -340,15 +340,15 @@ function drawWords(output) {
   const kind = kindWords(output, state.picks, state.statistic);
   element("shown").textContent = `${output.label}${kind && `, ${kind}`}`;
   element("words").textContent = `${output.words}. Of ${model.pickers.map((axis) => pickWords(state.picks, axis)).join(", ")}.`;
-  const told = summary(output, state.picks, state.statistic, state.cell);
-  const under = told.motion && `, under ${told.motion}`;
+  const reading = summary(output, state.picks, state.statistic, state.cell);
+  const under = reading.motion && `, under ${reading.motion}`;
   const ends = endWords(state.picks, state.cell);
-  element("told").textContent = `${cellWords(state.cell)}: ${valueWords(output, told, many)}${under}; ${ends}.`;
+  element("reading").textContent = `${cellWords(state.cell)}: ${valueWords(output, reading, many)}${under}; ${ends}.`;
   const legend = [["chosen", "\u00a0", "the chosen cell"], ["", "\u00a0", "blank: not defined, such as the time of a touch where there is none"]];
   const marks = many ? "a run failed and is left out of the number" : "the run failed; no number";
   if (model.anyFailed) legend.push(["", "×", marks]);
   if (many) legend.push(["", "(of 7)", "so many of the motions have such a number"]);
-  legend.push(["", "A", "pinned; its choices are told in the table"]);
+  legend.push(["", "A", "pinned; its choices are reading in the table"]);
   const columns = model.pickers.includes("interface") ? ", but columns with a yield force of their own" : "";
   legend.push(["", "none", `on the axis of yield forces: nothing yields${columns}. Laws without a cap are the same at every yield force`]);
   element("legend").replaceChildren(...legend.map(([kindOf, mark, words]) => {
@@ -383,8 +383,8 @@ function headCell(title, shown) {
   return head;
 }
 
-function ratioWords(output, told) {
-  const [one, other] = told.map((each) => each.value);
+function ratioWords(output, reading) {
+  const [one, other] = reading.map((each) => each.value);
   if (output.variable.share || !Number.isFinite(one) || !Number.isFinite(other) || one === 0) return "–";
   return numberWords(other / one);
 }
@@ -402,13 +402,13 @@ function drawTable() {
     ...(compares ? [tableCell("td", "")] : [])];
   const rows = [tableRow("how the run ended", "", said(endWords))];
   for (const [name, title, words] of [["simulated", "solved by", SIMULATED], ["sensitive", "recomputed at a tighter tolerance", SENSITIVE]]) {
-    const variable = model.told[name];
+    const variable = model.states[name];
     if (variable) rows.push(tableRow(title, "", said((picks, cell) => countWords(variable, words, picks, cell))));
   }
   outputs.forEach((output, index) => {
-    const told = columns.map(([, { picks, statistic, cell }]) => summary(output, picks, statistic, cell));
-    const cells = told.map((each, column) => tableCell("td", valueWords(output, each, isMany(columns[column][1].picks))));
-    if (compares) cells.push(tableCell("td", ratioWords(output, told.slice(1))));
+    const reading = columns.map(([, { picks, statistic, cell }]) => summary(output, picks, statistic, cell));
+    const cells = reading.map((each, column) => tableCell("td", valueWords(output, each, isMany(columns[column][1].picks))));
+    if (compares) cells.push(tableCell("td", ratioWords(output, reading.slice(1))));
     const row = tableRow(output.label, output.words, cells, index === state.output ? "shown" : "");
     row.dataset.output = output.key;
     rows.push(row);
@@ -508,9 +508,9 @@ async function start() {
   element("scene").querySelector("pre").textContent = model.scene;
   const deep = model.profiles ? model.profiles.quantities.flatMap(({ struck, free }) => [struck, free]) : [];
   if (model.profiles) axes.storey = { labels: [...Array(model.profiles.storeys).keys()] };
-  await Promise.all([...Object.values(model.told), ...model.outputs, ...deep].map(load));
+  await Promise.all([...Object.values(model.states), ...model.outputs, ...deep].map(load));
   outputs = model.outputs.flatMap(outputsOf);
-  model.anyFailed = model.told.status.values.some((code) => code !== COMPLETE);
+  model.anyFailed = model.states.status.values.some((code) => code !== COMPLETE);
   state.cell = { gap: model.start.gap ?? 0, yield_force: model.start.yield_force ?? 0 };
   addChoices();
   addQuantities();

@@ -25,4 +25,4 @@ class Written(NamedTuple):
     """Files of an export, and sentences on what is assumed and left out."""
 
     files: tuple[Path, ...]
-    told: tuple[str, ...]
+    notes: tuple[str, ...]

@@ -40,7 +40,7 @@ Written by pounding-risk {version}.
 Units are N, kg, m and s; displacements are relative to the ground. Run it with
 `python {name} [STEP]`, where STEP is the time step in s ({step:g} by default); it needs openseespy. Its error falls
 with the step: compare two. What the scene has and this script has not, or does in another way:
-{told}
+{notes}
 """
 
 import sys
@@ -233,7 +233,7 @@ def write(study: Scene, target: Path, options: Options) -> Written:
         version=__version__,
         name=_in_text(target.name),
         step=motion.dt / STEPS_A_SAMPLE,
-        told=_in_text("\n".join(fill(f"- {sentence}", WIDEST, subsequent_indent="  ") for sentence in notes)),
+        notes=_in_text("\n".join(fill(f"- {sentence}", WIDEST, subsequent_indent="  ") for sentence in notes)),
         sampling=motion.dt,
         slowest=SLOWEST_TOUCH,
         algorithm=algorithm(parts["yielding"].values(), study.links),

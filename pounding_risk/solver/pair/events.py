@@ -25,7 +25,7 @@ from pounding_risk.solver.pair.peaks import (
 from pounding_risk.solver.workspace import END, LAST
 
 NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early
-MET, BARELY = 1e-12, 1.0 + 1e-9  # of F_E: rounding, and where a local maximum is told apart from it
+MET, BARELY = 1e-12, 1.0 + 1e-9  # of F_E: rounding, and where a local maximum differs from it
 
 
 @small

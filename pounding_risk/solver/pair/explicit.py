@@ -16,7 +16,7 @@ ROW_BITS = 31  # no fewer than rows of slopes
 def row_of(number):
     """A row of slopes from its number in the tableau.
 
-    The mask changes nothing: it tells the compiler that no row is counted from the end, which it would look for at
+    The mask changes nothing: it shows the compiler that no row is counted from the end, which it would look for at
     every one.
     """
     return int(number) & ROW_BITS

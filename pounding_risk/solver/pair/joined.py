@@ -22,7 +22,7 @@ from pounding_risk.solver.pair.contact import write_step
 from pounding_risk.solver.pair.taylor import expand, first_rise, highest, slope_at, value_at
 from pounding_risk.solver.workspace import BEGIN, LEFT, RIGHT, SIGNAL
 
-ROUNDING = 1e-14  # of the displacements: no bounce so low can be told from rest
+ROUNDING = 1e-14  # of the displacements: no bounce so low can be distinguished from rest
 
 
 class Joint(NamedTuple):

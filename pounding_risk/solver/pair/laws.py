@@ -136,7 +136,7 @@ def kind_of(law) -> tuple[Any, ...]:
 
 
 def memory_of(law) -> Any:
-    """What a contact of this law remembers at its start, to be told by its form alone: a number, or a tuple of them."""
+    """What a contact of this law remembers at its start, known by its form alone: a number, or a tuple of them."""
     return _of_floats(law.resume(law.begin(0.65, 1.0, 1.0), 0.0))
 
 

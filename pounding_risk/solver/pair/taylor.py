@@ -174,7 +174,7 @@ def first_rise(search, terms, level, stop):
         value, end_slope, bend = value_and_bounds(search.series, SIGNAL, terms, end)
         at_end = value - level
         span = end - start
-        # Put so that NaN, which is never above anything, ends the search: the run's status tells of it.
+        # Put so that NaN, which is never above anything, ends the search: the run's status states it.
         quiet = not local_maximum_bound(at_start, at_end, span, bend) > 0.0
         if not quiet and at_end > 0.0 and slope + end_slope > bend * span:
             return root_between(search, terms, level, start, end)

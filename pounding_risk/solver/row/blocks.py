@@ -9,7 +9,7 @@ The energy of a free vibration only falls. With 2 E of h and 2 E' of ḣ at the 
 
     |h_i| ≤ sqrt(2 E (K⁻¹)_ii),   |h_i − h_{i−1}| ≤ sqrt(2 E / k_i),   |ḧ_i| ≤ sqrt(2 E' / m_i),
 
-and with the bounds of the free motion in the block this tells whether a floor can reach a new peak and whether a
+and with the bounds of the free motion in the block this shows whether a floor can reach a new peak and whether a
 contact point can touch or come to a new extreme. Where neither can, nothing is done for that building or interface, but
 that h goes on by the map of the whole block. A building that no group has had as a member yet has no h at all: its
 peaks are those of the free motion up to any block.

@@ -1,7 +1,7 @@
 """Equations of motion in contact, of a group of neighbours of which some touch.
 
 State: u and v of every dof of the group; quadratures: impulse and work of every contact, and the power that ground and
-dampers put in. The clock is s with τ = s⁴ since the last touch in the group, for the reason told in `pair.equations`.
+dampers put in. The clock is s with τ = s⁴ since the last touch in the group, for the reason given in `pair.equations`.
 """
 
 from __future__ import annotations

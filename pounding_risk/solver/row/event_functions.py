@@ -36,7 +36,7 @@ from pounding_risk.solver.row.workspace import (
 )
 
 TOUCH, STRAIN, CORNER = 5, 6, 7  # CORNER: a storey with a law is loaded to the end of its branch
-ROUNDED = 1e-15  # m: displacements of metres round by a part of this, and no touch is told from it
+ROUNDED = 1e-15  # m: displacements of metres round by a part of this, and no touch can be distinguished from it
 
 
 @kernel

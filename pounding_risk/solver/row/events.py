@@ -44,7 +44,7 @@ from pounding_risk.solver.row.workspace import (
 def dip_of(row, run, group, kind, k, span):
     """Where on the step, 0 to 1, an event comes first, or 2 for nowhere.
 
-    A cubic between both ends tells where its event function falls below zero; where it may dip below zero between two
+    A cubic between both ends shows where its event function falls below zero; where it may dip below zero between two
     ends above it, the polynomial of the step does.
     """
     s, h = span[0], span[1]
@@ -61,7 +61,7 @@ def dip_of(row, run, group, kind, k, span):
     dip = first_dip(start, start_slope, stop, h * stop_slope)
     if stop < 0.0:
         return min(dip, 1.0)
-    # The reach of a parabola through both slopes tells most steps without a dip from those with one.
+    # The reach of a parabola through both slopes separates most steps without a dip from those with one.
     if dip > 1.0:
         reach = start_slope * h * stop_slope / (h * stop_slope - start_slope)
         if min(start, stop) + reach >= 0.0:

@@ -46,7 +46,7 @@ class ContactHistory(NamedTuple):
 
 
 class Instants(NamedTuple):
-    """The times [s] at which a run is told: its nodes, and every step in contact."""
+    """The times [s] of a run's history: its nodes, and every step in contact."""
 
     nodes: Array
     lines: Array  # of the log, in its order

@@ -66,7 +66,7 @@ def test_single_masses_have_a_drift_ratio_where_their_height_is_known(tmp_path):
     written = pr.export(pr.scan(pr.read_scene(text)), "pelicun", tmp_path / "demands")
     assert rows_of(written.files[0])[0] == ["", "1-PFA-0-1", "1-PFA-1-1", "1-PID-1-1"]
     assert rows_of(written.files[2])[0] == ["", "1-PFA-0-1", "1-PFA-1-1"]
-    assert "wall: no storey drift ratios, as the scene gives it no heights" in written.told
+    assert "wall: no storey drift ratios, as the scene gives it no heights" in written.notes
 
 
 def test_motions_whose_run_failed_are_left_out_and_told(results, tmp_path):
@@ -74,7 +74,7 @@ def test_motions_whose_run_failed_are_left_out_and_told(results, tmp_path):
     failed["status"][{"record": 1, "polarity": 0}] = 1
     written = pr.export(failed, "pelicun", tmp_path / "demands")
     assert [row[0] for row in rows_of(written.files[0])[2:]] == ["0", "1", "3"]
-    assert "1 run failed; their motions are in no file" in written.told
+    assert "1 run failed; their motions are in no file" in written.notes
 
 
 def test_tables_hold_every_number(results, tmp_path):

@@ -109,7 +109,7 @@ def test_shapes_are_the_footprints_and_the_faces_between(mapped):
         assert south == pytest.approx(max(y, common[0] - REACH * metre), abs=0.1 * metre)
         assert north == pytest.approx(min(y + DEEP, common[1] + REACH * metre), abs=0.1 * metre)
         assert geod.line_length([west, east], [south, south]) < 1.1 * REACH
-    assert any("1 footprint of it belong to no building" in sentence for sentence in mapped.told)
+    assert any("1 footprint of it belong to no building" in sentence for sentence in mapped.notes)
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.1, -0.2])
@@ -133,7 +133,7 @@ def test_at_a_gap_without_runs_contact_is_known_and_the_rest_is_empty(row, tmp_p
     assert list(buildings["p_contact"]) == pytest.approx(either, rel=1e-12)
     assert interfaces[["p_yield", "impacts", "peak_force_N"]].isna().all(axis=None)
     assert buildings[["p_yield", "drift_amplification", "acceleration_amplification"]].isna().all(axis=None)
-    assert any("the nearest are at 20 mm: yielding, impacts" in sentence for sentence in written.told)
+    assert any("the nearest are at 20 mm: yielding, impacts" in sentence for sentence in written.notes)
 
 
 @pytest.mark.complete
@@ -141,7 +141,7 @@ def test_without_footprints_places_are_nominal_and_so_told(row, tmp_path):
     other = made_row(**ROW, seed=3)
     other.attrs["title"] = "Another street"
     written = pr.export([row, other], "geopackage", tmp_path / "rows.gpkg")
-    assert any(sentence.startswith("not georeferenced") for sentence in written.told)
+    assert any(sentence.startswith("not georeferenced") for sentence in written.notes)
     assert pyogrio.list_layers(written.files[0]).tolist() == [
         ["buildings", "Point"],
         ["interfaces", "MultiLineString"],

@@ -76,7 +76,7 @@ def test_a_description_tells_the_error_of_the_fit(results, tmp_path):
     written = pr.export(results, "nrml", tmp_path / "f.xml", intensity="pga")
     words = model_of(tmp_path / "f.xml").find("n:description", SPACE).text
     assert "standard error of its logarithm" in words and "pounding-risk" in words
-    assert any("no uncertainty of the buildings" in sentence for sentence in written.told)
+    assert any("no uncertainty of the buildings" in sentence for sentence in written.notes)
 
 
 def with_dispersions(damaged, *values):
@@ -95,7 +95,7 @@ def test_states_of_one_demand_are_limit_states_in_order(results, damaged, tmp_pa
     # Without pounding no force acts between buildings, and one model is left, which has the name itself.
     expected = ["f.xml"] if without else ["f-floor-displacement-of-a-frame.xml", "f-contact-force.xml"]
     assert names == expected
-    assert any(sentence.startswith("blow, without pounding: no curve") for sentence in written.told) == without
+    assert any(sentence.startswith("blow, without pounding: no curve") for sentence in written.notes) == without
     model = model_of(written.files[0])
     assert model.find("n:limitStates", SPACE).text.split() == ["slight-cracks", "moderate"]
     (function,) = model.findall("n:fragilityFunction", SPACE)
@@ -124,9 +124,9 @@ def test_curves_that_cross_are_models_of_their_own(damaged, tmp_path):
         middle = 0.5 * (low + high)
         apart = np.log(middle / medians[0]) / 0.3 - np.log(middle / medians[1]) / 0.6
         low, high = (middle, high) if apart < 0.0 else (low, middle)
-    assert any(f"cross at PGA {middle:.3g} g" in sentence for sentence in written.told)
+    assert any(f"cross at PGA {middle:.3g} g" in sentence for sentence in written.notes)
     together = pr.export(with_dispersions(damaged, 0.4, 0.4), "nrml", tmp_path / "g.xml", discrete=True)
-    assert len(together.files) == 2 and not any("cross" in sentence for sentence in together.told)
+    assert len(together.files) == 2 and not any("cross" in sentence for sentence in together.notes)
     first, second = (
         np.array(poes.text.split(), dtype=float) for poes in model_of(together.files[0]).iter(f"{{{SPACE['n']}}}poes")
     )

@@ -123,7 +123,7 @@ def test_a_name_is_no_part_of_the_script(title, tmp_path):
 def test_what_the_script_computes_itself_is_said(name, words, tmp_path):
     written = pr.export(pr.read_scene(SCENES[name]), "opensees", tmp_path / "model.py")
     script = written.files[0].read_text()
-    assert any(words in sentence for sentence in written.told) and words in script.replace("\n  ", " ")
+    assert any(words in sentence for sentence in written.notes) and words in script.replace("\n  ", " ")
     assert "CONTACTS = {}" in script and max(map(len, script.splitlines())) <= 120
 
 

@@ -82,7 +82,7 @@ def test_damage_states_alone(results, damaged, tmp_path):
     assert len(rows_of(pr.export(results, "pelicun", tmp_path / "of-yielding", **asked))) == 2
     # One side without a curve is told.
     blow = damaged.sel(state=["blow"])
-    told = pr.export(blow, "pelicun", tmp_path / "of-blow", of="damage").told
+    told = pr.export(blow, "pelicun", tmp_path / "of-blow", of="damage").notes
     assert any(sentence.startswith("damage without pounding: the results hold no fragility") for sentence in told)
 
 
@@ -91,11 +91,11 @@ def test_the_method_of_damage_states_is_an_option_and_is_said(results, damaged, 
     """Both formats alike: the method that `damage` was run with, and no amplitude, which such curves need not."""
     written = pr.export(results, to, tmp_path / name, of="damage", intensity="pga", method="ida")
     said = "curves of damage states: ida, maximum likelihood of the intensity"
-    assert any(sentence.startswith(said) for sentence in written.told), written.told
-    usual = pr.export(damaged, to, tmp_path / f"usual-{name}", of="damage").told
+    assert any(sentence.startswith(said) for sentence in written.notes), written.notes
+    usual = pr.export(damaged, to, tmp_path / f"usual-{name}", of="damage").notes
     assert any(sentence.startswith("curves of damage states: stripes, maximum likelihood of") for sentence in usual)
     if to == "pelicun":
-        assert any(each.startswith("no demands are written") and "--pga" not in each for each in written.told)
+        assert any(each.startswith("no demands are written") and "--pga" not in each for each in written.notes)
         curve = pr.damage(results, intensity="pga", method="ida").sel(state="moderate", pounding="with")
         (row,) = (row for row in rows_of(written) if row["ID"] == f"{FRAME}.with")
         assert float(row["LS2-Theta_0"]) * STANDARD_GRAVITY == pytest.approx(float(curve["median"]), rel=1e-14)

@@ -37,7 +37,7 @@ def table(results, tmp_path, **asked):
     """The rows of the table by building, and what the export tells."""
     written = pr.export(results, "taxonomy", tmp_path / "buildings.csv", **asked)
     with written.files[0].open(newline="") as text:
-        return {row["building"]: row for row in csv.DictReader(text)}, written.told
+        return {row["building"]: row for row in csv.DictReader(text)}, written.notes
 
 
 def test_positions_codes_and_pounding_are_those_of_the_row(results, tmp_path):

@@ -30,7 +30,7 @@ PINCHED = Hysteresis(
     energy_capacity=30.0,
 )
 FALLING = Hysteresis("peak_oriented", ((2.0, 1.0), (20.0, 0.01)), collapse_drift=0.1)
-TOLD = Bound(0.0, 0.0, "told as what it is")
+STATED = Bound(0.0, 0.0, "stated as what it is")
 
 
 def _frame(law: Hysteresis, strength: float) -> Storeys:
@@ -73,11 +73,11 @@ def between_walls(trial: Trial, law: Hysteresis, effects: list) -> float:
     "52c",
     "a storey on a falling branch under P-delta, struck by a neighbour, until it collapses",
     "the run ends as a collapse, no failure of the solver",
-    TOLD,
+    STATED,
     ONE,
 )
 def until_collapse(trial: Trial) -> float:
-    """0 where the status tells of the collapse, infinite otherwise."""
+    """0 where the status states the collapse, infinite otherwise."""
     scene = TrialScene()
     frame = chain_of(_frame(FALLING, 0.05), LEANING)
     row = RowModel([chain_of(SOFT), frame], [Point(0, 1.0, 2.0, FLOOR, 6.0)])

@@ -39,7 +39,7 @@ def run_jumps(
     """A row of single masses under a_g [m/s²], with laws whose velocities jump, one contact point an interface.
 
     ``free`` is the run of the same buildings without contact: those that no contact moves have its peaks, to the bit.
-    ``histories`` keeps u and v at every node, and the log. Of forces that are reached nothing is told: a jump has none.
+    ``histories`` keeps u and v at every node, and the log. Forces that are reached are not noted: a jump has none.
     Raises ValueError for another row, which the checks of scenes leave none of.
     """
     moving = np.flatnonzero(np.diff(layout.row.frame[FIRST]) > (layout.arrivals is not None))
