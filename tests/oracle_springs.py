@@ -21,7 +21,7 @@ class Linear(NamedTuple):
     felt: Any = 1.0  # (components of the ground, masses), where not all feel the only one
 
 
-def stretches(system: Linear, ground: Any, dt: float, places: int) -> Iterator[tuple[bool, np.ndarray, np.ndarray]]:
+def segments(system: Linear, ground: Any, dt: float, places: int) -> Iterator[tuple[bool, np.ndarray, np.ndarray]]:
     """From rest, between samples and events: is a sample its end, u at so many places of it, and forces there.
 
     ``ground`` is a_g at the samples, a column for each component; u is (masses, places) and forces (contacts, places).

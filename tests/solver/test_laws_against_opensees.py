@@ -19,6 +19,7 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.solver.row.api import free_row
 from pounding_risk.solver.row.layout import RowLayout, lay_out
 from pounding_risk.solver.row.model import RowModel
+from pounding_risk.units import STANDARD_GRAVITY
 
 MASS, STIFFNESS, STRENGTH = 1e5, 5e7, 4e5  # kg, N/m, N: of one storey of `building`
 YIELD = STRENGTH / STIFFNESS
@@ -92,9 +93,9 @@ def transient(
     return np.array(found)
 
 
-def displacements(layout: RowLayout) -> np.ndarray:
+def displacements(layout: RowLayout, ground: np.ndarray = GROUND) -> np.ndarray:
     """Of the masses at the samples, by this package; braces of dampers stand behind them."""
-    states = free_row(layout, GROUND, states=True).states
+    states = free_row(layout, ground, states=True).states
     return states[:: (len(states) - 1) // (TIME.size - 1), 0, : layout.masses.size]
 
 
@@ -130,6 +131,59 @@ def test_an_isolator(ops):
     ]
     coarse, fine = errors(ops, known, [6e4, 4e4], joins)
     assert np.abs(known).max() > 0.01 and coarse < 3e-2 and fine < 0.25 * coarse, (coarse, fine)
+
+
+def on_a_pendulum(ops: Any, isolators: Isolators, masses: tuple[float, float], step: float, size: float) -> np.ndarray:
+    """Displacements of slab and floor at the samples: singleFPBearing under their weight, a spring above."""
+    weight, small = sum(masses) * STANDARD_GRAVITY, isolators.yield_displacement
+    friction, radius = isolators.friction, isolators.radius
+    ops.wipe()
+    ops.model("basic", "-ndm", 2, "-ndf", 3)
+    for node, level in enumerate((0.0, 0.0, 3.0)):
+        ops.node(node, 0.0, level)
+        ops.fix(node, int(node == 0), int(node != 1), 1)
+    for node, mass in enumerate(masses, 1):
+        ops.mass(node, mass, mass, 0.0)
+    ops.frictionModel("Coulomb", 1, friction)
+    for tag, stiffness in enumerate((1e10, 1e10, STIFFNESS), 1):
+        ops.uniaxialMaterial("Elastic", tag, stiffness)
+    stiff = friction * weight / small + weight / radius
+    upright, iterations = ("-orient", 0, 1, 0, -1, 0, 0), ("-iter", 200, 1e-11)
+    ops.element("singleFPBearing", 1, 0, 1, 1, radius, stiff, "-P", 1, "-Mz", 2, *upright, *iterations)
+    ops.element("twoNodeLink", 2, 1, 2, "-mat", 3, "-dir", 2)
+    ops.timeSeries("Linear", 1)
+    ops.pattern("Plain", 1, 1)
+    ops.load(1, 0.0, -weight, 0.0)
+    ops.timeSeries("Path", 2, "-dt", 0.01, "-values", *(size * GROUND).tolist())
+    found = [(0.0, 0.0)]
+    for kind, integrator in (("Static", ("LoadControl", 1.0)), ("Transient", ("Newmark", 0.5, 0.25))):
+        ops.constraints("Plain")
+        ops.numberer("Plain")
+        ops.system("FullGeneral")
+        ops.test("NormDispIncr", 1e-12, 100)
+        ops.algorithm("Newton")
+        ops.integrator(*integrator)
+        ops.analysis(kind)
+        if kind == "Static":
+            assert ops.analyze(1) == 0
+            ops.loadConst("-time", 0.0)
+            ops.wipeAnalysis()
+            ops.pattern("UniformExcitation", 2, 1, "-accel", 2)
+    for _ in range(TIME.size - 1):
+        assert ops.analyze(round(0.01 / step), step) == 0
+        found.append((ops.nodeDisp(1, 1), ops.nodeDisp(2, 1)))
+    return np.array(found)
+
+
+def test_a_friction_pendulum(ops):
+    """A slab with a floor on it that slides: the law of OpenSees' element but for (u / R)² / 2, here 3e-6."""
+    size, masses = 0.02, (6e4, 4e4)  # so small is the motion, and friction with it
+    isolators = Isolators(masses[0], 1.0, friction=0.05 * size, radius=2.0, yield_displacement=0.001 * size)
+    one = Storeys("A", (masses[1],), (STIFFNESS,), (3.0,), damping=0.0).isolated(isolators)
+    known = displacements(lay_out([chain_of(one)], [], 0.01), size * GROUND)
+    peak = np.abs(known).max()
+    coarse, fine = (np.abs(on_a_pendulum(ops, isolators, masses, step, size) - known).max() for step in (2e-3, 5e-4))
+    assert peak > 100 * isolators.yield_displacement and coarse < 1e-2 * peak and fine < 0.25 * coarse, (coarse, fine)
 
 
 LINKS: dict[str, tuple[Link, tuple[Any, ...]]] = {

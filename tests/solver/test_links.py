@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracle_springs import Linear
-from oracle_springs import stretches as follow
+from oracle_springs import segments as follow
 from row_cases import EL_CENTRO, single, storeys
 from scenes import scene_text
 from scenes import single as mass
