@@ -11,8 +11,8 @@ from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import FLOOR_MASS, STIFFNESS, STOREY_HEIGHT, Quantity
 
 LENGTH = Quantity("m", 0.0, inf, "radius of a pendulum", open_low=True, open_high=True, example="2.2 m")
-# Below a micrometre the slab vibrates so fast before it yields that a record takes hours.
-YIELDING = LENGTH._replace(low=1e-6, open_low=False, words="yield displacement of isolators", example="10 mm")
+# Below it the slab vibrates so fast before it yields that a record takes hours.
+YIELDING = LENGTH._replace(low=1e-8, open_low=False, words="yield displacement of isolators", example="10 mm")
 STRENGTH = Quantity("N", 0.0, inf, "characteristic strength", open_high=True, example="900 kN")
 FRICTION = Quantity("1", 0.0, 1.0, "coefficient of friction", example="0.05")
 DASHPOT = Quantity("N*s/m", 0.0, inf, "dashpot", open_high=True, example="200 kN s/m")

@@ -122,7 +122,7 @@ def test_it_plays_and_goes_to_contacts_in_a_browser(driver, run, written):
     wait = WebDriverWait(driver, 30, 0.02)
     wait.until(lambda page: page.execute_script("return document.body.dataset.ready === 'yes'"))
     driver.find_element("id", "next").click()
-    told = driver.find_element("id", "told").text
+    told = driver.find_element("id", "reading").text
     seconds = float(told.split()[0])
     near = run["contact_force"].sel(time=seconds, method="nearest", tolerance=0.003).values
     assert "Contact: " in told

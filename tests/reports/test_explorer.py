@@ -306,7 +306,7 @@ def test_the_mouse_chooses_the_cell_under_it(driver, written):
     reader = Reader(driver, written)
     reader.to_corner()
     ActionChains(driver).move_to_element(driver.find_element("css selector", "#map .nsewdrag")).click().perform()
-    reader.until("return document.getElementById('told').textContent.startsWith('gap 4 mm, yield force 450 kN')")
+    reader.until("return document.getElementById('reading').textContent.startsWith('gap 4 mm, yield force 450 kN')")
 
 
 @needs_browser

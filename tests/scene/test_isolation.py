@@ -158,7 +158,7 @@ def test_faults_are_told_together(says):
         LEAD | {"friction": 0.05},
         SLIDER | {"stiffness": "5 MN/m"},
         LEAD | {"damping": "0.05", "slab_mass": "600 kN"},
-        LEAD | {"yield_displacement": "0.0009 mm"},
+        LEAD | {"yield_displacement": "0.000009 mm"},
     ):
         says(refusal(parse_scene, text(isolation)))
     says(refusal(parse_scene, text(LEAD, single("A", "500 t", "0.4 s"))))

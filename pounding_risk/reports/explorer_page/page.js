@@ -78,32 +78,32 @@ const hasFailed = (place) => stored(model.states.status, place) !== COMPLETE;
 
 /** What an output is at a cell: {value, defined, failed, runs, motion}; value NaN where no case has one. */
 function summary(output, picks, statistic, cell) {
-  const reading = { value: NaN, defined: 0, failed: 0, runs: 0, motion: "" };
+  const result = { value: NaN, defined: 0, failed: 0, runs: 0, motion: "" };
   const found = [];
   for (const place of places(picks, cell)) {
-    reading.runs += 1;
+    result.runs += 1;
     // What there is without contact stands whatever became of the run.
     if (!output.free && hasFailed(place)) {
-      reading.failed += 1;
+      result.failed += 1;
       continue;
     }
     const value = reading(output, place);
     if (!Number.isNaN(value)) found.push({ value, place });
   }
-  reading.defined = found.length;
-  if (!found.length) return reading;
+  result.defined = found.length;
+  if (!found.length) return result;
   found.sort((one, other) => one.value - other.value);
-  if (output.variable.share) reading.value = found.reduce((sum, each) => sum + each.value, 0) / found.length;
+  if (output.variable.share) result.value = found.reduce((sum, each) => sum + each.value, 0) / found.length;
   else if (statistic === "largest" || statistic === "smallest") {
     const extreme = statistic === "largest" ? found[found.length - 1] : found[0];
-    reading.value = extreme.value;
-    reading.motion = motionWords(picks, extreme.place);
+    result.value = extreme.value;
+    result.motion = motionWords(picks, extreme.place);
   } else {
     const rising = found.map((each) => each.value);
     const isNeeded = output.variable.name === NEEDED && statistic === "p84";
-    reading.value = isNeeded ? counted(rising, 0.84) : quantile(rising, statistic === "median" ? 0.5 : 0.84);
+    result.value = isNeeded ? counted(rising, 0.84) : quantile(rising, statistic === "median" ? 0.5 : 0.84);
   }
-  return reading;
+  return result;
 }
 
 /** The smallest of ascending numbers that this share of them do not exceed, as an assessment counts required gaps. */
@@ -142,14 +142,14 @@ function pickWords(picks, axis) {
 const plural = (word) => (word.endsWith("y") ? `${word.slice(0, -1)}ies` : `${word}s`);
 
 /** A number with its unit; a share as yes or no, or of how many. */
-function valueWords(output, reading, many) {
-  if (Number.isNaN(reading.value)) return reading.failed && reading.failed === reading.runs ? "× failed" : "–";
+function valueWords(output, result, many) {
+  if (Number.isNaN(result.value)) return result.failed && result.failed === result.runs ? "× failed" : "–";
   // Of a time of the first touch, say, only motions with a touch have one.
-  const some = reading.defined < reading.runs - reading.failed ? ` (of ${reading.defined})` : "";
-  if (!output.variable.share) return `${numberWords(reading.value)} ${output.variable.unit}`.trim() + some;
-  if (!many) return reading.value ? "yes" : "no";
-  const percent = numberWords(Number((100 * reading.value).toPrecision(3)));
-  return `${percent} % (${Math.round(reading.value * reading.defined)} of ${reading.defined})`;
+  const some = result.defined < result.runs - result.failed ? ` (of ${result.defined})` : "";
+  if (!output.variable.share) return `${numberWords(result.value)} ${output.variable.unit}`.trim() + some;
+  if (!many) return result.value ? "yes" : "no";
+  const percent = numberWords(Number((100 * result.value).toPrecision(3)));
+  return `${percent} % (${Math.round(result.value * result.defined)} of ${result.defined})`;
 }
 
 function kindWords(output, picks, statistic) {
@@ -260,7 +260,7 @@ function wholeRange(output) {
 }
 
 function colours(output, cells) {
-  const values = cells.flat().map((reading) => reading.value).filter(Number.isFinite);
+  const values = cells.flat().map((result) => result.value).filter(Number.isFinite);
   let [low, high] = [0, 1];
   if (!output.variable.share && values.length) {
     [low, high] = state.steady
@@ -308,19 +308,19 @@ function drawMap(output) {
   const columns = [...axes.gap.labels.keys()];
   const at = (force, gap) => summary(output, state.picks, state.statistic, { gap, yield_force: force });
   const cells = rows.map((force) => columns.map((gap) => at(force, gap)));
-  const said = (reading, gap, force) => {
-    const failed = reading.failed && reading.failed < reading.runs ? `<br>× ${reading.failed} of ${reading.runs} failed, left out` : "";
-    return `${cellWords({ gap, yield_force: force })}<br><b>${valueWords(output, reading, many)}</b>${failed}`;
+  const said = (result, gap, force) => {
+    const failed = result.failed && result.failed < result.runs ? `<br>× ${result.failed} of ${result.runs} failed, left out` : "";
+    return `${cellWords({ gap, yield_force: force })}<br><b>${valueWords(output, result, many)}</b>${failed}`;
   };
-  const text = cells.map((row, force) => row.map((reading, gap) => said(reading, gap, force)));
-  const failed = cells.flatMap((row, force) => row.map((reading, gap) => ({ reading, gap, force }))).filter(({ reading }) => reading.failed);
+  const text = cells.map((row, force) => row.map((result, gap) => said(result, gap, force)));
+  const failed = cells.flatMap((row, force) => row.map((result, gap) => ({ result, gap, force }))).filter(({ result }) => result.failed);
   const heat = {
     type: "heatmap", z: cells.map((row) => row.map(({ value }) => (Number.isFinite(value) ? value : null))), text,
     hoverinfo: "text", hoverongaps: true, colorscale: "Cividis", reversescale: true, xgap: 1, ygap: 1, ...colours(output, cells),
   };
   const crosses = {
     type: "scatter", mode: "markers", x: failed.map(({ gap }) => gap), y: failed.map(({ force }) => force),
-    text: failed.map(({ reading, gap, force }) => said(reading, gap, force)), hoverinfo: "text", showlegend: false,
+    text: failed.map(({ result, gap, force }) => said(result, gap, force)), hoverinfo: "text", showlegend: false,
     marker: { symbol: "x", size: 11, color: "#000", line: { color: "#fff", width: 1.5 } },
   };
   const layout = {
@@ -340,15 +340,15 @@ function drawWords(output) {
   const kind = kindWords(output, state.picks, state.statistic);
   element("shown").textContent = `${output.label}${kind && `, ${kind}`}`;
   element("words").textContent = `${output.words}. Of ${model.pickers.map((axis) => pickWords(state.picks, axis)).join(", ")}.`;
-  const reading = summary(output, state.picks, state.statistic, state.cell);
-  const under = reading.motion && `, under ${reading.motion}`;
+  const result = summary(output, state.picks, state.statistic, state.cell);
+  const under = result.motion && `, under ${result.motion}`;
   const ends = endWords(state.picks, state.cell);
-  element("reading").textContent = `${cellWords(state.cell)}: ${valueWords(output, reading, many)}${under}; ${ends}.`;
+  element("reading").textContent = `${cellWords(state.cell)}: ${valueWords(output, result, many)}${under}; ${ends}.`;
   const legend = [["chosen", "\u00a0", "the chosen cell"], ["", "\u00a0", "blank: not defined, such as the time of a touch where there is none"]];
   const marks = many ? "a run failed and is left out of the number" : "the run failed; no number";
   if (model.anyFailed) legend.push(["", "×", marks]);
   if (many) legend.push(["", "(of 7)", "so many of the motions have such a number"]);
-  legend.push(["", "A", "pinned; its choices are reading in the table"]);
+  legend.push(["", "A", "pinned; its choices are listed in the table"]);
   const columns = model.pickers.includes("interface") ? ", but columns with a yield force of their own" : "";
   legend.push(["", "none", `on the axis of yield forces: nothing yields${columns}. Laws without a cap are the same at every yield force`]);
   element("legend").replaceChildren(...legend.map(([kindOf, mark, words]) => {
@@ -383,8 +383,8 @@ function headCell(title, shown) {
   return head;
 }
 
-function ratioWords(output, reading) {
-  const [one, other] = reading.map((each) => each.value);
+function ratioWords(output, result) {
+  const [one, other] = result.map((each) => each.value);
   if (output.variable.share || !Number.isFinite(one) || !Number.isFinite(other) || one === 0) return "–";
   return numberWords(other / one);
 }
@@ -406,9 +406,9 @@ function drawTable() {
     if (variable) rows.push(tableRow(title, "", said((picks, cell) => countWords(variable, words, picks, cell))));
   }
   outputs.forEach((output, index) => {
-    const reading = columns.map(([, { picks, statistic, cell }]) => summary(output, picks, statistic, cell));
-    const cells = reading.map((each, column) => tableCell("td", valueWords(output, each, isMany(columns[column][1].picks))));
-    if (compares) cells.push(tableCell("td", ratioWords(output, reading.slice(1))));
+    const result = columns.map(([, { picks, statistic, cell }]) => summary(output, picks, statistic, cell));
+    const cells = result.map((each, column) => tableCell("td", valueWords(output, each, isMany(columns[column][1].picks))));
+    if (compares) cells.push(tableCell("td", ratioWords(output, result.slice(1))));
     const row = tableRow(output.label, output.words, cells, index === state.output ? "shown" : "");
     row.dataset.output = output.key;
     rows.push(row);
