@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk._common.counted import counted
 from pounding_risk.figures.style import QUIET, beside, blank, legend_below, logarithmic, message, title
 from pounding_risk.lab.accuracy_findings import EVENT, OUTPUTS, summed_up
 from pounding_risk.results.tolerance_check import COUNTED
@@ -43,10 +44,8 @@ def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
             _draw(axis, dataset, (solver, output), (COLOURS[number], MARKERS[number]))
         _frame(axis, words, dataset.sel(output=output))
     worst = ", a case's that of its worst interface" if dataset.sizes.get("interface", 1) > 1 else ""
-    counts = (
-        f"{dataset.attrs['title']}; {dataset.sizes['case']} cases; median error (lines) and largest (dotted, counts)"
-        f"{worst}"
-    )
+    cases = counted(dataset.sizes["case"], "case")
+    counts = f"{dataset.attrs['title']}; {cases}; median error (lines) and largest (dotted, counts){worst}"
     title(figure, dataset.attrs["finding"], counts, note)
     handles = axes.flat[0].get_legend_handles_labels()[0]
     legend_below(figure, handles, len(handles))

@@ -105,7 +105,7 @@ def accuracy(
     out : path, optional
         File for the dataset, ``.nc``.
     cases : int
-        Most cases to run, about; the grid is thinned evenly along gaps and yield forces.
+        Most cases to run, about; the grid is thinned evenly along gaps and yield forces, to the scene's own last.
     budget : float
         Longest processor time of one pass of a setting over all cases [s].
     scipy : bool

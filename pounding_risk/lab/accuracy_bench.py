@@ -423,16 +423,18 @@ def driven_motions(study: Scene) -> list[Driven]:
 
 
 def thinned_grid(study: Scene, cases: int, motions: int) -> tuple[list[int], list[int]]:
-    """Indices of as many gaps and yield forces as fit into so many cases, evenly spaced."""
-    grid = study.grid
+    """Indices of as many gaps and yield forces as fit into so many cases, evenly spaced; of one alone the scene's."""
+    grid, varied = study.grid, study.gridded_interface
+    own = study.interfaces[study.interface_names.index(varied) if varied else 0]
     most = max(1, cases // (motions * len(grid.contact_models)))
-    forces = _thinned(grid.yield_forces, max(1, int(most**0.5)) if len(grid.gaps) > 1 else most)
-    return _thinned(grid.gaps, max(1, most // len(forces))), forces
+    forces = _thinned(grid.yield_forces, max(1, int(most**0.5)) if len(grid.gaps) > 1 else most, own.yield_force)
+    return _thinned(grid.gaps, max(1, most // len(forces)), own.gap), forces
 
 
-def _thinned(values: Sequence[float], most: int) -> list[int]:
-    """Indices of at most so many of the values, first and last among them where there is room."""
+def _thinned(values: Sequence[float], most: int, own: float) -> list[int]:
+    """Indices of at most so many of the values, first and last among them; of one alone the nearest to ``own``."""
     if len(values) <= most:
         return list(range(len(values)))
-    indices = np.unique(np.linspace(0, len(values) - 1, max(most, 2)).round().astype(int))
-    return [int(index) for index in (indices if most > 1 else indices[-1:])]
+    if most == 1:
+        return [int(np.abs(np.nan_to_num(values) - np.nan_to_num(own)).argmin())]
+    return [int(index) for index in np.linspace(0, len(values) - 1, most).round()]

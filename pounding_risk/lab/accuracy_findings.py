@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pounding_risk._common.counted import counted
 from pounding_risk.render.sheet import computing_time
 from pounding_risk.results.tolerance_check import WORDS
 
@@ -90,7 +91,8 @@ def finding(dataset: xr.Dataset) -> str:
     reference, times = dataset["reference"].values, dataset["time"].isel(output=REACH).values
     names, methods = dataset["setting"].values, dataset["method"].values
     good = [index for index in range(len(names)) if holds_digits(dataset["value"].values[index], reference)]
-    count = f"{dataset.sizes['case']} case" + ("s" if dataset.sizes["case"] > 1 else "")
+    touched = int((reference[..., COUNT] > 0.0).reshape(len(reference), -1).any(axis=1).sum())
+    count = f"{counted(len(reference), 'case')}, {touched or 'none'} of them with contact"
     if not good:
         return f"No setting keeps all {DIGITS} printed digits of every output in all of {count}."
     best = min(good, key=times.__getitem__)

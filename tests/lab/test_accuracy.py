@@ -14,7 +14,7 @@ from sweeps import sweep
 
 from pounding_risk import accuracy
 from pounding_risk.lab.accuracy import FIXED, GENERAL, OPENSEES, RTOLS, Setting, _reference_words
-from pounding_risk.lab.accuracy_bench import bench_of
+from pounding_risk.lab.accuracy_bench import bench_of, thinned_grid
 from pounding_risk.lab.accuracy_findings import (
     COUNT,
     EVENT,
@@ -350,3 +350,12 @@ def test_the_figure_of_a_row_says_whose_error_it_is(of_row):
     from pounding_risk.figures import accuracy_figure
 
     assert "a case's that of its worst interface" in words_of(accuracy_figure(of_row)).replace("\n", " ")
+
+
+def test_one_gap_and_one_yield_force_alone_are_the_scene_s_own_and_not_the_widest():
+    """At the ends of a grid, the widest gap and no yielding, there may be no contact to measure anything of."""
+    keys = {"gap": ["0 mm", "10 mm", "2 m"], "yield_force": ["900 kN", "1800 kN", "inf"]}
+    study = parse_scene(scene_text(law="viscous_elastoplastic", gap="12 mm", yield_force="900 kN", grid=keys))
+    assert thinned_grid(study, 1, 1) == ([1], [0])
+    assert thinned_grid(study, 4, 1) == ([0, 2], [0, 2])
+    assert thinned_grid(study, 9, 1) == ([0, 1, 2], [0, 1, 2])
