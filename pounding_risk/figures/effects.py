@@ -8,7 +8,7 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.figures.style import QUIET, STYLES, beside, blank, title
-from pounding_risk.lab.effects_findings import COMPARED, NONE, acted_on, yielding_cases
+from pounding_risk.lab.effects_findings import COMPARED, acted_on, changes, yielding_cases
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,11 +42,10 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         in_mm = output == "permanent_set"
         rows = []
         for name in names[1:]:
-            acted = acted_on(dataset, name)  # at every building or interface
-            after, before = (dataset[output].sel(effects=one).values.astype(float)[acted] for one in (name, NONE))
-            with np.errstate(divide="ignore", invalid="ignore"):
-                values = after.ravel() * 1e3 if in_mm else 100.0 * (after / before - 1.0)
-            rows.append(values if in_mm else values[np.isfinite(values)])
+            if in_mm:
+                rows.append(1e3 * dataset[output].sel(effects=name).values[acted_on(dataset, name)].ravel())
+            else:
+                rows.append(100.0 * changes(dataset, name, output))
         axis.set_xlim(*_edges(rows))
         axis.locator_params(axis="x", nbins=7)
         for row, values in enumerate(rows, 1):
@@ -66,11 +65,11 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     for axis in axes[:, 0]:
         axis.set_yticks(range(1, len(names)), [name.replace(" + ", "\n+ ") for name in names[1:]])
         axis.set_ylim(len(names) - 0.4, 0.4)
-    wide = ", all where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
+    wide = ", and all where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
     several = dataset.sizes.get("interface", 1) > 1
     dots = ", dots: a case at one interface, or of one building" if several else ""
     condition = (
-        f"{dataset.attrs['title']}; the {int(yields.sum())} of {counted(yields.size, 'case')} that yield without "
+        f"{dataset.attrs['title']}; shown: {int(yields.sum())} of {counted(yields.size, 'case')} that yield without "
         f"effects{wide}; bars: middle two thirds, line: median{dots}"
     )
     title(figure, dataset.attrs["finding"], condition, note)
@@ -82,7 +81,7 @@ def _edges(rows: list[np.ndarray]) -> tuple[float, float]:
 
     Below a hundred values a row has all of them within.
     """
-    full = [values for values in rows if values.size] or [np.zeros(1)]
+    full = [values[np.isfinite(values)] for values in rows if np.isfinite(values).any()] or [np.zeros(1)]
     low = min(0.0, *(float(np.quantile(values, 0.01, method="lower")) for values in full))
     high = max(0.0, *(float(np.quantile(values, 0.99, method="higher")) for values in full))
     margin = 0.05 * (high - low) or 1.0
@@ -96,7 +95,7 @@ def _spread(axis: Any, row: int, values: np.ndarray, colour: str) -> None:
     # Points side by side at random, the same on any day.
     shifts = np.random.default_rng(row).uniform(-0.18, 0.18, values.size)
     axis.plot(values, row + shifts, ".", color=colour, markersize=4, alpha=0.5)
-    low, middle, high = np.quantile(values, (0.16, 0.5, 0.84))
+    low, middle, high = np.quantile(np.minimum(values, axis.get_xlim()[1]), (0.16, 0.5, 0.84))
     axis.plot([low, high], [row, row], color="black", linewidth=3, solid_capstyle="butt", alpha=0.6)
     axis.plot([middle, middle], [row - 0.28, row + 0.28], color="black", linewidth=2)
 
@@ -107,5 +106,6 @@ def _beyond(axis: Any, row: int, values: np.ndarray, unit: str) -> None:
     for edge, beyond, side in ((left, values < left, "left"), (right, values > right, "right")):
         if beyond.any():
             far = values[beyond].min() if side == "left" else values[beyond].max()
-            words, inside = f"{beyond.sum()} beyond, to {far:+.0f} {unit}", 3 if side == "left" else -3
+            words = f"{beyond.sum()} beyond, to {'∞' if np.isinf(far) else f'{far:+.0f}'} {unit}"
+            inside = 3 if side == "left" else -3
             beside(axis, words, (edge, row + 0.42), (inside, 0), 8)

@@ -169,8 +169,8 @@ def _dataset(scenes: list[tuple[str, Scene]], scans: list[xr.Dataset], times: np
     everywhere = [any(not acts_on_law(effect.name) for effect in scene.effects) for _, scene in scenes]
     words = "1 where the effects act on cases that do not yield, too"
     dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), described("1", words))
-    ratios = np.median(times / times[0], axis=1)
-    dataset["time_ratio"] = ("effects", ratios, described("1", "time of one run over that without effects"))
+    words = "time of one run over that without effects"
+    dataset["time_ratio"] = ("effects", medians / medians[0], described("1", words))
     dataset.attrs = {key: value for key, value in scans[0].attrs.items() if key != "scene_resolved"}
     dataset.attrs["references"] = "; ".join(dict.fromkeys(scan.attrs["references"] for scan in scans))
     return dataset

@@ -23,6 +23,7 @@ COMPARED = {
     )
 }
 DIGITS = 4  # that a table shows
+ROUNDING = 1e-12  # a relative change that is none
 
 
 def changes(dataset: xr.Dataset, name: str, output: str) -> np.ndarray:
@@ -40,7 +41,8 @@ def changes(dataset: xr.Dataset, name: str, output: str) -> np.ndarray:
     before, after = before[both], after[both]
     with np.errstate(divide="ignore", invalid="ignore"):
         change = (after - before) / np.abs(before)
-    return np.where(after == before, 0.0, np.where(before == 0.0, inf, change))
+    same = np.isclose(after, before, rtol=ROUNDING, atol=0.0)
+    return np.where(same, 0.0, np.where(before == 0.0, inf, change))
 
 
 def acted_on(dataset: xr.Dataset, name: str) -> np.ndarray:
@@ -90,7 +92,7 @@ def percent(change: float) -> str:
     """A relative change with its sign: to a tenth of a per cent where it is small."""
     digits = 1 if abs(change) < 0.0995 else 0
     # Adding zero takes the sign from a rounded −0.
-    return f"{round(float(change), digits + 2) + 0.0:+.{digits}%}"
+    return f"{round(100.0 * float(change), digits) + 0.0:+.{digits}f} %"
 
 
 def yielding(dataset: xr.Dataset) -> int:
@@ -111,7 +113,6 @@ def rows(dataset: xr.Dataset) -> Iterator[tuple[str, int, float, float, dict[str
         spread = {}
         for output in COMPARED:
             change = changes(dataset, name, output)
-            change = change[np.isfinite(change)]
             low, middle, high = (change.min(), float(np.median(change)), change.max()) if change.size else (0.0,) * 3
             spread[output] = (low, middle, high)
         yield name, changed_cases(dataset, name), float(of_effects["time"]), float(of_effects["time_ratio"]), spread

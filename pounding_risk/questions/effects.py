@@ -58,6 +58,6 @@ def _changes(dataset: xr.Dataset) -> Block:
     wide = ", of all cases where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
     caption = (
         "Processor time of a run, and change against the scene without effects: median (smallest to largest) of the "
-        f"cases that yield{wide}."
+        f"cases that yield{wide}. ∞: nothing without effects."
     )
     return table(caption, [*heads, head("largest set", "m")], lines)

@@ -16,6 +16,7 @@ from pounding_risk.cli import app
 from pounding_risk.lab.effects import combinations, effects
 from pounding_risk.lab.effects_findings import ALL, COMPARED, NONE, changed_cases, changes, finding, yielding
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings
+from pounding_risk.questions.effects import sheet
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.scene.tables import Effect
@@ -95,6 +96,19 @@ def test_a_change_beyond_the_printed_digits_is_none(found):
     assert changed_cases(near, "strain_rate") == 0
     near["peak_contact_force"].loc[key] = value * 1.01
     assert changed_cases(near, "strain_rate") == near["status"].sel(effects=NONE).size // 2
+
+
+def test_contact_that_an_effect_brings_is_an_infinite_change_in_table_and_figure(found):
+    """It was left out of both; and the figure left out cases without contact, so that its medians were others."""
+    brought = found.copy(deep=True)
+    brought["impact_count"].loc[{"effects": "wave_passage"}] = 3
+    brought["impact_count"].loc[{"effects": NONE}] = 4
+    brought["impact_count"][{"effects": 0, "gap": 1, "polarity": 0}] = 0
+    table = next(block for block in sheet(brought) if block["kind"] == "table")
+    (cell,) = (row[6] for row in table["rows"] if row[0]["text"] == "wave_passage")
+    assert cell["text"] == "-25 (-25 to ∞)" and "∞: nothing without effects" in table["caption"]
+    drawn = [text.get_text() for axis in figures.effects_figure(brought).axes for text in axis.texts]
+    assert "2 beyond, to ∞ %" in drawn
 
 
 @pytest.mark.complete
@@ -183,7 +197,7 @@ def test_what_has_no_place_in_a_row_is_said():
 
 def test_command_and_figure_of_a_row(of_row, tmp_path):
     drawn = figures.effects_figure(of_row)
-    assert "1 of 2 cases that yield" in words_of(drawn).replace("\n", " ")
+    assert "shown: 1 of 2 cases that yield" in words_of(drawn).replace("\n", " ")
     assert "dots: a case at one interface" in words_of(drawn).replace("\n", " ")
     for axis in drawn.axes[:5]:  # fewer than a hundred values, so that the panel holds them all
         low, high = axis.get_xlim()
