@@ -95,6 +95,7 @@ USUAL: dict[str, tuple[tuple[str, float], ...]] = {
     "m/s^2": (("g", STANDARD_GRAVITY),),
     "J": (("MJ", 1e6), ("kJ", 1e3), ("J", 1.0)),
     "N s": (("kN s", 1e3), ("N s", 1.0)),
+    "N s/m": (("MN s/m", 1e6), ("kN s/m", 1e3), ("N s/m", 1.0)),
 }
 # The unit in which tables, figures and pages show a value whatever its size, by the SI unit as datasets write it, and
 # what the value is multiplied by.
@@ -333,6 +334,15 @@ def say_in(value: float, unit: str, digits: int = 4) -> str:
     """``value`` (SI) in one of the units of `USUAL`, whatever its size: 0.9 mm beside 1200 mm."""
     size = next(size for units in USUAL.values() for name, size in units if name == unit) if value else 1.0
     return f"{_digits(value / size, digits)} {unit}"
+
+
+def legible(value: Any) -> str:
+    """A value as `exact` writes it, for a reader: 4 MN s/m of "4000000.0 N s/m"; other values as they are."""
+    number, _, unit = str(value).partition(" ")
+    try:
+        return say(float(number), Quantity(unit or "1", -inf, inf, ""), 6)
+    except ValueError:
+        return str(value)
 
 
 def exact(value: float, quantity: Quantity) -> str | float:

@@ -29,6 +29,7 @@ from pounding_risk.units import (
     QuantityError,
     bounds,
     exact,
+    legible,
     parse,
     say,
     share,
@@ -274,3 +275,8 @@ def test_a_share_keeps_to_its_range():
     assert share("1 %", "target") == 0.01
     with pytest.raises(QuantityError, match=r"is 0\.9 %; it must lie between 50 % and 100 %"):
         share("0.9 %", "percentile", low=0.5)
+
+
+def test_an_exact_text_is_told_as_an_engineer_writes_it():
+    texts = ("4000000.0 N s/m", "0.0 N s/m", "1500000.0 N", "20.0 m", 0.65, "concrete", "inf")
+    assert [legible(text) for text in texts] == ["4 MN s/m", "0 N s/m", "1500 kN", "20 m", "0.65", "concrete", "inf"]

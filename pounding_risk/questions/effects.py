@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pounding_risk.lab.effects_findings import NONE, rows, yielding
 from pounding_risk.render.sheet import Block, Cell, computing_time, count, facts, head, middle, number, paragraph, table
-from pounding_risk.units import MISSING
+from pounding_risk.units import MISSING, legible
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,8 +42,8 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
 
 
 def options_words(options: dict[str, Any]) -> str:
-    """The options of an effect, as a scene states them."""
-    return ", ".join(f"{key} {value}" for key, value in options.items()) or "no options"
+    """The options of an effect."""
+    return ", ".join(f"{key} {legible(value)}" for key, value in options.items()) or "no options"
 
 
 def _changes(dataset: xr.Dataset) -> Block:

@@ -153,7 +153,8 @@ def separations(
             code.separations(("left", "right"), displacements, *moving, site=site), displacements, site, *moving
         )
     share = percentile_of(percentile)
-    dataset = with_axes(open_results(results) if isinstance(results, str | Path) else results, str(results))
+    dataset = open_results(results) if isinstance(results, str | Path) else results
+    dataset = with_axes(dataset, name_of(dataset))
     check_scan(dataset, name_of(dataset), names=("building", "building_period", "building_damping"))
     pairs = Results(dataset).interfaces
     parts = {name: part.dataset for name, part in pairs if interface in (None, name)}
@@ -211,7 +212,8 @@ def _pair(name: str, values: Sequence[float], left: str, right: str) -> tuple[fl
     """The values of an option that is given twice, None where it is not given."""
     if values and len(values) != 2:
         example = f"--{name} {left} --{name} {right}"
-        raise PoundingError(f"{name}: is given {len(values)} times; give it twice, such as {example}")
+        times = "once" if len(values) == 1 else f"{len(values)} times"
+        raise PoundingError(f"{name}: is given {times}; give it twice, such as {example}")
     return (values[0], values[1]) if values else None
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.results.layout import streamed
-from pounding_risk.units import Quantity, si
+from pounding_risk.units import Quantity, rounded, si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,4 +68,5 @@ def _moves(changes: dict[str, list[np.ndarray]]) -> Iterator[str]:
     for name, finite in changes.items():
         values = np.concatenate(finite)
         if values.size:
-            yield f"{WORDS[name]} moves by {np.median(values):.0e} (median), {values.max():.0e} (largest)"
+            median, largest = (rounded(float(value), 1) for value in (np.median(values), values.max()))
+            yield f"{WORDS[name]} moves by {median} (median), {largest} (largest)"

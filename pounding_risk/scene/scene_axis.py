@@ -8,6 +8,7 @@ from math import prod
 from typing import Any, NamedTuple
 
 from pounding_risk.scene.toml import toml_value
+from pounding_risk.units import legible
 
 NO_UNIT = "1"
 UNCERTAIN = "uncertain"  # the section of a scene whose numbers are drawn
@@ -62,7 +63,7 @@ class SceneAxis(NamedTuple):
         """The values, or how many there are and the two at the ends; of numbered places how many."""
         if self.dimension:
             return f"{self.size} samples of {', '.join(self.keys)}"
-        places = [", ".join(str(values[place]) for values in self.values) for place in range(self.size)]
+        places = [", ".join(legible(values[place]) for values in self.values) for place in range(self.size)]
         return "; ".join(places) if self.size <= 3 else f"{self.size} from {places[0]} to {places[-1]}"
 
     def labels(self) -> dict[str, Labels]:

@@ -29,6 +29,7 @@ from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.questions.separations import _footnotes as footnotes
 from pounding_risk.questions.separations import _own_note as own_note
+from pounding_risk.questions.separations import separations as beside_motions
 from pounding_risk.results.labels import place_coordinates
 from pounding_risk.statistics.separations import abs_sum, cqc, srss, white_noise_correlation
 
@@ -573,3 +574,9 @@ def test_floors_that_nobody_knows_are_not_aligned(neighbour, factor):
     assert set(dataset["contact_point_kind"].values.tolist()) == {"floor"}
     rules = {each.row.rule: each.row.separation for each in code_table(dataset).rules}
     assert rules["eurocode8"] == pytest.approx(factor * rules["srss"], rel=1e-12)
+
+
+def test_a_dataset_with_axes_is_refused_by_name_and_not_by_all_that_it_holds():
+    keys = {"records": {"window": ["0 s", "3 s"]}, "grid": {"building.left.period": ["0.4 s", "0.6 s"]}}
+    with pytest.raises(PoundingError, match=r"^the dataset: has cases along building.left.period"):
+        beside_motions(pr.scan(scene_text(**keys), check_fraction=0.0))

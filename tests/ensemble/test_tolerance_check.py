@@ -160,6 +160,13 @@ def test_a_lossless_pair_with_a_closed_gap_is_sensitive():
     assert "runs at rtol 1e-08" in told["recomputed"] and "moves by more than rtol" in told["sensitive"]
 
 
+def test_what_does_not_move_moves_by_zero():
+    dataset = scan(study(length="3 s"), check_fraction=1.0)
+    for name in ("change_peak_relative_displacement", "change_peak_contact_force"):
+        dataset[name] = dataset[name].where(dataset["sensitive"] < 0, 0.0)
+    assert "peak contact force moves by 0 (median), 0 (largest)" in dict(findings(dataset))["recomputed"]
+
+
 @pytest.mark.parametrize("fraction", [-0.1, 1.5, np.nan])
 def test_a_share_outside_its_range_is_refused(fraction):
     with pytest.raises(PoundingError, match=r"check_fraction: .* at least 0 and at most 1"):

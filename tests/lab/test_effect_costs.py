@@ -132,7 +132,7 @@ def test_command_prints_draws_and_writes(tmp_path):
     assert told.exit_code == 0, told.output
     lines = told.stdout.splitlines()
     assert [line.split("  ")[0] for line in lines[5:7]] == ["none", "strain_rate"]
-    assert any(line.startswith("strain_rate") and "code mc1990, length 0.6 m, strength" in line for line in lines)
+    assert any(line.startswith("strain_rate") and "code mc1990, length 600 mm, strength" in line for line in lines)
     assert lines[0].startswith("strain_rate changes the peak relative displacement")
     dataset = pr.open_results(out)
     assert dataset.attrs["finding"] in told.stdout and "<svg" in figure.read_text()
