@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 RATIOS = (0.5, 0.8, 0.95)  # of the periods, along which sections are drawn
 BANDS = (0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4)  # of a ratio, one shade each
+ROUNDING = 1e-9  # share by which periods are no other
 SHORT = 1.05  # ratio from which a rule is shown as insufficient: less is within the scatter of few motions
 
 
@@ -74,7 +75,7 @@ def gap_spectra_figure(
     rules_words = " and ".join(map(rule_words, drawn))
     assumed = f"single masses without contact, damping {damped}; {rules_words} of linear displacements (factors 1)"
     headline = f"Required gap over both periods, {at:g} % of the motions"
-    title(figure, headline, f"{motions_words(results)}; {assumed}", note)
+    title(figure, headline, f"{motions_words(results)}; {assumed}; white: no gap needed", note)
     return figure
 
 
@@ -130,7 +131,9 @@ def _sections(axis: Any, results: xr.Dataset, rules: Sequence[str]) -> None:
     curves += [(required.sel(rule=rule).values, dash, 1.1) for rule, dash in zip(rules, ("--", ":"), strict=True)]
     ratio_axis(axis, "x", left)
     for ratio, (colour, _) in zip(RATIOS, STYLES, strict=False):
-        inside = left[(ratio * left >= right[0]) & (ratio * left <= right[-1])]
+        # Only where another period lies between both: next to equal ones, which need no gap, no line is straight.
+        between = np.searchsorted(right, left * (1.0 - ROUNDING)) > np.searchsorted(right, ratio * left)
+        inside = left[between & (ratio * left >= right[0]) & (ratio * left <= right[-1])]
         if inside.size < 2:
             continue
         places = np.column_stack([np.log(inside), np.log(ratio * inside)])

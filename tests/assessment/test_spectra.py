@@ -191,6 +191,16 @@ def test_the_figure_says_what_it_shows(results, says):
     )
 
 
+def test_sections_next_to_equal_periods_are_drawn_where_others_lie_between():
+    """Of equal periods no gap is needed: a straight line from there to the next ones is far below what is."""
+
+    def drawn(num: int) -> list[str]:
+        axis = pr.figures.gap_spectra_figure(pr.spectra(noise_motions(1, 2.0), num=num)).axes[3]
+        return [line.get_label() for line in axis.lines if line.get_label().startswith("right = ")]
+
+    assert drawn(12) == ["right = 0.5 left"] and len(drawn(100)) == 3
+
+
 def test_motions_that_do_not_suit_the_periods_are_flagged():
     coarse = Motion("coarse", np.sin(np.arange(0.0, 40.0, 0.1)), 0.02, {})
     flags = json.loads(pr.spectra([coarse], periods=("0.05 s", "1 s"), num=2).attrs["flags"])
