@@ -41,7 +41,7 @@ from pounding_risk.studies.compare_findings import (
     which_interface,
     with_terms_of_its_own,
 )
-from pounding_risk.units import say_in
+from pounding_risk.units import rounded, say_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -308,7 +308,7 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
             letter, scale, shown = FAMILIES[unit]
             stiffness, e = float(law["stiffness"]) / scale, float(law["reference_restitution"])
             label = f"{names[index]}{'' if int(law['dissipates']) else ', elastic'}\n"
-            label += f"{letter} = {stiffness:.4g} {shown}, e {e:.3f}"
+            label += f"{letter} = {rounded(stiffness)} {shown}, e {e:.3f}"
             axes[row, 0].plot(law["impact_time"].values * 1e3, force, label=label, **look)
             axes[row, 1].plot(law["impact_penetration"].values * 1e3, force, **look)
         axes[row, 0].set_ylabel("contact force [MN]")

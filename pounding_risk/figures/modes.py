@@ -41,7 +41,9 @@ def modes_figure(buildings: Sequence[Modes]) -> Figure:
         axis.set_visible(False)
     for axis in axes[:, 0]:
         axis.set_ylabel("level [m]")
-    title(figure, f"Shapes of the {MOST_MODES} slowest modes", "each building on its own, storeys elastic")
+    most = max(min(MOST_MODES, building.periods.size) for building in buildings)
+    which = f"the {most} slowest modes" if most > 1 else "the only mode"
+    title(figure, f"Shapes of {which}", "each building on its own, storeys elastic")
     return figure
 
 
@@ -49,6 +51,7 @@ def _shapes(axis: Any, building: Modes) -> None:
     axis.set_title(plain(building.name), fontsize=10, loc="left")
     axis.axvline(0.0, color=QUIET, linewidth=0.8)
     axis.set_xlim(-1.1, 1.1)
+    axis.set_xlabel("displacement, the largest 1 [1]", fontsize=9)
     if not building.periods.size:
         axis.set_yticks([])
         return message(axis, "rigid")

@@ -78,7 +78,7 @@ def impact_figure(impacts: Sequence[Any], note: str = "") -> Figure:
 
 def _impact_label(impact: Any, impacts: Sequence[Any]) -> str:
     """What distinguishes an impact from the others, and its restitution."""
-    parts = [law_words(impact.law)] if len({other.law for other in impacts}) > 1 else []
+    parts = [impact.law] if len({other.law for other in impacts}) > 1 else []
     if len({other.mass for other in impacts}) > 1 or not parts:
         parts.append(f"{impact.mass:.0f} kg")
     if len({other.approach_speed for other in impacts}) > 1 or len(parts) < 2:
