@@ -1,4 +1,4 @@
-"""Numbers with nouns: 1 motion, 2 motions."""
+"""Numbers with nouns: 1 motion, 2 motions; sizes of files and memory: 12 MB."""
 
 from __future__ import annotations
 
@@ -12,3 +12,11 @@ def counted(number: int | float, noun: str, plural: str = "") -> str:
     plural_noun = plural or f"{noun}s"
     digits = f"{number:,.0f}" if number >= 10_000 else f"{number:.0f}"
     return f"{digits} {noun if number == 1 else plural_noun}"
+
+
+def size_words(size: float) -> str:
+    """So many bytes: 1.2 TB, 350 kB."""
+    for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if size >= scale:
+            return f"{size / scale:.3g} {unit}"
+    return f"{size:.0f} bytes"

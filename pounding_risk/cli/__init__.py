@@ -33,7 +33,7 @@ class Commands(FolderGroup):
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command; bad input ends with status 2, Ctrl-C with 130."""
-        with _sentences():
+        with _sentences(), _set_named():
             return super().invoke(ctx)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -87,6 +87,19 @@ def _sentences() -> Iterator[None]:
         remains = str(stop) or "no file was left half written"
         typer.echo(plain(f"pounding-risk: stopped by Ctrl-C; {remains}"), err=True)
         raise typer.Exit(INTERRUPTED) from None
+
+
+@contextmanager
+def _set_named() -> Iterator[None]:
+    """An unknown option of a command that takes ``--set`` is told of it: it takes any key of the scene."""
+    try:
+        yield
+    except Exception as error:
+        unknown: Any = error
+        command = getattr(getattr(error, "ctx", None), "command", None)
+        if hasattr(error, "possibilities") and any("--set" in each.opts for each in getattr(command, "params", ())):
+            unknown.message += "; a key of the scene is changed with --set, such as --set interface.gap='20 mm'"
+        raise
 
 
 @contextmanager

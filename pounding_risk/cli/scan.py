@@ -139,7 +139,8 @@ def print_scan(dataset: Any, seconds: float, target: Path, n_earlier: int = 0) -
     pairs += [*findings(dataset), *(("failed", f"{count}: {name}") for name, count in failures(dataset).items())]
     rate = (counts["cases"] - n_earlier) / seconds
     speed = f"{rate:.0f}" if rate >= 100.0 else f"{rate:.3g}"
-    pairs.append(("time", f"{seconds:.3g} s, {speed} cases a second with reading and compiling"))
+    words = f"{speed} cases a second with reading and compiling" if rate else "every case was done before"
+    pairs.append(("time", f"{seconds:.3g} s, {words}"))
     print_pairs([*pairs, ("written", str(target))])
     flags, left_out, unused = (
         json.loads(dataset.attrs.get(name, "{}")) for name in ("flags", "left_out", "unused_keys")
@@ -147,7 +148,8 @@ def print_scan(dataset: Any, seconds: float, target: Path, n_earlier: int = 0) -
     print_notes((*of_records(flags), *of_results(Results(dataset))))
     print_left_out(left_out)
     n_held = int((dataset["restitution_held"] > 0).sum())
-    print_notes([*unused, *([f"{n_held} cases have contacts {FASTER}"] if n_held else [])])
+    held = f"{n_held} case{' has' if n_held == 1 else 's have'} contacts {FASTER}"
+    print_notes([*unused, *([held] if n_held else [])])
 
 
 def command_line(excluded: Mapping[str, bool]) -> str:

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pounding_risk._common.counted import size_words
 from pounding_risk.ensemble.laws import check_reach
 from pounding_risk.errors import SceneError
 from pounding_risk.models.ground import arrivals_of
@@ -141,7 +142,7 @@ def check_memory(study: Scene, motions: Iterable[Motion], *, histories: bool = F
             raise _refused(
                 study,
                 f"the fastest mode turns by {turn:.3g} rad within a sample of {motion.name}, so that each is divided "
-                f"into {max(1, ceil(turn / TURN))}: one response takes {size / 1e9:.3g} GB, and {free / 1e9:.3g} GB of "
+                f"into {max(1, ceil(turn / TURN))}: one response takes {size_words(size)}, and {size_words(free)} of "
                 f"memory are free; check mass, period and stiffness of the buildings{links}",
             )
 
@@ -167,7 +168,7 @@ def check_dataset(study: Scene, cases: int, size: int) -> None:
     if size > MOST_BYTES:
         raise _refused(
             study,
-            f"the grid has {cases:.3g} cases, and their dataset {size / 1e12:.3g} TB before compression; no disk "
+            f"the grid has {cases:.3g} cases, and their dataset {size_words(size)} before compression; no disk "
             "holds that: write fewer values in [grid]",
         )
 
@@ -181,7 +182,7 @@ def check_disk(study: Scene, size: int, folder: Path) -> None:
     if size > free:
         raise _refused(
             study,
-            f"the cases take {size / 1e9:.3g} GB before compression, and {free / 1e9:.3g} GB are free in "
+            f"the cases take {size_words(size)} before compression, and {size_words(free)} are free in "
             f"{folder.resolve()}; write fewer values in [grid], or name another place with -o",
         )
 
@@ -192,7 +193,7 @@ def check_held(study: Scene, size: int) -> None:
     if free and size > free:
         raise _refused(
             study,
-            f"the cases take {size / 1e9:.3g} GB, and {free / 1e9:.3g} GB of memory are free; scan into a file, or "
+            f"the cases take {size_words(size)}, and {size_words(free)} of memory are free; scan into a file, or "
             "write fewer values in [grid]",
         )
 

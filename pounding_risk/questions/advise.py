@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pounding_risk.render.sheet import Block, Cell, amount, listing, milliseconds, paragraph, source, table
-from pounding_risk.studies.advice import FACTORS, JUDGED, LITTLE, MUCH, OUTPUTS
+from pounding_risk.studies.advice import FACTORS, LITTLE, MUCH, OUTPUTS
 
 if TYPE_CHECKING:
     from pounding_risk.studies.advice import Advice
@@ -40,7 +40,7 @@ def _lines(advice: Advice) -> Block:
         text.append(f"# {line.why}")
         where = f"   # {line.interface}" if line.interface else ""
         if line.line or where:
-            text.append(f"{line.line or '# nothing'}{where}")
+            text.append(f"{line.line or '# write nothing'}{where}")
     return source("What to write in [[interface]]", "\n".join(text))
 
 
@@ -73,9 +73,9 @@ def _influences(advice: Advice) -> Block:
         ones = [advice.influence(factor, output, place) for factor in FACTORS]
         cells = ["–" if one is None else one.words for one in ones]
         rows.append([OUTPUTS[output].words, place, amount(value, OUTPUTS[output].unit, 3), *cells])
-    factor, little, much = (amount(value, unit)["text"] for value, unit in ((JUDGED, "1"), (LITTLE, "%"), (MUCH, "%")))
+    little, much = (amount(value, "%")["text"] for value in (LITTLE, MUCH))
     caption = (
-        f"Sensitivity: median change of the cases with contact. Stiffness: a {factor}th to {factor} times the scene's. "
+        f"Sensitivity: median change of the cases with contact. Stiffness: a tenth to ten times the scene's. "
         f"Below {little} an output does not depend on a value, above {much} it does."
     )
     heads = ["output", "of", "now, median", *FACTORS]

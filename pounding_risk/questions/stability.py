@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from math import inf, isnan
 from typing import TYPE_CHECKING
 
+from pounding_risk._common.counted import counted
 from pounding_risk.render.sheet import Block, Cell, count, listing, out_of, paragraph, table, worded
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def sheet(rows: Sequence[Row]) -> list[Block]:
     return [
         table(caption, heads, lines),
         listing([*_failing(rows, ""), *_failing(in_row, " as a row")], mark=""),
-        paragraph(f"{len(by_case)} hard cases, {len(rows)} with each law: {_outcome(rows)}{also}"),
+        paragraph(f"{counted(len(by_case), 'hard case')}, {len(rows)} with each law: {_outcome(rows)}{also}"),
     ]
 
 

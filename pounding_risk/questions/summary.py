@@ -18,8 +18,9 @@ HEADS = ("output, of complete cases", "contact model", "values", "least", "mean"
 def sheet(summary: Summary) -> list[Block]:
     """Counts of cases, and a line for each output and contact model."""
     counts = [(name, count(number)) for name, number in summary.counts.items() if name not in IN_RECHECKS]
+    units = {name: unit.replace("m/s2", "m/s²") for name, unit in summary.units.items()}
     rows = [
-        [name, law, count(spread.values), *(worded(value, f"{value:.6g}") for value in spread[1:]), summary.units[name]]
+        [name, law, count(spread.values), *(worded(value, f"{value:.6g}") for value in spread[1:]), units[name]]
         for name, spread_of_laws in summary.spreads.items()
         for law, spread in spread_of_laws.items()
     ]

@@ -521,7 +521,7 @@ def _assumptions(
     assumed = {name: one.assumed_length for one in ranges for name in one.assumed}
     if assumed:
         single = [b.name for b in study.buildings if b.name in assumed and not isinstance(b, Storeys)]
-        where = f"; write floor_length in [[building]] {' and '.join(single)}" if single else ""
+        where = f", or write floor_length in [[building]] {' and '.join(single)}" if single else ""
         length = next(iter(assumed.values()))
         yield (
             f"floors of {', '.join(assumed)}: a length of {length:g} m is assumed, and waves of 3500 m/s, concrete; "

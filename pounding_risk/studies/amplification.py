@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from pounding_risk._common.counted import counted
+from pounding_risk._common.counted import counted, size_words
 from pounding_risk._common.order import ROUNDING
 from pounding_risk._common.progress import Progress
 from pounding_risk.ensemble.chunks import Chunk, joined
@@ -195,7 +195,7 @@ def responses(
     cases = int(np.prod(shape))
     if (needed := 8 * 2 * (len(PEAKS) + COPIES) * cases) > MOST_BYTES:
         raise PoundingError(
-            f"num: {cases:,} runs take {needed / 1e9:.1f} GB of memory, more than {MOST_BYTES / 1e9:g} GB; take fewer "
+            f"num: {cases:,} runs take {size_words(needed)} of memory, more than {size_words(MOST_BYTES)}; take fewer "
             "ratios, gaps, periods or records"
         )
     check_memory(min(scenes, key=lambda scene: min(one.period for one in scene.pair)), motions)

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from pounding_risk._common.counted import counted
+from pounding_risk._common.counted import counted, size_words
 from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk._jit.sources import source_digest
@@ -255,8 +255,8 @@ def closings(
     if (needed := COPIES * len(motions) * job.bytes_per_batch) > MOST_BYTES:
         count = " × ".join(str(side.periods.size) for side in sides)
         raise PoundingError(
-            f"num: {count} periods under {counted(len(motions), 'record')} take {needed / 1e9:.1f} GB of memory, more "
-            f"than {MOST_BYTES / 1e9:g} GB; take fewer periods or records"
+            f"num: {count} periods under {counted(len(motions), 'record')} take {size_words(needed)} of memory, more "
+            f"than {size_words(MOST_BYTES)}; take fewer periods or records"
         )
     shortest = min(side.periods[0] for side in sides)
     for motion in motions:

@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from pounding_risk._common.counted import size_words
 from pounding_risk._common.progress import Progress
 from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.job import ScanInput
@@ -139,7 +140,7 @@ def free_along(
             study.source,
             [
                 f"uncertain: {axis.size} samples under {records * polarities * amplitudes} motions take "
-                f"{size / 1e9:.3g} GB, and {free / 1e9:.3g} GB of memory are free; take fewer samples or records"
+                f"{size_words(size)}, and {size_words(free)} of memory are free; take fewer samples or records"
             ],
         )
     closing = np.empty((*motions, len(study.interfaces)))

@@ -221,7 +221,14 @@ def test_simulate_without_contact():
     assert result.stdout.splitlines()[-1] == "no contact"
 
 
-def test_scan_writes_and_sums_up():
+def test_an_option_that_is_a_key_of_the_scene_is_told_to_be_one():
+    told = run("scan", "scene.toml", "--gap", "20 mm")
+    assert told.exit_code == 2
+    assert "No such option: --gap; a key of the scene is changed with --set" in told.stderr
+    assert "--set" not in run("summary", "results.nc", "--gap", "20 mm").stderr
+
+
+def test_scan_writes_and_sums_up(capsys):
     result = run("scan", "scene.toml", "--workers", "1")
     assert result.exit_code == 0, result.stderr
     dataset = pounding_risk.open_results("scene.nc")
@@ -236,6 +243,8 @@ def test_scan_writes_and_sums_up():
     assert table[4][1].endswith("cases a second with reading and compiling")
     assert ["written", "scene.nc"] in table
     assert table[-1][0].startswith("note: grid.yield_force: no effect on any force: hertz limits none")
+    cli.scan.print_scan(dataset, 0.4, Path("scene.nc"), n_earlier=6)
+    assert ["time", "0.4 s, every case was done before"] in rows(capsys.readouterr().out)
     every = run("scan", "scene.toml", "--no-screening", "-o", "scene.nc", "--set", "solver.rtol=1e-7", "--new")
     assert rows(every.stdout)[1] == ["simulated", "6"]
     assert json.loads(pounding_risk.open_results("scene.nc").attrs["overrides"]) == ["solver.rtol=1e-7"]

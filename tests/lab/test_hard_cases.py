@@ -142,13 +142,13 @@ def test_a_case_that_fails_is_told(capsys: pytest.CaptureFixture[str]):
     assert not good._replace(status=STATUS_SENTENCES[3]).holds and not good._replace(figure=float("inf")).holds
     assert status([good]) == 0
     print_sheet(sheet([good]))
-    assert capsys.readouterr().out.splitlines()[-1] == "1 hard cases, 1 with each law: all hold"
+    assert capsys.readouterr().out.splitlines()[-1] == "1 hard case, 1 with each law: all hold"
     assert status([good, bad]) == 3
     print_sheet(sheet([good, bad]))
     lines = [line for line in capsys.readouterr().out.splitlines()[2:] if line]
     assert "1 of 2" in lines[1] and "1.0e+00" in lines[1] and "linear" in lines[1]
     assert lines[2] == f"case 3, linear: 1.0e+00 > 1.0e-05; {STATUS_SENTENCES[2]}"
-    assert lines[3] == "1 hard cases, 2 with each law: 1 hold, 1 do not"
+    assert lines[3] == "1 hard case, 2 with each law: 1 hold, 1 do not"
 
 
 def test_a_trial_notices_a_broken_run():

@@ -11,7 +11,7 @@ from shutil import disk_usage
 from statistics import stdev
 from typing import TYPE_CHECKING, NamedTuple
 
-from pounding_risk._common.counted import counted
+from pounding_risk._common.counted import counted, size_words
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.plan.scene_text import scene_words
 from pounding_risk.motions.levels import LEVEL_AXIS
@@ -303,10 +303,10 @@ def _run_words(plan: Plan) -> Iterator[tuple[str, str]]:
 
     folder = plan.study.folder if plan.study.folder.is_dir() else Path()
     free = disk_usage(folder).free
-    room = "" if plan.bytes <= free else f", more than the {_bytes(free)} that are free in {folder.resolve()}"
-    yield "dataset", f"{_bytes(plan.bytes)} before compression{room}"
+    room = "" if plan.bytes <= free else f", more than the {size_words(free)} that are free in {folder.resolve()}"
+    yield "dataset", f"{size_words(plan.bytes)} before compression{room}"
     if plan.memory is not None:
-        yield "memory", f"about {_bytes(plan.memory)}"
+        yield "memory", f"about {size_words(plan.memory)}"
     if plan.seconds is None:
         yield "time", f"not known, since nothing is run; {HERE} times a sample, and states the memory"
     else:
@@ -329,10 +329,3 @@ def duration(seconds: float) -> str:
     if minutes < 60:
         return f"{minutes} min"
     return f"{minutes // 60} h {minutes % 60} min" if minutes < 6000 else f"{minutes / 1440:.1f} days"
-
-
-def _bytes(size: int) -> str:
-    for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
-        if size >= scale:
-            return f"{size / scale:.3g} {unit}"
-    return f"{size} bytes"
