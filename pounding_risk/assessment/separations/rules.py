@@ -148,7 +148,7 @@ EUROCODES = (
     "the United Kingdom the first applies until it is withdrawn on 30 March 2028 (istructe.org, 18 January 2024)"
 )
 INDIA = (
-    "in force, as reported: IS 1893 (Part 1):2025 was withdrawn on 3 March 2026 and the edition of 2016 restored "
+    "this edition, as reported: IS 1893 (Part 1):2025 was withdrawn on 3 March 2026 and the edition of 2016 restored "
     "(owlbrief.com 11897 after The Hindu; riskavoider.com 6750)"
 )
 IBC_TEXT = "the International Building Code's text (up.codes, building separations, eq. 16-64)"
