@@ -45,6 +45,7 @@ from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.variants import check_one_scene
 from pounding_risk.studies.study import saved
+from pounding_risk.units import Quantity, si
 
 CHECK = "SciPy DOP853"  # confirms the reference
 GENERAL = {CHECK: "DOP853", "SciPy Radau": "Radau"}
@@ -73,6 +74,8 @@ class Setting(NamedTuple):
         return f"{self.method}, {'dt' if self.method in STEPPED else 'rtol'} {self.value:.0e}"
 
 
+LEAST_ONE = Quantity("1", 1.0, inf, "number of cases", open_high=True, example="24")
+BUDGET = Quantity("1", 0.0, inf, "number of seconds", open_low=True, example="20")
 TIGHTEST = Setting(EVENT, RTOLS[-1])
 CONFIRMING = Setting(CHECK, GENERAL_RTOLS[CHECK][-1])  # it is always run
 
@@ -105,7 +108,8 @@ def accuracy(
     out : path, optional
         File for the dataset, ``.nc``.
     cases : int
-        Most cases to run, about; the grid is thinned evenly along gaps and yield forces, to the scene's own last.
+        Most cases to run, but one of every motion and contact model at least; the grid is thinned evenly along gaps
+        and yield forces, to the scene's own last.
     budget : float
         Longest processor time of one pass of a setting over all cases [s].
     scipy : bool
@@ -131,6 +135,8 @@ def accuracy(
         As `scan`, before the first run; also, unless ``new``, if ``out`` holds other results.
     """
     target = None if out is None else check_target(out)
+    si(cases, LEAST_ONE, "accuracy: cases")
+    si(budget, BUDGET, "accuracy: budget")
     study = as_scene(study)
     check_one_scene(study, "accuracy")
     if target is not None:

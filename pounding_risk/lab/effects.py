@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -25,9 +26,10 @@ from pounding_risk.scene.scene import Scene, scene_of
 from pounding_risk.scene.tables import Effect
 from pounding_risk.scene.variants import check_one_scene
 from pounding_risk.studies.study import check_out, saved
-from pounding_risk.units import Quantity, parse
+from pounding_risk.units import Quantity, parse, si
 
 CASES_TIMED = 24
+REPEATS = Quantity("1", 1.0, inf, "number of repetitions", open_high=True, example="5")
 
 
 def effects(
@@ -70,6 +72,7 @@ def effects(
     PoundingError
         As `scan`; also, unless ``new``, if ``out`` holds results of another command.
     """
+    si(repeats, REPEATS, "effects: repeats")
     target = check_out(out, "effects", new)
     study = as_scene(study)
     check_one_scene(study, "effects")

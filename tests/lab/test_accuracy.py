@@ -12,7 +12,8 @@ from scenes import rigid, scene_text, single, storeyed
 from sentences import refusal
 from sweeps import sweep
 
-from pounding_risk import accuracy
+from pounding_risk import accuracy, effects
+from pounding_risk.errors import PoundingError
 from pounding_risk.lab.accuracy import FIXED, GENERAL, OPENSEES, RTOLS, Setting, _reference_words
 from pounding_risk.lab.accuracy_bench import bench_of, thinned_grid
 from pounding_risk.lab.accuracy_findings import (
@@ -350,6 +351,12 @@ def test_the_figure_of_a_row_says_whose_error_it_is(of_row):
     from pounding_risk.figures import accuracy_figure
 
     assert "a case's that of its worst interface" in words_of(accuracy_figure(of_row)).replace("\n", " ")
+
+
+def test_no_case_no_time_and_no_repetition_are_refused(study):
+    for call, name in ((accuracy, "cases"), (accuracy, "budget"), (effects, "repeats")):
+        with pytest.raises(PoundingError, match=f"{name}: 0 is out of range: a number of .*; write a number of"):
+            call(study, **{name: 0})
 
 
 def test_one_gap_and_one_yield_force_alone_are_the_scene_s_own_and_not_the_widest():
