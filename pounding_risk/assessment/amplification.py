@@ -8,8 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.assessment.spectra import rule_words, usual_percentile
-from pounding_risk.errors import PoundingError
-from pounding_risk.results.check import kind_of
 from pounding_risk.units import GAP, say
 
 if TYPE_CHECKING:
@@ -21,16 +19,6 @@ Array = NDArray[np.float64]
 REQUIRED = "required"  # the gap that the motions need, as what gap shares are of
 RAISED = 0.005  # of a percentile above 1, from which a finding speaks of amplification
 OUTPUTS = ("displacement", "acceleration")
-
-
-# ------------------------------------------------------------------------------------------------ reading the dataset
-
-
-def check_amplification(results: xr.Dataset) -> xr.Dataset:
-    """The dataset; raises PoundingError for another one than `amplification` makes."""
-    if kind_of(results) != "amplification" or "displacement_amplification" not in results.data_vars:
-        raise PoundingError("this is no dataset of `pounding-risk amplification`; run it with -o amplification.nc")
-    return results
 
 
 def gap_dim(results: xr.Dataset) -> str:

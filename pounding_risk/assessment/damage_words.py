@@ -21,10 +21,8 @@ from pounding_risk.assessment.damage_curves import (
     Options,
 )
 from pounding_risk.assessment.hazard import COVERED
-from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import intensity_words
 from pounding_risk.results.attributes import collapsible_buildings, isolated_buildings, rotating_buildings
-from pounding_risk.results.check import kind_of
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import BETWEEN, METHODS, NONE
 from pounding_risk.units import GAP, YIELD_FORCE, say
@@ -34,16 +32,6 @@ if TYPE_CHECKING:
 
 FEW = 6  # recordings, below which bounds may be too narrow
 METHOD_WORDS = {"stripes": "stripes", "ida": "incremental dynamic analysis", "cloud": "cloud"}
-
-
-def check_damage(results: xr.Dataset) -> xr.Dataset:
-    """The dataset; raises PoundingError for another one than `damage` makes."""
-    if kind_of(results) != "damage":
-        raise PoundingError("this is no dataset of `pounding-risk damage`; run it with -o damage.nc")
-    lost = [name for name in ("state", "pounding", "im", "level") if name not in results.dims]
-    if lost:
-        raise PoundingError(f"the dataset of damage has lost its {' and '.join(lost)}; run damage again")
-    return results
 
 
 def measure_words(dataset: xr.Dataset) -> tuple[str, str]:

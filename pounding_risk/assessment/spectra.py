@@ -13,7 +13,6 @@ from pounding_risk._common.words import nearest
 from pounding_risk.assessment.options import LEAST, USUAL_PERCENTILE
 from pounding_risk.assessment.separations.rules import RULES, Case, Site
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.check import kind_of
 from pounding_risk.results.variables import described
 from pounding_risk.units import share, shown
 
@@ -69,16 +68,6 @@ def with_rules(results: xr.Dataset) -> xr.Dataset:
         },
     }
     return results.assign(separation=xr.Variable(dims, separation, described("m", words))).assign_coords(coords)
-
-
-def check_spectra(results: xr.Dataset) -> xr.Dataset:
-    """The dataset; raises PoundingError for another one than `spectra` makes."""
-    if kind_of(results) != "spectra" or not {"required_gap", "separation"} <= set(results.data_vars):
-        raise PoundingError("this is no dataset of `pounding-risk spectra`; run it with -o spectra.nc")
-    lost = [name for name in ("percentile", "rule", "left_period", "right_period") if name not in results.coords]
-    if lost:
-        raise PoundingError(f"the dataset of spectra has lost its {' and '.join(lost)}; run spectra again")
-    return results
 
 
 def usual_percentile(results: xr.Dataset) -> float:

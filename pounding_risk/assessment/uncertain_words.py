@@ -10,8 +10,6 @@ import numpy as np
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.options import Criterion, percent_words
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE, share_words
-from pounding_risk.errors import PoundingError
-from pounding_risk.results.check import kind_of
 from pounding_risk.statistics.closings import CrossedClosings
 from pounding_risk.statistics.proportions import least_upper_bound, motions_to_show
 from pounding_risk.statistics.sobol import LEAST_SAMPLES, power_of_two
@@ -31,13 +29,6 @@ OUTPUT_WORDS = {
 }
 WIDE = 0.2  # bounds of shares, above which there are too few samples or points
 MOSTLY = 0.6  # of the variance of the bounds, from which one side is named
-
-
-def check_uncertainty(results: xr.Dataset) -> xr.Dataset:
-    """The dataset; raises PoundingError for another one than `uncertainty` makes."""
-    if kind_of(results) != "uncertainty":
-        raise PoundingError("this is no dataset of `pounding-risk uncertainty`; run it with -o uncertainty.nc")
-    return results
 
 
 def verdict_of(

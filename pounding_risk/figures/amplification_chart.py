@@ -8,7 +8,6 @@ import numpy as np
 
 from pounding_risk.assessment.amplification import (
     OUTPUTS,
-    check_amplification,
     gap_dim,
     ratio_words,
     reference_name,
@@ -17,6 +16,7 @@ from pounding_risk.assessment.amplification import (
 from pounding_risk.assessment.spectra import motions_words, usual_percentile
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import blank, contact_styles, hatch, plain, ratio_axis, title
+from pounding_risk.results.check import check_kind
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,7 +58,7 @@ def amplification_figure(
     PoundingError
         For a dataset of another call, and an output, a percentile or a period that it has not.
     """
-    check_amplification(results)
+    check_kind(results, "amplification")
     if f"{output}_amplification" not in results:
         known = [known for known in OUTPUTS if f"{known}_amplification" in results]
         raise PoundingError(f"output: {output} is not in the dataset, which has {', '.join(known)}; choose one")

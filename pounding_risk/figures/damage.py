@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.damage_words import METHOD_WORDS, case_words, check_damage, finding
+from pounding_risk.assessment.damage_words import METHOD_WORDS, case_words, finding
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import QUIET, blank, logarithmic, plain, styles, title
 from pounding_risk.results.amplitudes import intensity_label, intensity_shown
+from pounding_risk.results.check import check_kind
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def damage_figure(results: xr.Dataset, note: str = "") -> Figure:
     PoundingError
         For a dataset of another call.
     """
-    check_damage(results)
+    check_kind(results, "damage")
     _, factor = intensity_shown(results.attrs["intensity"])
     figure, (above, below) = blank(2, 1, (8.5, 8.4), sharex=True, height_ratios=[3, 2])
     curves, ratios = above[0], below[0]
@@ -110,7 +111,7 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
     PoundingError
         For a dataset of another call, and one of motions at one level.
     """
-    check_damage(results)
+    check_kind(results, "damage")
     if results.sizes["level"] < 2:
         raise PoundingError("the motions of the dataset have one level each; curves of demands need several")
     groups: dict[str, list[str]] = {}  # states that differ in their threshold alone

@@ -11,7 +11,6 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.spectra import (
     JUDGED,
     check_rules,
-    check_spectra,
     motions_words,
     ratio_to_rule,
     rule_words,
@@ -19,6 +18,7 @@ from pounding_risk.assessment.spectra import (
 )
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import ROUND, STYLES, blank, hatch, ratio_axis, title
+from pounding_risk.results.check import check_kind
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,7 +56,7 @@ def gap_spectra_figure(
     PoundingError
         For a dataset of another call, and a percentile or a rule that it has not.
     """
-    check_spectra(results)
+    check_kind(results, "spectra")
     at = usual_percentile(results) if percentile is None else float(percentile)
     if at not in results["percentile"].values:
         known = ", ".join(f"{value:g}" for value in results["percentile"].values)

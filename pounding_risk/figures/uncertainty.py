@@ -8,8 +8,9 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.options import percent_words
-from pounding_risk.assessment.uncertain_words import OUTPUT_WORDS, check_uncertainty, gap_scatter, indices_words
+from pounding_risk.assessment.uncertain_words import OUTPUT_WORDS, gap_scatter, indices_words
 from pounding_risk.figures.style import MEANING, QUIET, STYLES, blank, plain, title
+from pounding_risk.results.check import check_kind
 from pounding_risk.statistics.sobol import LEAST_SAMPLES
 from pounding_risk.units import say_in
 
@@ -43,7 +44,7 @@ def uncertainty_figure(results: xr.Dataset, note: str = "") -> Figure:
     PoundingError
         For a dataset of another call.
     """
-    check_uncertainty(results)
+    check_kind(results, "uncertainty")
     names = [str(name) for name in np.atleast_1d(results["interface"].values)]
     has_tornado = "quantile" in results.dims
     columns = 3 if has_tornado else 2

@@ -15,7 +15,6 @@ from pounding_risk._common.words import nearest
 from pounding_risk.assessment.amplification import (
     OUTPUTS,
     REQUIRED,
-    check_amplification,
     finding,
     gap_dim,
     ratio_words,
@@ -28,6 +27,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import FROM_TO, RANGE, Option, text_file
 from pounding_risk.questions.notes import notes_of
 from pounding_risk.render.sheet import Block, Cell, evenly, facts, head, number, paragraph, percent, table
+from pounding_risk.results.check import check_kind
 from pounding_risk.units import GAP, shown
 
 if TYPE_CHECKING:
@@ -219,7 +219,7 @@ def amplification_table(results: xr.Dataset) -> Any:
     """
     import xarray as xr
 
-    check_amplification(results)
+    check_kind(results, "amplification")
     dims = ["fixed_period", "period_ratio", gap_dim(results), "building"]
     columns: dict[str, Any] = {"contact_share": results["contact_share"]}
     for output in OUTPUTS:

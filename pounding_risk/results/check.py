@@ -43,6 +43,13 @@ MARKS = {
     "damage": {"demand_ratio", "median_ratio"},
 }
 
+# Of such a call: what its datasets always have, and axes with labels, without which its figures and tables cannot be.
+ALWAYS = {"spectra": ("required_gap", "separation"), "amplification": ("displacement_amplification",)}
+AXES_OF_KIND = {
+    "spectra": ("percentile", "rule", "left_period", "right_period"),
+    "damage": ("state", "pounding", "im", "level"),
+}
+
 POLARITIES = ("as recorded", "reversed")
 KINDS = ("floor", "column")  # of contact points
 NOT_WHERE = (
@@ -89,6 +96,15 @@ def kind_of_names(dims: set[str], variables: set[str], attrs: set[str]) -> str:
     if "time" in dims and "contact_force" in variables:
         return "simulate"
     return "scan" if {"impact_count", "record", "gap"} <= names else ""
+
+
+def check_kind(dataset: xr.Dataset, kind: str) -> None:
+    """Raise PoundingError for another dataset than the call of this name makes, and for one that has lost an axis."""
+    if kind_of(dataset) != kind or any(name not in dataset.data_vars for name in ALWAYS.get(kind, ())):
+        raise PoundingError(f"this is no dataset of `pounding-risk {kind}`; run it with -o {kind}.nc")
+    lost = [name for name in AXES_OF_KIND.get(kind, ()) if name not in dataset.indexes]
+    if lost:
+        raise PoundingError(f"the dataset of {kind} has lost its {' and '.join(lost)}; run {kind} again")
 
 
 def check_version(dataset: xr.Dataset, whose: str = "the dataset") -> None:

@@ -252,6 +252,7 @@ def test_runs_and_cases_that_are_damaged_are_told(copied, tmp_path, says):
     says(
         refusal(twice.pounding.figure),
         refusal(spectra.drop_vars("percentile").pounding.figure),
+        refusal(spectra.isel(percentile=0).pounding.figure),
         refusal(open_results(copied("histories")).assign_attrs(scene_resolved="[[1]]").pounding.case),
         refusal(open_results(copied("damage")).rename(im="other").pounding.figure),
     )
