@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,16 +11,15 @@ import shapely
 
 from pounding_risk._common.words import nearest
 from pounding_risk.streets.footprints import Array, Geometry
+from pounding_risk.streets.geojson import collection_of, polygons_of, properties_of
 from pounding_risk.streets.projection import DEGREES
 from pounding_risk.streets.table import BlockError, file_text
 from pounding_risk.units import shown
 
-FARTHEST = 1e9  # m or degrees; no coordinate of a footprint is farther
 WORLD = ("crs84", "4326")  # how a GeoJSON may name longitude and latitude on WGS 84, its only coordinates (RFC 7946)
 GEOJSON = (".geojson", ".json")
 LAYERED = {".gpkg": "GeoPackage", ".fgb": "FlatGeobuf"}
 PARQUET = (".parquet", ".geoparquet")
-POLYGONS = ("Polygon", "MultiPolygon")
 METRES_HINT = (
     "where its coordinates are metres say so with --metres (metres=True in Python) of block, whose buildings.csv draw "
     "and export take"
@@ -132,71 +130,45 @@ def _ids(properties: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _from_geojson(text: str, metres: bool, faults: list[str]) -> Features:
-    """The features of a collection (RFC 7946)."""
-    nothing = Features([], [], [], [])
-    try:
-        document = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        faults.append(f"is not JSON ({error}); export the footprints again as GeoJSON")
-        return nothing
-    features = document.get("features") if isinstance(document, dict) else None
-    if not isinstance(features, list) or document.get("type") != "FeatureCollection":
-        faults.append('is no GeoJSON of footprints; write {"type": "FeatureCollection", "features": [...]}')
-        return nothing
-    system = str(document.get("crs", "CRS84")).lower()
+    """The features of a collection, whose coordinates are longitude and latitude, or metres."""
+    collection = collection_of(text, "footprints", faults)
+    system = str(collection.get("crs", "CRS84")).lower()
     if not metres and not any(name in system for name in WORLD):
         faults.append(
-            f"crs: {shown(document['crs'])} is not longitude and latitude, which GeoJSON has (RFC 7946); export the "
+            f"crs: {shown(collection['crs'])} is not longitude and latitude, which GeoJSON has (RFC 7946); export the "
             f"file in WGS 84, or {METRES_HINT}"
         )
-        return nothing
-    tables = [feature if isinstance(feature, dict) else {} for feature in features]
-    properties = [dict(own) if isinstance(own := table.get("properties"), dict) else {} for table in tables]
+        return Features([], [], [], [])
+    tables = collection["features"]
+    places = [f"feature {number}" for number in range(1, len(tables) + 1)]
+    properties = [dict(properties_of(table)) for table in tables]
     shapes = []
-    for number, table in enumerate(tables, start=1):
+    for place, table in zip(places, tables, strict=True):
         try:
             shapes.append(_shape(table.get("geometry"), metres))
         except ValueError as error:
-            faults.append(f"feature {number}: {error}")
+            faults.append(f"{place}: {error}")
             shapes.append(None)
     own_ids = [value if isinstance(value := table.get("id"), str | int) else None for table in tables]
     ids = [other if own is None else str(own) for own, other in zip(own_ids, _ids(properties), strict=True)]
-    places = [f"feature {number}" for number in range(1, len(tables) + 1)]
     return Features(places, properties, shapes, ids, None if metres else DEGREES)
 
 
 def _shape(geometry: Any, metres: bool) -> Geometry:
     """The geometry of a feature of a GeoJSON; raises ValueError with what is wrong with it."""
-    kind = geometry.get("type") if isinstance(geometry, dict) else None
-    parts = geometry.get("coordinates") if isinstance(geometry, dict) else None
-    if kind not in POLYGONS or not isinstance(parts, list) or not parts:
-        raise ValueError(no_polygon("" if kind is None else shown(kind)))
     polygons = []
-    for polygon in [parts] if kind == "Polygon" else parts:
-        outer, *holes = [_ring(ring, metres) for ring in (polygon if isinstance(polygon, list) and polygon else [None])]
+    for rings in polygons_of(geometry):
+        outer, *holes = [_corners(ring, metres) for ring in rings]
         polygons.append(shapely.Polygon(outer, holes))
-    return polygons[0] if kind == "Polygon" else shapely.MultiPolygon(polygons)
+    return polygons[0] if geometry["type"] == "Polygon" else shapely.MultiPolygon(polygons)
 
 
-def no_polygon(kind: str) -> str:
-    """The fault of a feature of another kind of geometry."""
-    return f"has {kind or 'no geometry'}; a building needs its footprint, a Polygon or a MultiPolygon"
-
-
-def _ring(ring: Any, metres: bool) -> Array:
-    """The positions of a ring, the first of them repeated at its end; raises ValueError."""
-    if not isinstance(ring, list) or len(ring) < 4:
-        raise ValueError("a ring has fewer than four positions, the first of them repeated at its end; draw it again")
-    for position in ring:
-        numbers = position[:2] if isinstance(position, list) else []
-        is_number = [type(one) in (int, float) and abs(one) <= FARTHEST for one in numbers]
-        if is_number != [True, True]:
-            raise ValueError(f"{shown(position)} is not a position; write two numbers, such as [174.776, -41.286]")
+def _corners(ring: Sequence[Sequence[float]], metres: bool) -> Array:
+    """The corners of a ring; raises ValueError for one that should be in degrees and is not."""
     corners = np.array([position[:2] for position in ring], dtype=np.float64)
-    if not metres and (np.abs(corners) > (180.0, 90.0)).any():
-        raise ValueError(no_degrees(corners[(np.abs(corners) > (180.0, 90.0)).any(axis=1)][0]))
-    if not np.array_equal(corners[0], corners[-1]):
-        raise ValueError("a ring does not end where it starts; repeat its first position at its end")
+    far = (np.abs(corners) > (180.0, 90.0)).any(axis=1)
+    if not metres and far.any():
+        raise ValueError(no_degrees(corners[far][0]))
     return corners
 
 

@@ -18,16 +18,8 @@ import shapely
 from pounding_risk._common.letters import without_mark
 from pounding_risk._common.words import listed
 from pounding_risk.streets.footprints import Geometry, last_decimal
-from pounding_risk.streets.map_files import (
-    FARTHEST,
-    IDS,
-    METRES_HINT,
-    POLYGONS,
-    Features,
-    no_degrees,
-    no_polygon,
-    read_features,
-)
+from pounding_risk.streets.geojson import FARTHEST, POLYGONS, no_polygon
+from pounding_risk.streets.map_files import IDS, METRES_HINT, Features, no_degrees, read_features
 from pounding_risk.streets.map_tags import (
     MAPPED_FROM_IMAGES,
     Dialect,

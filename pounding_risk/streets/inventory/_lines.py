@@ -14,6 +14,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import refused
 from pounding_risk._common.tables import csv_rows, split_unit, uneven
 from pounding_risk._common.words import listed
+from pounding_risk.streets.geojson import POLYGONS, collection_of, is_position, polygons_of, properties_of
 from pounding_risk.streets.hazus import FAMILIES
 from pounding_risk.streets.table import COLUMNS, NOT_KNOWN, Derived, cell_value
 from pounding_risk.units import shown
@@ -25,6 +26,9 @@ FIRST_YEAR, LAST_YEAR = 1000, 2100
 WKT = re.compile(r"(?:SRID=(\d+);)?\s*(POINT|POLYGON|MULTIPOLYGON)\s*(?:Z|M|ZM)?\s*(\(.*\))", re.IGNORECASE | re.DOTALL)
 SHAPES = {"POINT": "Point", "POLYGON": "Polygon", "MULTIPOLYGON": "MultiPolygon"}
 WGS84 = "4326"
+DEGREES = (180.0, 90.0)  # the largest longitude and latitude
+NO_DEGREES = "{} is no longitude and latitude in degrees; write [23.73, 37.98]"
+WHAT = "buildings"  # of a GeoJSON
 WKT_HELP = 'write "POLYGON ((23.72 37.98, 23.73 37.98, 23.73 37.99, 23.72 37.98))", longitude before latitude'
 
 
@@ -203,9 +207,9 @@ class Draft:
 
     def place_of(self, position: Any) -> tuple[float, float]:
         """Longitude and latitude of a position of GeoJSON; NaN, with a fault, where it is none."""
-        if is_position(position):
+        if is_position(position, DEGREES):
             return float(position[0]), float(position[1])
-        self.fault("geometry", f"{shown(position)} is no longitude and latitude in degrees; write [23.73, 37.98]")
+        self.fault("geometry", NO_DEGREES.format(shown(position)))
         return nan, nan
 
     def outline(self, head: str, geometry: Any) -> str:
@@ -259,33 +263,18 @@ def outline_json(text: str) -> Mapping[str, Any]:
 
 def outline_text(geometry: Mapping[str, Any]) -> str:
     """A polygon or several in well-known text; raises ValueError with what is wrong with a geometry that is none."""
-    kind, parts = geometry.get("type"), geometry.get("coordinates")
-    if kind not in ("Polygon", "MultiPolygon") or not isinstance(parts, list) or not parts:
-        raise ValueError(f"{shown(kind)} is no outline; a footprint is a Polygon or a MultiPolygon")
-    polygons = [parts] if kind == "Polygon" else parts
-    if not all(isinstance(polygon, list) and polygon for polygon in polygons):
-        raise ValueError("a polygon has no ring; draw it again")
-    texts = [f"({', '.join(map(_ring_text, polygon))})" for polygon in polygons]
-    return f"POLYGON {texts[0]}" if kind == "Polygon" else f"MULTIPOLYGON ({', '.join(texts)})"
+    if geometry.get("type") not in POLYGONS:
+        raise ValueError(f"{shown(geometry.get('type'))} is no outline; a footprint is a Polygon or a MultiPolygon")
+    texts = [f"({', '.join(map(_ring_text, polygon))})" for polygon in polygons_of(geometry)]
+    return f"POLYGON {texts[0]}" if geometry["type"] == "Polygon" else f"MULTIPOLYGON ({', '.join(texts)})"
 
 
-def _ring_text(ring: Any) -> str:
+def _ring_text(ring: Sequence[Any]) -> str:
     """A ring in well-known text; raises ValueError where it is none in degrees."""
-    if not isinstance(ring, list) or len(ring) < 4:
-        raise ValueError("a ring has fewer than four positions, the first of them repeated at its end; draw it again")
     for position in ring:
-        if not is_position(position):
-            raise ValueError(f"{shown(position)} is no longitude and latitude in degrees; write [23.73, 37.98]")
-    if ring[0][:2] != ring[-1][:2]:
-        raise ValueError("a ring does not end where it starts; repeat its first position at its end")
+        if not is_position(position, DEGREES):
+            raise ValueError(NO_DEGREES.format(shown(position)))
     return f"({', '.join(f'{float(x)!r} {float(y)!r}' for x, y, *_ in ring)})"
-
-
-def is_position(position: Any) -> bool:
-    """True for two numbers, or more, of which the first are longitude and latitude in degrees."""
-    numbers = position[:2] if isinstance(position, list) else []
-    is_number = len(numbers) == 2 and all(type(each) in (int, float) for each in numbers)
-    return is_number and abs(numbers[0]) <= 180.0 and abs(numbers[1]) <= 90.0
 
 
 def _position(text: str) -> str:
@@ -305,7 +294,8 @@ def heads_of(path: Path, text: str) -> list[str]:
         rows = csv_rows(first, [], HEAD)
         heads = rows[0][1] if rows else []
     else:
-        heads = list(dict.fromkeys(key for feature in _features(text, [])[:10] for key in _properties(feature)))
+        first_features = collection_of(text, WHAT, [], is_typed=False)["features"][:10]
+        heads = list(dict.fromkeys(key for feature in first_features for key in properties_of(feature)))
     return [bare(head).lower() for head in heads]
 
 
@@ -318,13 +308,12 @@ def sheet_of(path: Path, text: str, faults: list[str]) -> Sheet:
     """The lines of a CSV table, or the features of a GeoJSON file."""
     if path.suffix.lower() == ".csv":
         return csv_sheet(path, text, faults)
-    features = _features(text, faults)
-    heads = tuple(dict.fromkeys(key for feature in features for key in _properties(feature)))
+    features = collection_of(text, WHAT, faults, is_typed=False)["features"]
+    heads = tuple(dict.fromkeys(key for feature in features for key in properties_of(feature)))
     lines = []
     for number, feature in enumerate(features, start=1):
-        cells = {"id": feature.get("id"), **_properties(feature)} if isinstance(feature, dict) else {}
-        geometry = feature.get("geometry") if isinstance(feature, dict) else None
-        lines.append(Line(f"feature {number}", known_cells(cells.items()), geometry))
+        cells = {"id": feature.get("id"), **properties_of(feature)}
+        lines.append(Line(f"feature {number}", known_cells(cells.items()), feature.get("geometry")))
     return Sheet(path, heads, lines)
 
 
@@ -352,24 +341,6 @@ def known_cells(cells: Iterable[tuple[str, Any]]) -> dict[str, str]:
     """Cells by head in lower case, as text, without those that say nothing."""
     texts = ((bare(key).lower(), json.dumps(cell) if isinstance(cell, dict) else str(cell)) for key, cell in cells)
     return {key: text for key, text in texts if text.strip() and text.strip().lower() not in NOT_KNOWN}
-
-
-def _features(text: str, faults: list[str]) -> list[Any]:
-    try:
-        document = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        faults.append(f"is not JSON ({error}); export the inventory again as GeoJSON")
-        return []
-    features = document.get("features") if isinstance(document, dict) else None
-    if not isinstance(features, list):
-        faults.append('is no GeoJSON; write {"type": "FeatureCollection", "features": [...]}')
-        return []
-    return features
-
-
-def _properties(feature: Any) -> Mapping[str, Any]:
-    properties = feature.get("properties") if isinstance(feature, dict) else None
-    return properties if isinstance(properties, dict) else {}
 
 
 def note_unread(sheet: Sheet, read: Iterable[str], notes: Notes) -> None:
