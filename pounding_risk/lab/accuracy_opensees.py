@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import product
 from math import inf, log2
@@ -243,6 +243,12 @@ def storeys_of(bench: Bench, building: int) -> dict[int, Any]:
     return materials
 
 
+def beside(chain: Chain, materials: Mapping[int, Any]) -> list[float]:
+    """Stiffness of each storey [N/m]; of one with a material of `storeys_of` what P-Δ takes, beside that material."""
+    pairs = zip(chain.spring.tolist(), chain.shear.tolist(), strict=True)
+    return [spring - shear if floor in materials else spring for floor, (spring, shear) in enumerate(pairs, start=1)]
+
+
 def unsaid_laws(bench: Bench) -> str:
     """What of a scene's buildings and links OpenSees has nothing for; "" where it has all."""
     if bench.opensees_lacks:
@@ -267,13 +273,14 @@ def build(
 ) -> list[int]:
     """Nodes, springs, dashpots, links, contacts, the ground motion and the method; returns the contacts' elements.
 
-    ``yielding`` are `storeys_of` each building, beside which what P-Δ takes off the stiffness is a spring.
+    ``yielding`` are `storeys_of` each building.
     """
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)
     ops.node(GROUND, 0.0)
     ops.fix(GROUND, 1)
-    tag, masses, nodes = GROUND, 0, {}
+    tag, masses = GROUND, 0
+    nodes: dict[tuple[int, int], int] = {}
 
     def join_by(one: int, other: int, material: str, *numbers: float) -> None:
         nonlocal tag
@@ -281,8 +288,10 @@ def build(
         ops.uniaxialMaterial(material, tag, *numbers)
         ops.element("zeroLength", tag, one, other, "-mat", tag, "-dir", 1, "-doRayleigh", 0)
 
-    def join(one: int, other: int, spring: float, dashpot: float) -> None:
-        join_by(one, other, "Elastic", spring, dashpot)
+    def ends(place: Link | Point) -> tuple[int, int]:
+        """The nodes that a link or a contact joins; a rigid building is the ground."""
+        left, right = (place.interface, int(place.left_floor)), (place.interface + 1, int(place.right_floor))
+        return nodes.get(left, GROUND), nodes.get(right, GROUND)
 
     for building, chain in enumerate(chains):
         nodes[building, 0] = GROUND
@@ -291,19 +300,18 @@ def build(
             nodes[building, floor] = masses + 1
             ops.node(masses + 1, 0.0)
             ops.mass(masses + 1, mass)
-        springs = {(floor, floor + 1): spring for floor, spring in enumerate(chain.spring.tolist())}
-        for floor, material in yielding[building].items() if yielding else ():
+        materials = yielding[building] if yielding else {}
+        for floor, material in materials.items():
             join_by(nodes[building, floor - 1], nodes[building, floor], *material)
-            springs[floor - 1, floor] -= float(chain.shear[floor - 1])
+        springs = {(floor, floor + 1): spring for floor, spring in enumerate(beside(chain, materials))}
         dashpots, others = joins(chain.damping), joins(chain.coupling)
         for pair in {**springs, **others, **dashpots}:
-            one, other = (nodes[building, floor] for floor in pair)
-            join(one, other, springs.get(pair, 0.0) + others.get(pair, 0.0), dashpots.get(pair, 0.0))
+            lower, upper = (nodes[building, floor] for floor in pair)
+            spring = springs.get(pair, 0.0) + others.get(pair, 0.0)
+            join_by(lower, upper, "Elastic", spring, dashpots.get(pair, 0.0))
     for link in links:
-        left = nodes.get((link.interface, int(link.left_floor)), GROUND)
-        right = nodes.get((link.interface + 1, int(link.right_floor)), GROUND)
-        join_by(left, right, *link_material(link))
-        join_by(left, right, *link_dashpot(link))
+        join_by(*ends(link), *link_material(link))
+        join_by(*ends(link), *link_dashpot(link))
     elements = []
     for k, point in enumerate(points):
         if point.kind == LINK:
@@ -311,10 +319,7 @@ def build(
         tag += 1
         material, *numbers = impact_material(chains, point, (case.gaps[k], case.laws[k], case.rules[k]))
         ops.uniaxialMaterial(material, tag, *numbers)
-        # A rigid building is the ground.
-        left = nodes.get((point.interface, int(point.left_floor)), GROUND)
-        right = nodes.get((point.interface + 1, int(point.right_floor)), GROUND)
-        ops.element("zeroLength", tag, left, right, "-mat", tag, "-dir", 1)
+        ops.element("zeroLength", tag, *ends(point), "-mat", tag, "-dir", 1)
         elements.append(tag)
     shake(ops, acceleration, dt, range(2, masses + 2))
     ops.algorithm(algorithm(yielding, links))

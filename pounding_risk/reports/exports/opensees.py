@@ -305,17 +305,19 @@ def _script(study: Scene, bench: Bench) -> Script:
 
 def _parts(script: Script) -> dict[str, Any]:
     """The numbers of the script, by their place in the template."""
+    from pounding_risk.lab import accuracy_opensees as opensees
     from pounding_risk.lab.accuracy_findings import FORCE, REACH
-    from pounding_risk.lab.accuracy_opensees import impact_material, joins, link_dashpot, link_material, storeys_of
 
     bench, case, names = script.bench, script.case, script.names
     moving = {name: chain for name, chain in zip(names, bench.chains, strict=True) if chain.mass.size}
-    yielding = {name: storeys_of(bench, building) for building, name in enumerate(names)}
+    yielding = {name: opensees.storeys_of(bench, building) for building, name in enumerate(names)}
     contacts: dict[str, tuple[Any, ...]] = {}
     computed: dict[str, dict[str, Any]] = {}
 
-    def end(building: int, floor: float) -> tuple[str, int] | None:
-        return (names[building], int(floor)) if names[building] in moving else None
+    def ends(place: Any) -> list[tuple[str, int] | None]:
+        """Building and floor on both sides of a link or a contact; None is a rigid building."""
+        sides = zip(names[place.interface :], (place.left_floor, place.right_floor), strict=False)
+        return [(name, int(floor)) if name in moving else None for name, floor in sides]
 
     for k, point in bench.contact_points.items():
         between = " | ".join(names[point.interface : point.interface + 2])
@@ -324,41 +326,28 @@ def _parts(script: Script) -> dict[str, Any]:
         if k in script.computed:
             computed[label] = {"ends": script.ends(k), "gap": _plain(case.gaps[k])} | script.computed[k]._asdict()
             continue
-        left, right = end(point.interface, point.left_floor), end(point.interface + 1, point.right_floor)
-        contact = case.gaps[k], case.laws[k], case.rules[k]
-        contacts[label] = (left, right, tuple(_plain(part) for part in impact_material(bench.chains, point, contact)))
+        material = opensees.impact_material(bench.chains, point, (case.gaps[k], case.laws[k], case.rules[k]))
+        contacts[label] = (*ends(point), tuple(map(_plain, material)))
     answers = bench.event(RTOL).values[0]
     interfaces = [f"{left} | {right}" for left, right in pairwise(names)]
     return {
         "buildings": {
-            name: list(zip(chain.mass.tolist(), _beside(chain, yielding[name]), strict=True))
+            name: list(zip(chain.mass.tolist(), opensees.beside(chain, yielding[name]), strict=True))
             for name, chain in moving.items()
         },
         "rotations": {
             name: list(range(chain.floors + 1, chain.mass.size + 1)) for name, chain in moving.items() if chain.twists
         },
         "yielding": {name: yielding[name] for name in moving},
-        "springs": {name: joins(chain.coupling) for name, chain in moving.items()},
-        "dashpots": {name: joins(chain.damping) for name, chain in moving.items()},
+        "springs": {name: opensees.joins(chain.coupling) for name, chain in moving.items()},
+        "dashpots": {name: opensees.joins(chain.damping) for name, chain in moving.items()},
         "links": [
-            (
-                end(link.interface, link.left_floor),
-                end(link.interface + 1, link.right_floor),
-                link_material(link),
-                link_dashpot(link),
-            )
-            for link in bench.study.links
+            (*ends(link), opensees.link_material(link), opensees.link_dashpot(link)) for link in bench.study.links
         ],
         "contacts": contacts,
         "computed": computed,
         "peaks": {name: (float(row[REACH]), float(row[FORCE])) for name, row in zip(interfaces, answers, strict=True)},
     }
-
-
-def _beside(chain: Any, yielding: dict[int, Any]) -> list[float]:
-    """Stiffness of each storey [N/m]; of one that yields what P-delta takes, beside its material."""
-    pairs = zip(chain.spring.tolist(), chain.shear.tolist(), strict=True)
-    return [spring - shear if floor in yielding else spring for floor, (spring, shear) in enumerate(pairs, start=1)]
 
 
 def _plain(part: Any) -> Any:
