@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pounding_risk._common.words import listed
 from pounding_risk.cli._common.files import announce, check_folder
 from pounding_risk.cli._common.options import NONE, argument, option, read_option, read_optional
 from pounding_risk.errors import PoundingError
@@ -219,8 +220,7 @@ def print_block(block: Block, tolerance: float | None) -> None:
     if block.alone:
         where = "in any direction" if block.has_footprints else "along the street"
         names = [f"{building.street} {building.name}".strip() for building in block.alone]
-        more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
-        print(f"\nalone, no neighbour within {limit} {where}: {', '.join(names[:LISTED])}{more}")
+        print(f"\nalone, no neighbour within {limit} {where}: {listed(names, LISTED)}")
     if not block.has_footprints:
         print("\nwithout footprints it is not known what stands behind the buildings, or across the street's axis")
     if block.close:

@@ -17,6 +17,7 @@ import xarray as xr
 import pounding_risk
 from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk._common.words import listed
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.grid_values import axis_words, listed_values
@@ -137,8 +138,7 @@ class Pounding(ShortRepr):
 
 def _foreign(dataset: xr.Dataset) -> str:
     """Sentence on a dataset that the package did not make."""
-    names = list(map(str, dataset.data_vars))
-    has = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "") or "none"
+    has = listed(list(map(str, dataset.data_vars)), 3) or "none"
     return f"pounding: this dataset was not made by pounding_risk, or lost what shows it (its variables: {has})"
 
 

@@ -18,6 +18,7 @@ import xarray as xr
 
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import PoundingError
+from pounding_risk.results.attributes import flags_of
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import reading, stream_results
@@ -146,8 +147,7 @@ def failures(dataset: xr.Dataset, statuses: Mapping[int, int] | None = None) -> 
     if "sentences" in attrs:
         sentences = {int(code): sentence for code, sentence in json.loads(attrs["sentences"]).items()}
     else:
-        meanings = str(attrs.get("flag_meanings", "")).split()
-        sentences = dict(zip(map(int, np.atleast_1d(attrs.get("flag_values", ()))), meanings, strict=False))
+        sentences = flags_of(dataset["status"])
     failed = [code for code in sorted(number) if code not in (COMPLETE, UNPUSHED)]
     return {sentences.get(code, f"status {code}"): number[code] for code in failed}
 
