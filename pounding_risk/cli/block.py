@@ -89,37 +89,30 @@ def block(
     """
     if out is not None:
         check_folder(out)
-    from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
-    from pounding_risk.streets.defaults import LIMIT, RESOLUTION, Rules
+    from pounding_risk.streets.defaults import Rules
     from pounding_risk.streets.rows import read_block, write_block
     from pounding_risk.streets.scenes import Contact
-    from pounding_risk.streets.table import AREA, HEIGHT, LOAD
-    from pounding_risk.units import DIRECTION, GAP, PGA, parse, share
+    from pounding_risk.units import GAP, parse, share
 
     rules = Rules(
-        storey_height=read_option("--storey-height", storey_height, HEIGHT),
         typology=typology,
-        floor_load=read_option("--floor-load", floor_load, LOAD),
-        floor_area=read_optional("--floor-area", floor_area, AREA),
-        floor_depth=read_option("--floor-depth", floor_depth, FLOOR_DEPTH),
-        gap=read_option("--gap", gap, GAP),
-        limit=read_option("--limit", limit, LIMIT),
         least_facing=0.0 if least_facing is None else share(least_facing, "--least-facing"),
         metres=metres,
-        axis=read_optional("--axis", axis, DIRECTION),
-        resolution=read_optional("--resolution", resolution, RESOLUTION),
         storeys=storeys,
         chain=chain,
         code_level=code_level,
+        **_numbers_of_rules(
+            storey_height=storey_height,
+            floor_load=floor_load,
+            floor_area=floor_area,
+            floor_depth=floor_depth,
+            gap=gap,
+            limit=limit,
+            axis=axis,
+            resolution=resolution,
+        ),
     )
-    read_optional("--pga", pga, PGA)
-    tables: dict[str, Any] = {} if pga is None else {"records": {"pga": pga}}
-    if sites is not None:
-        tables["records"] = _of_sites(sites, out, unit, {"--record": bool(record), "--pga": pga is not None})
-    elif unit is not None:
-        raise PoundingError("--unit: is that of the motions of --sites, which is not given; leave it out")
-    if samples is not None:
-        tables["uncertain"] = {"samples": samples}
+    tables = _tables(out, record, sites, unit, pga, samples)
     contact = Contact(contact_model, stiffness, _restitution(restitution), yield_force, column_yield_force, tolerance)
     _check_contact(contact)
     _check_records(record)
@@ -130,6 +123,30 @@ def block(
     rows.check()
     if out is not None:
         announce(*write_block(rows, out, records=record or None, contact=contact, tables=tables))
+
+
+def _numbers_of_rules(**texts: str | None) -> dict[str, Any]:
+    """The rules that are numbers, by name, from the texts of their options."""
+    from pounding_risk.streets.defaults import RANGES
+
+    return {name: read_optional(f"--{name.replace('_', '-')}", text, RANGES[name]) for name, text in texts.items()}
+
+
+def _tables(
+    out: Path | None, records: Sequence[str], sites: Path | None, unit: str | None, pga: str | None, samples: int | None
+) -> dict[str, Any]:
+    """What stands in every scene beside its buildings and contact; raises PoundingError for options that contradict."""
+    from pounding_risk.units import PGA
+
+    read_optional("--pga", pga, PGA)
+    tables: dict[str, Any] = {} if pga is None else {"records": {"pga": pga}}
+    if sites is not None:
+        tables["records"] = _of_sites(sites, out, unit, {"--record": bool(records), "--pga": pga is not None})
+    elif unit is not None:
+        raise PoundingError("--unit: is that of the motions of --sites, which is not given; leave it out")
+    if samples is not None:
+        tables["uncertain"] = {"samples": samples}
+    return tables
 
 
 def _of_sites(sites: Path, out: Path | None, unit: str | None, others: Mapping[str, bool]) -> dict[str, Any]:

@@ -105,7 +105,7 @@ class Rules:
     code_level: str = "moderate"
 
     def __post_init__(self) -> None:
-        for name, quantity in _RANGES.items():
+        for name, quantity in RANGES.items():
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, si(value, quantity, f"rules, {name}"))
@@ -120,7 +120,7 @@ class Rules:
                 raise PoundingError(f"{option}: {shown(value)} is none{hint}; it may be {', '.join(known)}")
 
 
-_RANGES = {
+RANGES = {  # of the numbers of `Rules`
     "storey_height": HEIGHT,
     "damping": DAMPING,
     "floor_load": LOAD,
