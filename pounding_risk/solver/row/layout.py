@@ -125,32 +125,86 @@ def lay_out(
     """
     buildings, bodies = chains, bodies or bodies_of(chains)
     chains, of_body = [body.chain for body in bodies], body_numbers(bodies)
+    interfaces = [of_body[int(point.interface)] for point in points]
+    if interfaces != sorted(interfaces):
+        raise ValueError("contact points are not in the order of their interfaces")
     rate = max((_rate(chain) for chain in chains), default=0.0)
-    parts = max(1, ceil(rate * dt / 2.5))
-    step, terms, size = dt / parts, 4, 1.0
-    while size > 1e-19 and terms < MAX_TERMS:
-        size *= max(rate * step, 1e-3) / (terms - 3)
-        terms += 1
+    parts, terms = _parts_and_terms(rate, dt)
+    step = dt / parts
     times, speeds = (np.zeros(len(chains)) if values is None else values for values in (arrivals, velocities))
     is_one_ground = not many and not np.ptp(times) > 0.0 and not np.ptp(speeds) > 0.0
     arrived = None if is_one_ground else arrivals_of(times, step, speeds)
     ground_dofs = 0 if arrived is None else 1  # dofs of each building's ground
     counts = [chain.mass.size for chain in chains]
-    braces = np.zeros(len(chains), dtype=np.int64)  # of each body
+    braces = _braces(points, of_body, counts)
+    first = _starts(np.array(counts, dtype=np.int64) + ground_dofs + braces)
+    # Those before a building, of all bodies to its left.
+    before = _starts(braces)[[*of_body, len(chains)]]
+    firsts = _starts([chain.mass.size + ground_dofs for chain in buildings]) + before
+    is_plane = any(chain.moves_across for chain in chains)
+    floors, damping, coupling, storeys = _matrices(chains, first, is_plane)
+    # From each node to the next: building by building, and interval by interval where these differ.
+    widths = [step] if arrived is None else np.diff(np.append(arrived.offsets, step)).tolist()
+    maps = [_map(chain, width, is_plane) for width in widths for chain in chains]
+    block_maps = [_block_map(maps[b :: len(chains)], count) for b, count in enumerate(counts)]
+    ends, shares = _ends(points, buildings, firsts, ground_dofs)
+    laws = _laws_of_links(points, ends, shares, floors, first, (step, rate), braces)
+    row = Row(
+        _frame(chains, first, braces, interfaces, (maps, block_maps), laws),
+        ends,
+        shares,
+        floors,
+        damping,
+        coupling,
+        np.concatenate([*maps, np.zeros(1)]),
+        PlaneRow() if is_plane else UniformRow() if arrived is None else ArrivingRow(),
+        storeys,
+        laws,
+    )
+    initial = np.hstack(
+        [
+            chain.initial if chain.initial.size else np.zeros((2, count))
+            for chain, count in zip(chains, counts, strict=True)
+        ]
+    )
+    return RowLayout(row, float(dt), parts, terms, np.concatenate([*block_maps, np.zeros(1)]), initial, arrived)
+
+
+def _parts_and_terms(rate: float, dt: float) -> tuple[int, int]:
+    """Node intervals a sample, and terms of the Taylor series over one, for the largest |eigenvalue| [1/s] of a row."""
+    parts = max(1, ceil(rate * dt / 2.5))
+    step, terms, size = dt / parts, 4, 1.0
+    while size > 1e-19 and terms < MAX_TERMS:
+        size *= max(rate * step, 1e-3) / (terms - 3)
+        terms += 1
+    return parts, terms
+
+
+def _braces(points: Sequence[Any], of_body: Sequence[int], counts: Sequence[int]) -> np.ndarray:
+    """Number of braces of dampers of each body, whose masses are so many."""
+    braces = np.zeros(len(counts), dtype=np.int64)
     for point in points:
         # A link to a rigid neighbour is of the body of the other.
         body = of_body[int(point.interface)]
         braces[body if counts[body] else body + 1] += is_on_brace(point)
-    first = np.concatenate([[0], np.cumsum(np.array(counts, dtype=np.int64) + ground_dofs + braces)]).astype(np.int64)
-    # Those before a building, of all bodies to its left.
-    before = np.concatenate([[0], np.cumsum(braces)])[[*of_body, len(chains)]]
-    firsts = np.concatenate([[0], np.cumsum([chain.mass.size + ground_dofs for chain in buildings])]) + before
-    is_plane = any(chain.moves_across for chain in chains)
-    floors = np.zeros((DRIVEN + 1 + ACROSS * is_plane, int(first[-1])))
+    return braces
+
+
+def _starts(sizes: Sequence[int] | np.ndarray) -> np.ndarray:
+    """Where parts of these sizes start, one behind the other, and where the last one ends."""
+    return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+
+
+def _matrices(
+    chains: Sequence[Chain], first: np.ndarray, is_plane: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Numbers of the floors, damping, coupling and laws of storeys of all bodies, as in `Row`."""
+    dofs_of_row = int(first[-1])
+    floors = np.zeros((DRIVEN + 1 + ACROSS * is_plane, dofs_of_row))
     floors[LIMIT] = inf
-    damping = np.zeros((int(first[-1]), max([1, *counts])))
-    coupling = np.zeros((int(first[-1]), max(chain.coupling.shape[1] for chain in chains)))
-    storeys = np.zeros((int(first[-1]), max(chain.laws.shape[1] for chain in chains)))
+    damping = np.zeros((dofs_of_row, max(1, *(chain.mass.size for chain in chains))))
+    coupling = np.zeros((dofs_of_row, max(chain.coupling.shape[1] for chain in chains)))
+    storeys = np.zeros((dofs_of_row, max(chain.laws.shape[1] for chain in chains)))
     for start, chain in zip(first, chains, strict=False):
         dofs = slice(int(start), int(start) + chain.mass.size)
         _lay_floors(floors[:, dofs], chain)
@@ -163,13 +217,13 @@ def lay_out(
             has_law = storeys[dofs, STIFFNESS] > 0.0
             floors[SOFT, dofs] *= ~has_law
             storeys[dofs, PACE] = has_law * np.sqrt(floors[SPRING, dofs] * floors[INVERSE, dofs])
-    # From each node to the next: building by building, and interval by interval where these differ.
-    widths = [step] if arrived is None else np.diff(np.append(arrived.offsets, step)).tolist()
-    maps = [_map(chain, width, is_plane) for width in widths for chain in chains]
-    block_maps = [_block_map(maps[b :: len(chains)], count) for b, count in enumerate(counts)]
-    interfaces = [of_body[int(point.interface)] for point in points]
-    if interfaces != sorted(interfaces):
-        raise ValueError("contact points are not in the order of their interfaces")
+    return floors, damping, coupling, storeys
+
+
+def _ends(
+    points: Sequence[Any], buildings: Sequence[Chain], firsts: np.ndarray, ground_dofs: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The dofs that close each contact point, −1 where there is none, and the share of each."""
     ends = np.full((len(points), 4 + ground_dofs), -1, dtype=np.int64)
     shares = np.zeros((len(points), 4 + ground_dofs))
     for k, point in enumerate(points):
@@ -179,37 +233,34 @@ def lay_out(
                 ends[k, 2 * side + end] = firsts[b] + mass
                 shares[k, 2 * side + end] = share * (1.0 - 2.0 * side)
         ends[k, 4:], shares[k, 4:] = firsts[int(point.interface) + 2] - 1, -1.0
+    return ends, shares
+
+
+def _frame(
+    chains: Sequence[Chain],
+    first: np.ndarray,
+    braces: np.ndarray,
+    interfaces: Sequence[int],
+    maps: tuple[list[np.ndarray], list[np.ndarray]],
+    laws: np.ndarray,
+) -> np.ndarray:
+    """Where the numbers of each body stand in the other arrays, and what it has, as in `Row`.
+
+    ``interfaces`` are the bodies on the left of the contact points, ``maps`` those of nodes and of blocks.
+    """
+    of_nodes, of_blocks = maps
     frame = np.zeros((8, first.size), dtype=np.int64)
     frame[FIRST] = first
     frame[BRACES, :-1] = braces
     frame[START, :-1] = np.searchsorted(interfaces, np.arange(len(chains)))
-    frame[MAP, 1:] = np.cumsum([one_map.size for one_map in maps[: len(counts)]])
+    frame[MAP, 1:] = np.cumsum([one_map.size for one_map in of_nodes[: len(chains)]])
     frame[CAN_YIELD, :-1] = [bool(np.isfinite(chain.strength).any()) for chain in chains]
     frame[BAND, :-1] = [_band(chain.damping) for chain in chains]
     frame[COUPLED, :-1] = [chain.coupling.size > 0 for chain in chains]
-    frame[BLOCK_MAP, 1:] = np.cumsum([one_map.size for one_map in block_maps])
-    held = _laws_of_links(points, ends, shares, floors, first, (step, rate), braces)
-    for body in held[held[:, STIFFNESS] > 0.0, OWNER].astype(int) if held.size else ():
+    frame[BLOCK_MAP, 1:] = np.cumsum([one_map.size for one_map in of_blocks])
+    for body in laws[laws[:, STIFFNESS] > 0.0, OWNER].astype(int) if laws.size else ():
         frame[CAN_YIELD, body] = 1
-    row = Row(
-        frame,
-        ends,
-        shares,
-        floors,
-        damping,
-        coupling,
-        np.concatenate([*maps, np.zeros(1)]),
-        PlaneRow() if is_plane else UniformRow() if arrived is None else ArrivingRow(),
-        storeys,
-        held,
-    )
-    initial = np.hstack(
-        [
-            chain.initial if chain.initial.size else np.zeros((2, count))
-            for chain, count in zip(chains, counts, strict=True)
-        ]
-    )
-    return RowLayout(row, float(dt), parts, terms, np.concatenate([*block_maps, np.zeros(1)]), initial, arrived)
+    return frame
 
 
 def _laws_of_links(
