@@ -223,9 +223,7 @@ def advise(
     study = _one_case(as_scene(study).updated(axes=()), gap)
     check_computed(study, "advise")
     ensemble = gathered(study)
-    # At most `MOST_MOTIONS`, evenly spaced.
-    places = np.linspace(0, len(ensemble.motions) - 1, min(len(ensemble.motions), MOST_MOTIONS))
-    few = ensemble._replace(motions=tuple(ensemble.motions[round(place)] for place in places))
+    few = _few(ensemble)
     base = _scanned(study, few)
     touched = _cases(base, "impact_count") > 0.0
     strikes = [_strike(base, study, index) for index in range(len(study.interfaces))]
@@ -235,41 +233,16 @@ def advise(
         if _has_stiffness(study, index)
     )
     skipped = _not_applicable(study)
-    fastest = max(speed for _, speed in strikes)
-    trials = (
-        []
-        if not touched.any()
-        else [
-            trial
-            for trial in _trials(study, base, ranges, None if LAW in skipped else fastest)
-            if trial.factor not in skipped
-        ]
-    )
-    total, done = 1 + sum(scene is not study for trial in trials for scene in trial.scenes), 1
-    if progress:
-        progress(done, total)
-    influences: list[Influence] = []
-    datasets = [base]
-    for trial in trials:
-        results = []
-        for scene in trial.scenes:
-            results.append(base if scene is study else _scanned(scene, few))
-            if scene is not study:
-                done += 1
-                if progress:
-                    progress(done, total)
-        own = base
-        if trial.factor == LAW:
-            own = results[0].sel(contact_model=[study.contact_model])
-            results = [results[0].sel(contact_model=[name]) for name in trial.tried]
-        datasets += [dataset for dataset in results if dataset is not base]
-        influences += _influences(study, trial, own, results, touched)
+    fastest = None if LAW in skipped else max(speed for _, speed in strikes)
+    trials = _trials(study, base, ranges, fastest) if touched.any() else ()
+    runs = _runs(study, base, [trial for trial in trials if trial.factor not in skipped], few, progress)
+    influences = tuple(one for run in runs for one in _influences(study, run, touched))
     walls = {one.wall for one in ranges}  # what moves a wall is next to nothing, however much of it
     notes = [
         *skipped.values(),
         *stated(study.uncertain, study.axes),
         *_assumptions(study, ensemble, few, ranges),
-        *_notes_on_runs(study, datasets, any(trial.factor == LAW for trial in trials)),
+        *_notes_on_runs(study, base, runs),
     ]
     return Advice(
         scene=study.name,
@@ -279,7 +252,7 @@ def advise(
         touched=int(touched.any(axis=-1).sum()),
         lines=tuple(_lines(study, ranges, influences)),
         ranges=ranges,
-        influences=tuple(influences),
+        influences=influences,
         now=_medians(study, base, touched),
         left_out=tuple(dict.fromkeys(notes)),
         finding=_finding(study, base, [one for one in influences if one.place not in walls]),
@@ -289,11 +262,46 @@ def advise(
 # ------------------------------------------------------------------------------------------------ the runs
 
 
+def _few(ensemble: MotionEnsemble) -> MotionEnsemble:
+    """At most `MOST_MOTIONS`, evenly spaced."""
+    places = np.linspace(0, len(ensemble.motions) - 1, min(len(ensemble.motions), MOST_MOTIONS))
+    return ensemble._replace(motions=tuple(ensemble.motions[round(place)] for place in places))
+
+
 def _scanned(study: Scene, ensemble: MotionEnsemble) -> xr.Dataset:
     """The scan of a scene under these motions."""
     threads = Threads(cpu_count() or 1)
     scan = Scan(study, screening=True, check_fraction=0.0, executor=threads, progress=None, ensemble=ensemble)
     return scan.in_memory()
+
+
+class Run(NamedTuple):
+    """What came of a trial: the dataset with the scene's own value, and one with each that was tried."""
+
+    trial: Trial
+    own: xr.Dataset
+    tried: list[xr.Dataset]
+
+
+def _runs(
+    study: Scene, base: xr.Dataset, trials: Sequence[Trial], ensemble: MotionEnsemble, progress: Progress | None
+) -> list[Run]:
+    """The scans of all trials; ``base`` is that of the scene itself, which is done."""
+    report = progress or (lambda done, total: None)
+    total, done = 1 + sum(scene is not study for trial in trials for scene in trial.scenes), 1
+    report(done, total)
+    runs = []
+    for trial in trials:
+        own, tried = base, []
+        for scene in trial.scenes:
+            tried.append(base if scene is study else _scanned(scene, ensemble))
+            if scene is not study:
+                done += 1
+                report(done, total)
+        if trial.factor == LAW:
+            own, *tried = [tried[0].sel(contact_model=[name]) for name in (study.contact_model, *trial.tried)]
+        runs.append(Run(trial, own, tried))
+    return runs
 
 
 def _one_case(study: Scene, gap: float | str | None) -> Scene:
@@ -474,15 +482,14 @@ def _judged(study: Scene) -> Iterator[tuple[str, int, str, list[int]]]:
             yield output, at, building.name, [index for index in (at - 1, at) if 0 <= index < last]
 
 
-def _influences(
-    study: Scene, trial: Trial, own: xr.Dataset, results: Sequence[xr.Dataset], touched: NDArray[np.bool_]
-) -> Iterator[Influence]:
-    """The changes of every output by the ``results`` of a trial, relative to those of the scene's ``own`` value."""
+def _influences(study: Scene, run: Run, touched: NDArray[np.bool_]) -> Iterator[Influence]:
+    """The changes of every output by the values that were tried, relative to the scene's own value."""
+    trial = run.trial
     for output, at, name, beside in _judged(study):
         hit = touched[:, beside].any(axis=-1)
-        before = _cases(own, output)[hit, at]
+        before = _cases(run.own, output)[hit, at]
         changes = []
-        for dataset in results:
+        for dataset in run.tried:
             after = _cases(dataset, output)[hit, at]
             is_known = np.isfinite(before) & np.isfinite(after) & (before > 0.0)
             changes.append(after[is_known] / before[is_known] - 1.0)
@@ -539,13 +546,15 @@ def _assumptions(
         yield "effects: they act in the runs, not in the isolated impact from which the range follows"
 
 
-def _notes_on_runs(study: Scene, datasets: Sequence[xr.Dataset], with_laws: bool) -> Iterator[str]:
-    """What is to be known of the runs themselves, the first of which are those of the scene."""
-    if with_laws and any(known_law(name).capped for name in study.model_names):
+def _notes_on_runs(study: Scene, base: xr.Dataset, runs: Sequence[Run]) -> Iterator[str]:
+    """What is to be known of the runs themselves; ``base`` are those of the scene."""
+    has_laws = any(run.trial.factor == LAW for run in runs)
+    if has_laws and any(known_law(name).capped for name in study.model_names):
         yield "law: set side by side without yielding, which most laws do not have; see F_E for what that changes"
-    touched = (_cases(datasets[0], "impact_count") > 0.0).any()
+    touched = (_cases(base, "impact_count") > 0.0).any()
     if not touched and any(_has_stiffness(study, index) for index in range(len(study.interfaces))):
         yield f"approach speed: {USUAL_TERMS.speed:g} m/s is assumed, for want of a contact"
+    datasets = [base, *(dataset for run in runs for dataset in run.tried if dataset is not base)]
     failed = sum(int((dataset["status"] != COMPLETE).sum()) for dataset in datasets)
     if failed:
         yield f"runs: {failed} of {sum(dataset['status'].size for dataset in datasets)} failed and count nowhere"
