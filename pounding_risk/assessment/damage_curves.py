@@ -124,11 +124,11 @@ def curves_of(case: xr.Dataset, state: Any, motions: Motions, options: Options, 
     ratios, fits, crossings, drawn = [], [], [], []
     for side, values in zip(POUNDING, demands[:2], strict=True):
         ratios.append(np.where(known, values, np.nan))
-        seen = Observed(motions.ims, ratios[-1], motions.recordings, shown, demands.jumps)
-        never = side == "without" and state.demand.interfaces
-        fits.append(Fit(fault=NO_CONTACT) if never else method.fit(seen))
+        observed = Observed(motions.ims, ratios[-1], motions.recordings, shown, demands.jumps)
+        is_never_reached = side == "without" and state.demand.interfaces
+        fits.append(Fit(fault=NO_CONTACT) if is_never_reached else method.fit(observed))
         crossings.append(capacities(motions.ims, ratios[-1], demands.jumps))
-        drawn.append(np.full((len(weights), 2), np.nan) if fits[-1].fault else method.drawn(seen, weights))
+        drawn.append(np.full((len(weights), 2), np.nan) if fits[-1].fault else method.drawn(observed, weights))
     return Curves(state, ratios, fits, crossings, drawn)
 
 
@@ -146,16 +146,16 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     Each is over the threshold, from a dataset of `scan` at one gap, contact model and yield force. Raises PoundingError
     for a building, interface or contact point that is not in the dataset, and a demand that it has not.
     """
-    of_place = _of_interfaces if state.demand.interfaces else _of_buildings
-    both = [of_place(case, state, without) for without in (False, True)]
+    largest_demands = _of_interfaces if state.demand.interfaces else _of_buildings
+    both = [largest_demands(case, state, without) for without in (False, True)]
     jumps = bool(state.demand.interfaces) or (state.demand.key == "storey_shear" and _may_yield(case, state))
     ratios = [np.where(np.isfinite(values), values, np.nan) / state.threshold for values in both]
     # A building that the state is of may be the one that collapsed; of another nothing is known.
     fragile = collapsible_buildings(Results(case).scene) if state.demand.of_structure else []
     may_collapse = state.building in fragile if state.building else bool(fragile)
-    if may_collapse and (fell := by_amplitude(collapsed(case)).astype(bool)).any():
+    if may_collapse and (has_collapsed := by_amplitude(collapsed(case)).astype(bool)).any():
         # Where no run without contact is known, the building has collapsed in it too: the cases take its status.
-        ratios = [np.where(fell & np.isnan(values), COLLAPSE, values) for values in ratios]
+        ratios = [np.where(has_collapsed & np.isnan(values), COLLAPSE, values) for values in ratios]
         return Demands(ratios[0], ratios[1], True)
     if jumps:  # a demand that is capped at the threshold may be less than it by rounding
         ratios = [np.where(np.isclose(values, 1.0, rtol=0.0, atol=ROUNDED), 1.0, values) for values in ratios]
@@ -192,15 +192,15 @@ def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
     values = values if "storey" in values.dims else values.expand_dims(storey=[1], axis=-1)
     if state.storey > values.sizes["storey"]:
         raise _lacking(state, f"storey {state.storey} is asked for, and the highest is {values.sizes['storey']}")
-    kept = slice(state.storey - 1, state.storey) if state.storey else slice(None)
-    demands = by_amplitude(values, ["building", "storey"])[..., kept]
+    storeys = slice(state.storey - 1, state.storey) if state.storey else slice(None)
+    demands = by_amplitude(values, ["building", "storey"])[..., storeys]
     if demand.per_height:
         levels = case["floor_level"].transpose("building", "storey").values[chosen]
         heights = np.diff(levels, axis=1, prepend=0.0)  # NaN where there is no storey
         for place, row in zip(chosen, heights, strict=True):
             if np.isnan(row[0]):
                 raise _lacking(state, f"of {names[place]} {demand.absent}")
-        demands = demands / heights[:, kept]
+        demands = demands / heights[:, storeys]
     if demand.of_structure and not state.storey:  # isolators are made to move
         isolated = isolated_buildings(Results(case).scene)
         demands = demands.copy()
@@ -221,19 +221,19 @@ def _of_interfaces(case: xr.Dataset, state: Any, without: bool) -> Array:
     points = list(map(str, case["contact_point"].values))
     if state.contact_point and state.contact_point not in points:
         raise _absent(state, "contact_point", points)
-    kept = np.ones(len(points), dtype=bool)
+    is_chosen = np.ones(len(points), dtype=bool)
     if state.interface:
-        kept &= case["contact_point_interface"].values == names.index(state.interface)
+        is_chosen &= case["contact_point_interface"].values == names.index(state.interface)
     if demand.points:
-        kept &= case["contact_point_kind"].values.astype(str) == demand.points
+        is_chosen &= case["contact_point_kind"].values.astype(str) == demand.points
     if state.contact_point:
-        kept &= np.array([point == state.contact_point for point in points])
-    if not kept.any():
+        is_chosen &= np.array([point == state.contact_point for point in points])
+    if not is_chosen.any():
         raise _lacking(state, demand.absent or f"{state.contact_point} is no contact point of {state.interface}")
     name, place = f"{POINT}{demand.interfaces}", "contact_point"
     if name not in case:  # two single masses: their one contact point is their interface
         name, place = demand.interfaces, "interface"
-    values = by_amplitude(finite(case, name).isel({place: np.flatnonzero(kept)}), [place])
+    values = by_amplitude(finite(case, name).isel({place: np.flatnonzero(is_chosen)}), [place])
     return np.zeros(values.shape[:2]) if without else np.asarray(values.max(axis=-1))
 
 

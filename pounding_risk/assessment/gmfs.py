@@ -68,14 +68,14 @@ class Fields:
         period = _period(intensity)
         share = np.log(period / low) / np.log(high / low)
         both = (below > 0.0) & (above > 0.0)
-        safe = [np.where(both, one, 1.0) for one in (below, above)]
+        safe = [np.where(both, values, 1.0) for values in (below, above)]
         return np.asarray(np.where(both, np.exp((1.0 - share) * np.log(safe[0]) + share * np.log(safe[1])), 0.0))
 
     def _around(self, intensity: str) -> tuple[tuple[float, Array], tuple[float, Array]] | None:
         """The periods below and above that of an intensity, with their levels."""
         period = _period(intensity)
         known = sorted((_period(name), levels) for name, levels in self.levels.items() if _period(name) > 0.0)
-        after = [at for at, (one, _) in enumerate(known) if one >= period]
+        after = [place for place, (known_period, _) in enumerate(known) if known_period >= period]
         return (known[after[0] - 1], known[after[0]]) if period > 0.0 and after and after[0] else None
 
 
@@ -104,7 +104,7 @@ def scenario_of(levels: Array, fragility: Fragility, confidence: float) -> Scena
     about = (fragility.what, fragility.gap, fragility.yield_force, fragility.contact_model)
     if fragility.fault:
         return Scenario(*about, nan, nan, nan, nan, fragility.fault)
-    each = _probabilities(levels, fragility.median, fragility.dispersion)
+    probabilities = _probabilities(levels, fragility.median, fragility.dispersion)
     silent = float((levels <= 0.0).mean())
     weakest = levels[levels > 0.0].min(initial=np.inf)
     left_out = silent * float(fragility_curve(weakest, fragility.median, fragility.dispersion)) if silent < 1.0 else nan
@@ -112,12 +112,12 @@ def scenario_of(levels: Array, fragility: Fragility, confidence: float) -> Scena
     medians, dispersions = fragility.draws()
     if medians.size:
         drawn = (_probabilities(levels, *pair) for pair in zip(medians, dispersions, strict=True))
-        means, deviations = np.array([(one.mean(), one.std(ddof=levels.size > 1)) for one in drawn]).T
+        means, deviations = np.array([(sample.mean(), sample.std(ddof=levels.size > 1)) for sample in drawn]).T
         means += deviations / sqrt(levels.size) * np.random.default_rng(SEED).standard_normal(len(means))
         tail = 50.0 * (1.0 - confidence)
         low, high = np.clip(np.percentile(means, (tail, 100.0 - tail)), 0.0, 1.0)
         high = min(high + left_out, 1.0)
-    return Scenario(*about, float(each.mean()), float(low), float(high), left_out)
+    return Scenario(*about, float(probabilities.mean()), float(low), float(high), left_out)
 
 
 def _probabilities(levels: Array, median: float, dispersion: float) -> Array:
@@ -211,5 +211,5 @@ def _mesh(path: Path) -> Table:
 
 def _period(intensity: str) -> float:
     """The period [s] of Sa with 5 % damping; 0 of another intensity."""
-    one = read_sa(intensity)
-    return one.period if one is not None and one.is_same(sa_at(one.period)) else 0.0
+    measure = read_sa(intensity)
+    return measure.period if measure is not None and measure.is_same(sa_at(measure.period)) else 0.0

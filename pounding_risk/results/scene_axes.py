@@ -116,13 +116,13 @@ def _label_faults(dataset: xr.Dataset, axes: Sequence[SceneAxis]) -> Iterator[st
 
 def _variant_faults(variants: Mapping[str, list[Any]], shape: tuple[int, ...]) -> Iterator[str]:
     """Faults of what differs along axes of this shape: entries of a name, the axes, and values along these."""
-    for listed in variants.values():
-        for entry in listed:
+    for entries in variants.values():
+        for entry in entries:
             if not isinstance(entry, list) or len(entry) != 3 or not isinstance(entry[0], str):
                 yield f"the attribute {VARIANTS} has an entry without a name, its axes and values"
                 continue
             name, along, values = entry
-            is_along = isinstance(along, list) and all(type(one) is int and 0 <= one < len(shape) for one in along)
+            is_along = isinstance(along, list) and all(type(axis) is int and 0 <= axis < len(shape) for axis in along)
             if not is_along or not _has_shape(values, [shape[axis] for axis in along]):
                 yield f"the attribute {VARIANTS} has values of {name} that do not lie along its axes"
 
@@ -138,7 +138,7 @@ def _has_shape(values: Any, shape: Sequence[int]) -> bool:
 def variants_of(dataset: xr.Dataset) -> dict[str, list[Any]]:
     """What else differs along the axes: lists of attributes and of tables; raises PoundingError where it is damaged."""
     variants = from_text(dataset.attrs.get(VARIANTS, "{}"))
-    if not isinstance(variants, dict) or not all(isinstance(listed, list) for listed in variants.values()):
+    if not isinstance(variants, dict) or not all(isinstance(entries, list) for entries in variants.values()):
         raise PoundingError(
             f"the attribute {VARIANTS} cannot be read: the file was damaged or changed since it was written; take the "
             "one that scan wrote, or run the scan again"
@@ -227,19 +227,19 @@ def has_drawn_motions(dataset: xr.Dataset) -> bool:
 
 def is_drawn_along(dataset: xr.Dataset) -> bool:
     """Whether there are several places along axes, none of which has an assessment of its own."""
-    several = open_axes(dataset)
-    return bool(several) and not any(axis.name in WITHOUT_PLACES for axis in several)
+    axes = open_axes(dataset)
+    return bool(axes) and not any(axis.name in WITHOUT_PLACES for axis in axes)
 
 
 def check_settled(dataset: xr.Dataset, source: str = "the dataset") -> None:
     """Raise PoundingError for a dataset with more than one place along an axis, with how to choose one."""
-    several = open_axes(dataset)
-    if not several:
+    axes = open_axes(dataset)
+    if not axes:
         return
     has = "; ".join(along_words(dataset))
-    choices = {axis.name: _written(dataset, axis.name, _values(dataset, axis.name)[0]) for axis in several}
+    choices = {axis.name: _written(dataset, axis.name, _values(dataset, axis.name)[0]) for axis in axes}
     options = " ".join(f"--select '{name}={value}'" for name, value in choices.items())
-    labels = ", ".join(f'"{axis.name}": {_values(dataset, axis.name)[0]!r}' for axis in several)
+    labels = ", ".join(f'"{axis.name}": {_values(dataset, axis.name)[0]!r}' for axis in axes)
     raise PoundingError(
         f"{source}: has cases along {has}; this is of one value of each: choose with {options}, in Python with "
         f"results.sel({{{labels}}})"
@@ -286,10 +286,10 @@ def _of_one_motion(chosen: xr.Dataset) -> xr.Dataset:
     attrs = {str(key): value for key, value in chosen.attrs.items() if key != MOTIONS_DRAWN}
     is_named = tomllib.loads(str(attrs.get("scene_resolved", ""))).get("records", {}).get("names") == [name]
     if is_named:
-        attrs["records"] = as_text([one for one in json.loads(attrs["records"]) if one.get("name") == name])
+        attrs["records"] = as_text([record for record in json.loads(attrs["records"]) if record.get("name") == name])
     for key in ("processing", "motions_sha256"):
         if is_named and key in attrs:
-            attrs[key] = as_text({one: value for one, value in json.loads(attrs[key]).items() if one == name})
+            attrs[key] = as_text({record: value for record, value in json.loads(attrs[key]).items() if record == name})
     recording = chosen["record_recording"].variable
     chosen = chosen.assign_coords(record_recording=recording.copy(data=np.zeros_like(recording.values)))
     chosen.attrs = attrs
@@ -312,9 +312,9 @@ def _with_drawn_gap(chosen: xr.Dataset) -> xr.Dataset:
 def _place_of_label(dataset: xr.Dataset, axis: SceneAxis, source: str) -> int:
     """The place along an axis whose labels the dataset has left."""
     labels = axis.labels()
-    left = {key: np.atleast_1d(dataset[key].values)[0] for key in axis.names if key in dataset.variables}
+    own = {key: np.atleast_1d(dataset[key].values)[0] for key in axis.names if key in dataset.variables}
     for place in range(axis.size):
-        if all(_equal(labels[key].values[place], value) for key, value in left.items()):
+        if all(_equal(labels[key].values[place], value) for key, value in own.items()):
             return place
     raise PoundingError(f"{source}: {axis.name} has a value that is none of the scan's: the dataset was changed")
 

@@ -97,25 +97,25 @@ def capacities(ims: Array, ratios: Array, jumps: bool = False) -> Capacities:
 # ------------------------------------------------------------------------------------------------ stripes
 
 
-def fit_stripes(seen: Observed) -> Fit:
+def fit_stripes(observed: Observed) -> Fit:
     """The fit to who reaches the state, over all runs that did not fail."""
-    known = np.isfinite(seen.ratios)
+    known = np.isfinite(observed.ratios)
     if not known.any():
         return Fit(fault="no run is known")
-    who = np.broadcast_to(seen.recordings[:, None], known.shape)[known]
-    return curves.fit(seen.ims[known], seen.ratios[known] >= 1.0, numbered(who), seen.shown)
+    labels = np.broadcast_to(observed.recordings[:, None], known.shape)[known]
+    return curves.fit(observed.ims[known], observed.ratios[known] >= 1.0, numbered(labels), observed.shown)
 
 
-def drawn_stripes(seen: Observed, weights: Array) -> Array:
+def drawn_stripes(observed: Observed, weights: Array) -> Array:
     """ln θ and β of each weighted sample, (samples, 2), by Newton's steps for all at once; NaN where there is none."""
     from scipy.sparse import csr_matrix
 
-    motion, level = np.nonzero(np.isfinite(seen.ratios))
-    values, where = np.unique(seen.ims[motion, level], return_inverse=True)
-    reached = (seen.ratios[motion, level] >= 1.0).astype(float)
-    shape = (len(seen.ims), values.size)
-    runs = csr_matrix((np.ones(motion.size), (motion, where)), shape)
-    counts = csr_matrix((reached, (motion, where)), shape)
+    motion, level = np.nonzero(np.isfinite(observed.ratios))
+    values, columns = np.unique(observed.ims[motion, level], return_inverse=True)
+    reached = (observed.ratios[motion, level] >= 1.0).astype(float)
+    shape = (len(observed.ims), values.size)
+    runs = csr_matrix((np.ones(motion.size), (motion, columns)), shape)
+    counts = csr_matrix((reached, (motion, columns)), shape)
     if values.size < 2:
         return np.full((len(weights), 2), np.nan)
     logs = np.log(values)
@@ -155,25 +155,25 @@ def _probit(x: Array, hits: Array, misses: Array) -> tuple[Array, Array]:
 # ------------------------------------------------------------------------------------------------ capacities
 
 
-def fit_ida(seen: Observed) -> Fit:
+def fit_ida(observed: Observed) -> Fit:
     """The fit to capacities, of which those beyond the levels, or only between two, are known as such."""
-    where, known = _enclosed(seen)
-    labels = numbered(seen.recordings[known])
-    fault = _no_capacities(where, seen, labels)
+    enclosed, known = _enclosed(observed)
+    labels = numbered(observed.recordings[known])
+    fault = _no_capacities(enclosed, observed, labels)
     if fault:
         return Fit(fault=fault)
-    x, middle, scale = where.scaled()
+    x, middle, scale = enclosed.scaled()
     (delta,), (gamma,) = _tobit(x, np.ones((1, labels.size)))
     if not np.isfinite(gamma):
         return Fit(fault="the capacities determine no curve; scan more levels")
     # ln θ and β from δ and γ, η = γ x − δ; the observed information goes with them, for the gradient is zero.
-    turn = np.array([[scale / gamma, -scale * delta / gamma**2], [0.0, -scale / gamma**2]])
+    jacobian = np.array([[scale / gamma, -scale * delta / gamma**2], [0.0, -scale / gamma**2]])
     slopes, (top, side, low) = _of_capacities(x, np.array([delta]), np.array([gamma]))
-    inverse = turn @ np.linalg.inv(np.array([[top.sum(), side.sum()], [side.sum(), low.sum()]]))
+    inverse = jacobian @ np.linalg.inv(np.array([[top.sum(), side.sum()], [side.sum(), low.sum()]]))
     spread = inverse @ curves.by_recording(np.stack([slopes[0][0], slopes[1][0]], axis=1), labels)
-    fitted = curves.fit_of(middle + scale * delta / gamma, scale / gamma, inverse @ turn.T, spread)
-    tested = seen.ims[np.isfinite(seen.ratios)]
-    return curves.unless(fitted, _refusal(fitted, tested, seen.shown))
+    fitted = curves.fit_of(middle + scale * delta / gamma, scale / gamma, inverse @ jacobian.T, spread)
+    tested = observed.ims[np.isfinite(observed.ratios)]
+    return curves.unless(fitted, _refusal(fitted, tested, observed.shown))
 
 
 class Enclosed(NamedTuple):
@@ -204,42 +204,42 @@ class Enclosed(NamedTuple):
         return np.asarray(self.low == self.high)
 
 
-def _enclosed(seen: Observed) -> tuple[Enclosed, NDArray[np.bool_]]:
+def _enclosed(observed: Observed) -> tuple[Enclosed, NDArray[np.bool_]]:
     """The ends between which the capacities lie, of the motions of which a run is known."""
-    first = capacities(seen.ims, seen.ratios, seen.jumps)
+    first = capacities(observed.ims, observed.ratios, observed.jumps)
     known = first.status != NONE
     status, high, low = first.status[known], np.log(first.values[known]), np.log(first.below[known])
     return Enclosed(np.where(status == BELOW, -np.inf, low), np.where(status == ABOVE, np.inf, high)), known
 
 
-def _no_capacities(where: Enclosed, seen: Observed, labels: Labels) -> str:
+def _no_capacities(enclosed: Enclosed, observed: Observed, labels: Labels) -> str:
     """Sentence on why capacities give no curve; "" where they do."""
-    if seen.ims.shape[1] < 2:
+    if observed.ims.shape[1] < 2:
         return "each motion has one level: incremental dynamic analysis needs several; scan more, or take a cloud"
     if not labels.size:
         return "no run is known"
-    if np.isinf(where.high).all():
+    if np.isinf(enclosed.high).all():
         return "no motion reaches the state at the levels that were tested: scan stronger motions"
-    if np.isinf(where.low).all():
+    if np.isinf(enclosed.low).all():
         return "every motion reaches the state at its lowest level: scan weaker motions"
     if np.ptp(labels) == 0:
         return ALONE
-    known = where.low[where.is_known]
-    if where.inner.sum() < 2 or (known.size and curves.of_one_intensity(np.exp(known))):
+    known = enclosed.low[enclosed.is_known]
+    if enclosed.inner.sum() < 2 or (known.size and curves.of_one_intensity(np.exp(known))):
         return "fewer than two motions reach the state between their levels: the dispersion is not known; scan more"
-    if not known.size and where.low.max() <= where.high.min():
+    if not known.size and enclosed.low.max() <= enclosed.high.min():
         return "one intensity may be the capacity of every motion: the dispersion is not known; scan levels between"
     return ""
 
 
-def drawn_ida(seen: Observed, weights: Array) -> Array:
+def drawn_ida(observed: Observed, weights: Array) -> Array:
     """As `drawn_stripes`, from the capacities."""
-    where, known = _enclosed(seen)
-    if where.inner.sum() < 2 or where.finite.std() == 0.0:
+    enclosed, known = _enclosed(observed)
+    if enclosed.inner.sum() < 2 or enclosed.finite.std() == 0.0:
         return np.full((len(weights), 2), np.nan)
-    x, middle, scale = where.scaled()
+    x, middle, scale = enclosed.scaled()
     drawn = []
-    for part in _parts(weights[:, known], where.low.size):
+    for part in _parts(weights[:, known], enclosed.low.size):
         delta, gamma = _tobit(x, part)
         drawn.append(np.stack([middle + scale * delta / gamma, scale / gamma], axis=1))
     return np.concatenate(drawn)
@@ -264,15 +264,15 @@ def _tobit(x: Enclosed, weights: Array) -> tuple[Array, Array]:
             system = tuple((part * weights).sum(axis=1) for part in curvature)
             score = tuple((part * weights).sum(axis=1) for part in slopes)
             step, gain = _step(system, score, total)
-            shorter = np.where(gamma + step[1] > 0.0, 1.0, 0.5 * gamma / np.abs(step[1]))
-            delta, gamma = delta + shorter * step[0], gamma + shorter * step[1]
+            factor = np.where(gamma + step[1] > 0.0, 1.0, 0.5 * gamma / np.abs(step[1]))
+            delta, gamma = delta + factor * step[0], gamma + factor * step[1]
             if (gain < CLOSE).all():
                 break
     # Without a known capacity the dispersion has no limit where one intensity may be the capacity of all.
-    part_of = weights > 0.0
-    lowest_high = np.where(part_of, x.high, np.inf).min(axis=1)
-    parted = np.where(part_of, x.low, -np.inf).max(axis=1) > lowest_high
-    parted |= (part_of & x.is_known).any(axis=1)
+    is_drawn = weights > 0.0
+    lowest_high = np.where(is_drawn, x.high, np.inf).min(axis=1)
+    parted = np.where(is_drawn, x.low, -np.inf).max(axis=1) > lowest_high
+    parted |= (is_drawn & x.is_known).any(axis=1)
     lost = ~(gain < CLOSE) | (inner <= 0.0) | (gamma > 1e6) | ~parted
     return np.where(lost, np.nan, delta), np.where(lost, np.nan, gamma)
 
@@ -310,12 +310,12 @@ def _of_interval(up: Array, down: Array) -> tuple[Array, Array]:
 # ------------------------------------------------------------------------------------------------ cloud
 
 
-def fit_cloud(seen: Observed) -> Fit:
+def fit_cloud(observed: Observed) -> Fit:
     """The fit of the regression of ln demand on ln im over all runs that did not fail."""
-    known = np.isfinite(seen.ratios)
-    labels = numbered(np.broadcast_to(seen.recordings[:, None], known.shape)[known])
+    known = np.isfinite(observed.ratios)
+    labels = numbered(np.broadcast_to(observed.recordings[:, None], known.shape)[known])
     with np.errstate(divide="ignore"):
-        x, y = np.log(seen.ims[known]), np.log(seen.ratios[known])
+        x, y = np.log(observed.ims[known]), np.log(observed.ratios[known])
     fault = _no_cloud(x, y, labels)
     if fault:
         return Fit(fault=fault)
@@ -326,24 +326,24 @@ def fit_cloud(seen: Observed) -> Fit:
         return Fit(fault=f"the demands {trend} with the intensity: this measure does not govern them")
     if sigma <= LINE:
         return Fit(fault="the demands lie on one line: they have no dispersion")
-    rest = y - a - b * x
-    scores = np.stack([rest, rest * x, rest**2 / sigma - sigma], axis=1) / sigma**2
+    residuals = y - a - b * x
+    scores = np.stack([residuals, residuals * x, residuals**2 / sigma - sigma], axis=1) / sigma**2
     total = float(x.size)
     curvature = np.array([[total, x.sum(), 0.0], [x.sum(), (x * x).sum(), 0.0], [0.0, 0.0, 2.0 * total]]) / sigma**2
-    turn = np.array([[-1.0 / b, a / b**2, 0.0], [0.0, -sigma / b**2, 1.0 / b]])
-    inverse = turn @ np.linalg.inv(curvature)
-    fitted = curves.fit_of(-a / b, sigma / b, inverse @ turn.T, inverse @ curves.by_recording(scores, labels))
+    jacobian = np.array([[-1.0 / b, a / b**2, 0.0], [0.0, -sigma / b**2, 1.0 / b]])
+    inverse = jacobian @ np.linalg.inv(curvature)
+    fitted = curves.fit_of(-a / b, sigma / b, inverse @ jacobian.T, inverse @ curves.by_recording(scores, labels))
     tested = np.exp(x)
-    return curves.unless(fitted, _refusal(fitted, tested, seen.shown))
+    return curves.unless(fitted, _refusal(fitted, tested, observed.shown))
 
 
 def _no_cloud(x: Array, y: Array, labels: Labels) -> str:
     """Sentence on why a cloud gives no curve; "" where it does."""
     if x.size < FEWEST:
         return f"{x.size} runs are known: a cloud needs {FEWEST} at least"
-    none = int(np.isneginf(y).sum())
-    if none:
-        return f"the demand is 0 in {none} of {y.size} runs, which has no logarithm; take stripes"
+    zeros = int(np.isneginf(y).sum())
+    if zeros:
+        return f"the demand is 0 in {zeros} of {y.size} runs, which has no logarithm; take stripes"
     if np.ptp(labels) == 0:
         return ALONE
     if curves.of_one_intensity(np.exp(x)):
@@ -351,11 +351,11 @@ def _no_cloud(x: Array, y: Array, labels: Labels) -> str:
     return ""
 
 
-def drawn_cloud(seen: Observed, weights: Array) -> Array:
+def drawn_cloud(observed: Observed, weights: Array) -> Array:
     """As `drawn_stripes`, from the regression."""
-    known = np.isfinite(seen.ratios) & (seen.ratios > 0.0)
-    x = np.log(np.where(known, seen.ims, 1.0))
-    y = np.log(np.where(known, seen.ratios, 1.0))
+    known = np.isfinite(observed.ratios) & (observed.ratios > 0.0)
+    x = np.log(np.where(known, observed.ims, 1.0))
+    y = np.log(np.where(known, observed.ratios, 1.0))
     sums = np.stack(
         [part.sum(axis=1) for part in (known, x * known, y * known, x * x * known, x * y * known, y * y * known)]
     )
@@ -368,10 +368,10 @@ def _regression(moments: Array) -> Array:
     """a, b and σ (n − 2) of y = a + b x from rows of n, Σx, Σy, Σx², Σxy and Σy²."""
     count, x, y, xx, xy, yy = moments.T
     with np.errstate(all="ignore"):  # a sample of one intensity has no slope: NaN
-        over = xx - x * x / count
-        b = (xy - x * y / count) / over
-        rest = yy - y * y / count - b * (xy - x * y / count)
-        sigma = np.sqrt(np.maximum(rest, 0.0) / (count - 2.0))
+        squares = xx - x * x / count
+        b = (xy - x * y / count) / squares
+        residual = yy - y * y / count - b * (xy - x * y / count)
+        sigma = np.sqrt(np.maximum(residual, 0.0) / (count - 2.0))
         return np.stack([(y - b * x) / count, b, sigma], axis=1)
 
 
@@ -444,9 +444,10 @@ def _step(
     (top, side, low), (first, second) = system, score
     with np.errstate(all="ignore"):
         determinant = top * low - side * side
-        one, other = (low * first - side * second) / determinant, (top * second - side * first) / determinant
-        gain = one * first + other * second
+        first_step = (low * first - side * second) / determinant
+        second_step = (top * second - side * first) / determinant
+        gain = first_step * first + second_step * second
         size = np.maximum(gain, 0.0) / total
-        shorter = np.where(size > FULL_STEP, 1.0 / (1.0 + np.sqrt(size)), 1.0)
+        factor = np.where(size > FULL_STEP, 1.0 / (1.0 + np.sqrt(size)), 1.0)
     gain = np.where(determinant > 0.0, gain, nan)
-    return (one * shorter, other * shorter), gain
+    return (first_step * factor, second_step * factor), gain
