@@ -9,6 +9,7 @@ from pounding_risk.lab.accuracy_findings import OUTPUTS, beaten_at, summed_up
 from pounding_risk.render.sheet import (
     Block,
     Cell,
+    Row,
     amount,
     computing_time,
     count,
@@ -43,7 +44,7 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
 
 
 def _settings(dataset: xr.Dataset) -> Block:
-    rows: list[list[Cell | str]] = []
+    rows: list[Row] = []
     for setting in dataset["setting"].values:
         one = dataset.sel(setting=setting)
         time = one["time"].sel(output="peak_relative_displacement")

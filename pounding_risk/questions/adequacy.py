@@ -16,6 +16,7 @@ from pounding_risk.render.sheet import (
     MISSING,
     Block,
     Cell,
+    Row,
     amount,
     between,
     count,
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
     from pounding_risk.assessment.hazard import Rate
     from pounding_risk.statistics.proportions import Share
 
-Row = list[Cell | str]
 
 GIVEN = 6  # digits of values that a user has given
 BOUNDS = "Bounds take every motion for independent; those by recording count components and polarities together."

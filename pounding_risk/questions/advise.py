@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pounding_risk.render.sheet import Block, Cell, amount, listing, milliseconds, paragraph, source, table
+from pounding_risk.render.sheet import Block, Row, amount, listing, milliseconds, paragraph, source, table
 from pounding_risk.studies.advice import FACTORS, LITTLE, MUCH, OUTPUTS
 
 if TYPE_CHECKING:
@@ -15,7 +15,6 @@ ORDER = 65
 FUNCTION = "studies.advice"
 FIGURES = {"": "advice.advice_figure"}
 UNIT = "scans"
-Row = list[Cell | str]
 
 
 def sheet(advice: Advice) -> list[Block]:

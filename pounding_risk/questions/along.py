@@ -9,7 +9,7 @@ import xarray as xr
 from pounding_risk.assessment.along import along_finding, idle_words, kept_words, lost_words
 from pounding_risk.assessment.options import NO_BOUND, NO_UPPER
 from pounding_risk.questions.adequacy import GIVEN, enough
-from pounding_risk.render.sheet import KEPT, Block, Cell, between, count, head, joined, number, paragraph, table
+from pounding_risk.render.sheet import KEPT, Block, Row, between, count, head, joined, number, paragraph, table
 from pounding_risk.units import SHOWN
 
 NAMES = ("contact_probability", "required_gap")
@@ -48,7 +48,7 @@ def places(assessed: xr.Dataset) -> Block:
     heads += [head("gap", "m"), "P(contact) [%]", "bounds [%]", head("gap required", "m"), head("bounds", "m")]
     is_lost = bool(assessed["motions_without_response"].any())
     heads += ["without response"] if is_lost else []
-    rows: list[list[Cell | str]] = []
+    rows: list[Row] = []
     for place in product(*(range(assessed.sizes[dim]) for dim in (*axes, "interface"))):
         cell = assessed.isel(dict(zip((*axes, "interface"), place, strict=True)))
         share, need = ([float(cell[f"{name}{end}"]) for end in ("", "_low", "_high")] for name in NAMES)

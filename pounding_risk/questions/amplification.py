@@ -26,7 +26,7 @@ from pounding_risk.assessment.spectra import charted, motions_words, read_percen
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import FROM_TO, RANGE, Option, text_file
 from pounding_risk.questions.notes import notes_of
-from pounding_risk.render.sheet import Block, Cell, evenly, facts, head, number, paragraph, percent, table
+from pounding_risk.render.sheet import Block, Row, evenly, facts, head, number, paragraph, percent, table
 from pounding_risk.results.check import check_kind
 from pounding_risk.units import GAP, shown
 
@@ -49,7 +49,6 @@ OPTIONS = {
     "damping": Option(kind=list[str]),
     "percentiles": Option("--percentile"),
 }
-Row = list[Cell | str]
 PERCENTILES = (16.0, 50.0, 84.0)
 RATIOS, GAP_SHARES = (0.2, 5.0), (0.1, 1.3)
 Array = NDArray[np.float64]

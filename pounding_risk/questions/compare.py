@@ -12,6 +12,7 @@ from pounding_risk.questions._declaration import Option
 from pounding_risk.render.sheet import (
     Block,
     Cell,
+    Row,
     amount,
     between,
     facts,
@@ -48,7 +49,6 @@ FIGURES = {
     "": lambda comparison: "compare.agreement_along_figure" if is_along(comparison) else "compare.agreement_figure",
     "-impacts": lambda comparison: "" if is_along(comparison) else "compare.reference_figure",
 }
-Row = list[Cell | str]
 # Whether the yield force acts in a law, of a row where each interface has a model of its own at some of them.
 YIELDS: dict[int, list[str]] = {0: [], 1: ["yields at F_E"], AT_SOME: ["yields at F_E at some interfaces"]}
 ANOTHER = 'compare --interface "LEFT | RIGHT" shows another one'

@@ -29,8 +29,8 @@ from pounding_risk.assessment.intensities import check_intensity, intensities, s
 from pounding_risk.assessment.options import USUAL_CONFIDENCE
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import text_file
-from pounding_risk.questions.rates import AT_LEAST
-from pounding_risk.render.sheet import Block, Cell, between, count, figure, head, listing, number, paragraph, table
+from pounding_risk.questions.rates import AT_LEAST, at_least
+from pounding_risk.render.sheet import Block, Row, count, figure, head, listing, number, paragraph, table, with_bounds
 from pounding_risk.results.amplitudes import intensity_quantity
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.check import missing_named
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
 
 ORDER = 137
 FIGURES = {"": "damage.damage_figure", "ida": "damage.ida_figure"}
-Row = list[Cell | str]
 KEPT = ("scene", "scene_resolved", "records", "versions", "title", "unused_keys")  # attributes of the scan
 NO_STATES = (
     'the scene has no [[damage]]; write a file of [[damage]] tables, name = "slight" and drift = "0.5 %" in each, '
@@ -255,9 +254,9 @@ def _ratios(dataset: xr.Dataset) -> Block:
     rows: list[Row] = []
     for state in dataset["state"].values:
         one = dataset.sel(state=state)
-        row: Row = [str(state), *_bounded(one, "median_ratio"), number(one["at_intensity"], unit, 3)]
+        row: Row = [str(state), *with_bounds(one, "median_ratio"), number(one["at_intensity"], unit, 3)]
         row += [number(one["probability_at"].sel(pounding=side), digits=3) for side in ("without", "with")]
-        rows.append([*row, *_bounded(one, "probability_ratio_at")])
+        rows.append([*row, *with_bounds(one, "probability_ratio_at")])
     return table("What pounding changes: medians, and probabilities at one intensity.", heads, rows)
 
 
@@ -269,7 +268,7 @@ def _rates(dataset: xr.Dataset) -> Block:
         sides = [one.sel(pounding=side) for side in ("with", "without")]
         row: Row = [str(state), *(cell for side in sides for cell in _rate(side))]
         missing = max(float(side["annual_rate_missing"]) for side in sides)
-        rows.append([*row, *_bounded(one, "annual_rate_ratio"), number(missing, "%", 2)])
+        rows.append([*row, *with_bounds(one, "annual_rate_ratio"), number(missing, "%", 2)])
     caption = (
         "Annual rates with pounding and without. Share beyond the curve: what part of the rate lies beyond the ends "
         "of the hazard curve, were it continued at the slope of its last rows."
@@ -284,19 +283,11 @@ def _events(dataset: xr.Dataset) -> Block:
     rows: list[Row] = []
     for state in dataset["state"].values:
         sides = [dataset.sel(state=state, pounding=side) for side in ("with", "without")]
-        rows.append([str(state), *(cell for side in sides for cell in _bounded(side, "event_probability"))])
+        rows.append([str(state), *(cell for side in sides for cell in with_bounds(side, "event_probability"))])
     return table("Probability in an event, with pounding and without.", heads, rows)
 
 
-def _rate(side: xr.Dataset) -> list[Cell]:
+def _rate(side: xr.Dataset) -> Row:
     """The annual rate at one side with its bounds, "at least" where the hazard curve ends too early."""
-    rate, bounds = _bounded(side, "annual_rate")
-    if float(side["annual_rate_missing"]) > COVERED:
-        rate = {**rate, "text": f"at least {rate['text']}"}
-    return [rate, bounds]
-
-
-def _bounded(one: xr.Dataset, name: str) -> list[Cell]:
-    """A number and its bounds."""
-    low, high = (float(one[f"{name}_{end}"]) for end in ("low", "high"))
-    return [number(one[name], digits=3), between(low, high, "1", 2)]
+    rate, bounds = with_bounds(side, "annual_rate")
+    return [at_least(rate, float(side["annual_rate_missing"]) > COVERED), bounds]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pounding_risk.render.sheet import Block, Cell, count, listing, number, paragraph, table
+from pounding_risk.render.sheet import Block, Row, count, listing, number, paragraph, table
 
 if TYPE_CHECKING:
     from pounding_risk.studies.modes import Modes
@@ -53,7 +53,7 @@ def sheet(answered: ModesOfScene) -> list[Block]:
     return [table("Modes of each building on its own.", HEADS, rows), paragraph(explained), listing(answered.notes)]
 
 
-def _rows(building: Modes) -> Iterator[list[Cell | str]]:
+def _rows(building: Modes) -> Iterator[Row]:
     if not building.periods.size:
         yield [building.name, "rigid", *"–––––"]
         return

@@ -12,7 +12,6 @@ from pounding_risk.results.amplitudes import intensity_unit, intensity_words
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
-    from pounding_risk.assessment.hazard import Rate
     from pounding_risk.assessment.rates import GapForRate
 
 AT_LEAST = (
@@ -30,9 +29,9 @@ def annual_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Block
     rows: list[Row] = [
         [
             *event_cells(rate),
-            _at_least(number(rate.annual, digits=3), rate),
+            at_least(number(rate.annual, digits=3), rate.at_least),
             between(rate.low, rate.high, "1", 3),
-            _at_least(number(rate.fifty_years, "%", 3), rate),
+            at_least(number(rate.fifty_years, "%", 3), rate.at_least),
             number(rate.below, "%", 2),
             number(rate.missing, "%", 2),
         ]
@@ -111,9 +110,9 @@ def scenario(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
 
 def gap_for_rate(required: GapForRate) -> Cell:
     """A gap for a rate of contact, rounded up as other required gaps are; "–" where there is none."""
-    return _at_least(enough(required.gap), required)
+    return at_least(enough(required.gap), required.at_least)
 
 
-def _at_least(cell: Cell, rate: Rate | GapForRate) -> Cell:
-    """The cell of a rate or gap, with "at least" where the number is only a lower bound."""
-    return {**cell, "text": f"at least {cell['text']}"} if rate.at_least else cell
+def at_least(cell: Cell, is_least: bool) -> Cell:
+    """The cell of a number, with "at least" where it is only a lower bound."""
+    return {**cell, "text": f"at least {cell['text']}"} if is_least else cell

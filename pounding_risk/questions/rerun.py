@@ -16,7 +16,7 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import Option
-from pounding_risk.render.sheet import Block, Cell, count, listing, paragraph, table, worded
+from pounding_risk.render.sheet import Block, Row, count, listing, paragraph, table, worded
 from pounding_risk.results.attributes import read_attribute, versions, versions_of
 from pounding_risk.results.files import open_results, reading
 from pounding_risk.results.layout import axes_of_cases, scene_dims
@@ -225,7 +225,7 @@ def status(comparison: Rerun) -> int:
     return 0 if comparison.same else DIFFERS
 
 
-def _row(difference: Difference, comparison: Rerun) -> list[Cell | str]:
+def _row(difference: Difference, comparison: Rerun) -> Row:
     """Cells of a variable that differs."""
     unit = str(comparison.dataset[difference.name].attrs.get("units", ""))
     return [

@@ -16,6 +16,7 @@ from pounding_risk.render.sheet import (
     MISSING,
     Block,
     Cell,
+    Row,
     amount,
     count,
     facts,
@@ -109,7 +110,7 @@ def failed(run: xr.Dataset) -> bool:
 
 def _outputs(run: xr.Dataset) -> Block:
     """Value and meaning of each output of the only interface, or of the run."""
-    rows: list[list[Cell | str]] = []
+    rows: list[Row] = []
     for name, variable in run.data_vars.items():
         if variable.ndim == 0:
             value = variable.item()
@@ -123,7 +124,7 @@ def _outputs(run: xr.Dataset) -> Block:
 def _links(run: xr.Dataset) -> Block:
     """Peaks of the links between each two neighbours that links join."""
     known = {name: of_name for name, of_name in OF_LINKS.items() if name in run}
-    rows: list[list[Cell | str]] = [
+    rows: list[Row] = [
         [str(name), *(number(float(run[output][place]), unit) for output, (_, unit) in known.items())]
         for place, name in enumerate(run["interface"].values)
         if isfinite(run["peak_link_stretch"][place])
@@ -171,7 +172,7 @@ def _places(run: xr.Dataset, dim: str, prefix: str = "") -> Block:
     is_interface = dim == "interface"
     heads = ["neighbours", head("gap", "m")] if is_interface else ["contact point", "kind"]
     heads += ["impacts", *(words for words, _, _ in OF_PLACES), "reaches F_E"]
-    rows: list[list[Cell | str]] = []
+    rows: list[Row] = []
     for place, name in enumerate(run[dim].values):
         one = run.isel({dim: place})
         impacts, yields = (int(one[f"{prefix}{output}"]) for output in ("impact_count", "yield_exceedance"))

@@ -24,7 +24,7 @@ from pounding_risk.assessment.spectra import (
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import FROM_TO, Option
 from pounding_risk.questions.notes import notes_of
-from pounding_risk.render.sheet import Block, Cell, amount, evenly, facts, head, number, paragraph, percent, table
+from pounding_risk.render.sheet import Block, Row, amount, evenly, facts, head, number, paragraph, percent, table
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES
 from pounding_risk.units import PERIOD
 
@@ -48,7 +48,6 @@ OPTIONS = {
     "rules": Option("--rule", list[str], help="Of the figure, a rule of the table; twice. By default srss and cqc."),
 }
 TABLED = 4  # periods of each side in the short table
-Row = list[Cell | str]
 SIDES = ("left", "right")
 
 

@@ -29,7 +29,7 @@ from pounding_risk.questions.notes import of_records
 from pounding_risk.render.sheet import (
     Block,
     Cell,
-    between,
+    Row,
     evenly,
     facts,
     figure,
@@ -41,6 +41,7 @@ from pounding_risk.render.sheet import (
     paragraph,
     probability,
     table,
+    with_bounds,
 )
 from pounding_risk.results.files import save
 from pounding_risk.scene.scene import Scene
@@ -54,7 +55,6 @@ SUBJECT = "scene or results"
 UNIT = "batches"
 FIGURES = {"": "uncertainty.uncertainty_figure"}
 OPTIONS = {"sobol": Option(kind=int)}
-Row = list[Cell | str]
 ALONE = "motions alone"  # the curve of the dispersion within a sample
 GAP_ROWS = 9  # gaps of the table of P(contact)
 USUAL_SOBOL = 256
@@ -260,8 +260,7 @@ def _parts(part: xr.Dataset) -> Block:
     rows: list[Row] = []
     for name in part["component"].values:
         one = part.sel(component=name)
-        deviation = number(one["dispersion"], unit), between(one["dispersion_low"], one["dispersion_high"], unit)
-        rows.append([str(name), number(one["variance_share"], "%", 2), *deviation])
+        rows.append([str(name), number(one["variance_share"], "%", 2), *with_bounds(one, "dispersion", unit, 4, 4)])
     heads = ["part", head("share", "%"), head("deviation", unit), head("bounds", unit)]
     return table(f"Parts of the variance of {whose}.", heads, rows)
 
@@ -275,7 +274,7 @@ def _fragilities(part: xr.Dataset) -> Block:
         one = part.sel(curve=name)
         row: Row = [str(name)]
         for of, unit in (("fragility_median", "m/s2"), ("fragility_dispersion", "1")):
-            row += [number(one[of], unit, 3), between(one[f"{of}_low"], one[f"{of}_high"], unit, 3)]
+            row += with_bounds(one, of, unit, 3, 3)
         rows.append(row)
     caption = f"Fragility of contact against {part['fragility_intensity'].item()}."
     return table(caption, [*heads, "dispersion", "bounds"], rows)
@@ -291,15 +290,12 @@ def _indices(part: xr.Dataset) -> Block:
     rows: list[Row] = []
     for place in np.argsort(-np.nan_to_num(one["first_order"].values, nan=-1.0)).tolist():
         here = one.isel(uncertain_number=place)
-        rows.append([str(here["uncertain_number"].item()), *(cell for kind in kinds for cell in _share(here, kind))])
+        cells = [cell for kind in kinds for cell in with_bounds(here, kind, "%", 2)]
+        rows.append([str(here["uncertain_number"].item()), *cells])
     if "first_order_of_motions" in one:
-        rows.append(["the motion", *_share(one, "first_order_of_motions")])
+        rows.append(["the motion", *with_bounds(one, "first_order_of_motions", "%", 2)])
     output_words = OUTPUT_WORDS.get(output, output.replace("_", " "))
     return table(f"Shares of the numbers in the variance of {output_words} over the samples.", heads, rows)
-
-
-def _share(one: xr.Dataset, name: str) -> list[Cell]:
-    return [number(one[name], "%", 2), between(one[f"{name}_low"], one[f"{name}_high"], "%", 2)]
 
 
 def check(given: Mapping[str, Any]) -> None:

@@ -16,6 +16,7 @@ from pounding_risk.units import MISSING, SHOWN, rounded
 
 Block = dict[str, Any]
 Cell = dict[str, Any]
+Row = list[Cell | str]
 
 LONG = 24  # rows of a table that stands whole in the text
 KEPT = 12  # rows of a longer one that stay there; all of them stand in the appendix
@@ -84,6 +85,12 @@ def probability(value: Any) -> Cell:
 def between(low: Any, high: Any, unit: str, digits: int = 4) -> Cell:
     """Both ends of a range, in the unit of the column's head."""
     return joined(number(low, unit, digits), number(high, unit, digits))
+
+
+def with_bounds(values: Any, name: str, unit: str = "1", digits: int = 3, of_bounds: int = 2) -> list[Cell]:
+    """A number of a dataset and its bounds, whose names end in _low and _high, in the unit of the column's head."""
+    low, high = (values[f"{name}_{end}"] for end in ("low", "high"))
+    return [number(values[name], unit, digits), between(low, high, unit, of_bounds)]
 
 
 def joined(*ends: Cell) -> Cell:

@@ -10,7 +10,7 @@ from pounding_risk.assessment.sensitivity import force_words
 from pounding_risk.figures.scan import draw_models
 from pounding_risk.render.sheet import (
     Block,
-    Cell,
+    Row,
     amount,
     count,
     figure,
@@ -60,12 +60,12 @@ def _by_model(data: ReportData, pair: Pair) -> list[Block]:
     where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}, {force_words(pair.assessed.own_force)}{pair.at}"
     heads = ["contact model", "cases", "with contact", "reach F_E"]
     heads += [f"{head(words, unit)}: median (16 to 84 %)" for words, unit in BY_MODEL.values()]
-    rows: list[list[Cell | str]] = []
+    rows: list[Row] = []
     spreads: dict[str, list[tuple[float, float, float]]] = {output: [] for output in BY_MODEL}
     for law in data.laws:
         of_law, touched = here.sel(contact_model=law), touching.sel(contact_model=law).values
         complete = of_law["impact_count"].values >= 0
-        cells: list[Cell | str] = [name_of(law), count(complete.sum()), count(touched.sum())]
+        cells: Row = [name_of(law), count(complete.sum()), count(touched.sum())]
         # An instant jump has no force that could reach F_E or not.
         reached = of_law["yield_exceedance"].values
         cells.append(count((reached == 1).sum()) if (reached >= 0).any() else number(np.nan))

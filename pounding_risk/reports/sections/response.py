@@ -11,7 +11,7 @@ from pounding_risk.questions.adequacy import response
 from pounding_risk.render.sheet import (
     MISSING,
     Block,
-    Cell,
+    Row,
     amount,
     count,
     head,
@@ -51,7 +51,7 @@ def _buildings(data: ReportData, pair: Pair) -> list[Block]:
     where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}{pair.at}, under {law}"
     if not touching.any():
         return [paragraph(f"{pair.name}: no motion brings contact {where}; the buildings move as without contact.")]
-    rows: list[list[Cell | str]] = []
+    rows: list[Row] = []
     for building, output in product(map(str, pair.results["building"].values), OUTPUTS):
         if output not in here:
             continue

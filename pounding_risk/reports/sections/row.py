@@ -21,7 +21,7 @@ from pounding_risk.questions.notes import OF_LINKS
 from pounding_risk.render.sheet import (
     KEPT,
     Block,
-    Cell,
+    Row,
     amount,
     count,
     figure,
@@ -125,7 +125,7 @@ def drift_finding(case: RowCase) -> str:
     return f"With contact the largest storey drift is {' and '.join(parts)} what it is without, in the median"
 
 
-def _touch(touch: Touch) -> list[Cell | str]:
+def _touch(touch: Touch) -> Row:
     """Cells of a contact, as the columns of `OF_TOUCH`."""
     shares = [number(share, "%", 3) for share in (touch.contact, touch.yielding)]
     return [count(touch.runs), *shares, number(touch.impacts), number(touch.force, "N")]
@@ -145,7 +145,7 @@ def _points(case: RowCase, where: str) -> Block:
 
 def _links(case: RowCase, where: str) -> list[Block]:
     """Stretch and forces of the links between neighbours, and how many break; nothing without links."""
-    rows: list[list[Cell | str]] = []
+    rows: list[Row] = []
     for at, name in enumerate(case.interfaces):
         for output, (words, unit) in OF_LINKS.items():
             values = case.results[output].isel(interface=at).values if output in case.results else np.zeros(0)
@@ -162,7 +162,7 @@ def _storeys(case: RowCase, where: str) -> list[Block]:
     if not np.isfinite(raised).any():
         return [paragraph("No building with storeys touches a neighbour; the buildings move as without contact.")]
     shaken = [amplification(case, at, "peak_floor_acceleration") for at in range(len(case.buildings))]
-    rows: list[list[Cell | str]] = [
+    rows: list[Row] = [
         [building.name, building.position, number(drift, digits=3), number(acceleration, digits=3)]
         for building, drift, acceleration in zip(case.buildings, raised, shaken, strict=True)
     ]

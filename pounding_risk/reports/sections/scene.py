@@ -10,6 +10,7 @@ import numpy as np
 from pounding_risk.render.sheet import (
     Block,
     Cell,
+    Row,
     amount,
     count,
     facts,
@@ -45,12 +46,12 @@ def write(data: ReportData) -> list[Block]:
     results = data.results
     heads = ["building", head("mass", "kg"), "period [s]", head("damping", "%")]
     heads += ["storeys", "height [m]", "in the row"] if data.has_points else []
-    rows: list[list[Cell | str]] = []
+    rows: list[Row] = []
     rigid = []
     for name in map(str, results["building"].values):
         building = results.sel(building=name)
         values = [("building_mass", "kg"), ("building_period", "s"), ("building_damping", "%")]
-        row: list[Cell | str] = [name, *(number(building[variable], unit) for variable, unit in values)]
+        row: Row = [name, *(number(building[variable], unit) for variable, unit in values)]
         if data.has_points:
             row += [count(building["building_storeys"]), number(building["building_height"])]
             row.append(str(building["building_position"].values))
