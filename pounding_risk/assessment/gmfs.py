@@ -191,8 +191,8 @@ def _site(table: Table, column: str, where: str) -> tuple[str, str]:
     mesh = _mesh(table.path)
     places = [place_of(mesh, row) for row in mesh.rows]
     names = [mesh.whole_id(row, "site_id") for row in mesh.rows]
-    found = find_site(places, names, wanted, str(mesh.path))
-    return names[found.position], site_words(found, wanted)
+    nearest_site = find_site(places, names, wanted, str(mesh.path))
+    return names[nearest_site.position], site_words(nearest_site, wanted)
 
 
 def _mesh(path: Path) -> Table:
@@ -201,9 +201,9 @@ def _mesh(path: Path) -> Table:
     own = path.parent / f"{MESH}_{number[1]}.csv" if number else path.parent / f"{MESH}.csv"
     beside = [own] if own.is_file() else sorted(path.parent.glob(f"{MESH}*.csv"))
     if len(beside) != 1:
-        found = f"{len(beside)} are" if beside else "none is"
+        how_many = f"{len(beside)} are" if beside else "none is"
         raise PoundingError(
-            f"{path}: a site by its place needs the table of sites {own.name} beside it, and {found} there; copy it "
+            f"{path}: a site by its place needs the table of sites {own.name} beside it, and {how_many} there; copy it "
             "there, or name the site by its id"
         )
     return read_table(beside[0], error=PoundingError, needed=("site_id", "lon", "lat"))

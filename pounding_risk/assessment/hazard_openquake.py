@@ -134,17 +134,17 @@ def _curve(table: Table, row: Row, columns: Sequence[str], about: str) -> Export
                 f"follows {poes[at - 1]:g}; {AGAIN}"
             )
     bounded = (levels > 0.0) & (poes > 0.0) & (poes < 1.0)
-    kept = bounded & np.append(poes[1:] < poes[:-1], True)
-    if kept.sum() < 2:
-        raise row.fault(f"has {kept.sum()} different probabilities between 0 and 1, two are the least; {AGAIN}")
+    is_used = bounded & np.append(poes[1:] < poes[:-1], True)
+    if is_used.sum() < 2:
+        raise row.fault(f"has {is_used.sum()} different probabilities between 0 and 1, two are the least; {AGAIN}")
     words = []
     if (~bounded).any():
         words.append(f"{counted((~bounded).sum(), 'level')} of {intensity} with a probability of 0 or 1 left out.")
-    if (bounded & ~kept).any():
-        equal = counted((bounded & ~kept).sum(), "level")
+    if (bounded & ~is_used).any():
+        equal = counted((bounded & ~is_used).sum(), "level")
         words.append(f"{equal} of {intensity} left out, exceeded as often as the next one.")
     years = table.fact("investigation_time")
-    return Exported(table.path.name, years, (intensity,), (levels[kept],), (poes[kept],), (about, *words))
+    return Exported(table.path.name, years, (intensity,), (levels[is_used],), (poes[is_used],), (about, *words))
 
 
 def _spectra(table: Table, row: Row, columns: Sequence[str], about: str) -> Exported:

@@ -156,8 +156,8 @@ def _of_buildings(buildings: Sequence[Any]) -> dict[str, Any]:
     storeys = [0 if one.is_rigid else len(getattr(one, "masses", (one.mass,))) for one in buildings]
     levels = np.full((len(buildings), max(1, *storeys)), np.nan)
     for place, building in enumerate(buildings):
-        given = list(accumulate(building.heights))
-        levels[place, : len(given)] = given
+        own_levels = list(accumulate(building.heights))
+        levels[place, : len(own_levels)] = own_levels
     heights = [building.height if building.height > 0.0 else np.nan for building in buildings]
     return {
         "building_height": ("building", heights, described("m", "level of the roof; NaN where not given")),

@@ -419,10 +419,10 @@ def axis_faults(study: OfScene, placed: Sequence[Placed], make: Callable[[Sequen
 
 def _without_effect(study: OfScene, made: OfScene) -> Iterator[str]:
     """What the interfaces have otherwise than in the scene, and the cases of the grid have not."""
-    one, other = ([between.gap for between in scene.interfaces] for scene in (study, made))
+    own, others = ([between.gap for between in scene.interfaces] for scene in (study, made))
     gaps = zip(study.grid.gaps, made.grid.gaps, strict=True)
-    if one != other and all(study.interface_gaps(gap) == made.interface_gaps(same) for gap, same in gaps):
+    if own != others and all(study.interface_gaps(gap) == made.interface_gaps(same) for gap, same in gaps):
         yield "gap"
-    one, other = ([between.yield_force for between in scene.interfaces] for scene in (study, made))
-    if one != other and len(study.grid.yield_forces) > 1:
+    own, others = ([between.yield_force for between in scene.interfaces] for scene in (study, made))
+    if own != others and len(study.grid.yield_forces) > 1:
         yield "yield_force"

@@ -289,8 +289,8 @@ class UncertainNumbers:
         """The correlation matrix of the standard normals behind the numbers."""
         matrix = np.eye(len(self.numbers))
         for correlation in self.correlations:
-            one, other = map(self.keys.index, correlation.between)
-            matrix[one, other] = matrix[other, one] = correlation.value
+            row, column = map(self.keys.index, correlation.between)
+            matrix[row, column] = matrix[column, row] = correlation.value
         return tuple(map(tuple, matrix.tolist()))
 
     @property

@@ -425,16 +425,16 @@ def uncertain_checks(draft: Draft) -> Iterator[Fault]:
 def uncertain_of(draft: Draft) -> UncertainNumbers | None:
     """The uncertain numbers of a scene whose keys have no fault; None where all are at their stated values."""
     table: Uncertain = Uncertain.from_values(draft.table(UNCERTAIN).values)
-    kept = [place for place, one in enumerate(draft.uncertain) if not one.is_set]
-    keys = [draft.uncertain[place].number.key for place in kept]
-    if not kept or not table.samples:
+    places = [place for place, one in enumerate(draft.uncertain) if not one.is_set]
+    keys = [draft.uncertain[place].number.key for place in places]
+    if not places or not table.samples:
         return None
     return UncertainNumbers(
-        tuple(draft.uncertain[place].number for place in kept),
+        tuple(draft.uncertain[place].number for place in places),
         len(table.points) or table.samples,
         GIVEN if table.points else table.method,
         0 if table.points else table.seed,
         tuple(one for one in table.correlations if set(one.between) <= set(keys)),
-        tuple((*(point[place] for place in kept), *point[len(draft.uncertain) :]) for point in table.points),
+        tuple((*(point[place] for place in places), *point[len(draft.uncertain) :]) for point in table.points),
         table.motions,
     )

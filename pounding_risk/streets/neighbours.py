@@ -358,11 +358,11 @@ class Street(NamedTuple):
             pairs, last = [], first
             while last in after:
                 left, right, gap, length, share, overlap = after[last]
-                one, other = self.houses[left], self.houses[right]
-                has_walls = one.footprint is not None or not isnan(other.walls[0] - one.walls[1])
-                resolution = self.resolution if has_walls and isnan(one.gap) else nan
+                left_house, right_house = self.houses[left], self.houses[right]
+                has_walls = left_house.footprint is not None or not isnan(right_house.walls[0] - left_house.walls[1])
+                resolution = self.resolution if has_walls and isnan(left_house.gap) else nan
                 touching = 0.0 if isnan(resolution) else overlap
-                pairs.append(Neighbours(one, other, gap, length, share, resolution, touching))
+                pairs.append(Neighbours(left_house, right_house, gap, length, share, resolution, touching))
                 last = right
             buildings = (self.houses[first], *(neighbour.right for neighbour in pairs))
             gaps = tuple(neighbour.gap for neighbour in pairs)

@@ -340,14 +340,14 @@ def shares_of_contacts(gaps: Array) -> Array:
         for name, period in zip(("left", "right"), PASSAGE_PERIODS, strict=True)
     ]
     interface = Interface(gap=float(gaps[0]), contact_model="linear", stiffness=1e8)
-    found = []
+    touched = []
     for seed in range(1, MOTIONS + 1, BATCH):
         records = noise_record(GROUND, PASSAGE_LENGTH, PASSAGE_STEP, seed=seed, count=BATCH)
         scene = Scene(buildings, [interface], records)
         scene = scene.updated(grid=scene.grid._replace(gaps=tuple(gaps.tolist())))
         contacts = scan(scene, check_fraction=0.0)["impact_count"] > 0
-        found.append(contacts.squeeze(drop=True).transpose("gap", "record").values)
-    return np.concatenate(found, axis=1).mean(axis=1)
+        touched.append(contacts.squeeze(drop=True).transpose("gap", "record").values)
+    return np.concatenate(touched, axis=1).mean(axis=1)
 
 
 def first_passage() -> Property:

@@ -176,8 +176,8 @@ class Verification(ShortRepr):
                 agree = f"{far} of them more than {100.0 * KINDS[INPUT]:.0f} % apart" if far else "not counted"
                 clauses.append(f"{counted(of_kind[INPUT], 'input')} of their cases, {agree}")
         if self.properties:
-            kept = len(self.properties) - len(self.failing)
-            clauses.append(f"{kept} of {len(self.properties)} published properties hold")
+            holding = len(self.properties) - len(self.failing)
+            clauses.append(f"{holding} of {len(self.properties)} published properties hold")
         return "; ".join(clauses)
 
     def facts(self) -> Iterable[tuple[str, str]]:

@@ -102,12 +102,12 @@ def automatic_points(left: Any, right: Any, is_one: IsOne | None = None) -> list
     of `usual_rule`. No floor is one with two floors of the other building: the rule's depths, or its tolerance, are
     less than half of any storey.
     """
-    one, other = outlines(left, right)
-    if isnan(one.levels[-1]):
+    left_outline, right_outline = outlines(left, right)
+    if isnan(left_outline.levels[-1]):
         return [(1.0, 1.0, FLOOR, nan)]
-    pairs = _pairs(one.levels, other.levels, is_one or usual_rule(left, right).is_one)
-    points = [_meeting(one, other, *pair) for pair in pairs]
-    return points[-1:] if one.is_mass or other.is_mass else points
+    pairs = _pairs(left_outline.levels, right_outline.levels, is_one or usual_rule(left, right).is_one)
+    points = [_meeting(left_outline, right_outline, *pair) for pair in pairs]
+    return points[-1:] if left_outline.is_mass or right_outline.is_mass else points
 
 
 def usual_rule(left: Any, right: Any) -> LevelRule:
@@ -135,8 +135,8 @@ def given_point(left: Any, right: Any, left_floor: float, right_floor: float) ->
 
 def level_gap(left: Any, right: Any, left_floor: float, right_floor: float) -> float:
     """How far apart the levels of two floor numbers are [m]; 0 where they are not known."""
-    one, other = outlines(left, right)
-    apart = abs(one.level_of(left_floor) - other.level_of(right_floor))
+    left_outline, right_outline = outlines(left, right)
+    apart = abs(left_outline.level_of(left_floor) - right_outline.level_of(right_floor))
     return 0.0 if isnan(apart) else apart
 
 
@@ -170,9 +170,9 @@ def floor_words(floor: float) -> str:
 
 def outlines(left: Any, right: Any) -> tuple[Outline, Outline]:
     """The outlines of two neighbours; one without a height of its own is as tall as the other."""
-    one, other = _own_levels(left), _own_levels(right)
-    tops = (one or other or (nan,))[-1:], (other or one or (nan,))[-1:]
-    return _outline(left, one or tops[0]), _outline(right, other or tops[1])
+    left_levels, right_levels = _own_levels(left), _own_levels(right)
+    tops = (left_levels or right_levels or (nan,))[-1:], (right_levels or left_levels or (nan,))[-1:]
+    return _outline(left, left_levels or tops[0]), _outline(right, right_levels or tops[1])
 
 
 def _own_levels(building: Any) -> tuple[float, ...]:
@@ -186,17 +186,19 @@ def _outline(building: Any, levels: tuple[float, ...]) -> Outline:
     return Outline(levels, is_mass, building.is_rigid)
 
 
-def _pairs(one: tuple[float, ...], other: tuple[float, ...], is_one: IsOne) -> list[tuple[float | None, float | None]]:
+def _pairs(
+    lefts: tuple[float, ...], rights: tuple[float, ...], is_one: IsOne
+) -> list[tuple[float | None, float | None]]:
     """The levels that meet, from the ground up to the lower roof; None where a floor meets no floor."""
     pairs: list[tuple[float | None, float | None]] = []
     i = j = 0
-    while i < len(one) and j < len(other):
-        if is_one(one[i], other[j]):
-            pairs.append((one[i], other[j]))
-        elif one[i] < other[j]:
-            pairs.append((one[i], None))
+    while i < len(lefts) and j < len(rights):
+        if is_one(lefts[i], rights[j]):
+            pairs.append((lefts[i], rights[j]))
+        elif lefts[i] < rights[j]:
+            pairs.append((lefts[i], None))
         else:
-            pairs.append((None, other[j]))
+            pairs.append((None, rights[j]))
         i, j = i + (pairs[-1][0] is not None), j + (pairs[-1][1] is not None)
     return pairs
 

@@ -72,9 +72,9 @@ def condensed(stiffness: Array, rows: Sequence[int]) -> Array:
     """
     floors = np.array(rows) - 1
     rest = np.setdiff1d(np.arange(len(stiffness)), floors)
-    kept = stiffness[np.ix_(floors, floors)]
+    of_floors = stiffness[np.ix_(floors, floors)]
     if not rest.size:
-        return kept
+        return of_floors
     across = stiffness[np.ix_(rest, floors)]
     try:
         free = np.linalg.solve(stiffness[np.ix_(rest, rest)], across)
@@ -83,7 +83,7 @@ def condensed(stiffness: Array, rows: Sequence[int]) -> Array:
             "stiffness_matrix: a row that is no floor moves without any force when the floors are held; leave out "
             "the rows of such a mechanism, or restrain it"
         ) from None
-    result = kept - across.T @ free
+    result = of_floors - across.T @ free
     return np.asarray(0.5 * (result + result.T))
 
 
@@ -159,9 +159,9 @@ def assembled(
 def _check_orthogonal(scaled: Array) -> None:
     cosines = np.abs(scaled.T @ scaled - np.eye(scaled.shape[1]))
     if cosines.max(initial=0.0) > NOT_ORTHOGONAL:
-        one, other = sorted(np.unravel_index(cosines.argmax(), cosines.shape))
+        first, second = sorted(np.unravel_index(cosines.argmax(), cosines.shape))
         raise PoundingError(
-            f"modes: the shapes of modes {one + 1} and {other + 1} are not orthogonal over floor_masses (cosine "
+            f"modes: the shapes of modes {first + 1} and {second + 1} are not orthogonal over floor_masses (cosine "
             f"{cosines.max():.2f}); give modes of motion along the row alone, at the floors in their order, and the "
             "masses of the same model"
         )

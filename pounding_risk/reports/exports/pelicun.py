@@ -117,7 +117,7 @@ def _demand_tables(
     status = runs["status"]
     (code,) = (code for code, word in flags_of(status).items() if word == "complete")
     complete = _by_motion(status) == code
-    kept = complete | (_by_motion(status) == UNPUSHED)  # whose motion without contact is known
+    is_known = complete | (_by_motion(status) == UNPUSHED)  # whose motion without contact is known
     if not complete.all():
         unpushed = int((status == UNPUSHED).sum())
         if failed := int((~complete).sum()) - unpushed:
@@ -144,7 +144,7 @@ def _demand_tables(
                 [
                     ["", *(column.name for column in columns)],
                     ["Units", *(column.unit for column in columns)],
-                    *([at, *(repr(float(each.values[at])) for each in columns)] for at in np.flatnonzero(kept)),
+                    *([at, *(repr(float(each.values[at])) for each in columns)] for at in np.flatnonzero(is_known)),
                 ]
             )
 
@@ -204,14 +204,14 @@ def _components(results: xr.Dataset, options: Options) -> Components:
             if kind == "damage":
                 own = {"without": side == "without", "pga": None, "intensity_level": None}
             try:
-                found = fragilities.fragilities_of(results, options._replace(of=kind, **own))
+                fitted = fragilities.fragilities_of(results, options._replace(of=kind, **own))
             except PoundingError as error:
                 faults.append(error)
                 notes.append(f"{kind}{' without pounding' if side == 'without' else ''}: {error}")
                 continue
-            measure = found.measure
-            notes += found.notes
-            named += list(_named(found, kind, side))
+            measure = fitted.measure
+            notes += fitted.notes
+            named += list(_named(fitted, kind, side))
     if faults and not named and len(kinds) == 1:
         raise faults[0]
     names = fragilities.distinct(name for name, _ in named)

@@ -65,8 +65,8 @@ def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     assessment = assess(results, gap=options.gap, pga=options.pga, intensity_level=options.intensity_level)
     names = [str(name) for name in results["building"].values]
     strings, without = _strings(results, names, options.inventory)
-    given = results["building_height"].values if "building_height" in results.variables else np.full(len(names), nan)
-    heights = [float(height) if height > 0.0 else nan for height in given]
+    stated = results["building_height"].values if "building_height" in results.variables else np.full(len(names), nan)
+    heights = [float(height) if height > 0.0 else nan for height in stated]
     rows, closes = [], closing_motions(results, assessment)
     for number, name in enumerate(names):
         beside = [(other, min(other, number)) for other in (number - 1, number + 1) if 0 <= other < len(names)]

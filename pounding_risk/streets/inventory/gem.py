@@ -135,8 +135,8 @@ def with_found(text: str, position: str, has_pounding: bool) -> str:
     irregular = next((each for each in attributes if each.atoms[0].name in (REGULAR, IRREGULAR)), None)
     attributes = [each for each in attributes if each not in (shape, irregular)]
     last = max((n for n, each in enumerate(attributes, 1) if each.atoms[0].name in BEFORE), default=0)
-    kept = tuple(atom for atom in (shape.atoms if shape else ()) if not position or atom.name not in POSITIONS)
-    written = [Attribute((*kept, *((Atom(position),) if position else ())))] if kept or position else []
+    other_atoms = tuple(atom for atom in (shape.atoms if shape else ()) if not position or atom.name not in POSITIONS)
+    written = [Attribute((*other_atoms, *((Atom(position),) if position else ())))] if other_atoms or position else []
     if has_pounding:
         atoms = irregular.atoms if irregular else ()
         vertical = next((atom for atom in atoms if atom.name == VERTICAL), Atom(VERTICAL))
