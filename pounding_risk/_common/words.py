@@ -15,8 +15,10 @@ def nearest_file(name: str, known: Iterable[str]) -> str:
     return f' (did you mean "{stems[near[0]]}"?)' if near else ""
 
 
-def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str:
-    """The text ` (did you mean "gap"?)`, or "" where no known word is near."""
+def nearest(word: object, known: Iterable[str], cutoff: float = 0.6) -> str:
+    """The text ` (did you mean "gap"?)`, or "" where no known word is near, and for what is no text."""
+    if not isinstance(word, str):
+        return ""
     spelt = {name.lower(): name for name in known}
     near = get_close_matches(word.lower(), spelt, 1, cutoff)
     return f' (did you mean "{spelt[near[0]]}"?)' if near else ""

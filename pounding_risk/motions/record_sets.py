@@ -208,7 +208,7 @@ def missing() -> list[str]:
 
 def _files(name: str) -> tuple[SetFile, ...]:
     if name not in FILES:
-        hint = nearest(name, FILES) if isinstance(name, str) else ""
+        hint = nearest(name, FILES)
         raise RecordError(f"{shown(name)} is not a set of records{hint}; the sets are {', '.join(FILES)}")
     return FILES[name]
 

@@ -67,8 +67,7 @@ def known_law(name: str) -> Any:
 
 def unknown_law(name: object) -> str:
     """A sentence for a contact model that is not there."""
-    hint = nearest(name, CONTACT_MODELS) if isinstance(name, str) else ""
-    return f"{shown(name)} is not a contact model{hint}; it may be {', '.join(CONTACT_MODELS)}"
+    return f"{shown(name)} is not a contact model{nearest(name, CONTACT_MODELS)}; it may be {', '.join(CONTACT_MODELS)}"
 
 
 def known_models(names: Iterable[object]) -> list[str]:

@@ -366,7 +366,7 @@ def one_of(allowed: Sequence[str], what: str, words: str, example: str, absent: 
 
     def read(value: Any, number: Number) -> str:
         if value not in allowed:
-            hint = nearest(value, allowed) if isinstance(value, str) else ""
+            hint = nearest(value, allowed)
             between = " or " if len(allowed) == 2 else ", "
             raise Unreadable(f"{shown(value)} is not {what}{hint}; it may be {between.join(map(shown, allowed))}")
         return str(value)

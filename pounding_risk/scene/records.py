@@ -78,9 +78,8 @@ def _polarity(value: Any, number: Number) -> tuple[str, ...]:
 
     def read(item: Any) -> str:
         if not isinstance(item, str) or item not in POLARITIES:
-            hint = nearest(item, POLARITIES) if isinstance(item, str) else ""
             raise Unreadable(
-                f'{shown(item)} is not a polarity{hint}; it may be "as recorded", "reversed", '
+                f'{shown(item)} is not a polarity{nearest(item, POLARITIES)}; it may be "as recorded", "reversed", '
                 'or ["as recorded", "reversed"]'
             )
         return item
@@ -136,7 +135,7 @@ def _record_name(value: Any, number: Number) -> str:
 
     known = catalogue_ids()
     if not isinstance(value, str) or value not in known:
-        hint = nearest(value, known, 0.4) if isinstance(value, str) else ""
+        hint = nearest(value, known, 0.4)
         if not hint and isinstance(value, str):  # the records of a station or earthquake of that name
             near = " or ".join(f'"{id}"' for id in similar(value))
             hint = f" (did you mean {near}?)" if near else ""
@@ -152,8 +151,7 @@ def _record_set(value: Any, number: Number) -> str:
     from pounding_risk.motions.record_sets import SETS
 
     if not isinstance(value, str) or value not in SETS:
-        hint = nearest(value, SETS, 0.4) if isinstance(value, str) else ""
-        raise Unreadable(f"{shown(value)} is not a record set{hint}; it may be {', '.join(SETS)}")
+        raise Unreadable(f"{shown(value)} is not a record set{nearest(value, SETS, 0.4)}; it may be {', '.join(SETS)}")
     return value
 
 

@@ -160,7 +160,7 @@ def _value(value: Any, allowed: Any, number: Number) -> Any:
     if isinstance(allowed, Quantity):
         return read_option(value, allowed, number)
     if value not in allowed:
-        hint = nearest(value, allowed) if isinstance(value, str) else ""
+        hint = nearest(value, allowed)
         raise Unreadable(f"{shown(value)} is not one of {', '.join(map(shown, allowed))}{hint}; write one of these")
     return value
 

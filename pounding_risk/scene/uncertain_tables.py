@@ -293,7 +293,7 @@ def _kind(value: Any) -> type[Distribution]:
     if name is None:
         raise Unreadable(f"the distribution is missing; write {EXAMPLE}")
     if not isinstance(name, str) or name not in KINDS:
-        hint = nearest(name, KINDS) if isinstance(name, str) else ""
+        hint = nearest(name, KINDS)
         sentence = f"{shown(name)} is not a distribution{hint}; it may be {', '.join(map(shown, KINDS))}"
         raise Several([(("distribution",), sentence)])
     return KINDS[name]

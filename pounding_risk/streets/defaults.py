@@ -115,7 +115,7 @@ class Rules:
         for name, known in (("chain", CHAINS), ("code_level", LEVELS)):
             value = getattr(self, name)
             if value not in known:
-                hint = nearest(value, known) if isinstance(value, str) else ""
+                hint = nearest(value, known)
                 option = f"--{name.replace('_', '-')} ({name} in Python)"
                 raise PoundingError(f"{option}: {shown(value)} is none{hint}; it may be {', '.join(known)}")
 

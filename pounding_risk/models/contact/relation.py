@@ -104,7 +104,7 @@ def relation_fault(value: Any) -> str:
     """A sentence for what is not the name of a relation; "" for one that is."""
     if value in RELATIONS:
         return ""
-    hint = nearest(value, RELATIONS) if isinstance(value, str) else ""
+    hint = nearest(value, RELATIONS)
     return f'{shown(value)} is not a relation of restitution and damping{hint}; it may be "published" or "exact"'
 
 

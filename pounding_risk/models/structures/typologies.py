@@ -112,6 +112,6 @@ TYPOLOGIES = _both_codes()
 def known_typology(name: str) -> Typology:
     """The typology of this name; raises PoundingError, with the nearest name, where there is none."""
     if name not in TYPOLOGIES:
-        hint = nearest(name, TYPOLOGIES) if isinstance(name, str) else ""
+        hint = nearest(name, TYPOLOGIES)
         raise PoundingError(f"{shown(name)} is not a typology{hint}; it may be {', '.join(TYPOLOGIES)}")
     return TYPOLOGIES[name]

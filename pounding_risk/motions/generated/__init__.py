@@ -144,7 +144,7 @@ def known_kind(name: Any) -> Kind:
     """The kind of a name; raises Unfit for another one."""
     kinds = motion_kinds()
     if not isinstance(name, str) or name not in kinds:
-        hint = nearest(name, kinds) if isinstance(name, str) else ""
+        hint = nearest(name, kinds)
         raise Unfit("kind", f"{shown(name)} is not a kind of motion{hint}; it may be {', '.join(kinds)}")
     return kinds[name]
 

@@ -50,7 +50,7 @@ class Option(NamedTuple):
             return value
         if not isinstance(self.allowed, Quantity):
             if value not in self.allowed:
-                hint = nearest(value, self.allowed) if isinstance(value, str) else ""
+                hint = nearest(value, self.allowed)
                 words = " or ".join(map(shown, self.allowed))
                 raise QuantityError(f"{shown(value)} is not one of its words{hint}; it may be {words}")
             return value

@@ -111,8 +111,7 @@ def _read_step(where: str, table: Mapping[str, Any]) -> Step:
         raise RecordError(f'{where}: {shown(table)} names no step; write a table such as {{step = "mean"}}')
     name, steps = table["step"], known_steps()
     if not isinstance(name, str) or name not in steps:
-        hint = nearest(name, steps) if isinstance(name, str) else ""
-        raise RecordError(f"{where}: {shown(name)} is not a step{hint}; it may be {', '.join(steps)}")
+        raise RecordError(f"{where}: {shown(name)} is not a step{nearest(name, steps)}; it may be {', '.join(steps)}")
     allowed_options = steps[name].options
     options = {}
     for key, value in table.items():
