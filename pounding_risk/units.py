@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Collection
 from decimal import Decimal, InvalidOperation
 from functools import lru_cache
 from math import inf, isfinite, isnan
@@ -355,6 +356,11 @@ def exact(value: float, quantity: Quantity) -> str | float:
 def article(words: str) -> str:
     """The words with "a" or "an" before them."""
     return f"{'an' if words.startswith(('a', 'e', 'i', 'o', 'u')) else 'a'} {words}"
+
+
+def unknown(value: Any, kind: str, known: Collection[str]) -> str:
+    """What is wrong with a name that is none of the known ones: "5 is not a typology; it may be masonry, steel"."""
+    return f"{shown(value)} is {kind}{nearest(value, known)}; it may be {', '.join(known)}"
 
 
 def shown(value: Any) -> str:

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
-from pounding_risk._common.words import nearest
 from pounding_risk.assessment.demands import Motions, motions_of
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.errors import PoundingError
@@ -35,7 +34,7 @@ from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, an
 from pounding_risk.statistics.crossed import Analysis, analysed
 from pounding_risk.statistics.proportions import labels, logs_of, numbered
 from pounding_risk.statistics.sobol import power_of_two, saltelli_points, tornado_points
-from pounding_risk.units import shown
+from pounding_risk.units import shown, unknown
 
 if TYPE_CHECKING:
     from pounding_risk.scene.scene import Scene
@@ -315,9 +314,7 @@ class Samples:
             why = "" if "impact_count" in self.dataset else "; others need runs of contact: name a dataset of a scan"
             if self.is_drawn and name in KINDS_OF_OUTPUT[False]:
                 why = f"; it is over all motions in each sample, and these have one each: {ALL_MOTIONS}"
-            raise PoundingError(
-                f"output: {shown(name)} is none{nearest(name, known)}; it may be {', '.join(known)}{why}"
-            )
+            raise PoundingError(f"output: {unknown(name, 'none', known)}{why}")
         case = self.first_sample.scene_case | {"interface": index, "building": slice(index, index + 2)}
         case[amplitude_axis(self.dataset)] = self.level(level)
         variable = self.dataset[name]

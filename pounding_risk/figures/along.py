@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk._common.words import nearest
 from pounding_risk.assessment.along import along_finding, idle_words, is_along, value_words
 from pounding_risk.assessment.options import percent_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import MEANING, blank, contact_styles, plain, share_bar, title
 from pounding_risk.results.attributes import read_attribute
-from pounding_risk.units import GAP, SHOWN, say, shown
+from pounding_risk.units import GAP, SHOWN, say, unknown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,9 +91,7 @@ def _of_interface(assessed: Any, interface: str | None) -> Any:
         dims = [dim for dim in assessed.dims if dim != "interface"]
         return assessed.isel(interface=int(assessed["required_gap"].max(dims).values.argmax()))
     if interface not in names:
-        raise PoundingError(
-            f"interface: {shown(interface)} is none{nearest(interface, names)}; it may be {', '.join(names)}"
-        )
+        raise PoundingError(f"interface: {unknown(interface, 'none', names)}")
     return assessed.isel(interface=names.index(interface))
 
 

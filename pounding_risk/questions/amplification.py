@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.progress import Progress
-from pounding_risk._common.words import nearest
 from pounding_risk.assessment.amplification import (
     OUTPUTS,
     REQUIRED,
@@ -28,7 +27,7 @@ from pounding_risk.questions._declaration import FROM_TO, RANGE, Option, text_fi
 from pounding_risk.questions.notes import notes_of
 from pounding_risk.render.sheet import Block, Row, evenly, facts, head, number, paragraph, percent, table
 from pounding_risk.results.check import check_kind
-from pounding_risk.units import GAP, shown
+from pounding_risk.units import GAP, unknown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -156,9 +155,7 @@ def amplification(
     at = read_percentiles([share_percentile], "share_percentile")[0]
     known = (*charted(), REQUIRED)
     if share_of not in known:
-        raise PoundingError(
-            f"share_of: {shown(share_of)} is none{nearest(str(share_of), known)}; it may be {', '.join(known)}"
-        )
+        raise PoundingError(f"share_of: {unknown(share_of, 'none', known)}")
     if gaps is not None and gap_shares is not None:
         raise PoundingError("gaps and gap_shares are both given; shares are gaps too: leave one out")
     ratio_values = closings.rising_axis(ratios, num, spacing, "ratios", study.RATIO)

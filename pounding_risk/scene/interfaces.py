@@ -47,6 +47,7 @@ from pounding_risk.units import (
     YIELD_FORCE,
     exact,
     shown,
+    unknown,
 )
 
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
@@ -67,7 +68,7 @@ def known_law(name: str) -> Any:
 
 def unknown_law(name: object) -> str:
     """A sentence for a contact model that is not there."""
-    return f"{shown(name)} is not a contact model{nearest(name, CONTACT_MODELS)}; it may be {', '.join(CONTACT_MODELS)}"
+    return unknown(name, "not a contact model", CONTACT_MODELS)
 
 
 def known_models(names: Iterable[object]) -> list[str]:

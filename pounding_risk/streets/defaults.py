@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
-from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH, USUAL_DEPTH
 from pounding_risk.models.structures.storeys import MOST_STOREYS
@@ -26,6 +25,7 @@ from pounding_risk.units import (
     say,
     shown,
     si,
+    unknown,
 )
 
 LOWEST_STOREY, HIGHEST_STOREY = 2.0, 6.0  # m; a storey outside is doubted
@@ -115,9 +115,8 @@ class Rules:
         for name, known in (("chain", CHAINS), ("code_level", LEVELS)):
             value = getattr(self, name)
             if value not in known:
-                hint = nearest(value, known)
                 option = f"--{name.replace('_', '-')} ({name} in Python)"
-                raise PoundingError(f"{option}: {shown(value)} is none{hint}; it may be {', '.join(known)}")
+                raise PoundingError(f"{option}: {unknown(value, 'none', known)}")
 
 
 RANGES = {  # of the numbers of `Rules`

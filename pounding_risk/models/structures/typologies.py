@@ -15,9 +15,8 @@ from __future__ import annotations
 from math import inf
 from typing import Any, NamedTuple
 
-from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
-from pounding_risk.units import HEIGHT, shown
+from pounding_risk.units import HEIGHT, unknown
 
 ASCE7, EC8 = "ASCE/SEI 7, 12.8.2.1, Table 12.8-2", "EN 1998-1:2004, 4.3.3.2.2 (3), expression (4.6)"
 ASCE7_SOURCE = "Table 12.8-2 as Taly (2010), Design of Reinforced Masonry Structures, repeats it in Table 7.4"
@@ -112,6 +111,5 @@ TYPOLOGIES = _both_codes()
 def known_typology(name: str) -> Typology:
     """The typology of this name; raises PoundingError, with the nearest name, where there is none."""
     if name not in TYPOLOGIES:
-        hint = nearest(name, TYPOLOGIES)
-        raise PoundingError(f"{shown(name)} is not a typology{hint}; it may be {', '.join(TYPOLOGIES)}")
+        raise PoundingError(unknown(name, "not a typology", TYPOLOGIES))
     return TYPOLOGIES[name]

@@ -23,7 +23,7 @@ from pounding_risk.motions.generated._kind import KINDS, MOST, REQUIRED, Form, K
 from pounding_risk.motions.generated._wave import Wave
 from pounding_risk.motions.processing.signals import velocity_displacement
 from pounding_risk.motions.record import GENERATED, STATED, STILL, Source
-from pounding_risk.units import QuantityError, shown, si
+from pounding_risk.units import QuantityError, shown, si, unknown
 
 __all__ = [
     "Form",
@@ -144,8 +144,7 @@ def known_kind(name: Any) -> Kind:
     """The kind of a name; raises Unfit for another one."""
     kinds = motion_kinds()
     if not isinstance(name, str) or name not in kinds:
-        hint = nearest(name, kinds)
-        raise Unfit("kind", f"{shown(name)} is not a kind of motion{hint}; it may be {', '.join(kinds)}")
+        raise Unfit("kind", unknown(name, "not a kind of motion", kinds))
     return kinds[name]
 
 

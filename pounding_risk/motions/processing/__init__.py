@@ -18,7 +18,7 @@ from pounding_risk._common.plugins import Registry
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.units import Quantity, QuantityError, shown, si
+from pounding_risk.units import Quantity, QuantityError, shown, si, unknown
 
 ORDER = Quantity("1", 1.0, 20.0, "order", example="5")
 DRIFT_OF_PEAK = 0.05  # |d_end|/PGD and |v_end|/PGV above this are flagged
@@ -111,7 +111,7 @@ def _read_step(where: str, table: Mapping[str, Any]) -> Step:
         raise RecordError(f'{where}: {shown(table)} names no step; write a table such as {{step = "mean"}}')
     name, steps = table["step"], known_steps()
     if not isinstance(name, str) or name not in steps:
-        raise RecordError(f"{where}: {shown(name)} is not a step{nearest(name, steps)}; it may be {', '.join(steps)}")
+        raise RecordError(f"{where}: {unknown(name, 'not a step', steps)}")
     allowed_options = steps[name].options
     options = {}
     for key, value in table.items():
