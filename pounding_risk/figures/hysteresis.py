@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import QUIET, STYLES, blank, motion_words, plain, title
+from pounding_risk.figures.style import QUIET, STYLES, motion_words, plain, title, wrapped
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,11 +45,7 @@ def hysteresis_figure(run: xr.Dataset, note: str = "") -> Figure:
     drawn = places[:MOST]
     drifts = 1e3 * run["drift"].transpose("time", "building", "storey").values
     shears = 1e-3 * run["storey_force"].transpose("time", "building", "storey").values
-    columns = min(WIDE, len(drawn))
-    rows = -(-len(drawn) // columns)
-    figure, axes = blank(rows, columns, (0.6 + 3.4 * columns, 1.2 + 2.8 * rows))
-    for axis in axes.flat[len(drawn) :]:
-        axis.set_visible(False)
+    figure, axes = wrapped(len(drawn), WIDE, (0.6, 1.2), (3.4, 2.8))
     for axis, (building, storey) in zip(axes.flat, drawn, strict=False):
         axis.axhline(0.0, color=QUIET, linewidth=0.6)
         axis.axvline(0.0, color=QUIET, linewidth=0.6)

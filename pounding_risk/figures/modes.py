@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.figures.style import QUIET, blank, message, plain, styles, title
+from pounding_risk.figures.style import QUIET, message, plain, styles, title, wrapped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,13 +32,9 @@ def modes_figure(buildings: Sequence[Modes]) -> Figure:
     matplotlib.figure.Figure
         A panel for each building.
     """
-    columns = min(len(buildings), COLUMNS)
-    rows = -(-len(buildings) // columns)
-    figure, axes = blank(rows, columns, (1.5 + 3.2 * columns, 1.0 + 3.6 * rows))
+    figure, axes = wrapped(len(buildings), COLUMNS, (1.5, 1.0), (3.2, 3.6))
     for axis, building in zip(axes.flat, buildings, strict=False):
         _shapes(axis, building)
-    for axis in axes.flat[len(buildings) :]:
-        axis.set_visible(False)
     for axis in axes[:, 0]:
         axis.set_ylabel("level [m]")
     most = max(min(MOST_MODES, building.periods.size) for building in buildings)

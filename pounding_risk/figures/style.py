@@ -75,6 +75,16 @@ def blank(
     return figure, axes
 
 
+def wrapped(count: int, most: int, edges: tuple[float, float], panel: tuple[float, float]) -> tuple[Figure, Any]:
+    """As `blank`, for so many panels, ``most`` of them beside each other; ``edges`` [inches] are beside the panels."""
+    columns = min(most, count)
+    rows = -(-count // columns)
+    figure, axes = blank(rows, columns, (edges[0] + panel[0] * columns, edges[1] + panel[1] * rows))
+    for axis in axes.flat[count:]:
+        axis.set_visible(False)
+    return figure, axes
+
+
 def _with_grid(axis: Any) -> Any:
     axis.grid(True, color="#dddddd", linewidth=0.6)
     axis.set_axisbelow(True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, plain, title
+from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, plain, title, wrapped
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
@@ -49,11 +49,7 @@ def verification_figure(outcome: Any) -> Figure:
     if not curves:
         raise ValueError("no case has a history or a curve of force with several published points")
     drawn = curves[:MOST_PANELS]
-    columns = min(2, len(drawn))
-    rows = -(-len(drawn) // columns)
-    figure, axes = blank(rows, columns, (9.6, 1.2 + 2.9 * rows))
-    for axis in axes.flat[len(drawn) :]:
-        axis.set_visible(False)
+    figure, axes = wrapped(len(drawn), 2, (9.6, 1.2), (0.0, 2.9))
     for axis, curve in zip(axes.flat, drawn, strict=False):
         _panel(axis, curve)
     kinds = dict.fromkeys(point.kind for curve in drawn for point in curve.points)
