@@ -53,7 +53,6 @@ class Panel(NamedTuple):
     title: str
     axes: tuple[str, str]
     series: tuple[Series, ...]
-    is_logarithmic: bool = False  # upwards
 
 
 class Property(NamedTuple):

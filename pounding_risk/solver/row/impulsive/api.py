@@ -61,15 +61,6 @@ def run_jumps(
         lines = written
 
 
-def unmoved_jumps(layout: RowLayout, rtol: float) -> tuple[Any, ...]:
-    """Arguments of `march_jumps` for a row of this kind under no motion; only their types count."""
-    chain = Chain(
-        new_records(Body, 1), new_records(Link, 1), np.zeros((TABLE_ROWS, 1)), new_record(Totals), np.zeros((0, 1))
-    )
-    ground = row_ground(np.zeros(2), layout.step, layout.arrivals)
-    return by_address(chain), ground, layout.step, layout.terms, float(rtol), np.zeros((0, 2, 1))
-
-
 def _chain_of(layout: RowLayout, contacts: Contacts, fastest: np.ndarray, moving: np.ndarray, lines: int) -> Chain:
     """Arrays of a run, filled with what is given; ``moving`` are the buildings with a mass."""
     buildings, points = layout.row.frame.shape[1] - 1, len(contacts.laws)
