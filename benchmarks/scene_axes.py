@@ -19,7 +19,7 @@ from time import process_time
 from shortened import either
 
 import pounding_risk as pr
-from pounding_risk.results.scene_axes import selected, settled
+from pounding_risk.results.scene_axes import at_one_place, selected
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.variants import Variants
 
@@ -75,7 +75,7 @@ def in_one_process(text: str, repetitions: int) -> tuple[float, float, bool]:
         alone = [scanned(text, variants.overrides(number)) for number in range(variants.count)]
         loops.append(sum(seconds for seconds, _ in alone))
     equal = all(
-        settled(selected(dataset, variants.overrides(number))).drop_attrs().equals(one.drop_attrs())
+        at_one_place(selected(dataset, variants.overrides(number))).drop_attrs().equals(one.drop_attrs())
         for number, (_, one) in enumerate(alone)
     )
     return median(whole), median(loops), equal

@@ -10,7 +10,7 @@ import xarray as xr
 from scenes import scene_text, single, storeyed
 
 from pounding_risk.ensemble.scan import scan
-from pounding_risk.results.scene_axes import selected, settled
+from pounding_risk.results.scene_axes import at_one_place, selected
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.variants import Variants
 
@@ -57,7 +57,7 @@ def equals_the_loop(text: str, apart: tuple[str, ...] = (), **options: Any) -> x
     variants = Variants(study)
     for number in range(variants.count):
         values = variants.overrides(number)
-        here = settled(selected(whole, values))
+        here = at_one_place(selected(whole, values))
         # The scan lists axes that change the motion without contact first.
         assert sorted(json.loads(here.attrs.pop("overrides"))) == sorted(values)
         alone = scan(parse_scene(text, overrides=values), **options)

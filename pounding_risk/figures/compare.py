@@ -23,7 +23,7 @@ from pounding_risk.figures.style import (
     styles,
     title,
 )
-from pounding_risk.results.scene_axes import axes_of, open_axes, settled
+from pounding_risk.results.scene_axes import at_one_place, axes_of, open_axes
 from pounding_risk.studies.compare_along import along_finding, check_drawn, is_along, widest_along
 from pounding_risk.studies.compare_findings import (
     LOW,
@@ -128,7 +128,7 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
 
 def _at_interface(dataset: xr.Dataset, interface: str | None) -> tuple[str, xr.Dataset]:
     """Words on the interface that is drawn, and its part of a comparison at one place."""
-    dataset = settled(dataset, "the comparison")
+    dataset = at_one_place(dataset, "the comparison")
     index = place_of_interface(dataset, interface)
     return which_interface(dataset, index), of_interface(dataset, index)
 

@@ -14,7 +14,7 @@ from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.check import check_labels, check_run, check_scan, kind_of, missing_named
-from pounding_risk.results.scene_axes import is_drawn_along, settled, with_axes
+from pounding_risk.results.scene_axes import at_one_place, is_drawn_along, with_axes
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ SUBJECTS: dict[str, Callable[..., Any]] = {
 # The figures of several places along axes of numbers of the scene, by the call; all others take one place.
 ALONG = {"scan": "along", "compare": "agreement_along"}
 CHECKS: dict[str, Callable[..., None]] = {"scan": check_scan, "compare": check_scan, "simulate": check_run}
-AT_ONE_PLACE: dict[str, Callable[..., Any]] = {"scan": with_axes, "compare": settled}
+AT_ONE_PLACE: dict[str, Callable[..., Any]] = {"scan": with_axes, "compare": at_one_place}
 
 
 @missing_named()

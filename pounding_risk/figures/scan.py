@@ -13,7 +13,7 @@ from pounding_risk.figures.style import MEANING, QUIET, blank, law_words, plain,
 from pounding_risk.results.attributes import read_attribute
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results
-from pounding_risk.results.scene_axes import settled
+from pounding_risk.results.scene_axes import at_one_place
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,7 +44,7 @@ def scan_figure(results: xr.Dataset, note: str = "") -> Figure:
     matplotlib.figure.Figure
         One panel for each record and polarity.
     """
-    results = settled(results)
+    results = at_one_place(results)
     shown = _one_law(results)
     peak = shown["peak_relative_displacement"] * 1e3
     if min(peak.sizes["gap"], peak.sizes["yield_force"]) < 2:
@@ -81,7 +81,7 @@ def ratio_figure(results: xr.Dataset, note: str = "") -> Figure:
     """
     from matplotlib.colors import LogNorm
 
-    results = settled(results)
+    results = at_one_place(results)
     shown = _one_law(results)
     peak, is_finite = shown["peak_relative_displacement"], np.isfinite(shown["yield_force"].values)
     if is_finite.all():

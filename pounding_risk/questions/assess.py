@@ -23,7 +23,7 @@ from pounding_risk.questions.setback import sheet as setback_sheet
 from pounding_risk.render.sheet import KEPT, MISSING, Block, count, head, heading, listing, number, paragraph, table
 from pounding_risk.results.attributes import name_of
 from pounding_risk.results.check import kind_of
-from pounding_risk.results.scene_axes import check_settled, open_axes
+from pounding_risk.results.scene_axes import check_one_place, open_axes
 from pounding_risk.scene.scene_axis import SAMPLE
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def answer(results: Any, *, setback: bool = False, **options: Any) -> Any:
             )
         return uncertainty(results, **options)
     if of_places or "intensity" in options:
-        check_settled(results, name_of(results))
+        check_one_place(results, name_of(results))
     from pounding_risk.assessment.along import assess_along
 
     return assess_along(results, **options)

@@ -23,7 +23,7 @@ from pounding_risk.questions.adequacy import bounds_cell, enough, marks
 from pounding_risk.render.sheet import Block, head, listing, number, table
 from pounding_risk.results.attributes import no_response
 from pounding_risk.results.files import open_scan
-from pounding_risk.results.scene_axes import check_settled
+from pounding_risk.results.scene_axes import check_one_place
 from pounding_risk.statistics.proportions import independent_motions, logs_of, numbered
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
 from pounding_risk.units import GAP, say
@@ -111,7 +111,7 @@ def setbacks(
         range.
     """
     opened = open_scan(results)
-    check_settled(opened.dataset, opened.name)
+    check_one_place(opened.dataset, opened.name)
     criterion = read_criterion(target, percentile, confidence)
     part = opened.at_level(opened.level(pga, intensity_level))
     shown = part.dataset

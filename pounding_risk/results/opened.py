@@ -23,7 +23,7 @@ from pounding_risk.results.attributes import collapsed, flags_of, read_attribute
 from pounding_risk.results.check import check_scene, kind_of
 from pounding_risk.results.grid_values import axis_words, listed_values, place_of, quantity_of
 from pounding_risk.results.layout import amplitude_axis, axes_of_cases
-from pounding_risk.results.scene_axes import settled
+from pounding_risk.results.scene_axes import at_one_place
 from pounding_risk.results.variables import UNPUSHED
 from pounding_risk.statistics.proportions import labels
 from pounding_risk.units import DAMPING, GAP, LINK_DAMPING, LINK_STIFFNESS, PERIOD, PGA, SCALE, YIELD_FORCE, parse
@@ -490,7 +490,7 @@ def one_case(
         of the scene; where several values are left and none is the
         scene's own; and for a dataset without a grid.
     """
-    results = settled(results)
+    results = at_one_place(results)
     kind, opened = kind_of(results), Results(results)
     if kind not in WITH_CASES:
         why = "is one case as it is" if kind == "simulate" else "has no grid of cases"

@@ -231,7 +231,7 @@ def is_drawn_along(dataset: xr.Dataset) -> bool:
     return bool(axes) and not any(axis.name in WITHOUT_PLACES for axis in axes)
 
 
-def check_settled(dataset: xr.Dataset, source: str = "the dataset") -> None:
+def check_one_place(dataset: xr.Dataset, source: str = "the dataset") -> None:
     """Raise PoundingError for a dataset with more than one place along an axis, with how to choose one."""
     axes = open_axes(dataset)
     if not axes:
@@ -246,7 +246,7 @@ def check_settled(dataset: xr.Dataset, source: str = "the dataset") -> None:
     )
 
 
-def settled(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
+def at_one_place(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     """The dataset of the scene at the one place along every axis, without them; any other dataset as it is.
 
     Raises PoundingError where there is more than one place, or where the label of an axis is lost.
@@ -254,7 +254,7 @@ def settled(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     axes = axes_of(dataset)
     if not axes:
         return dataset
-    check_settled(dataset, source)
+    check_one_place(dataset, source)
     lost = [axis.name for axis in axes if axis.name not in dataset.variables]
     if lost:
         raise PoundingError(
@@ -398,7 +398,7 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     if not {"impact_count", "contact_model"} <= set(dataset.variables):
         return dataset
     check_version(dataset, source)
-    dataset = settled(dataset, source)
+    dataset = at_one_place(dataset, source)
     _check_buildings(dataset, source)
     if "interface" not in {*dataset.dims, *dataset.coords} and dataset.sizes.get("building") == 2:
         dataset = dataset.assign_coords(interface=" | ".join(map(str, dataset["building"].values)))

@@ -33,7 +33,7 @@ from pounding_risk.results.attributes import as_text
 from pounding_risk.results.files import check_target
 from pounding_risk.results.labels import described
 from pounding_risk.results.run_labels import Case
-from pounding_risk.results.scene_axes import VARIANTS, axes_of, settled
+from pounding_risk.results.scene_axes import VARIANTS, at_one_place, axes_of
 from pounding_risk.scene.interfaces import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, known_law, unknown_law
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_scene
@@ -342,7 +342,7 @@ def _along(equal: Scene, whole: xr.Dataset, baseline: str, reasons: dict[str, st
     parts: list[xr.Dataset] = []
     for number in range(variants.count):
         places = zip(axes, variants.places(number), strict=True)
-        part = settled(whole.isel({axis.name: [place] for axis, place in places}))
+        part = at_one_place(whole.isel({axis.name: [place] for axis, place in places}))
         compared = _of_scene(variants.scene(number), part, baseline, known)
         facts = {name: compared.attrs[name] for name in ("same", "speed")}
         attributes.add(number, facts | {"finding": findings.finding(compared)})

@@ -35,7 +35,7 @@ from pounding_risk.results.grid_values import axis_words, place_of
 from pounding_risk.results.layout import AMPLITUDE, AXES, CaseVariable, Template, axes_by, axes_of_cases, blocks
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.results.run_labels import Case
-from pounding_risk.results.scene_axes import selected, settled, with_axes
+from pounding_risk.results.scene_axes import at_one_place, selected, with_axes
 from pounding_risk.results.store import store_of
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_scene
@@ -252,7 +252,7 @@ def _chosen_cases(
         motions = motions_of(study)
         return Cases(study, motions, _chosen(study, motions, wanted))
     with open_results(source, lazy=True) as whole, reading(source, (RuntimeError,)):
-        results = settled(selected(whole, select, str(source)), str(source))
+        results = at_one_place(selected(whole, select, str(source)), str(source))
         study = recorded(results, Path(source), folder).study
         motions = motions_of(study)
         check_records(results, motions)

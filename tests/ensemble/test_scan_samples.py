@@ -17,7 +17,7 @@ from pounding_risk.ensemble.scan import scan, scan_shard
 from pounding_risk.questions.rerun import rerun
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.files import open_results
-from pounding_risk.results.scene_axes import axes_of, selected, settled
+from pounding_risk.results.scene_axes import at_one_place, axes_of, selected
 from pounding_risk.scene.reader import parse_scene
 
 
@@ -32,7 +32,7 @@ def test_a_scan_of_samples_equals_a_loop_of_set():
     notes = json.loads(whole.attrs["notes"])
     assert any("which leaves out 13.7 % of it" in note for note in notes)
     assert any("3 samples are no power of two" in note for note in notes)
-    alone = json.loads(settled(whole.isel(sample=1)).attrs.get("notes", "[]"))
+    alone = json.loads(at_one_place(whole.isel(sample=1)).attrs.get("notes", "[]"))
     assert not any("leaves out" in note or "power of two" in note for note in alone)
     assert kind_of(whole) == "scan"
 
@@ -47,7 +47,7 @@ def test_samples_stand_beside_axes_and_are_chosen_by_number(says):
     whole = equals_the_loop(text, check_fraction=0.0)
     assert whole["impact_count"].dims[:2] == ("sample", "interface.restitution")  # damping changes the free motion
     one = selected(whole, ["sample=1", "interface.restitution=0.8"])
-    same_scan(settled(one), settled(whole.isel(sample=1).sel({"interface.restitution": 0.8})))
+    same_scan(at_one_place(one), at_one_place(whole.isel(sample=1).sel({"interface.restitution": 0.8})))
     says(refusal(selected, whole, ["sample=2"]), refusal(pr.assess, whole))
 
 

@@ -14,7 +14,7 @@ import pounding_risk as pr
 from pounding_risk.assessment.along import OUTPUTS, kept_words, usual_place
 from pounding_risk.figures.scan import scan_figure
 from pounding_risk.results.files import open_results
-from pounding_risk.results.scene_axes import open_axes, own_places, selected, settled, with_axes, without_effect
+from pounding_risk.results.scene_axes import at_one_place, open_axes, own_places, selected, with_axes, without_effect
 from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import parse_scene
 
@@ -47,7 +47,7 @@ def test_a_choice_of_some_keeps_the_other_axes(whole):
     assert [axis.name for axis in open_axes(part)] == ["interface.restitution", "building.left.mass"]
     assert part.sizes["building.left.period"] == 1
     ranged = whole.sel({"building.left.period": slice(0.4, 0.8)})
-    assert settled(selected(ranged, CHOICE)).sizes["gap"] == 2
+    assert at_one_place(selected(ranged, CHOICE)).sizes["gap"] == 2
 
 
 CHOICES = {

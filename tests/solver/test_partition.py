@@ -7,7 +7,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pounding_risk.solver.row.partition import HELD, LEFTWARDS, RIGHTWARDS, Span, gathered, settled, tied
+from pounding_risk.solver.row.partition import HELD, LEFTWARDS, RIGHTWARDS, Span, gathered, solved_spans, tied
 
 
 def test_closed_interfaces_tie_buildings():
@@ -54,7 +54,7 @@ def test_growth_is_the_smallest_that_holds(closed, pressed):
             break
         for place in beside:
             expected[place] = True
-    found = settled(tied(closed), solve)
+    found = solved_spans(tied(closed), solve)
     assert list(found) == parts and all(found[span] == span for span in found)
     assert len(solved) == len(set(solved)), "a part was solved twice"
 
@@ -67,7 +67,7 @@ def test_a_part_that_grows_joins_the_next():
         asked.append(span)
         return len(asked), RIGHTWARDS if span == Span(0, 1) else HELD
 
-    assert settled([Span(0, 1), Span(3, 4), Span(7, 8)], solve) == {Span(0, 4): 2, Span(7, 8): 3}
+    assert solved_spans([Span(0, 1), Span(3, 4), Span(7, 8)], solve) == {Span(0, 4): 2, Span(7, 8): 3}
     assert asked == [Span(0, 1), Span(0, 4), Span(7, 8)]
 
 

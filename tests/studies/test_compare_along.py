@@ -26,7 +26,7 @@ from pounding_risk.render.terminal import print_sheet
 from pounding_risk.reports.sections import models
 from pounding_risk.results.files import open_results
 from pounding_risk.results.layout import SCENE_AXES
-from pounding_risk.results.scene_axes import axis_text, selected, settled
+from pounding_risk.results.scene_axes import at_one_place, axis_text, selected
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene_axis import SceneAxis
 from pounding_risk.scene.variants import Variants
@@ -55,7 +55,7 @@ def equals_the_loop(text: str, whole: xr.Dataset, **options) -> None:
     variants = Variants(study)
     for number in range(variants.count):
         values = variants.overrides(number)
-        here, alone = settled(selected(whole, values)), pr.compare(parse_scene(text, overrides=values), **options)
+        here, alone = at_one_place(selected(whole, values)), pr.compare(parse_scene(text, overrides=values), **options)
         assert set(alone.variables) - set(here.variables) == {"history", "time"}
         assert not set(here.variables) - set(alone.variables)
         for name in map(str, here.variables):
@@ -74,7 +74,9 @@ def equals_the_loop(text: str, whole: xr.Dataset, **options) -> None:
 @pytest.mark.complete
 def test_a_product_of_axes_equals_the_loop(text, whole):
     equals_the_loop(text, whole, laws=LAWS)
-    findings = {settled(selected(whole, Variants(parse_scene(text)).overrides(at))).attrs["finding"] for at in (0, 5)}
+    findings = {
+        at_one_place(selected(whole, Variants(parse_scene(text)).overrides(at))).attrs["finding"] for at in (0, 5)
+    }
     assert len(findings) == 2  # the places differ, so that they cannot be exchanged
     assert whole["ratio_median"].sizes[RESTITUTION] == 2 and RESTITUTION not in whole["reduced_mass"].dims
 
@@ -97,7 +99,7 @@ def test_a_speed_that_is_an_axis_is_that_of_each_place():
     along = pr.compare(parse_scene(text), laws=LAWS[:2])
     equals_the_loop(text, along, laws=LAWS[:2])
     assert "speed" not in along.attrs
-    assert settled(along.isel({"interface.equal_terms.speed": [1]})).attrs["speed"] == 0.8
+    assert at_one_place(along.isel({"interface.equal_terms.speed": [1]})).attrs["speed"] == 0.8
 
 
 @pytest.mark.complete
@@ -252,7 +254,7 @@ def test_figures_of_one_place_and_of_more_than_one_axis(whole, says):
     says(refusal(figures.agreement_along_figure, here))
     figure = figures.results_figure(here)
     assert len(figure.axes) == 6  # no history
-    assert settled(here).attrs["finding"].split(";")[0] in words_of(figure).replace("\n", " ")
+    assert at_one_place(here).attrs["finding"].split(";")[0] in words_of(figure).replace("\n", " ")
 
 
 def test_a_law_beyond_the_scale_is_told():

@@ -92,10 +92,10 @@ def chosen_results(results: Path, select: list[str]) -> Any:
     """The file itself where nothing is selected, or its dataset at the values of ``select``, stated in the title."""
     if not select:
         return results
-    from pounding_risk.results.scene_axes import open_axes, selected, settled, title_at
+    from pounding_risk.results.scene_axes import at_one_place, open_axes, selected, title_at
 
     dataset = selected(_checked(results), select, str(results))
-    return title_at(dataset if open_axes(dataset) else settled(dataset, str(results)), select)
+    return title_at(dataset if open_axes(dataset) else at_one_place(dataset, str(results)), select)
 
 
 def opened_results(results: Path, select: list[str]) -> Any:

@@ -23,7 +23,7 @@ from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import GREW_STATUS, HIGHEST, Contacts, RowRun
 from pounding_risk.solver.row.impulsive.api import jumps, run_jumps
 from pounding_risk.solver.row.model import Part, RowModel
-from pounding_risk.solver.row.partition import HELD, Span, settled, tied
+from pounding_risk.solver.row.partition import HELD, Span, solved_spans, tied
 from pounding_risk.solver.row.workspace import FreeMotion
 
 Array = NDArray[np.float64]
@@ -120,7 +120,7 @@ class Cases:
         free, bounds = self.driven.free, self.model.body_bounds
         shut = free.points[:, HIGHEST] > limits.gaps
         closed = [self.model.is_always_solved or bool(shut[start:stop].any()) for start, stop in pairwise(bounds)]
-        runs = settled(tied(closed), solve) if free.status == COMPLETE else {}
+        runs = solved_spans(tied(closed), solve) if free.status == COMPLETE else {}
         return put_together(free, [(self._part(span), run) for span, run in runs.items()]), answers
 
     def _part(self, span: Span) -> Part:

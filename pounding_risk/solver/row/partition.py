@@ -54,7 +54,7 @@ def gathered(spans: Iterable[Span]) -> list[Span]:
     return groups
 
 
-def settled(spans: list[Span], solve: Callable[[Span], tuple[Answer, int]]) -> dict[Span, Answer]:
+def solved_spans(spans: list[Span], solve: Callable[[Span], tuple[Answer, int]]) -> dict[Span, Answer]:
     """The answer of every part, once all stand alone: from the left, each grown as its own run demands.
 
     ``solve`` gives a part's answer and how it ended: `HELD`, or the side on which it touches a neighbour.
