@@ -280,7 +280,7 @@ class Motion:
     def measure(self, dense: Dense, xs: np.ndarray, states: np.ndarray) -> None:
         """Peaks inside a step: nine points, ends included, and a search where a top shows between."""
         values = self.signals(states)
-        bends = 3.0 / 8.0 * np.abs(np.diff(values, 2, axis=1)).max(axis=1)  # three times what a local maximum can rise
+        bends = 3.0 / 8.0 * np.abs(np.diff(values, 2, axis=1)).max(axis=1)  # three times what a crest can rise
         for sign, best in ((1.0, self.high), (-1.0, self.low)):
             tops = (sign * values).max(axis=1)
             looks = np.flatnonzero((tops + bends > best) & (bends > 1e-13 * best))
@@ -291,7 +291,7 @@ class Motion:
     def search(
         self, row: int, sign: float, best: np.ndarray, dense: Dense, points: tuple[np.ndarray, np.ndarray]
     ) -> None:
-        """Raise a peak to the local maxima between the points of a step."""
+        """Raise a peak to the crests between the points of a step."""
         xs, values = points
         for i, rise in near_tops(values.tolist()):
             lo, hi = xs[max(i - 1, 0)], xs[min(i + 1, len(xs) - 1)]

@@ -91,7 +91,7 @@ def _sentences() -> Iterator[None]:
 
 @contextmanager
 def _set_named() -> Iterator[None]:
-    """An unknown option of a command that takes ``--set`` is told of it: it takes any key of the scene."""
+    """Name ``--set``, which takes any key of the scene, for an unknown option of a command that has it."""
     try:
         yield
     except Exception as error:
