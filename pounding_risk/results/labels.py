@@ -423,6 +423,8 @@ def _unusual_factors(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tup
     factors = grown * np.array([motion.record.get("factor", 1.0) for motion in motions])[:, None]
     low, high = USUAL_FACTORS
     unusual = ((grown != 1.0) & ((factors < low) | (factors > high))).any(axis=1)  # of a motion as it is: its own flag
+    if not unusual.any():
+        return {}
     ends = " to ".join(dict.fromkeys(f"{factor:.3g}" for factor in (factors.min(), factors.max())))
     flag = (
         f"scale factors to the amplitudes of the grid ({study.grid.measure.words}) are outside {low:g} to {high:g}; "

@@ -198,7 +198,7 @@ def test_every_damage_is_seen(tmp_path):
     file.write_bytes(sound)
     with pytest.raises(Damaged, match="another study"):
         read_chunk(file, "other")
-    with pytest.raises(Damaged, match="its name tells other batches"):
+    with pytest.raises(Damaged, match="its name states other batches"):
         read_chunk(file.rename(tmp_path / chunk_name(range(4, 6))), "study")
 
 

@@ -60,7 +60,7 @@ def test_results_without_a_folder_are_whole_and_tell_no_more(name):
     Path(name).mkdir() if name.endswith("zarr") else Path(name).touch()
     for path in (name, "results.study"):
         assert pr.status(path).state == COMPLETE
-        assert pr.status(path).note == f"{name} is whole; it has no folder results.study that tells of its run"
+        assert pr.status(path).note == f"{name} is whole; no folder results.study describes its run"
 
 
 def test_a_stopped_study_says_how_to_go_on(tmp_path, monkeypatch):
