@@ -162,7 +162,7 @@ class Ground(Protocol):
         """Maps of both buildings' free vibration over the interval after a node, from those after the first node."""
 
     def uncounted(self):
-        """A copy whose arrays are uncounted: their references are not counted."""
+        """A copy whose arrays' references are not counted."""
 
 
 class UniformInterval(NamedTuple):
