@@ -122,7 +122,11 @@ def block(
     print_block(rows, None if tolerance is None else parse(tolerance, GAP))
     rows.check()
     if out is not None:
-        announce(*write_block(rows, out, records=record or None, contact=contact, tables=tables))
+        written = write_block(rows, out, records=record or None, contact=contact, tables=tables)
+        announce(*written)
+        if others := sorted(path.name for path in set(out.glob("*.toml")) - set(written)):
+            names = listed(others, LISTED)
+            print_notes([f"{names} in {out}: not of this street, or of an earlier run; *.toml reads these too"])
 
 
 def _numbers_of_rules(**texts: str | None) -> dict[str, Any]:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 EDGES = (0.5, 0.7, 0.8, 0.9, 0.97, 1.03, 1.1, 1.25, 1.5, 2.0, 3.0)  # of the shades; the middle one is no change
 SECTIONS = 4  # gaps along which sections are drawn
+HEAD_ROOM = 1.3  # height of their axis over the largest number, for the legend
 
 
 def amplification_figure(
@@ -130,7 +131,7 @@ def _sections(axis: Any, results: Any, values: Any) -> None:
         axis.plot(ratios, line, linestyle=dash, color=colour, label=f"{gaps[place]:.3g}")
     axis.axhline(1.0, color="black", linewidth=0.9)
     axis.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
-    axis.legend(fontsize=8, title=words, title_fontsize=8)
+    axis.legend(fontsize=8, title=words, title_fontsize=8, loc="upper center", ncols=len(places))
     ratio_axis(axis, "x", ratios)
-    axis.set_ylim(bottom=0.0)
+    axis.set_ylim(0.0, HEAD_ROOM * axis.dataLim.y1)
     axis.set_ylabel("amplification [1]")

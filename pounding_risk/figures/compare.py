@@ -205,6 +205,9 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple
                 axis.text(edge[0], height, f"{middle:.2g}", color=colour, **where)
                 continue
             axis.plot([low, high], [height, height], color=colour, linewidth=2.4 if number == 0 else 1.3)
+            for end, is_cut, mark in ((limits[0], low < limits[0], "<"), (limits[1], high > limits[1], ">")):
+                if is_cut:  # the range goes on beyond the scale
+                    axis.plot(end, height, mark, color=colour, markersize=6.0, clip_on=False)
             face = colour if number == 0 else "white"
             axis.plot(middle, height, marker, color=colour, markerfacecolor=face, markersize=5.5, zorder=4)
     if len(outputs) > 1:

@@ -36,7 +36,6 @@ RULE_MARKS_WORDS = "full marks: clause read, or derived; half: quoted; open: fro
 LETTERS_AN_INCH = 11.0  # of a title in 11 points; a mean letter of DejaVu Sans is 0.55 of its size wide
 CAPTION_SIZE = 8.5  # points
 ROUND = [digit * 10.0**power for power in range(-14, 10) for digit in (1.0, 2.0, 5.0)]  # ticks and contours
-LAW_WORDS = {"jankowski": "nonlinear viscoelastic", "viscous_elastoplastic": "viscous elastoplastic"}
 # Metadata of the day and of the program, which are left out, by suffix.
 NAMELESS: dict[str, dict[str, None]] = {
     ".png": {"Software": None},
@@ -235,7 +234,7 @@ def law_words(name: str) -> str:
     str
         Words.
     """
-    return LAW_WORDS.get(name, name.replace("_", " "))
+    return name.replace("_", " ")
 
 
 def force_words(force: float) -> str:

@@ -113,7 +113,7 @@ def percentiles(values: Any) -> tuple[float, float, float]:
 def middle(spread: tuple[float, float, float], unit: str) -> Cell:
     """A median, and in brackets the range of the middle 68 %; the raw values in this order."""
     low, median, high = (number(value, unit, 3) for value in spread)
-    if median["raw"] is None:
+    if median["text"] == MISSING:
         return median
     text = f"{median['text']} ({low['text']} to {high['text']})"
     return {"text": text, "parts": [median["raw"], low["raw"], high["raw"]]}

@@ -190,7 +190,7 @@ def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
 
 def print_sheet(blocks: Iterable[Block]) -> None:
     """Print the blocks of a sheet, a blank line between them; figures are left to the files that are asked for."""
-    shown = [block for block in blocks if block["kind"] != "figure"]
+    shown = [block for block in blocks if block["kind"] != "figure" and (block["kind"] != "list" or block["items"])]
     for at, block in enumerate(shown):
         if at:
             print()

@@ -58,6 +58,7 @@ APART = " | "  # between the units of a stiffness that has another one at each i
 AT_SOME = -1  # whether the yield force acts, of a model that stands for another one at each interface
 NUMBERED = 2  # outputs that the sentence gives numbers for
 FEWEST_TO_RANK = 3  # motions
+FEWEST = 5  # cases with contact: the range of fewer is stated with their number
 # What a comparison may find: that the model matters, that yielding does, neither; or that there is nothing to compare.
 MODEL, YIELDING, HARDLY, UNTOUCHED, ALONE = "model", "yielding", "hardly", "no contact", "no other law"
 Moved = tuple[str, str, float, float]  # (output, law that goes furthest, its 16th and 84th percentile)
@@ -355,7 +356,20 @@ def finding(dataset: xr.Dataset) -> str:
         most, where = most_often(outcome.shares[conclusion], outcome.names, interfaces)
         if not np.isnan(most):
             clauses.append(f"{words} in {f'up to {percent(most)} of the cases ({where})' if most > 0.0 else 'none'}")
-    return "; ".join([*clauses, *aside(dataset, outcome.names)]) + "."
+    return "; ".join([*clauses, *_of_few_cases(dataset, outcome), *aside(dataset, outcome.names)]) + "."
+
+
+def _of_few_cases(dataset: xr.Dataset, outcome: Verdict) -> list[str]:
+    """A clause for each interface of few cases with contact of which the sentence gives a number."""
+    named = [output for output, *_ in (*outcome.moved[:NUMBERED], *outcome.moved_by_yielding[:1])]
+    clauses, interfaces = [], interface_names(dataset)
+    for index, interface in enumerate(interfaces):
+        judged = at_interface(dataset, index)["judged"]
+        count = int(judged.sel(conclusion="displacement", contact_model=dataset.attrs["baseline"]))
+        if 0 < count < FEWEST and any(_at(words, interface, interfaces) in named for words in RUN_OUTPUTS.values()):
+            where = f" at {interface}" if len(interfaces) > 1 else ""
+            clauses.append(f"only {count} case{'s' if count > 1 else ''} with contact{where}")
+    return clauses
 
 
 def within_words(baseline: str) -> str:

@@ -133,7 +133,7 @@ def stated_damping(source: Any) -> tuple[float, float] | None:
     faults = []
     instead = "name its records instead of the scene"
     if len(source.buildings) != 2:
-        faults.append(f"building: there are {len(source.buildings)}, and a spectrum is of two; {instead}")
+        faults.append(f"building: there are {len(source.buildings)}, and gap spectra are of a pair; {instead}")
     for building in source.buildings:
         where = f"building.{building.name}"
         if building.is_rigid:

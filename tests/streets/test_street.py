@@ -653,6 +653,9 @@ def test_the_command_writes_what_the_call_returns(tmp_path):
     )
     for name in ("buildings.csv", "filled.csv", "neighbours.csv", *block.file_names()):
         assert (out / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
+    (out / "old.toml").touch()
+    told = commands.run("block", STREETS / "street.csv", "-o", out, "--pga", "0.3 g")
+    assert f"note: old.toml in {out}: not of this street" in told.output
 
 
 def test_a_faulty_table_ends_with_status_2_and_writes_nothing(tmp_path, says):
