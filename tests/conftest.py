@@ -42,20 +42,35 @@ settings.register_profile(
 )
 settings.load_profile("project")
 
-# `pytest -n 2` gives each process one half of the tests to begin with. What compiles kernels comes first and what
-# compiles none is in the middle, so that the second process finds compiled what the first one needed as well.
-COMPILING = ("assessment", "golden", "questions", "ensemble", "models", "results", "cli", "reports", "solver")
-COMPILING_NONE = (
-    *("test_architecture.py", "test_units.py", "test_docstrings.py", "test_python_calls.py", "common", "motions"),
-    *("statistics", "scene", "figures", "streets"),  # the last three once in a while
+# `pytest -n 2` gives each process one half of the tests to begin with. The first half begins with what compiles the
+# kernels of pairs, the second with those of rows; what compiles none follows, until each finds the other's compiled.
+OF_PAIRS = (
+    "models",
+    *(f"solver/test_{name}.py" for name in ("flight", "pair", "against_scipy", "grid", "closings", "listed_closings")),
+    "lab/test_hard_properties.py",
 )
+OF_ROWS = tuple(
+    f"solver/test_{name}.py"
+    for name in ("rows_laws", "laws_of_links", "links", "isolated", "matrix_rows", "rotating_floors", "row_blocks")
+)
+AFTER_PAIRS = ("motions/formats", "motions/processing", "test_units.py", "common")
+AFTER_ROWS = ("test_architecture.py", "test_docstrings.py", "test_python_calls.py", "streets", "statistics")
 
 
+@pytest.hookimpl(trylast=True)  # of those that `-m` leaves
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Sort by the part of the tests, in the order of `COMPILING`, of `COMPILING_NONE`, and of their names."""
-    order = {name: place for place, name in enumerate((*COMPILING, *COMPILING_NONE))}
+    """Put first what compiles, each kind of kernel in a half of its own, then what compiles none."""
     here = Path(__file__).parent
-    items.sort(key=lambda item: order.get(item.path.relative_to(here).parts[0], len(order)))
+    groups: dict[tuple[str, ...], list[pytest.Item]] = {
+        names: [] for names in (OF_PAIRS, AFTER_PAIRS, OF_ROWS, AFTER_ROWS, ())
+    }
+    for item in items:
+        place = item.path.relative_to(here).as_posix()
+        groups[next(names for names in groups if not names or place.startswith(names))].append(item)
+    first, second = groups[OF_PAIRS] + groups[AFTER_PAIRS], groups[OF_ROWS] + groups[AFTER_ROWS]
+    others = groups[()]
+    room = max(len(items) // 2 - len(first), 0)
+    items[:] = first + others[:room] + second + others[room:]
 
 
 def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:

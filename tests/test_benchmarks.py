@@ -103,6 +103,7 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("benchmarks")
 
 
+@pytest.mark.release
 @pytest.mark.parametrize("name", SHORT)
 def test_the_script_runs(name, root, folder):
     """To its end, with ``--short``, as a process of its own."""
@@ -141,6 +142,7 @@ def test_baseline_treatments_change_displacement_and_little_else(tmp_path):
     assert (tmp_path / "ridgecrest.png").stat().st_size > 50_000
 
 
+@pytest.mark.release
 def test_a_hundred_records_are_read_processed_and_measured(capsys):
     from records import STAGES, main
 
@@ -150,6 +152,7 @@ def test_a_hundred_records_are_read_processed_and_measured(capsys):
     assert all(f"| {stage} | " in told for stage in (*STAGES, "in all"))
 
 
+@pytest.mark.release
 def test_rows_are_timed(capsys):
     """A made street is a scene of a row; rows of two buildings are run and told."""
     from row_scan import block, main, street
@@ -166,6 +169,7 @@ def test_rows_are_timed(capsys):
     assert [line.split("|")[4].strip() for line in flights] == ["0", "0"], "a gap of what the motion needs stays open"
 
 
+@pytest.mark.release
 def test_executors_are_timed(capsys):
     """Every way but the cluster's solves the grid, and is set beside two threads."""
     from executors import main

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import json
 import os
 import pickle
 import re
@@ -19,7 +20,6 @@ from typing import Any
 
 import closed_forms as forms
 import figure_words
-import nbformat
 import pytest
 
 import pounding_risk
@@ -181,6 +181,7 @@ def test_notebooks_are_pages_without_results(generate, pages):
 
 @pytest.mark.complete
 def test_a_notebook_that_is_run_shows_what_it_prints_and_draws(generate, tmp_path):
+    import nbformat
     from generation.notebooks import notebook_pages
 
     drawn = "from matplotlib.figure import Figure\nfigure = Figure()\nfigure.add_subplot().plot([1, 2])\n"
@@ -248,8 +249,9 @@ def python_of(path: Path) -> str:
     """The Python code of a page or a notebook, without the commands of IPython."""
     if path.suffix == ".md":
         return "\n".join(blocks(path.read_text("utf-8"), "python"))
-    cells = nbformat.read(path, as_version=4).cells
-    return re.sub(r"^%.*$", "", "\n".join(cell.source for cell in cells if cell.cell_type == "code"), flags=re.M)
+    cells = json.loads(path.read_text("utf-8"))["cells"]
+    code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    return re.sub(r"^%.*$", "", "\n".join(code), flags=re.M)
 
 
 # The page on extending adds to the registries of the package, whose modules its examples name.

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import nbformat
 import pytest
-from nbclient import NotebookClient
 
 # Replacements that reduce the number or length of motions, or of gaps, of a notebook or of the scenes beside it.
 FEWER = {
@@ -66,6 +64,9 @@ def test_there_are_notebooks():
 @pytest.mark.complete
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebook_runs_and_is_stored_without_results(path: Path, tmp_path: Path):
+    import nbformat
+    from nbclient import NotebookClient
+
     notebook = nbformat.read(path, as_version=4)
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert not any(cell.outputs for cell in code), "strip the outputs before committing"

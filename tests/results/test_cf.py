@@ -11,10 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compliance_checker import runner
-from compliance_checker.cf import util
 from scenes import scene_text, storeyed, two_records
-from sweeps import sweep
 
 import pounding_risk as pr
 from pounding_risk._common.dates import created, now
@@ -77,6 +74,8 @@ COMMANDS += ["effects", "accuracy", "compare", "compare_along"]
 
 def complaints(file: Path, folder: Path) -> list[str]:
     """What the checker says against a file, of any weight."""
+    from compliance_checker import runner
+
     runner.CheckSuite.load_all_available_checkers()
     told = folder / "told.json"
     version = CONVENTIONS.removeprefix("CF-")
@@ -93,14 +92,18 @@ def complaints(file: Path, folder: Path) -> list[str]:
     ]
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def looked_at_once(monkeypatch) -> None:
     """What the checker asks of a whole file at each of its variables, it finds once: half of its time."""
+    from compliance_checker.cf import util
+
     for name in ("get_auxiliary_coordinate_variables", "get_climatology_variable", "get_cell_boundary_variables"):
         monkeypatch.setattr(util, name, lru_cache(maxsize=1)(getattr(util, name)))
 
 
-@pytest.mark.parametrize("command", sweep(COMMANDS, "scan row"))
+@pytest.mark.complete
+@pytest.mark.usefixtures("looked_at_once")
+@pytest.mark.parametrize("command", COMMANDS)
 def test_the_checker_has_nothing_against_it_but_sees_faults(command, tmp_path):
     """Faults: a unit that is none, and a variable without a name for people."""
     file = written_by(command, tmp_path)
