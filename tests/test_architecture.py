@@ -86,6 +86,7 @@ def test_commands_import_what_they_need_when_they_run():
             assert not {module.partition(".")[0] for module in modules} & heavy, f"{name}, line {node.lineno}"
 
 
+@pytest.mark.complete
 def test_public_functions_have_docstrings():
     silent = []
     for name in NAMES:
@@ -188,7 +189,7 @@ NEEDLESS = {
 }
 
 
-@pytest.mark.parametrize("line", sweep(NEEDLESS, "--help", "validate paper.toml", "scan paper.toml"))
+@pytest.mark.parametrize("line", sweep(NEEDLESS, "--help", "validate paper.toml"))
 def test_a_command_imports_what_it_needs(line, tmp_path):
     """The times of `benchmarks/startup.py`, held without a clock."""
     words = [str(PACKAGE / "scene" / "shipped" / word) if word.endswith(".toml") else word for word in line.split()]

@@ -21,6 +21,7 @@ from typing import Any
 import closed_forms as forms
 import figure_words
 import pytest
+from sweeps import sweep
 
 import pounding_risk
 from pounding_risk._jit.sources import KERNEL_SOURCES
@@ -291,7 +292,9 @@ def test_the_example_of_results_in_python_runs(monkeypatch, tmp_path, capsys):
     assert (tmp_path / "report.html").stat().st_size > 10_000
 
 
-@pytest.mark.parametrize("path", [README, *sorted(DOCS.glob("*.md"))], ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", sweep([README, *sorted(DOCS.glob("*.md"))], README, DOCS / "start.md"), ids=lambda path: path.stem
+)
 def test_commands_and_options_on_the_pages_are_real(path):
     typer = pytest.importorskip("typer")
     from pounding_risk.cli import app

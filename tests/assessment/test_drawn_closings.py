@@ -146,6 +146,7 @@ def of_scene():
     return pr.uncertainty(drawn_scene())
 
 
+@pytest.mark.complete
 def test_what_is_said_is_that_of_the_samples_themselves(scanned):
     """P(contact) is the share of the samples whose run touches; each closing is that of a scan of its own."""
     part = pr.uncertainty(scanned, target="20 %").isel(interface=0)

@@ -104,6 +104,7 @@ def test_contact_in_a_row_is_what_the_run_does_as_in_its_drawings(results):
     assert not any("prevents" in each for each in assess(held, gap=0.0123).interfaces[at].verdict.evidence)
 
 
+@pytest.mark.complete
 def test_columns_yield_at_their_own_force_where_floors_never_do(results):
     one = assess(results).interfaces[1]  # floors against columns
     (share,) = [each for each in one.yielding if each.gap == 0.02 and np.isinf(each.yield_force)]

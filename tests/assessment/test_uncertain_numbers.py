@@ -32,6 +32,7 @@ def of_scene():
     return pr.uncertainty(uncertain_pulses(), sobol=8)
 
 
+@pytest.mark.complete
 def test_samples_together_are_the_assessments_of_each(scanned):
     together = pr.uncertainty(scanned, target="20 %").isel(interface=0)
     closings, shares = [], []
@@ -128,6 +129,7 @@ def test_a_linear_scene_has_the_variance_that_is_known():
     np.testing.assert_allclose(part["variance_share"], (1.0, 0.0, 0.0, 1.0), atol=1e-3)
 
 
+@pytest.mark.complete
 def test_links_between_single_masses_are_in_the_samples_of_a_scene():
     study = uncertain_pulses({LEFT: PERIODS[LEFT]}, 4, link_damping="2 MN s/m")
     alone, scanned = pr.uncertainty(study), pr.uncertainty(pr.scan(study))

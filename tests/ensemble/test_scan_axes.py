@@ -27,6 +27,7 @@ from pounding_risk.studies.convert import convert
 COUNT = 3 * 2 * 2  # places along `AXES`
 
 
+@pytest.mark.complete
 def test_a_product_of_axes_equals_a_loop_of_set():
     """Every variable, bit by bit, its attributes, and those of the dataset: the scene of the place among them."""
     whole = equals_the_loop(pair_text(AXES), check_fraction=0.3)

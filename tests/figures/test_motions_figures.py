@@ -293,6 +293,7 @@ def test_axes_have_units_and_nothing_leaves_the_page(name, processed, ensemble, 
     assert title.get_window_extent().width <= figure.bbox.width
 
 
+@pytest.mark.complete
 def test_spectra_of_pairs_are_drawn_where_pairs_were_compared():
     """Grey lines, percentiles and mean are of the same thing, so that the mean lies among them."""
     pairs = [

@@ -23,6 +23,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.special import erf, fresnel
 from scipy.stats import chi2
 from sentences import refusal
+from sweeps import sweep
 
 import pounding_risk as pr
 from pounding_risk.errors import SceneError
@@ -215,7 +216,7 @@ def test_constant_acceleration_ends_with_a_velocity_and_a_jump_is_told():
 # ---------------------------------------------------------------- oscillators
 
 
-@GIVEN
+@pytest.mark.parametrize("name", sweep(FORMULAS, "gabor", "linear swept_sine", "harmonic"))
 def test_an_oscillator_moves_as_under_the_formula(name):
     """The solver at a step of 1e-5 of the fastest period or less, against DOP853 on the formula: 1e-9 of the peak.
 
@@ -352,7 +353,7 @@ def test_the_variance_of_kanai_and_tajimi_is_its_closed_form():
 
 
 @FILTERED
-@pytest.mark.parametrize("step", [0.005, 0.02])
+@pytest.mark.parametrize("step", sweep([0.005, 0.02], 0.02))
 def test_the_variance_of_samples_is_within_its_sampling_bounds(name, step):
     """Over 6 seeds: chi-square with N²/Σρ² degrees of freedom, whatever the step; the bounds hold 99.9 % of cases."""
     made = recipe(name, psd=0.01, duration=200.0).form().filter

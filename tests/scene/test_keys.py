@@ -135,7 +135,12 @@ def declared() -> list[Any]:
     kinds = [(section, section, keys) for section, keys in KEYS.items() if section != "building"]
     kinds += [("building", kind, kind.keys()) for kind in BUILDING_KINDS]
     return [
-        pytest.param(section, kind, key, id=f"{getattr(kind, '__name__', kind)}-{key}")
+        pytest.param(
+            *(section, kind, key),
+            id=f"{getattr(kind, '__name__', kind)}-{key}",
+            # Each builds the samples of the scene.
+            marks=pytest.mark.complete if section == "uncertain" and key not in ("numbers", "correlations") else (),
+        )
         for section, kind, keys in kinds
         for key in keys
         if key != "rigid" or kind is RigidWall  # by which a table is of this kind

@@ -62,6 +62,7 @@ def at_times(run, times):
     return found
 
 
+@pytest.mark.complete
 def test_labels_are_those_of_the_results(written, results):
     whole = pr.open_results(results)
     chosen = whole.sel(polarity=["reversed"], pga=[0.5 * G], gap=[0.002, 0.01])

@@ -101,6 +101,7 @@ def test_tables_hold_every_number(results, tmp_path):
     assert seen == numeric - {"record_spectral_acceleration"}
 
 
+@pytest.mark.complete
 def test_pelicun_reads_the_demands(results, tmp_path):
     """Where it is installed, which no extra of this project brings."""
     assessment = pytest.importorskip("pelicun.assessment")

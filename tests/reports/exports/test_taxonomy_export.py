@@ -112,6 +112,7 @@ def test_codes_of_oed_are_those_of_its_list(gap, code):
     assert np.searchsorted([0.25, 0.5, 1.0, 2.0], gap, side="right") + 1 == code
 
 
+@pytest.mark.complete
 def test_pounding_is_that_of_any_gap_of_the_building(tmp_path):
     """A mass between two walls, of which either polarity strikes another one."""
     wall = {"rigid": True, "height": "5 m"}
