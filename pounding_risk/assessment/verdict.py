@@ -259,10 +259,10 @@ def _contact_elsewhere(contact: Contact) -> str:
     if not pushed + held:
         return f"{counts} too: the same ones."
     parts = [
-        f"contact elsewhere brings it in {pushed} more" if pushed else "",
+        f"brings it in {pushed} more" if pushed else "",
         f"prevents it in {held}, which the required gaps count all the same" if held else "",
     ]
-    return f"{counts}; {' and '.join(filter(None, parts))}."
+    return f"{counts}; contact elsewhere {' and '.join(filter(None, parts))}."
 
 
 def share_words(value: float) -> str:

@@ -89,7 +89,7 @@ def test_contact_in_a_row_is_what_the_run_does_as_in_its_drawings(results):
     record, polarity = (int(place) for place in np.argwhere(closes)[0])
     held["impact_count"][{"record": record, "polarity": polarity, "pga": 1, "interface": at}] = 0
     after = assess(held).interfaces[at]
-    (told,) = [each for each in after.verdict.evidence if "prevents it in 1" in each]
+    (told,) = [each for each in after.verdict.evidence if "; contact elsewhere prevents it in 1" in each]
     assert told.startswith(
         f"The free relative motion, without contact elsewhere in the row, closes the gap in {closes.sum()}"
     )
