@@ -137,7 +137,7 @@ def ensemble_findings(ensemble: xr.Dataset) -> list[str]:
         f"Ensemble: {ensemble['status'].size} cases, {int(ensemble['simulated'].sum())} of them run, "
         f"{_percent(ensemble['impact_count'].values > 0)} with contact.",
         f"Of the {int(yields.sum())} cases that yield, {larger} have a larger peak than without yielding, {smaller} a "
-        "smaller one: one run proves nothing.",
+        "smaller one (by more than 1 %): one run proves nothing.",
     ]
 
 
