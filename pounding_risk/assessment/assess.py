@@ -7,7 +7,7 @@ without contact.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from itertools import combinations
 from math import isfinite
 from pathlib import Path
@@ -39,7 +39,7 @@ from pounding_risk.assessment.sensitivity import (
 from pounding_risk.assessment.separations.table import Comparison, separations_of
 from pounding_risk.assessment.verdict import Verdict, judge
 from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.attributes import isolated_buildings
+from pounding_risk.results.attributes import isolated_buildings, read_attribute
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import open_scan
@@ -122,7 +122,7 @@ class Assessment(ShortRepr):
     ``hazard_reading`` says how the table was read. ``target_rate`` is the accepted rate of contact [1/year], and
     ``target_rate_words`` how it was given. ``gmfs`` names the ground-motion fields, and ``gmfs_reading`` says how they
     were read. ``unused_keys`` are the keys of the scene that change nothing in it, and
-    why.
+    why; ``flags`` are the notes on each record, and ``left_out`` the files of records that were excluded, and why.
     """
 
     title: str
@@ -141,6 +141,8 @@ class Assessment(ShortRepr):
     interfaces: tuple[InterfaceAssessment, ...]
     notes: tuple[str, ...] = ()  # on unusual numbers of the input and of the contacts
     unused_keys: tuple[str, ...] = ()
+    flags: dict[str, list[str]] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
     hazard_reading: str = ""
     target_rate: float | None = None
     target_rate_words: str = ""
@@ -298,6 +300,8 @@ def assess(
         interfaces=interfaces,
         notes=(*of_results(opened), *_of_hazard(curve, interfaces)),
         unused_keys=opened.unused_keys,
+        flags=dict(read_attribute(opened.dataset, "flags", {})),
+        left_out=tuple(read_attribute(opened.dataset, "left_out", [])),
         hazard_reading=shaking.reading,
         target_rate=rate.rate if rate else None,
         target_rate_words=rate.words if rate else "",

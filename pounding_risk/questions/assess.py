@@ -17,6 +17,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.questions import adequacy, rates
 from pounding_risk.questions._declaration import text_file
 from pounding_risk.questions.along import sheet as along_sheet
+from pounding_risk.questions.notes import of_records
 from pounding_risk.questions.rules import rules
 from pounding_risk.questions.setback import ASSUMED, setbacks
 from pounding_risk.questions.setback import sheet as setback_sheet
@@ -148,7 +149,9 @@ def gaps(assessment: Assessment) -> list[Block]:
             *rates.gaps_for_rates(assessment, one),
             *rules(assessment.percentile, one),
         ]
-    return [*blocks, *([listing(assessment.unused_keys)] if assessment.unused_keys else [])]
+    excluded = (f"excluded: {sentence}" for sentence in assessment.left_out)
+    notes = [*assessment.unused_keys, *excluded, *of_records(assessment.flags)]
+    return [*blocks, *([listing(notes)] if notes else [])]
 
 
 def columns(assessment: Assessment) -> list[str]:

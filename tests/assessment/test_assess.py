@@ -303,6 +303,14 @@ def test_motions_without_a_response_count_against_the_verdict():
         assess(made_up(np.full((2, 2), np.nan)))
 
 
+def test_doubts_on_records_and_excluded_files_stand_below_the_answer(capsys):
+    flags = {name: ["the motion starts late"] for name in ("R0", "R1")}
+    doubted = made_up(np.full((3, 2), 0.01)).assign_attrs(flags=as_text(flags), left_out=as_text(["a.AT2: is empty"]))
+    print_sheet(sheet(assess(doubted)))
+    told = capsys.readouterr().out
+    assert told.endswith("note: excluded: a.AT2: is empty\nnote: R0, R1: the motion starts late\n")
+
+
 def test_failed_runs_are_no_runs_without_yielding():
     """Motions of two models, four gaps, three F_E; the first motion failed under the second model."""
     yields = np.zeros((4, 2, 2, 4, 3), dtype=np.int32)
