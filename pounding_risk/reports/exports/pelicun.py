@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import csv_text
 from pounding_risk.assessment.intensities import intensities, resolved_intensity
+from pounding_risk.assessment.sensitivity import force_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports import _fragilities as fragilities
 from pounding_risk.reports.exports._fragilities import Fragilities, Function, Intensity, identifier_of
@@ -112,8 +113,7 @@ def _demand_tables(
     results: xr.Dataset, runs: xr.Dataset, measure: Intensity | None, tables: dict[str, str]
 ) -> Iterator[str]:
     """Enter the demands of each building in ``tables``, by the file's name, and yield sentences on them."""
-    model, gap, force = str(runs["contact_model"].item()), float(runs["gap"]), float(runs["yield_force"])
-    yield f"demands are those at a gap of {1e3 * gap:.6g} mm, {model}, F_E {force:.6g} N"
+    yield f"demands are those at {_case_words(runs)}"
     status = runs["status"]
     (code,) = (code for code, word in flags_of(status).items() if word == "complete")
     complete = _by_motion(status) == code
@@ -147,6 +147,15 @@ def _demand_tables(
                     *([at, *(repr(float(each.values[at])) for each in columns)] for at in np.flatnonzero(is_known)),
                 ]
             )
+
+
+def _case_words(runs: xr.Dataset) -> str:
+    """Gaps of all interfaces, contact model and yield force of one case."""
+    gaps = runs["interface_gap" if "interface_gap" in runs.variables else "gap"].values
+    ends = " to ".join(f"{1e3 * gap:.6g}" for gap in dict.fromkeys((gaps.min(), gaps.max())))
+    where = f"{'a gap' if gaps.min() == gaps.max() else 'gaps'} of {ends} mm, {runs['contact_model'].item()}"
+    columns = " (columns have their own)" if "column" in runs.get("contact_point_kind", np.empty(0)) else ""
+    return f"{where}, {force_words(float(runs['yield_force']))}{columns}"
 
 
 def _by_motion(values: xr.DataArray) -> Array:

@@ -10,6 +10,7 @@ import pytest
 from scenes import BOTH, scene_text, single, storeyed
 
 import pounding_risk as pr
+from pounding_risk.studies.demo import text_of
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +59,12 @@ def test_demands_are_those_of_the_runs(results, tmp_path):
         assert values == pytest.approx(np.column_stack([pga, accelerations, ratios]), rel=1e-12)
     with_contact, without = (np.array(rows_of(file)[2:], dtype=float) for file in written.files[:2])
     assert (with_contact[:, 2] > without[:, 2]).any()  # a strike is felt
+
+
+def test_demands_of_a_row_name_the_gaps_of_all_interfaces(tmp_path):
+    row = pr.read_scene(text_of("row"), ["records.window=['0 s', '3 s']"])
+    told = pr.export(pr.scan(row), "pelicun", tmp_path / "demands").notes[0]
+    assert told == "demands are those at gaps of 20 to 30 mm, jankowski, F_E 1500 kN (columns have their own)"
 
 
 def test_single_masses_have_a_drift_ratio_where_their_height_is_known(tmp_path):
