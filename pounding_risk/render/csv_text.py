@@ -26,8 +26,8 @@ def csv_text(blocks: Iterable[Block]) -> str:
     -------
     str
         For each table a row with its caption, its heads, its rows, and an empty row. A number stands unrounded in the
-        unit of its head, after "at least" where it is only a lower bound; a range or what is no single number as the
-        terminal shows it; what is not known is empty.
+        unit of its head, or before its own where the rows of a column have several, after "at least" where it is only
+        a lower bound; a range or what is no single number as the terminal shows it; what is not known is empty.
     """
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")
@@ -45,10 +45,14 @@ def csv_text(blocks: Iterable[Block]) -> str:
 
 
 def _written(cell: Cell, in_head: bool) -> Any:
-    """A number in the unit in which it is shown, where the head names that unit; otherwise the text."""
+    """A number in the unit in which it is shown, with that unit where its text has it; otherwise the text."""
     raw = cell.get("raw")
-    if not isinstance(raw, int | float) or not in_head or cell["text"].endswith(tuple("abcdefghijklmnopqrstuvwxyz%²³")):
+    unit, size = SHOWN.get(cell.get("unit", "1"), ("", 1.0))
+    has_unit = bool(unit) and cell["text"].endswith(f" {unit}")
+    in_words = not has_unit and cell["text"].endswith(tuple("abcdefghijklmnopqrstuvwxyz%²³"))
+    if not isinstance(raw, int | float) or not in_head or in_words:
         return "" if cell["text"] == "–" else safe(cell["text"])
-    size = SHOWN[cell.get("unit", "1")][1]
     shown = raw if size == 1.0 else float(f"{raw * size:.15g}")  # 83.2, not 83.20000000000002
+    if has_unit:
+        return safe(f"{shown} {unit}")
     return f"{LEAST}{shown}" if cell["text"].startswith(LEAST) else shown

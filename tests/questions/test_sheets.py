@@ -26,7 +26,7 @@ from pounding_risk.lab.effects_findings import rows, yielding
 from pounding_risk.questions.modes import answer as modes_answer
 from pounding_risk.questions.separations import separations as separations_answer
 from pounding_risk.render.csv_text import csv_text
-from pounding_risk.render.sheet import LONG, Block
+from pounding_risk.render.sheet import LONG, Block, amount, table
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.reports import html, pdf
 from pounding_risk.reports.document import number_blocks
@@ -197,6 +197,12 @@ def test_cells_are_values_of_the_answer(answers, name):
                 # 1e-12: a share that a table has in per cent is multiplied once.
                 assert np.isclose(known, value, rtol=1e-12, atol=0.0).any() or value == 0.0, cell
     assert seen > 3
+
+
+def test_csv_keeps_the_unit_of_a_number_whose_head_has_none():
+    values = {"force": amount(7406769.5, "N"), "work": amount(60041.25, "J"), "speed": amount(-0.25, "m/s")}
+    lines = csv_text([table("Outputs.", ("output", "value"), [list(pair) for pair in values.items()])]).splitlines()
+    assert lines[2:] == ["force,7406.7695 kN", "work,60.04125 kJ", "speed,'-0.25 m/s", ""]
 
 
 @pytest.mark.parametrize("name", WITH_SHEETS)
