@@ -26,7 +26,7 @@ from pounding_risk.figures.style import (
     title,
 )
 from pounding_risk.motions.levels import PEAK
-from pounding_risk.results.attributes import bumper_lengths, bumper_words, finite
+from pounding_risk.results.attributes import bumper_lengths, bumper_words, finite, of_structure
 from pounding_risk.results.opened import Results
 from pounding_risk.units import MISSING, STANDARD_GRAVITY, say_in
 
@@ -512,10 +512,8 @@ def amplification(case: RowCase, building: int, name: str = "peak_drift") -> flo
         The ratio; NaN where no motion brings contact, or velocities jump in one, of which no acceleration is finite.
     """
     touched = any_of_building(case, "impact_count", building) == 1.0
-    both = [
-        finite(case.results, output).isel(building=building).transpose("record", "polarity").values.ravel()[touched]
-        for output in (name, f"{name}_free")
-    ]
+    peaks = (of_structure(case.results, output).isel(building=building) for output in (name, f"{name}_free"))
+    both = [values.transpose("record", "polarity").values.ravel()[touched] for values in peaks]
     moved = both[1] > 0.0
     return float(np.median(both[0][moved] / both[1][moved])) if moved.any() else float("nan")
 

@@ -28,6 +28,7 @@ from pounding_risk.render.sheet import (
     table,
     worded,
 )
+from pounding_risk.results.attributes import isolated_of, of_structure
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
@@ -85,6 +86,8 @@ def sheet(run: xr.Dataset) -> list[Block]:
     ]
     held = int(run["restitution_held"].clip(min=0).sum())  # below zero where the run failed
     notes = [*([f"{held} contacts are {FASTER}"] if held else []), *json.loads(attrs.get("notes", "[]"))]
+    if isolated := isolated_of(run):
+        notes.append(f"{' and '.join(isolated)}: peak drift is that above the isolators, which are storey 1")
     blocks = [
         facts("", about),
         listing(json.loads(attrs.get("unused_keys", "[]"))),
@@ -137,7 +140,7 @@ def _buildings(run: xr.Dataset) -> Block:
     heads = ["building", *(head(name.replace("_", " "), unit) for name, unit in peaks.items())]
     rows = [
         # A rigid building's -0 is 0.
-        [str(building), *(number(0.0 + float(run[name][place]), unit) for name, unit in peaks.items())]
+        [str(building), *(number(0.0 + float(of_structure(run, name)[place]), unit) for name, unit in peaks.items())]
         for place, building in enumerate(run["building"].values)
     ]
     return table("Peaks of the buildings.", heads, rows)

@@ -144,6 +144,20 @@ def finite(case: xr.Dataset, name: str) -> xr.DataArray:
     return case[name].where(~jumps.any(of_run))
 
 
+def of_structure(case: xr.Dataset, name: str) -> xr.DataArray:
+    """`finite`; `peak_drift` of isolated buildings is that above the isolators, which are storey 1 and made to move."""
+    peaks = finite(case, name)
+    if not name.startswith("peak_drift") or not (isolated := isolated_of(case)):
+        return peaks
+    above = case[name.replace("peak", "storey")].sel(storey=slice(2, None)).max("storey")
+    return peaks.where(~peaks["building"].isin(isolated), above)
+
+
+def isolated_of(case: xr.Dataset) -> list[str]:
+    """The buildings of a dataset that stand on isolators."""
+    return isolated_buildings(tables_of(str(case.attrs.get("scene_resolved", ""))))
+
+
 def gaps_needed(dataset: xr.Dataset) -> xr.DataArray:
     """`peak_closing_free`, NaN for motions without a finite response, such as those in which a storey collapses.
 

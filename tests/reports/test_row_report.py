@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from made_row import STREET, made_row
-from scenes import scene_text, storeyed
+from scenes import rigid, scene_text, storeyed
 
 import pounding_risk as pr
 from pounding_risk.assessment.assess import assess
+from pounding_risk.assessment.row import row_case
+from pounding_risk.questions import simulate
 from pounding_risk.reports import document as model
 from pounding_risk.reports import html as page
 from pounding_risk.reports.data import ReportData
@@ -67,6 +69,31 @@ def test_links_have_their_forces_and_are_among_what_is_assumed():
     assert "Springs or dampers without mass join A and B; what is called without contact has them too." in told
     assert "yield, those of A by the rule peak_oriented, and others" in told
     assert "as if alone" not in str(response.write(data))
+
+
+def test_drifts_of_isolated_buildings_are_those_above_the_isolators(tmp_path):
+    """What a moat wall does to the storeys is not hidden by the isolators, which it holds back."""
+    isolation = {"slab_mass": "600 t", "height": "1.5 m", "friction": 0.05, "radius": "2 m"}
+    hospital = storeyed("hospital", ["500 t", "400 t"], "800 MN/m", "4 m", isolation=isolation)
+    strong = {"window": ["0 s", "6 s"], "pga": "0.6 g", "polarity": ["as recorded", "reversed"]}
+    study = parse_scene(scene_text(rigid(height="1.5 m"), hospital, gap="20 mm", records=strong))
+    results = pr.scan(study)
+    one = results.isel(building=1, gap=0, yield_force=0, contact_model=0)
+    struck, free = (one[name].values[..., 1:].max(axis=-1) for name in ("storey_drift", "storey_drift_free"))
+    assert (one["impact_count"] > 0).all() and (struck > 1.5 * free).all()
+    raised = np.median(struck / free)
+    case = row_case(results)
+    assert row.amplification(case, 1) == pytest.approx(raised, rel=1e-12)
+    assert row.drift_finding(case).startswith(f"With contact the largest storey drift above isolators is {raised:.2f} ")
+    (rows,) = [each["rows"] for each in response.write(ReportData(results, assess(results), {}))[:1]]
+    (cells,) = [cells for cells in map(str, rows) if "peak storey drift above the isolators [mm]" in cells]
+    assert "hospital" in cells
+    notes = pr.export(results, "pelicun", tmp_path / "demands").notes
+    assert "hospital: 1-PFA-1-1 is of the slab on isolators, and 1-PID-1-1 of the isolators over its height" in notes
+    run = pr.simulate(study)
+    told = str(simulate.sheet(run))
+    assert "hospital: peak drift is that above the isolators, which are storey 1" in told
+    assert str(float(run["storey_drift"][1, 1:].max())) in told
 
 
 def test_two_buildings_have_no_plan_and_no_summary_of_none():

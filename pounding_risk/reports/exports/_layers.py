@@ -70,7 +70,9 @@ BUILDING: dict[str, Column] = {
     **_with_bounds(
         "p_yield", "share of the motions in which a contact of it reaches its F_E; empty where all are infinite"
     ),
-    "drift_amplification": Column("1", "largest storey drift with contact over without, median of motions that touch"),
+    "drift_amplification": Column(
+        "1", "largest storey drift, above isolators, with contact over without, median of motions that touch"
+    ),
     "acceleration_amplification": Column("1", "largest acceleration with contact over without, likewise"),
     "motions": Column("1", "motions that p_contact is from"),
     "motions_scaled": Column("", "amplitude of the motions"),

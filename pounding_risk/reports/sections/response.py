@@ -23,7 +23,7 @@ from pounding_risk.render.sheet import (
     table,
 )
 from pounding_risk.reports.data import Pair, ReportData
-from pounding_risk.results.attributes import finite
+from pounding_risk.results.attributes import isolated_of, of_structure
 
 TITLE = "What contact does to the buildings"
 ORDER = 60
@@ -52,11 +52,14 @@ def _buildings(data: ReportData, pair: Pair) -> list[Block]:
     if not touching.any():
         return [paragraph(f"{pair.name}: no motion brings contact {where}; the buildings move as without contact.")]
     rows: list[Row] = []
+    isolated = isolated_of(here)
     for building, output in product(map(str, pair.results["building"].values), OUTPUTS):
         if output not in here:
             continue
         words, unit = OUTPUTS[output]
-        both = (pair.results[f"{output}_free"], finite(here, output))
+        if output == "peak_drift" and building in isolated:
+            words += " above the isolators"
+        both = (of_structure(pair.results, f"{output}_free"), of_structure(here, output))
         free, struck = (one.sel(building=building).transpose("record", "polarity").values[touching] for one in both)
         is_known = np.isfinite(free) & np.isfinite(struck)
         free, struck = free[is_known], struck[is_known]

@@ -33,6 +33,7 @@ from pounding_risk.render.sheet import (
     table,
 )
 from pounding_risk.reports.data import ReportData
+from pounding_risk.results.attributes import isolated_of
 
 TITLE = "The row"
 ORDER = 50
@@ -122,7 +123,11 @@ def drift_finding(case: RowCase) -> str:
             parts.append(f"{np.nanmedian(ratios):.2f} times{where}")
     if not parts:
         return f"No building with storeys touches a neighbour in {counted(case.motions, 'motion')}"
-    return f"With contact the largest storey drift is {' and '.join(parts)} what it is without, in the median"
+    return f"With contact the {_drift_words(case)} is {' and '.join(parts)} what it is without, in the median"
+
+
+def _drift_words(case: RowCase) -> str:
+    return f"largest storey drift{' above isolators' * bool(isolated_of(case.results))}"
 
 
 def _touch(touch: Touch) -> Row:
@@ -187,7 +192,7 @@ def _storeys(case: RowCase, where: str) -> list[Block]:
         ),
         table(
             f"With contact over without, median of the motions in which the building touches, {where}.",
-            ["building", "in the row", "largest storey drift", "largest acceleration"],
+            ["building", "in the row", _drift_words(case), "largest acceleration"],
             rows,
             keep=[*range(min(len(case.buildings), 10)), *range(len(case.buildings), len(rows))],
             note="the first buildings and the summary",
