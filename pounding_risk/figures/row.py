@@ -281,8 +281,10 @@ def _elevation_legend(figure: Figure, case: RowCase) -> None:
         Line2D([], [], marker="D", markeredgecolor="black", label="floor to column", **look),
         Line2D([], [], marker="o", markeredgecolor=RAISED, markeredgewidth=2.2, label="reaches $F_E$ in some", **look),
     ]
-    caption = "left of a point: share with contact; right: median peak force, share that reaches $F_E$; "
-    caption += f"gaps drawn × {gap_scale(case.gaps):g}"
+    caption = (
+        "where there is room, left of a point: share with contact; right: median peak force, share that reaches $F_E$"
+    )
+    caption += f"; gaps drawn × {gap_scale(case.gaps):g}"
     is_known = np.isfinite(case.results["building_height"].values)
     if not is_known.all():
         whose = " and ".join(map(str, case.results["building"].values[~is_known]))

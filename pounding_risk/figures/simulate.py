@@ -360,8 +360,8 @@ def _row_peaks(axis: Any, run: xr.Dataset) -> None:
     axis.set_xticks([])
     axis.grid(False)
     axis.set_title(
-        "peaks: displacement of each roof; force and number of contacts at each contact point\n"
-        f"(orange edge: reaches $F_E$; white: untouched); gaps drawn × {scale:g}",
+        "peaks: displacement of each roof; force and number of contacts at each contact point, of two\n"
+        f"close by at the stronger (orange edge: reaches $F_E$; white: untouched); gaps drawn × {scale:g}",
         fontsize=8,
     )
 

@@ -364,6 +364,8 @@ def _facts_of_places(dataset: xr.Dataset) -> list[str]:
         varied = [str(name) for name in dataset["interface"].values[np.ptp(gaps, axis=0) > 0.0]]
         whose = f"that of {varied[0]}; the others keep" if varied else "that of the first interface; each keeps"
         sentences.append(f"The gap is {whose} {'their' if varied else 'its'} own.")
+    if "column" in dataset.get("contact_point_kind", np.empty(0)):
+        sentences.append("The yield force is that of floors that meet; columns keep their own.")
     if any(name in dataset for name in PROFILES) and not _has_profiles(dataset):
         sentences.append(
             "Storey profiles are left out, there are too many; choose fewer records or models to see them."
