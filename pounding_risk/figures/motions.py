@@ -10,7 +10,7 @@ import numpy as np
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.figures.style import STYLES, beside, blank, joined, logarithmic, plain, styles, title
 from pounding_risk.motions.record import RAW, lowest_usable
-from pounding_risk.units import STANDARD_GRAVITY
+from pounding_risk.units import STANDARD_GRAVITY, rounded
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -106,7 +106,7 @@ def histories_figure(motions: Sequence[Motion], *, note: str = "") -> Figure:
             axis.tick_params(labelsize=8)
             axis.set_xlim(0.0, motion.duration)
             peak = float(np.abs(history.samples).max()) / history.size
-            axis.set_title(f"{peak:.3g} {history.unit}", fontsize=8, loc="right", pad=2.0)
+            axis.set_title(f"{rounded(peak, 3)} {history.unit}", fontsize=8, loc="right", pad=2.0)
         row[0].set_title(plain(motion.name), fontsize=9, loc="left", pad=2.0)
     for axis in axes[-1]:
         axis.set_xlabel("time [s]", fontsize=9)
@@ -121,7 +121,7 @@ def _conditions(before: Motion, after: Motion, new: Sequence[History]) -> str:
     record = after.record
     facts = [str(record[key]) for key in ("event", "date", "station") if record.get(key)]
     facts += [f"component {record['component']}"] if record.get("component") else []
-    peaks = (f"{np.abs(history.samples).max() / history.size:.3g} {history.unit}" for history in new)
+    peaks = (f"{rounded(np.abs(history.samples).max() / history.size, 3)} {history.unit}" for history in new)
     words = ", ".join(f"{name} {peak}" for name, peak in zip(("PGA", "PGV", "PGD"), peaks, strict=True))
     is_same = before.dt == after.dt and np.array_equal(before.acceleration, after.acceleration)
     return "; ".join(filter(None, (", ".join(facts), words, "left as it is" if is_same else "")))
@@ -152,7 +152,7 @@ def _draw_beside(axes: Any, before: tuple[Samples, History], after: tuple[Sample
     peak = int(np.abs(values).argmax())
     alone.plot(times[peak], values[peak], "o", color="black", markerfacecolor="none", markersize=6)
     alone.margins(y=0.18)
-    words = f"{abs(values[peak]):.3g} {new.unit} at {times[peak]:.4g} s"
+    words = f"{rounded(abs(values[peak]), 3)} {new.unit} at {times[peak]:.4g} s"
     is_late = times[peak] > 0.5 * (times[0] + times[-1])
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.0}
     beside(alone, words, (times[peak], values[peak]), (-9 if is_late else 9, 0), 9, bbox=box)

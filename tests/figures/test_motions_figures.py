@@ -113,6 +113,12 @@ def test_histories_of_motions_are_a_row_each(ensemble, says):
         says(refusal(figures.histories_figure, ensemble[:1] * count))
 
 
+def test_a_drift_of_metres_is_written_in_full():
+    moving = replace(read_motion("RSN6-180"), acceleration=np.full(600, 1.0))
+    figure = figures.histories_figure([moving])
+    assert figure.axes[2].get_title(loc="right") == "1790 cm"  # 5.99² / 2 m
+
+
 def test_corners_are_those_of_the_filter():
     """Of both, one or no corner."""
     chosen = read_motion("CCC-HN1", processing=[{"step": "bandpass", "low": 0.12, "high": 21.5}])
