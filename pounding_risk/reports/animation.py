@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.counted import counted
 from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import law_words
@@ -163,15 +164,18 @@ def _facts(run: xr.Dataset, shown: Frames) -> str:
         facts.append(f"{bumpers} in {'them' if len(widths) > 1 else 'it'}, drawn on the left face")
     if "link" in run.dims:
         facts.append("springs or dampers between neighbours not drawn")
-    if not np.isfinite(run["building_height"].values).any():
-        facts.append("no heights are given")
+    is_known = np.isfinite(run["building_height"].values)
+    if not is_known.all():
+        whose = " and ".join(map(str, run["building"].values[~is_known]))
+        facts.append(f"no height is given of {whose}: the one drawn is nominal")
     if "floor_rotation" in run:
         facts.append("floors that rotate drawn at their centres of mass")
     if "ground_widening" in run:
         facts.append("each building relative to the ground under it")
     peak = float(shown.force.max(initial=0.0))
     touched = int((shown.force > 0.0).any(axis=0).sum())
-    ends = f"{touched} of {shown.force.shape[1]} contact points touch, with up to {force_text(peak)}"
+    points = counted(shown.force.shape[1], "contact point")
+    ends = f"{touched} of {points} touch{'es' * (touched == 1)}, with up to {force_text(peak)}"
     return f"{', '.join(facts)}. {ends if touched else 'Nothing touches'}."
 
 

@@ -119,7 +119,7 @@ function layOut() {
   for (const point of points) point.mark = add(row, "circle", { class: "quiet", r: 0.03 * width });
   drawForces();
   element("at").max = model.frames - 1;
-  element("scale").textContent = `Heights to scale; displacements and gaps × ${scale}; ${model.rate} frames a second.`;
+  element("scale").textContent = `Given heights to scale; displacements and gaps × ${scale}; ${model.rate} frames a second.`;
 }
 
 function drawForces() {
