@@ -26,7 +26,7 @@ from pounding_risk.figures.style import (
     title,
 )
 from pounding_risk.motions.levels import PEAK
-from pounding_risk.results.attributes import bumper_lengths, bumper_words, finite, of_structure
+from pounding_risk.results.attributes import bumper_lengths, bumper_words, finite, isolated_of, of_structure
 from pounding_risk.results.opened import Results
 from pounding_risk.units import MISSING, STANDARD_GRAVITY, say_in
 
@@ -489,6 +489,7 @@ def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = ""
         shown = profile(case, at, rows[0])
         motions = f"{shown.motions} of {counted(case.motions, 'motion')}" if shown.motions else "no contact"
         building = case.buildings[at]
+        motions += "; storey 1: its isolators" * (building.name in isolated_of(case.results))
         axes[0, column].set_title(plain(f"{building.name} ({building.position})\n{motions}"), fontsize=9.5)
     if titled:
         _headed(figure, "Storeys with and without contact", [case], note)

@@ -11,6 +11,7 @@ from scenes import rigid, scene_text, storeyed
 import pounding_risk as pr
 from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.row import row_case
+from pounding_risk.figures.row import profiles_figure
 from pounding_risk.questions import simulate
 from pounding_risk.reports import document as model
 from pounding_risk.reports import html as page
@@ -88,6 +89,8 @@ def test_drifts_of_isolated_buildings_are_those_above_the_isolators(tmp_path):
     (rows,) = [each["rows"] for each in response.write(ReportData(results, assess(results), {}))[:1]]
     (cells,) = [cells for cells in map(str, rows) if "peak storey drift above the isolators [mm]" in cells]
     assert "hospital" in cells
+    title = profiles_figure(case).axes[0].get_title()
+    assert title == "hospital (end)\n2 of 2 motions; storey 1: its isolators"
     notes = pr.export(results, "pelicun", tmp_path / "demands").notes
     assert "hospital: 1-PFA-1-1 is of the slab on isolators, and 1-PID-1-1 of the isolators over its height" in notes
     run = pr.simulate(study)
