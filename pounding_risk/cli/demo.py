@@ -9,13 +9,15 @@ from typing import Annotated
 import typer
 
 from pounding_risk.cli._common.files import check_folder
-from pounding_risk.cli._common.options import option
 from pounding_risk.render.terminal import print_pairs
 
 ORDER = 10
 
 
-def demo(out: Annotated[Path, option("Folder for figures and datasets.")] = Path("pounding-demo")) -> None:
+Folder = Annotated[Path, typer.Option("--out", "-o", help="Folder for figures and datasets.")]
+
+
+def demo(out: Folder = Path("pounding-demo")) -> None:
     """Run the pair of the 2011 paper: figures and a dataset."""
     check_folder(out)
     from pounding_risk.reports.demo import demo as run

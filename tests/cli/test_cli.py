@@ -256,7 +256,7 @@ def test_demo_says_what_it_wrote(monkeypatch):
         return {"figure": folder / "paper.png"}
 
     monkeypatch.setitem(sys.modules, "pounding_risk.reports.demo", SimpleNamespace(demo=demo))
-    result = run("demo", "--out", "new/folder")
+    result = run("demo", "-o", "new/folder")
     assert result.exit_code == 0, result.stderr
     assert result.stdout.splitlines()[0] == "one run"
     assert rows(result.stdout)[1] == ["figure", "new/folder/paper.png"]
