@@ -200,7 +200,8 @@ def _evidence(
     if not np.isnan(tail):
         share = share_words(tail)
         yield f"Were what they close lognormal, P(contact) would be {share}: assumed of the tail, not counted."
-    runs = f"{counts['cases']} cases, {counts['simulated']} of them simulated, the others known exactly"
+    some = f"{counts['simulated']} of them simulated, the others known exactly"
+    runs = f"{counted(counts['cases'], 'case')}, {some if counts['simulated'] < counts['cases'] else 'all simulated'}"
     checked = (
         f"{counts['sensitive']} sensitive of {counts['checked']} recomputed" if counts["checked"] else "none checked"
     )

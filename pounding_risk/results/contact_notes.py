@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.table import TABULATED, beyond_end
 from pounding_risk.results.layout import streamed
@@ -121,7 +122,7 @@ def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[s
             count += int((depth > end).sum())
             deepest = max(deepest, float(np.nanmax(depth, initial=0.0)))
         if words := beyond_end(deepest, end):
-            yield f"{results['interface'].values[place]}, in {count} cases: {words}"
+            yield f"{results['interface'].values[place]}, in {counted(count, 'case')}: {words}"
 
 
 def _beyond_bumpers(results: xr.Dataset) -> Iterator[str]:
@@ -139,7 +140,7 @@ def _beyond_bumpers(results: xr.Dataset) -> Iterator[str]:
             if past.notnull().any():
                 excess = max(excess, (float(past.max()), float(length.where(past.notnull()).max())))
         if count:
-            yield f"{name}, in {count} cases: {_beyond_bumper(*excess)}"
+            yield f"{name}, in {counted(count, 'case')}: {_beyond_bumper(*excess)}"
 
 
 def _beyond_bumper(depth: float, length: float) -> str:

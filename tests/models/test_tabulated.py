@@ -433,7 +433,7 @@ def test_results_stand_alone_and_say_where_the_table_ends(tmp_path: pathlib.Path
     assert rerun(tmp_path / "long.nc").same
     short = bumper_scene(tmp_path, table={"penetration": ["0 mm", "2 mm"], "force": ["0 kN", "20 kN"]})
     notes = of_results(Results(pr.scan(short)))
-    assert any(note.startswith("A | B, in 1 cases: the penetration of") for note in notes), notes
+    assert any(note.startswith("A | B, in 1 case: the penetration of") for note in notes), notes
     assert "the table's last point, 2 mm" in " ".join(json.loads(pr.simulate(short).attrs["notes"]))
 
 
