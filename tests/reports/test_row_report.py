@@ -14,6 +14,7 @@ from pounding_risk.assessment.row import row_case
 from pounding_risk.figures.row import profiles_figure
 from pounding_risk.questions import simulate
 from pounding_risk.reports import document as model
+from pounding_risk.reports import explorer
 from pounding_risk.reports import html as page
 from pounding_risk.reports.data import ReportData
 from pounding_risk.reports.sections import adequacy, response, row, scene
@@ -91,6 +92,8 @@ def test_drifts_of_isolated_buildings_are_those_above_the_isolators(tmp_path):
     assert "hospital" in cells
     title = profiles_figure(case).axes[0].get_title()
     assert title == "hospital (end)\n2 of 2 motions; storey 1: its isolators"
+    told = explorer.page_model(results)["facts"]
+    assert "Storey 1 of hospital is its isolators, which peak drift counts." in told
     notes = pr.export(results, "pelicun", tmp_path / "demands").notes
     assert "hospital: 1-PFA-1-1 is of the slab on isolators, and 1-PID-1-1 of the isolators over its height" in notes
     run = pr.simulate(study)
