@@ -162,7 +162,7 @@ def test_demo_writes_everything(shown):
 
 @pytest.mark.complete
 def test_demo_datasets_open(shown):
-    _, written, _ = shown
+    _, written, said = shown
     results = pr.open_results(written["ensemble.nc"])
     assert {name: results.sizes[name] for name in ("record", "polarity", "gap", "yield_force")} == {
         "record": 5,
@@ -172,6 +172,12 @@ def test_demo_datasets_open(shown):
     }
     assert set(results["record"].values) >= {"RSN6-180", "RSN6-270", "CCC-HN1", "CCC-HN2"}
     assert (results["status"] == 0).all()
+    peak = results["peak_relative_displacement"]
+    change = (peak / peak.sel(yield_force=np.inf) - 1.0).where(results["yield_exceedance"] == 1)
+    larger, smaller = int((change > 0.01).sum()), int((change < -0.01).sum())
+    assert f"{larger} have a larger peak than without yielding, {smaller} a smaller one (by more than 1 %)" in "".join(
+        said
+    )
     assert pr.open_results(written["paper.nc"]).sizes["contact"] == 31
     assert pr.open_results(written["yield_force.nc"]).sizes["yield_force"] == demo.SEARCHED.size + 1
 
