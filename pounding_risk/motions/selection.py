@@ -221,7 +221,7 @@ class Selection(ShortRepr):
                 f", {'not ' if mean < LEAST_OF_TARGET else ''}the {LEAST_OF_TARGET:g} that ASCE 7-16, 16.2.3.2 requires"
             )
         return (
-            f"chosen: {len(self.rows)} of {self.considered} candidates, {self.wanted.count} requested",
+            f"chosen: {len(self.rows)} of {counted(self.considered, 'candidate')}, {self.wanted.count} requested",
             f"excluded: {left_out}",
             f"factors: {min(factors):.3g} to {max(factors):.3g}, {limited} of them at a limit",
             f"misfits: {min(misfits):.3g} to {max(misfits):.3g}, root mean square of ln(Sa / target)",
