@@ -86,7 +86,7 @@ RUNS = {
     "yields-twice": (*pair(0.26, 0.11, 180, 75), CAPPED, 4e9, 0.0, 0.65, 5e4, drawn(6, 0.01, 5.0)),
 }
 # A cap and none, a damper cut off, a wall, a plastic branch that hardens.
-QUICK = ("tension-cut", "jankowski-wall", "van-mier-hardening")
+QUICK = ("paper", "tension-cut", "jankowski-wall", "van-mier-hardening")
 SCENES = {name: Scene(*numbers) for name, (*numbers, _) in RUNS.items()}
 
 

@@ -14,7 +14,7 @@ from scenes import BOTH, scene_text
 
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.models.contact.impulsive.rigid import Stereomechanical
-from pounding_risk.models.contact.laws import Tabulated, ViscousElastoplastic
+from pounding_risk.models.contact.laws import Jankowski, Tabulated, ViscousElastoplastic
 from pounding_risk.models.effects.permanent_set import PermanentSet
 from pounding_risk.models.effects.unloading_stiffness import UnloadingStiffness
 from pounding_risk.models.restitution import constant
@@ -52,7 +52,7 @@ def grid(law, motion, gaps, forces, screening, own_kernel=False):
 
 DENTED = UnloadingStiffness(PermanentSet(ViscousElastoplastic(2.75e9)), 1.5)  # remembers two numbers
 BUMPER = Tabulated.of([0.0, 0.01, 0.02, 0.03], [0.0, 1e5, 3e5, 6e5], [0.0, 0.0, 0.5e5, 6e5])  # from its points
-OWN = [DENTED, Stereomechanical(), BUMPER]
+OWN = [DENTED, Jankowski(2.75e9), Stereomechanical(), BUMPER]
 
 
 @pytest.mark.complete

@@ -153,7 +153,9 @@ ROWS = {
 }
 
 
-@pytest.mark.parametrize(("name", "mirrored"), sweep(product(ROWS, (False, True)), ("three", False)))
+@pytest.mark.parametrize(
+    ("name", "mirrored"), sweep(product(ROWS, (False, True)), ("three", False), ("plastic", False))
+)
 def test_whole_runs_against_scipy(name, mirrored):
     """Every touch, every end of a rest, impulses, energies and the last state, under a real record.
 
