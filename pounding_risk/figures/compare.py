@@ -60,7 +60,8 @@ PANELS = ("peak relative displacement", "peak contact force", "impact count", "p
 RANKED = (("peak relative displacement", "displacement"), ("peak contact force", "force"))
 JUDGED = (("displacement", f"displacement off by > {100 * NOTABLE:.0f} %"), ("yield exceedance", "yielding or not"))
 TICKS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0, 10.0)
-FEWEST_TICKS = 3
+WIDE_TICKS = (0.1, 0.3, 1.0, 3.0, 10.0)
+FEWEST_TICKS, MOST_TICKS = 3, 6  # more labels than that run into each other in the panels
 STEPS = (0.4, 0.2, 0.1)  # of ticks about 1; the axis has three of the second, as it reaches 0.2 to both sides
 SHOWN = 10.0  # s of a history, about the moment at which the laws differ most
 ROW_HEIGHT = 0.36  # inches of a law in the panels above
@@ -169,8 +170,10 @@ def ratio_limits(lows: ArrayLike, highs: ArrayLike) -> tuple[float, float]:
 
 
 def ratio_ticks(limits: tuple[float, float]) -> list[float]:
-    """Ticks of ratios between two ends: those of `TICKS`, or in round steps about 1 where they are close to 1."""
+    """Ticks between two ends: of `TICKS`, of `WIDE_TICKS` for wide scales, or in round steps close to 1."""
     ticks = [tick for tick in TICKS if limits[0] <= tick <= limits[1]]
+    if len(ticks) > MOST_TICKS:
+        return [tick for tick in ticks if tick in WIDE_TICKS]
     if len(ticks) >= FEWEST_TICKS:
         return ticks
     for step in STEPS:

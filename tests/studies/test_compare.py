@@ -539,6 +539,16 @@ def test_the_figures_say_what_the_data_say(dataset, tmp_path):
 
 
 @pytest.mark.complete
+def test_a_range_that_the_scale_cuts_is_marked_at_its_end(dataset):
+    wide = dataset.copy(deep=True)
+    at = {"contact_model": "kelvin_voigt", "output": "impact count"}
+    wide["ratio_low"].loc[at], wide["ratio_high"].loc[at] = 0.01, 40.0
+    for one, marks in ((dataset, set()), (wide, {"<", ">"})):
+        panel = figures.agreement_figure(one).axes[2]
+        assert {line.get_marker() for line in panel.get_lines()} & {"<", ">"} == marks
+
+
+@pytest.mark.complete
 def test_two_laws_have_panels_with_room_for_their_words(dataset):
     """As high as those of four; the legends keep their distance from the axis' words."""
     heights = []
