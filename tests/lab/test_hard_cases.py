@@ -57,7 +57,6 @@ def parameters():
     """Every case under every law; outside the complete tests under one law without a cap and one with."""
     for case in CASES:
         few = {"jankowski", "viscous_elastoplastic"} & set(case.laws) or set(case.laws[:1])
-        few -= {"jankowski"} if len(few) > 1 and case.figure.__name__ == "with_a_link" else set()
         for law in case.laws:
             marks = () if law in few else pytest.mark.complete
             yield pytest.param(case, law, id=f"{case.number}-{case.figure.__name__}-{law}", marks=marks)

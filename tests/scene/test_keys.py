@@ -130,16 +130,12 @@ OTHERWISE: dict[Any, set[str]] = {
 }
 
 
-def declared(few_uncertain: bool = False) -> list[Any]:
-    """Every key of every section, of each kind of building; ``few_uncertain``: most of [uncertain] complete only."""
+def declared() -> list[Any]:
+    """Every key of every section, of each kind of building."""
     kinds = [(section, section, keys) for section, keys in KEYS.items() if section != "building"]
     kinds += [("building", kind, kind.keys()) for kind in BUILDING_KINDS]
     return [
-        pytest.param(
-            *(section, kind, key),
-            id=f"{getattr(kind, '__name__', kind)}-{key}",
-            marks=pytest.mark.complete if few_uncertain and section == "uncertain" and key != "numbers" else (),
-        )
+        pytest.param(section, kind, key, id=f"{getattr(kind, '__name__', kind)}-{key}")
         for section, kind, keys in kinds
         for key in keys
         if key != "rigid" or kind is RigidWall  # by which a table is of this kind
@@ -178,7 +174,7 @@ def tables_with(section: str, kind: Any, key: str, value: Any) -> dict[str, Any]
     return tables
 
 
-@pytest.mark.parametrize(("section", "kind", "key"), declared(few_uncertain=True))  # each builds its samples
+@pytest.mark.parametrize(("section", "kind", "key"), declared())
 def test_every_key_goes_from_a_file_into_the_scene_and_back(section, kind, key, folder):
     """A key that a scene drops is in no `to_toml`: the example of each is read, written and read again."""
     value = example(section, key)
