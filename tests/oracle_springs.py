@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 class Linear(NamedTuple):
     """M ü + C u̇ + K u = −M feltᵀ a_g − sharesᵀ F, F = spring (shares u − gap) at each contact that is closed."""
 
-    masses: np.ndarray
+    masses: np.ndarray  # a vector, or the matrix M
     stiffness: np.ndarray
     damping: np.ndarray
     shares: np.ndarray  # (contacts, masses)
@@ -21,12 +21,16 @@ class Linear(NamedTuple):
     felt: Any = 1.0  # (components of the ground, masses), where not all feel the only one
 
 
-def segments(system: Linear, ground: Any, dt: float, places: int) -> Iterator[tuple[bool, np.ndarray, np.ndarray]]:
-    """From rest, between samples and events: is a sample its end, u at so many places of it, and forces there.
+def segments(
+    system: Linear, ground: Any, dt: float, places: int
+) -> Iterator[tuple[bool, np.ndarray, np.ndarray, np.ndarray]]:
+    """From rest, between samples and events: is a sample its end, u at so many places of it, forces and ü + a_g there.
 
-    ``ground`` is a_g at the samples, a column for each component; u is (masses, places) and forces (contacts, places).
+    ``ground`` is a_g at the samples, a column for each component, of which the first counts in ü + a_g; u and ü are
+    (masses, places) and forces (contacts, places).
     """
-    size, count = system.masses.size, len(system.shares)
+    size, count = len(system.masses), len(system.shares)
+    inverse = np.linalg.inv(system.masses) if system.masses.ndim > 1 else np.diag(1.0 / system.masses)
     felt, ground = system.felt * np.ones((1, size)), np.reshape(ground, (len(ground), -1))
 
     def motion(t: float, y: np.ndarray, k: int, closed: np.ndarray) -> np.ndarray:
@@ -34,7 +38,7 @@ def segments(system: Linear, ground: Any, dt: float, places: int) -> Iterator[tu
         u, v = y[:size], y[size:]
         force = np.where(closed, system.spring * (system.shares @ u - system.gap), 0.0)
         push = system.damping @ v + system.stiffness @ u + system.shares.T @ force
-        return np.concatenate([v, -push / system.masses - pull])
+        return np.concatenate([v, -inverse @ push - pull])
 
     def closing_of(place: int) -> Any:
         return lambda t, y, *_: system.shares[place] @ y[:size] - system.gap
@@ -50,10 +54,14 @@ def segments(system: Linear, ground: Any, dt: float, places: int) -> Iterator[tu
                 motion, (t, stop), state, "DOP853", args=(k, closed), events=events, rtol=1e-12, atol=1e-15,
                 dense_output=True,
             )  # fmt: skip
-            path = found.sol(np.linspace(t, found.t[-1], places))[:size]
+            times = np.linspace(t, found.t[-1], places)
+            states = found.sol(times)
+            path = states[:size]
+            rates = [motion(at, state, k, closed)[size:] for at, state in zip(times, states.T, strict=True)]
+            shaken = np.transpose(rates) + np.interp(times / dt, range(len(ground)), ground[:, 0])
             forces = np.where(closed[:, None], system.spring * (system.shares @ path - system.gap), 0.0)
             t, state = found.t[-1], found.y[:, -1]
-            yield bool(t == stop), path, forces
+            yield bool(t == stop), path, forces, shaken
             if found.status == 1:
-                place = int(np.argmax([times.size > 0 for times in found.t_events]))
+                place = int(np.argmax([passed.size > 0 for passed in found.t_events]))
                 closed[place] = not closed[place]

@@ -24,6 +24,7 @@ from pounding_risk.models.ground import arrivals_of
 from pounding_risk.models.structures.hysteresis.power_law import damping_at_rest
 from pounding_risk.models.structures.links import Link, stretch
 from pounding_risk.models.structures.mdof import chain_of
+from pounding_risk.models.structures.storeys import vibration
 from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.motions import check_arrivals
 from pounding_risk.scene.scene import Scene
@@ -50,12 +51,12 @@ def fastest_rate(study: Scene) -> float:
         if building.is_rigid:
             continue
         chain = chain_of(building, study.effects)
-        if chain.mass.size == 1:
+        if chain.mass.size == 1 and not chain.inertia.size:
             rates.append(sqrt(chain.spring[0] / chain.mass[0]))
             continue
         if chain.coupling.size:
-            root = np.sqrt(chain.mass)
-            rates.append(float(np.sqrt(np.linalg.eigvalsh(chain.stiffness() / np.outer(root, root))[-1])))
+            inertia = chain.inertia if chain.inertia.size else chain.mass
+            rates.append(float(vibration(inertia, chain.spring, chain.stiffness()).frequencies[-1]))
             continue
         springs = pairwise([*chain.spring.tolist(), 0.0])
         rates += [sqrt(2.0 * (below + above) / mass) for mass, (below, above) in zip(chain.mass, springs, strict=True)]
@@ -72,8 +73,9 @@ def fastest_rate(study: Scene) -> float:
 def _pliancy(study: Scene, link: Link) -> float:
     """sᵀ M⁻¹ s of a link [1/kg]."""
     chains = [chain_of(building, study.effects) for building in study.buildings]
-    masses = np.concatenate([chain.mass for chain in chains])
-    return float((stretch(link, chains) ** 2 / masses).sum())
+    firsts = np.cumsum([chain.mass.size for chain in chains])[:-1]
+    parts = zip(chains, np.split(stretch(link, chains), firsts), strict=True)
+    return sum(float(part @ np.linalg.solve(chain.mass_matrix(), part)) for chain, part in parts if part.any())
 
 
 def check_dampers(study: Scene) -> None:

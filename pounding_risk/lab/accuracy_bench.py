@@ -52,6 +52,7 @@ INITIAL_STATES = "initial displacement or velocity"  # what the other methods do
 NAMES = tuple(OUTPUTS)[:5]  # outputs of a run; the gap required is that of the motion without contact
 ROTATING = "floors that rotate"
 TWO_COMPONENTS = "floors that move across the row"
+MASS_MATRIX = "mass_matrix"
 LAWS_OF_LINKS = "link_strength, link_slack, link_breaking_force, link_exponent or link_brace_stiffness"
 OPEN = 1e3  # m: a gap that stays open, and leaves SciPy's root search a finite number
 
@@ -166,6 +167,7 @@ class Bench:
         only += [name for name, law in laws.items() if is_path_dependent(law) or is_instant(law)]
         only += [INITIAL_STATES] if any(np.any(chain.initial) for chain in self.chains) else []
         only += [TWO_COMPONENTS] if any(chain.moves_across for chain in self.chains) else []
+        only += [MASS_MATRIX] if any(chain.inertia.size for chain in self.chains) else []
         only += [OWN_GROUNDS] if any(building.support != SHARED for building in study.buildings) else []
         return ", ".join(only)
 

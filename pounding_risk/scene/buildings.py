@@ -10,10 +10,11 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
+from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
-from pounding_risk.models.structures.matrices import assembled, condensed, symmetric
+from pounding_risk.models.structures.matrices import assembled, condensed, condensed_masses, symmetric
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
 from pounding_risk.models.structures.storeys import (
     BY_MATRIX,
@@ -42,7 +43,7 @@ from pounding_risk.scene.keys import (
     one_or_more,
     text,
 )
-from pounding_risk.scene.matrices import MODES, OF_DASHPOTS, OF_STIFFNESS, matrix_key
+from pounding_risk.scene.matrices import MODES, OF_DASHPOTS, OF_MASSES, OF_STIFFNESS, matrix_key
 from pounding_risk.scene.plan import PLAN, PlanTable, plans_of, tables_of
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import (
@@ -572,8 +573,8 @@ class MatrixBuilding(FlooredBuilding):
     floor_rows: Annotated[
         tuple[int, ...],
         Key(
-            "Rows of stiffness_matrix that are floors, counted from 1, from the ground up; the others carry neither "
-            "mass nor damping, and are condensed, which is exact.",
+            "Rows of stiffness_matrix that are floors, counted from 1, from the ground up; the others are condensed, "
+            "which is exact where they carry neither mass nor damping.",
             _row_numbers,
             "[3, 6]",
             "every row is a floor",
@@ -591,12 +592,40 @@ class MatrixBuilding(FlooredBuilding):
             "damping by damping_rule",
         ),
     ] = ()
+    mass_matrix: Annotated[
+        Any,
+        matrix_key(
+            "M",
+            OF_MASSES,
+            "Mass matrix of the rows of stiffness_matrix, where masses are not lumped at floors; floor_masses beside "
+            "it are those by which the ground's acceleration acts.",
+            "t",
+            "masses lumped at floors",
+        ),
+    ] = ()
+    along_rows: Annotated[
+        tuple[int, ...],
+        Key(
+            "Rows of mass_matrix that are displacements along the row, floors and others: the ground's acceleration "
+            "acts on their masses.",
+            _row_numbers,
+            "[1, 3, 4, 6]",
+            "the floors; needed where other rows have mass",
+            write=list,
+            schema={"type": "array", "items": {"type": "integer"}},
+        ),
+    ] = ()
+    floor_masses: FloorMasses = ()
     damping_rule: DampingRule = DAMPING_RULES[0]
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
-        """Lists that have not one value for each floor, and what says the damping twice."""
+        """Lists that have not one value for each floor, no masses, and what says the damping twice."""
         matrix, names = keys.get("stiffness_matrix"), ("floor_masses", "storey_heights")
+        if "floor_masses" not in keys and "mass_matrix" not in keys:
+            yield keys.fault("floor_masses", KEYS["floor_masses"].lacks("floor_masses"), absent=True)
+        if "along_rows" in keys and "mass_matrix" not in keys:
+            yield keys.fault("along_rows", "names rows of a mass_matrix; write one, or remove along_rows")
         if matrix and ("floor_rows" not in keys or keys.get("floor_rows")):
             count = len(keys.get("floor_rows") or matrix)
             yield from wrong_lengths(keys, names, count, f"{count} floors of stiffness_matrix")
@@ -611,13 +640,33 @@ class MatrixBuilding(FlooredBuilding):
             matrix = symmetric(self.stiffness_matrix, "stiffness_matrix")
             if self.floor_rows and max(self.floor_rows) > len(matrix):
                 raise PoundingError(f"floor_rows names row {max(self.floor_rows)} of {len(matrix)}")
-            stiffness = condensed(matrix, self.floor_rows or range(1, 1 + len(matrix)))
+            rows = self.floor_rows or tuple(range(1, 1 + len(matrix)))
+            stiffness = condensed(matrix, rows)
+            masses = self._masses(matrix, rows) if self.mass_matrix else {}
         except PoundingError as error:
             raise PoundingError(f"{self.name}: {error}") from None
         rule = BY_MATRIX if self.damping_matrix else self.damping_rule
-        values = self.floors(len(stiffness)) | {"damping_rule": rule, "damping_matrix": self.damping_matrix}
+        values = self.floors(len(stiffness)) | {"damping_rule": rule, "damping_matrix": self.damping_matrix} | masses
         building = Storeys(**values, stiffness_matrix=tuple(map(tuple, stiffness.tolist())))
         return self.completed(building)
+
+    def _masses(self, stiffness: np.ndarray, rows: tuple[int, ...]) -> dict[str, Any]:
+        """The mass matrix of the floors, and the masses that the ground's acceleration acts on."""
+        matrix = symmetric(self.mass_matrix, "mass_matrix")
+        if len(matrix) != len(stiffness):
+            raise PoundingError(
+                f"mass_matrix has {counted(len(matrix), 'row')}, stiffness_matrix {len(stiffness)}; give the same rows "
+                "in both, in the same order"
+            )
+        wrong = [row for row in self.along_rows if row > len(matrix)] or sorted(set(rows) - set(self.along_rows))
+        if self.along_rows and wrong:
+            words = (
+                f"names row {wrong[0]} of {len(matrix)}" if wrong[0] > len(matrix) else f"lacks the floor {wrong[0]}"
+            )
+            raise PoundingError(f"along_rows {words}; write all rows that are displacements along the row")
+        inertia, driven = condensed_masses(matrix, stiffness, rows, self.along_rows)
+        given = self.by_floor("floor_masses", len(rows))
+        return {"mass_matrix": tuple(map(tuple, inertia.tolist())), "masses": given or tuple(driven.tolist())}
 
 
 class ModalBuilding(FlooredBuilding):
@@ -818,7 +867,7 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
     implied = kind.implied
     if isinstance(building, Storeys) and building.stiffness_matrix:
         kind = MatrixBuilding
-        implied = kind.implied | {"floor_rows", "period"}
+        implied = kind.implied | {"floor_rows", "along_rows", "period"}
         implied |= {"damping", "damping_rule"} if building.damping_matrix else set()
     stated = {key: getattr(building, key) for key in INITIAL if getattr(building, key)}
     if isinstance(building, Storeys) and building.isolators is not None:

@@ -24,6 +24,7 @@ MOST_BYTES = 50_000_000
 # A row of a matrix may have any sign; a diagonal is checked where the matrix is put together.
 OF_STIFFNESS = Quantity("N/m", -np.inf, np.inf, "stiffness", example="40 MN/m")
 OF_DASHPOTS = Quantity("N s/m", -np.inf, np.inf, "dashpot", example="200 kN s/m")
+OF_MASSES = Quantity("kg", -np.inf, np.inf, "mass", example="200 t")
 FREQUENCY = Quantity("Hz", 0.0, np.inf, "frequency", open_low=True, open_high=True, example="1.5 Hz")
 ORDINATE = Quantity("1", -np.inf, np.inf, "mode shape", example="1.0")
 MODES_HEAD = "period [s],floor 1,floor 2,..."

@@ -13,9 +13,7 @@ SENTENCES = {
         "T1 is period, beside floor_masses and storey_heights, and storey_stiffnesses too where their ratios are "
         "known; several modes are a table, modes, with period or frequency and the shape of each"
     ),
-    "mass_matrix matrix matrices": (
-        "write stiffness_matrix, and the masses of the floors, lumped there, in floor_masses"
-    ),
+    "matrix matrices": ("write stiffness_matrix, with the masses of the floors in floor_masses, or with mass_matrix"),
     "isolators isolator base_isolation isolation_period isolation_stiffness": (
         "isolators are the key isolation of a building with storeys: "
         'isolation = {slab_mass = "600 t", height = "1.5 m", strength = "900 kN", stiffness = "5 MN/m"}'

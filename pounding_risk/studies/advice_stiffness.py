@@ -11,6 +11,8 @@ from collections.abc import Iterator
 from math import inf, pi, sqrt
 from typing import NamedTuple
 
+import numpy as np
+
 from pounding_risk.ensemble.plausibility import HERTZ_TIME, SHARE_OF_PERIOD, contact_duration
 from pounding_risk.models.contact.laws import HERTZ_STIFFNESS, LINEAR_STIFFNESS, stiffness_quantity
 from pounding_risk.models.contact.table import TABULATED
@@ -242,7 +244,8 @@ def stiffness_range(scene: Scene, index: int, point: Point, speed: float, floor_
 def floor_at(building: Building | Storeys, floor: float, floor_length: float) -> Floor:
     """What collides at a floor number of a building: a single mass, a floor, or a column between two floors.
 
-    A column at the fraction s of its storey has the inverse mass (1 − s)² / m_below + s² / m_above.
+    A column at the fraction s of its storey has the inverse mass (1 − s)² / m_below + s² / m_above; of a mass matrix
+    it is B M⁻¹ Bᵀ with these shares.
     """
     if isinstance(building, Building):
         length = building.floor_length or floor_length
@@ -261,6 +264,11 @@ def floor_at(building: Building | Storeys, floor: float, floor_length: float) ->
     up = floor - below
     inverse = (1.0 - up) ** 2 / building.masses[below - 1] if below else 0.0
     inverse += up**2 / building.masses[below] if up else 0.0
+    inertia = building.mass_coupling()
+    if inertia.size:
+        shares = np.zeros(len(inertia) + 1)  # of the ground and the floors
+        shares[below : below + 2] = ((1.0 - up), up)[: len(shares) - below]
+        inverse = float(shares[1:] @ np.linalg.solve(inertia, shares[1:]))
     storey = building.storey_springs[below if up else below - 1]
     return Floor(building.name, 1.0 / inverse, storey, building.period, floor_length, CONCRETE_WAVE_SPEED, True)
 

@@ -75,7 +75,8 @@ def building_modes(
 ) -> Modes:
     """Modes of one building under effects given as (name, options); raises PoundingError as `chain_of` does."""
     chain = chain_of(building, effects)
-    frequencies, normal = vibration(chain.mass, chain.spring, chain.stiffness() if chain.coupling.size else None)
+    inertia = chain.inertia if chain.inertia.size else chain.mass
+    frequencies, normal = vibration(inertia, chain.spring, chain.stiffness() if chain.coupling.size else None)
     driven = chain.mass * chain.felt()
     shares = effective_shares(driven, normal)
     damped = np.einsum("ij,ik,kj->j", normal, chain.damping, normal)

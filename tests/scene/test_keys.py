@@ -81,6 +81,7 @@ BUILDINGS: dict[Any, dict[str, Any]] = {
 BESIDE: dict[str, dict[str, Any]] = {
     "building.stiffness": {"period": None},
     "building.wave_speed": {"floor_length": "20 m"},
+    "building.along_rows": {"mass_matrix": {"file": "M.csv", "unit": "t"}},
     "interface.table": {"contact_model": "tabulated", "stiffness": None},
     "records.pause": {"aftershock": "RSN753-000"},
     "records.aftershock_ratio": {"aftershock": "RSN753-000"},
@@ -111,6 +112,7 @@ VALUES: dict[str, Any] = {
     "building.damping": 0.07,
     "building.storeys": 3,
     "building.floor_rows": [1, 2, 3],
+    "building.along_rows": [1, 2, 3],
     "building.initial_displacement": "10 mm",
     "interface.contact": [{"left": "storey 1", "right": "storey 1"}],
     "interface.link_at": [{"left": "storey 1", "right": "storey 1"}],
@@ -123,7 +125,7 @@ OTHERWISE: dict[Any, set[str]] = {
     SingleMass: {"stiffness"},
     ShearBuilding: {"storeys", "period"},
     TypologyBuilding: {"typology", "floor_mass", "height", "period", "storeys"},
-    MatrixBuilding: {"floor_rows", "period", "stiffness_matrix", "damping_matrix"},
+    MatrixBuilding: {"floor_rows", "along_rows", "period", "stiffness_matrix", "damping_matrix", "mass_matrix"},
     ModalBuilding: {"modes", "residual_period", "period", "damping"},
     "grid": {"axes"},
     "uncertain": {"numbers"},
@@ -150,6 +152,7 @@ def folder(tmp_path) -> Path:
         (tmp_path / file).parent.mkdir(exist_ok=True)
         (tmp_path / file).touch()
     (tmp_path / "K.csv").write_text("300,-150,0\n-150,240,-90\n0,-90,90\n")
+    (tmp_path / "M.csv").write_text("190,20,0\n20,170,20\n0,20,160\n")
     (tmp_path / "C.csv").write_text("3,-1,0\n-1,3,-1\n0,-1,2\n")
     (tmp_path / "modes.csv").write_text("period [s],floor 1,floor 2,floor 3\n0.5,0.3,0.7,1\n")
     (tmp_path / "bumper.csv").write_text("penetration [mm],force [kN]\n0,0\n10,450\n")

@@ -121,3 +121,46 @@ def test_keys_that_do_not_fit_are_refused(tmp_path, says):
     says(refusal(scene, tmp_path, matrix, 'initial_velocity = ["1 m/s"]', "floor_rows = [1, 1]"))
     says(refusal(scene, tmp_path, matrix, 'damping_matrix = {values = [[1]], unit = "kN s/m"}', "damping = 0.05"))
     says(refusal(scene, tmp_path, 'modes = {period = ["0.4 s"], shape = [[1, 1, 1], [1, 0, 1]]}', 'mass = "4 t"'))
+
+
+# A frame of two floors whose rows are u and θ of each, in kN/m, kN and kN m; t, t m and t m².
+FRAME_K = np.array([[240.0, 0.0, -120.0, 60.0], [0.0, 160.0, -60.0, 20.0], [-120.0, -60.0, 120.0, -60.0],
+                    [60.0, 20.0, -60.0, 80.0]])  # fmt: skip
+FRAME_M = np.array([[150.0, 0.0, 27.0, -6.5], [0.0, 8.0, 6.5, -1.5], [27.0, 6.5, 78.0, -11.0],
+                    [-6.5, -1.5, -11.0, 4.0]])  # fmt: skip
+
+
+def framed(folder: Path, *keys: str) -> Scene:
+    """The frame beside a mass, with its matrices in files."""
+    np.savetxt(folder / "K.csv", FRAME_K)
+    np.savetxt(folder / "M.csv", FRAME_M)
+    head = ('name = "frame"', 'storey_heights = "4 m"', 'stiffness_matrix = {file = "K.csv", unit = "MN/m"}')
+    pair = scene_text(single("A", "80 t", "0.2 s"), single("B", "80 t", "0.3 s", height="8 m"), gap="2 mm")
+    text = "\n".join(("[[building]]", *head, *keys, pair.partition('period = "0.2 s"\n')[2]))
+    (folder / "scene.toml").write_text(text)
+    return read_scene(folder / "scene.toml")
+
+
+OF_FRAME = ('mass_matrix = {file = "M.csv", unit = "t"}', "floor_rows = [1, 3]")
+
+
+def test_a_mass_matrix_of_a_file_is_condensed_and_stands_in_the_scene_that_is_written(tmp_path):
+    """Oracle: the definition, u = T u_f with the rotations free of load, and a_g on the displacements alone."""
+    study = framed(tmp_path, *OF_FRAME, "along_rows = [1, 3]")
+    turned = -np.linalg.solve(FRAME_K[np.ix_([1, 3], [1, 3])], FRAME_K[np.ix_([1, 3], [0, 2])])
+    moved = np.array([[1.0, 0.0], turned[0], [0.0, 1.0], turned[1]])
+    building = study.buildings[0]
+    assert np.array(building.mass_matrix) == pytest.approx(1e3 * moved.T @ FRAME_M @ moved, rel=1e-12)
+    assert building.masses == pytest.approx(1e3 * moved.T @ FRAME_M @ [1.0, 0.0, 1.0, 0.0], rel=1e-12)
+    text = study.to_toml()
+    assert "M.csv" not in text and "along_rows" not in text
+    assert read_scene(text).buildings == study.buildings
+    assert "M.csv" in study.to_toml(as_written=True)
+
+
+def test_what_a_mass_matrix_lacks_is_said(tmp_path, says):
+    says(refusal(framed, tmp_path, *OF_FRAME))
+    says(refusal(framed, tmp_path, "floor_rows = [1, 3]"))
+    says(refusal(framed, tmp_path, "floor_rows = [1, 3]", 'floor_masses = "150 t"', "along_rows = [1, 3]"))
+    says(refusal(framed, tmp_path, 'mass_matrix = {file = "M.csv", unit = "m"}', "floor_rows = [1, 3]"))
+    says(refusal(framed, tmp_path, 'mass_matrix = {file = "no.csv", unit = "t"}', "floor_rows = [1, 3]"))

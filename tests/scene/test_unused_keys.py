@@ -194,8 +194,8 @@ ALWAYS = {  # keys that act in every scene that may have them, with what would s
     ),
     "is the motion itself (test_known_motions)": ("building.displacement_history",),
     "are the building itself, or the link (test_matrix_files, test_matrices, test_links)": (
-        *("building.stiffness_matrix", "building.floor_rows", "building.damping_matrix"),
-        *("building.modes", "building.residual_period", "building.plan"),
+        *("building.stiffness_matrix", "building.floor_rows", "building.damping_matrix", "building.mass_matrix"),
+        *("building.along_rows", "building.modes", "building.residual_period", "building.plan"),
         *("interface.link_stiffness", "interface.link_damping", "interface.link_at"),
         *("interface.link_strength", "interface.link_slack", "interface.link_exponent"),
         *("interface.link_breaking_force", "interface.link_brace_stiffness"),

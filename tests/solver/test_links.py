@@ -80,7 +80,7 @@ def by_scipy(chains, touching, links, gap, ground, dt, places=200):
     stretches = -np.array([across(*link[:3]) for link in links])
 
     peak, high, low, force = np.zeros(size), np.zeros(len(touching)), np.zeros((2, len(links))), 0.0
-    for _, path, forces in follow(Linear(masses, stiffness, damping, shares, 4e8, gap), ground, dt, places):
+    for _, path, forces, _ in follow(Linear(masses, stiffness, damping, shares, 4e8, gap), ground, dt, places):
         closing, stretch = shares @ path, stretches @ path
         peak, high = np.maximum(peak, np.abs(path).max(axis=1)), np.maximum(high, closing.max(axis=1))
         low = np.maximum(low, [stretch.max(axis=1), -stretch.min(axis=1)])

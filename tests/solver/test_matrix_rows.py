@@ -1,4 +1,4 @@
-"""Buildings by matrices and modes in rows: chains written in these forms, and a frame that is no chain.
+"""Buildings by matrices and modes in rows: chains written in these forms, and frames that are no chain.
 
 Oracles: the integrator in physical coordinates by which chains are held, whose kept answers the same chains must have
 when they are written as matrices; and SciPy's DOP853 on the equations of a bending frame, written down here.
@@ -6,19 +6,27 @@ when they are written as matrices; and SciPy's DOP853 on the equations of a bend
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from kept_references import reference
 from oracle_springs import Linear, segments
-from row_cases import CASES, Case, Shaking, by_solver, meeting, named, single
+from row_cases import CASES, EL_CENTRO, RIGID, Case, Shaking, by_solver, contacts_of, meeting, named, points_of, single
+from scipy.integrate import solve_ivp
 from scipy.linalg import block_diag, eigh
+from sweeps import sweep
+from test_laws_of_links import ROWS as LINKED
+from test_links import model as linked_row
+from test_links import run as run_linked
 from test_rows_against_scipy import differences
 
 import pounding_risk as pr
 from pounding_risk.models.structures.mdof import Chain, chain_of
 from pounding_risk.solver import counters
+from pounding_risk.solver.row.api import run_row
+from pounding_risk.solver.row.layout import lay_out
 
 ELASTIC = [name for name, case in CASES.items() if not any(np.isfinite(c.strength).any() for c in case.chains)]
 
@@ -31,15 +39,21 @@ def as_matrix(chain: Chain) -> Chain:
     return chain._replace(spring=nothing, shear=nothing, coupling=chain.stiffness())
 
 
+def as_matrices(chain: Chain) -> Chain:
+    """The same building, its masses a matrix too."""
+    return as_matrix(chain)._replace(inertia=np.diag(chain.mass)) if chain.mass.size > 1 else chain
+
+
+@pytest.mark.parametrize("form", [as_matrix, as_matrices])
 @pytest.mark.parametrize("name", ELASTIC)
-def test_chains_as_matrices_agree_with_scipy_and_with_chains(name: str):
+def test_chains_as_matrices_agree_with_scipy_and_with_chains(name: str, form: Callable[[Chain], Chain]):
     """To the tolerances of chains against SciPy; to the chain itself within 1e-9, ten times the solver's rtol of 1e-10.
 
     Both take the same steps but for rounding, which contacts that follow each other let grow.
     """
     case = CASES[name]
     chain = by_solver(case, 1e-10)
-    run = by_solver(case._replace(chains=tuple(map(as_matrix, case.chains))), 1e-10)
+    run = by_solver(case._replace(chains=tuple(map(form, case.chains))), 1e-10)
     assert run.status == counters.COMPLETE
     true = reference(case.chains, case.meetings, *case.shaking.samples())
     late = np.nan_to_num(np.abs(named(run)["first_impact_time"] - true.points["first_impact_time"]))
@@ -63,21 +77,30 @@ STRIKE = Case(
 )
 
 
-def by_scipy(ground: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray, float, int]:
-    """Peaks of the floors, of their drifts, the peak force and the contacts: roof against a mass, a spring between."""
-    slowest = np.sqrt(np.linalg.eigvals(BENT / MASSES[:, None]).real.min())
+def by_scipy(
+    ground: np.ndarray, dt: float, inertia: np.ndarray, driven: np.ndarray, shares: tuple[float, ...] = (0.0, 0.0, 1.0)
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, int]:
+    """Peaks of the floors, of their drifts and accelerations, the peak force and the contacts of a frame and a mass.
+
+    A spring is between the mass and these ``shares`` of the floors; ``driven`` are the masses that a_g acts on.
+    """
+    slowest = np.sqrt(eigh(BENT, inertia, eigvals_only=True)[0])
     omega = 2.0 * np.pi / 0.3
     damping = block_diag(2.0 * 0.05 / slowest * BENT, 0.1 * omega * 300e3)
-    shares = np.array([[0.0, 0.0, 1.0, -1.0]])
-    system = Linear(np.append(MASSES, 300e3), block_diag(BENT, omega**2 * 300e3), damping, shares, SPRING, GAP)
-    peaks, drifts, force, contacts, closed = np.zeros(3), np.zeros(3), 0.0, 0, False
-    for _, path, forces in segments(system, ground, dt, PLACES):
+    felt = np.append(np.linalg.solve(inertia, driven), 1.0)
+    system = Linear(
+        block_diag(inertia, 300e3), block_diag(BENT, omega**2 * 300e3), damping, np.array([[*shares, -1.0]]), SPRING,
+        GAP, felt[None],
+    )  # fmt: skip
+    peaks, drifts, shakes, force, contacts, closed = np.zeros(3), np.zeros(3), np.zeros(3), 0.0, 0, False
+    for _, path, forces, shaken in segments(system, ground, dt, PLACES):
         peaks = np.maximum(peaks, np.abs(path[:3]).max(axis=1))
         drifts = np.maximum(drifts, np.abs(np.diff(path[:3], axis=0, prepend=0.0)).max(axis=1))
+        shakes = np.maximum(shakes, np.abs(shaken[:3]).max(axis=1))
         force = max(force, float(forces.max()))
         contacts += forces.any() and not closed
         closed = bool(forces.any())
-    return peaks, drifts, force, contacts
+    return peaks, drifts, shakes, force, contacts
 
 
 PLACES = 100  # in an interval, at which SciPy's motion is looked at
@@ -86,11 +109,12 @@ PLACES = 100  # in an interval, at which SciPy's motion is looked at
 def test_a_bending_frame_is_that_of_scipy():
     """The fastest motion, in contact, passes 0.6 rad an interval: its maximum lies (0.6 / 99)² / 8 = 5e-6 higher."""
     ground, dt = STRIKE.shaking.samples()
-    peaks, drifts, force, contacts = by_scipy(ground, dt)
+    peaks, drifts, shakes, force, contacts = by_scipy(ground, dt, np.diag(MASSES), MASSES)
     run = by_solver(STRIKE)
     assert contacts > 3 and named(run)["impact_count"].item() == contacts
     np.testing.assert_allclose(run.floors[:3, 0], peaks, rtol=5e-6)
     np.testing.assert_allclose(run.floors[:3, 1], drifts, rtol=5e-6)
+    np.testing.assert_allclose(run.floors[:3, 3], shakes, rtol=2e-5)
     assert named(run)["peak_contact_force"].item() == pytest.approx(force, rel=5e-6)
     assert np.isnan(run.floors[:3, 2]).all() and not np.isnan(run.floors[3, 2])
 
@@ -107,3 +131,73 @@ def test_modes_give_the_results_of_the_matrix():
     modal = chain_of(replace(HALL.structure(), damping_rule="modal"))
     known = by_solver(STRIKE._replace(chains=(modal, STRIKE.chains[1])))
     np.testing.assert_allclose(by_solver(of_modes).floors[:, [0, 1, 3]], known.floors[:, [0, 1, 3]], rtol=1e-4)
+
+
+# Masses of the frame that are not lumped at its floors.
+BOUND = 1e3 * np.array([[180.0, 40.0, 5.0], [40.0, 190.0, 35.0], [5.0, 35.0, 120.0]])  # kg
+KEYS = {"stiffness_matrix": BENT.tolist(), "storey_heights": "4 m", "damping_rule": "stiffness"}
+HEAVY = pr.MatrixBuilding("hall", **KEYS, mass_matrix=BOUND.tolist())
+
+
+@pytest.mark.parametrize("floor", [3.0, 2.4])
+@pytest.mark.parametrize("driven", [(), (200e3, 260e3, 170e3)])
+def test_a_frame_with_a_mass_matrix_is_that_of_scipy(floor: float, driven: tuple[float, ...]):
+    """At its roof and at a column; under a_g on its row sums, and on other masses, as condensed ones are."""
+    shares = (0.0, 0.0, 1.0) if floor == 3.0 else (0.0, 0.6, 0.4)
+    building = replace(HEAVY.structure(), masses=driven) if driven else HEAVY.structure()
+    pushed = np.array(driven) if driven else BOUND.sum(axis=1)
+    ground, dt = STRIKE.shaking.samples()
+    peaks, drifts, shakes, force, contacts = by_scipy(ground, dt, BOUND, pushed, shares)
+    struck = (meeting(0, floor, 1.0, GAP, "linear", stiffness=SPRING, restitution=1.0),)
+    run = by_solver(STRIKE._replace(chains=(chain_of(building), STRIKE.chains[1]), meetings=struck))
+    assert contacts > 2 and named(run)["impact_count"].item() == contacts
+    np.testing.assert_allclose(run.floors[:3, 0], peaks, rtol=5e-6)
+    np.testing.assert_allclose(run.floors[:3, 1], drifts, rtol=5e-6)
+    np.testing.assert_allclose(run.floors[:3, 3], shakes, rtol=2e-5)
+    assert named(run)["peak_contact_force"].item() == pytest.approx(force, rel=5e-6)
+
+
+def test_a_frame_that_creeps_against_a_wall_is_that_of_radau():
+    """Dampers of two points, at a column and the roof, much quicker than the frame: implicit steps, coupled by M⁻¹.
+
+    Pushed from rest by a constant a_g it touches at once, and by the linear law of one damper on approach. SciPy's
+    Radau at 1e-10 on the same equations; the solver's rtol is 1e-8, ten times that is allowed; Radau's
+    forces are those at its steps, of 0.2 ms at most, and their peak between two is up to 5e-7 higher.
+    """
+    stiffness, e, pull, duration = 2e9, 1e-3, -4.0, 0.4
+    shares = np.array([[0.0, 0.6, 0.4], [0.0, 0.0, 1.0]])
+    damping = 2.0 * 0.05 / np.sqrt(eigh(BENT, BOUND, eigvals_only=True)[0]) * BENT
+    effective = 1.0 / np.einsum("ki,ij,kj->k", shares, np.linalg.inv(BOUND), shares)
+    ratio = (1.0 - e * e) / (e * (e * (np.pi - 2.0) + 2.0))  # Mahmoud and Jankowski (2011)
+    dashpots = 2.0 * ratio * np.sqrt(stiffness * effective)
+
+    def force(y: np.ndarray) -> np.ndarray:
+        depth, rate = shares @ y[:3], shares @ y[3:]
+        return stiffness * np.maximum(depth, 0.0) + dashpots * np.maximum(rate, 0.0) * (depth >= 0.0)
+
+    def motion(t: float, y: np.ndarray) -> np.ndarray:
+        push = damping @ y[3:] + BENT @ y[:3] + shares.T @ force(y) + BOUND.sum(axis=1) * pull
+        return np.concatenate([y[3:], -np.linalg.solve(BOUND, push)])
+
+    found = solve_ivp(motion, (0.0, duration), np.zeros(6), "Radau", rtol=1e-10, atol=1e-16, max_step=2e-4)
+    walls = (meeting(0, 2.4, 1.0, 0.0, "modified_kelvin_voigt", stiffness=stiffness, restitution=e),
+             meeting(0, 3.0, 1.0, 0.0, "modified_kelvin_voigt", stiffness=stiffness, restitution=e))  # fmt: skip
+    layout = lay_out((chain_of(HEAVY.structure()), RIGID), points_of(walls), 0.01)
+    run = run_row(layout, contacts_of(walls), np.full(round(duration / 0.01) + 1, pull), rtol=1e-8)
+    assert run.status == counters.COMPLETE and named(run)["impact_count"].tolist() == [1.0, 1.0]
+    np.testing.assert_allclose(run.floors[:, 0], np.abs(found.y[:3]).max(axis=1), rtol=1e-7)
+    forces = np.array([force(y) for y in found.y.T])
+    np.testing.assert_allclose(named(run)["peak_contact_force"], forces.max(axis=0), rtol=1e-6)
+    assert run.steps < 3000  # explicit ones would be some c / m times the duration, 4e6
+
+
+@pytest.mark.parametrize("name", sweep(LINKED, "hook", "damper", "damper on a brace"))
+def test_linked_buildings_with_mass_matrices_are_those_with_masses(name: str):
+    """Within 1e-9, ten times rtol, as without links."""
+    chains, touching, links = LINKED[name]
+    ground, dt = EL_CENTRO._replace(start=1.5, stop=3.5, pga=0.5).samples()
+    known = run_linked(linked_row(chains, touching, links), 0.004, ground, dt)
+    found = run_linked(linked_row(tuple(map(as_matrices, chains)), touching, links), 0.004, ground, dt)
+    assert found.status == counters.COMPLETE
+    np.testing.assert_allclose(found.floors[:, [0, 1, 3]], known.floors[:, [0, 1, 3]], rtol=1e-9)
+    np.testing.assert_allclose(found.points[:, counters.PEAK_FORCE], known.points[:, counters.PEAK_FORCE], rtol=1e-9)

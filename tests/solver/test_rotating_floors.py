@@ -165,7 +165,7 @@ def by_scipy(plans, ground, dt: float, gap: float, stiffness: float) -> tuple[np
         felt[1, [4, 5, size + 4, size + 5]] = 1.0
     peaks, largest, samples = np.zeros(2 * size), np.zeros(4), [np.zeros(2 * size)]
     system = Linear(masses, whole, damping, shares, stiffness, gap, felt)
-    for is_sample, path, forces in segments(system, np.array(ground).T, dt, 400):
+    for is_sample, path, forces, _ in segments(system, np.array(ground).T, dt, 400):
         peaks, largest = np.maximum(peaks, np.abs(path).max(axis=1)), np.maximum(largest, forces.max(axis=1))
         samples += [path[:, -1]] * is_sample
     return peaks[[0, 1, size, size + 1]], largest, np.array(samples)

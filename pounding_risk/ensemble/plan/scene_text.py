@@ -179,7 +179,8 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
         if building.strengths:
             law = f", {building.hysteresis.rule} hysteresis" if building.hysteresis else ""
             yields = f", with yield shears{law}" if yielding else ", elastic (yield shears act under inelastic_storeys)"
-        joined = ", joined by a stiffness matrix" if building.stiffness_matrix else ""
+        matrices = "mass and stiffness matrices" if building.mass_matrix else "a stiffness matrix"
+        joined = f", joined by {matrices}" if building.stiffness_matrix else ""
         return (
             f"{building.name}: {count} storey{'s' * (count != 1)}{joined}, {say(building.height, STOREY_HEIGHT)}, "
             f"{say(building.mass, MASS)}, period {say(building.period, PERIOD)}, damping ratio "

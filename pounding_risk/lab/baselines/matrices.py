@@ -40,12 +40,14 @@ def row_matrices(
 ) -> RowMatrices:
     """The matrices of buildings, left to right, and of links between them.
 
-    Raises ValueError for storeys that yield, unless the stiffness ``before_yield`` is asked for.
+    Raises ValueError for mass matrices, and for storeys that yield unless the stiffness ``before_yield`` is asked for.
     A point has ``interface``, ``left_floor`` and ``right_floor``: floor 2.4 is 0.4 of the way up the third storey; of
     floors that rotate also its place ``across`` the row.
     """
     if not before_yield and any(np.isfinite(chain.strength).any() for chain in chains):
         raise ValueError("storeys that yield have no stiffness matrix")
+    if any(chain.inertia.size for chain in chains):
+        raise ValueError("the plain methods take masses that are lumped at floors")
     first = np.concatenate([[0], np.cumsum([chain.mass.size for chain in chains])]).astype(np.int64)
     count = int(first[-1])
     stiffness, damping, shares = np.zeros((count, count)), np.zeros((count, count)), np.zeros((len(points), count))

@@ -173,7 +173,12 @@ def _joined(chains: Sequence[Chain], links: Sequence[Link], first: int) -> Chain
         shares = stretch(link._replace(interface=link.interface + 1), row)
         damping += link.dashpot * np.outer(shares, shares)
         coupling += link.stiffness * np.outer(shares, shares)
-    none = np.zeros(0)
+    none, inertia = np.zeros(0), np.zeros((0, 0))
+    if any(chain.inertia.size for chain in chains):
+        inertia = np.zeros(damping.shape)
+        for chain, start in zip(chains, starts, strict=False):
+            dofs = slice(start, start + chain.mass.size)
+            inertia[dofs, dofs] = chain.mass_matrix()
     hardening = [np.broadcast_to(chain.hardening, chain.mass.size) for chain in chains]
     rests = [chain.initial if chain.initial.size else np.zeros((2, chain.mass.size)) for chain in chains]
     mass, spring, shear, strength = (
@@ -192,4 +197,5 @@ def _joined(chains: Sequence[Chain], links: Sequence[Link], first: int) -> Chain
         if any(chain.laws.size for chain in chains)
         else chains[0].laws,
         bottoms=tuple(int(start) for start, size in zip(starts, sizes, strict=False) if size),
+        inertia=inertia,
     )

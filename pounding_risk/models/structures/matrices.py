@@ -1,4 +1,4 @@
-"""Stiffness and damping matrices of the floors of a building: checked, condensed to floors, or put together from modes.
+"""Matrices of the floors of a building: checked, condensed to floors, or put together from modes.
 
 A mode φ_j with the angular frequency ω_j and the ratio ζ_j, the shapes M-orthonormal (ΦᵀMΦ = 1), is one column of
 
@@ -22,8 +22,10 @@ Array = NDArray[np.float64]
 
 ASYMMETRY = 1e-4  # of the largest number of a matrix: programs write some six digits
 LEAST_STIFF = 1e-12  # of the largest ω²: below it a mode has no stiffness that rounding leaves
+LEAST_HEAVY = 1e-9  # of a mass matrix with a diagonal of 1: below it a motion has no mass that rounding leaves
 NOT_ORTHOGONAL = 0.02  # cosine between two shapes: more is no rounding of shapes of two digits
 RESIDUAL_SHARE = 1.0 / 3.0  # of the shortest given period, where no residual_period is given: see `assembled`
+DRIVEN_SHARE = 0.25  # of a mass matrix in all, by which floor_masses may differ: of condensed ones it is a few percent
 MASS_SHARE = 0.05  # of the mass, by which an effective mass of a file may differ from that of its shape
 
 
@@ -75,16 +77,92 @@ def condensed(stiffness: Array, rows: Sequence[int]) -> Array:
     of_floors = stiffness[np.ix_(floors, floors)]
     if not rest.size:
         return of_floors
-    across = stiffness[np.ix_(rest, floors)]
+    result = of_floors + stiffness[np.ix_(rest, floors)].T @ followed(stiffness, rows)[rest]
+    return np.asarray(0.5 * (result + result.T))
+
+
+def followed(stiffness: Array, rows: Sequence[int]) -> Array:
+    """How all rows of a stiffness move with some of them, counted from 1, where no load acts on the others.
+
+    T of (N, floors), with u = T u_f: 1 of the floors themselves, −K_rr⁻¹ K_rf of the others.
+    """
+    floors = np.array(rows) - 1
+    rest = np.setdiff1d(np.arange(len(stiffness)), floors)
+    moved = np.zeros((len(stiffness), floors.size))
+    moved[floors] = np.eye(floors.size)
     try:
-        free = np.linalg.solve(stiffness[np.ix_(rest, rest)], across)
+        moved[rest] = -np.linalg.solve(stiffness[np.ix_(rest, rest)], stiffness[np.ix_(rest, floors)])
     except np.linalg.LinAlgError:
         raise PoundingError(
             "stiffness_matrix: a row that is no floor moves without any force when the floors are held; leave out "
             "the rows of such a mechanism, or restrain it"
         ) from None
-    result = of_floors - across.T @ free
-    return np.asarray(0.5 * (result + result.T))
+    return moved
+
+
+def condensed_masses(
+    masses: Array, stiffness: Array, rows: Sequence[int], along: Sequence[int] = ()
+) -> tuple[Array, Array]:
+    """The mass matrix of some rows [kg], and the masses of these by which the ground's acceleration acts [kg].
+
+    Tᵀ M T and Tᵀ M r, T of `followed` and r 1 of displacements along the row (Guyan 1965): of motion so slow that the
+    other rows follow as under a steady load.
+
+    Parameters
+    ----------
+    masses, stiffness : ndarray, shape (N, N)
+        Of all rows [kg, N/m].
+    rows : sequence of int
+        The floors, counted from 1.
+    along : sequence of int, optional
+        All displacements along the row, counted from 1; without them the floors alone.
+
+    Raises
+    ------
+    PoundingError
+        For masses of rows that are no floors, of which is not known whether the ground's acceleration acts on them;
+        and for those of no building, such as a floor that a_g would drive the other way.
+    """
+    moved = followed(stiffness, rows)
+    driven = np.zeros(len(masses))
+    driven[np.array(along or rows) - 1] = 1.0
+    if not along:
+        heavy = np.flatnonzero(np.abs(masses).sum(axis=1) * (1.0 - driven) > 0.0)
+        if heavy.size:
+            raise PoundingError(
+                f"mass_matrix has mass in row {heavy[0] + 1}, which is no floor; name the rows that are displacements "
+                "along the row, floors and others, in along_rows: the ground's acceleration acts on the masses of these"
+            )
+    result = moved.T @ masses @ moved
+    inertia, loads = np.asarray(0.5 * (result + result.T)), np.asarray(moved.T @ masses @ driven)
+    check_masses(inertia)
+    if not loads.min() > 0.0:
+        raise PoundingError(
+            f"mass_matrix: the ground's acceleration would act on {loads.min():.4g} kg of floor {loads.argmin() + 1}, "
+            "the sum of its row over displacements along the row; check its signs and its unit"
+        )
+    return inertia, loads
+
+
+def check_driven(masses: Array, driven: Array) -> None:
+    """Raises PoundingError where a mass matrix and the masses that the ground drives are not of one building [kg]."""
+    total, stated = float(masses.sum()), float(driven.sum())
+    if abs(total - stated) > DRIVEN_SHARE * total:
+        raise PoundingError(
+            f"floor_masses are {stated / 1e3:.4g} t in all and those of mass_matrix {total / 1e3:.4g} t; remove "
+            "floor_masses, by which the ground's acceleration acts in place of the row sums, or check both units"
+        )
+
+
+def check_masses(masses: Array) -> None:
+    """Raises PoundingError for a mass matrix [kg] in which a motion has no kinetic energy."""
+    root = np.sqrt(np.abs(np.diag(masses))) + (np.diag(masses) == 0.0)
+    least = float(np.linalg.eigvalsh(masses / np.outer(root, root))[0])
+    if not least > LEAST_HEAVY:
+        raise PoundingError(
+            f"mass_matrix is not positive definite: its smallest eigenvalue is {least:.3g}, over the roots of its "
+            "diagonal; check its signs, and name the rows of floors in floor_rows where others have no mass"
+        )
 
 
 def check_stiff(stiffness: Array, masses: Array) -> None:

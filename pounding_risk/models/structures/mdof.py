@@ -4,7 +4,8 @@ A single mass is a chain of one, a rigid building a chain of none. With V_i the 
 
     m_i ü_i = −(C u̇)_i − V_i + V_{i+1} − m_i a_g(t) ± (contact forces),     V_i = spring_i (u_i − u_{i−1}) while elastic
 
-A building that is given by its stiffness matrix has that matrix in place of storey springs: −(K u)_i.
+A building that is given by its stiffness matrix has that matrix in place of storey springs: −(K u)_i. One with a mass
+matrix has (M ü)_i in place of m_i ü_i, its masses those on which a_g acts.
 """
 
 from __future__ import annotations
@@ -21,7 +22,14 @@ from pounding_risk.models.contact.law import snake_case
 from pounding_risk.models.effects import building_effects
 from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.models.structures.storeys import Storeys, on_base, stiffness_matrix
+from pounding_risk.models.structures.storeys import (
+    NEEDS_WEIGHT,
+    Storeys,
+    has_lumped_weight,
+    on_base,
+    stiffness_matrix,
+    with_base,
+)
 from pounding_risk.units import INITIAL_DISPLACEMENT, STIFFNESS, say
 
 Array = NDArray[np.float64]
@@ -47,6 +55,7 @@ class Chain(NamedTuple):
     centres: Array = np.zeros(0)  # m across the row, of mass, of floors that rotate; their moments of inertia follow
     bottoms: tuple[int, ...] = (0,)  # masses whose storey stands on the ground: several of linked buildings
     laws: Array = np.zeros((0, 0))  # `Hysteresis.numbers` of each storey, zero where it has none; empty without
+    inertia: Array = np.zeros((0, 0))  # kg, M, symmetric, positive definite; empty where it is diagonal: `mass`
     moves_across: bool = False  # where floors rotate: behind the moments of inertia stand the masses across the row
 
     @property
@@ -66,6 +75,10 @@ class Chain(NamedTuple):
     def felt_across(self) -> Array:
         """1 of each mass that the ground's acceleration across the row acts on, 0 of others."""
         return (self.moves_across & (np.arange(self.mass.size) >= 2 * self.floors)).astype(float)
+
+    def mass_matrix(self) -> Array:
+        """M [kg] of its masses."""
+        return self.inertia if self.inertia.size else np.diag(self.mass)
 
     def stiffness(self) -> Array:
         """K [N/m] of the chain while it is elastic."""
@@ -111,6 +124,8 @@ class Chain(NamedTuple):
 
         The building's own damping acts between its floors and the foundation, not between its floors and the ground.
         """
+        if not has_lumped_weight(self.inertia, self.mass):
+            raise PoundingError(f"soil_flexibility {NEEDS_WEIGHT}")
         return self._replace(
             mass=np.append(mass, self.mass),
             spring=np.append(spring, self.spring),
@@ -122,6 +137,7 @@ class Chain(NamedTuple):
             initial=np.insert(self.initial, 0, 0.0, axis=1) if self.initial.size else self.initial,
             coupling=on_base(self.coupling, 0.0) if self.coupling.size else self.coupling,
             laws=stacked([np.zeros(0), *self.laws]) if self.laws.size else self.laws,
+            inertia=with_base(self.inertia, mass) if self.inertia.size else self.inertia,
         )
 
 
@@ -204,18 +220,19 @@ def _bare(building: Building | Storeys) -> Chain:
     """The chain of a building without any effect."""
     if isinstance(building, Storeys):
         mass, damping, stiffness = building.matrices()
-        law, coupling = building.isolator_law, building.coupling()
-        has_coupling = coupling.size and len(mass) > 1  # one mass has one spring, as in any building
+        law, coupling, inertia = building.isolator_law, building.coupling(), building.mass_coupling()
+        has_coupling = coupling.size and (len(mass) > 1 or inertia.size)  # one mass has one spring, as in any building
         springs = np.zeros(len(mass)) if has_coupling else np.array(building.stiffnesses or stiffness[0])
         if has_coupling and law is not None:
             springs[0] = law.stiff
         bare = Chain(
-            np.diag(mass).copy(),
+            np.array(building.masses) if inertia.size else np.diag(mass).copy(),
             springs,
             springs,
             damping,
             np.full(springs.size, np.inf),
             coupling=coupling if has_coupling else np.zeros((0, 0)),
+            inertia=inertia,
         )
         if building.plans:
             return _rotating(bare, building)

@@ -8,7 +8,7 @@ With S = diag(sqrt k) D M^(−1/2), D the differences of neighbouring floors, K 
 of S are the angular frequencies. They come out to rounding, the slowest too, however stiff the stiffest storey is.
 
 A building whose floors are joined in another way, such as a frame or a wall in bending, has its stiffness matrix K in
-place of storey springs.
+place of storey springs. One whose masses are not lumped at floors has a mass matrix, and p of M ü + C u̇ + K u = −p a_g.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.ground import SHARED, Support
 from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.models.structures.isolation import IsolatorLaw, Isolators
-from pounding_risk.models.structures.matrices import check_stiff, symmetric
+from pounding_risk.models.structures.matrices import check_driven, check_masses, check_stiff, symmetric
 from pounding_risk.models.structures.plan import Plan, plan_inertias, plan_stiffness
 from pounding_risk.models.structures.typologies import known_typology
 from pounding_risk.units import (
@@ -63,8 +63,13 @@ class Vibration(NamedTuple):
 def vibration(masses: Array, springs: Array, stiffness: Array | None = None) -> Vibration:
     """The modes of masses [kg] on springs [N/m], each spring below its mass; all of them positive.
 
-    Where a ``stiffness`` matrix [N/m] is given it stands in place of the springs.
+    Where a ``stiffness`` matrix [N/m] is given it stands in place of the springs; ``masses`` may then be a matrix.
     """
+    if masses.ndim > 1 and stiffness is not None:
+        inverse = np.linalg.inv(np.linalg.cholesky(masses))
+        squares, vectors = np.linalg.eigh(inverse @ stiffness @ inverse.T)
+        forms = inverse.T @ vectors
+        return Vibration(np.sqrt(squares), forms * np.where(forms[-1:] < 0.0, -1.0, 1.0))
     root = np.sqrt(masses)
     if stiffness is not None:
         squares, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
@@ -89,12 +94,13 @@ class Storeys:
     ``damping_rule`` "modal": every mode has the ratio ζ, C = M Φ diag(2 ζ ω) Φᵀ M; "rayleigh": C = α M + β K with ζ in
     the first mode and in the one by which the modes carry 95 % of the mass, the second at least; "stiffness": C = β K
     with ζ in the first mode. A ``stiffness_matrix`` stands in place of ``stiffnesses``, and a ``damping_matrix`` is C
-    itself, of the rule "matrix"; ``damping`` is then the ratio of the first mode. Both are those of the floors above
-    the slab where the building has ``isolators``. ``strengths`` are the storeys' yield
-    shears for `inelastic_storeys`; without any the building stays elastic. Without ``initial_displacement`` and
-    ``initial_velocity`` it begins at rest. Files of ``displacement_history`` give u without contact in place of the
-    equation. With ``plans`` floors rotate, and matrices and modes are those of all their motions. Raises PoundingError
-    for numbers that no building has.
+    itself, of the rule "matrix"; ``damping`` is then the ratio of the first mode. Beside it a ``mass_matrix`` is M, and
+    ``masses`` are those by which the ground's acceleration acts on each floor, its row sums where all mass is at
+    floors. The matrices are those of the floors above the slab where the building has ``isolators``. ``strengths``
+    are the storeys' yield shears for `inelastic_storeys`; without any the building stays elastic. Without
+    ``initial_displacement`` and ``initial_velocity`` it begins at rest. Files of ``displacement_history`` give u
+    without contact in place of the equation. With ``plans`` floors rotate, and matrices and modes are those of all
+    their motions. Raises PoundingError for numbers that no building has.
 
     >>> round(Storeys("A", (25e3,) * 3, (3.46e6,) * 3, (3.0,) * 3).period, 4)
     1.2001
@@ -114,6 +120,7 @@ class Storeys:
         tuple[float, ...], ...
     ] = ()  # N/m, of the floors above a slab; empty where storeys are springs
     damping_matrix: tuple[tuple[float, ...], ...] = ()  # N s/m; empty where a rule makes it
+    mass_matrix: tuple[tuple[float, ...], ...] = ()  # kg; empty where masses are lumped at floors
     displacement_history: tuple[str, ...] = ()
     isolators: Isolators | None = None  # of its lowest storey, whose floor is their slab
     plans: tuple[Plan, ...] = ()  # of floors that rotate, one of each; empty where none does
@@ -157,7 +164,7 @@ class Storeys:
 
     def _take_matrices(self) -> None:
         """Keep the matrices as tuples, symmetric; raises PoundingError where they hold no building of these floors."""
-        for field in ("stiffness_matrix", "damping_matrix"):
+        for field in ("stiffness_matrix", "damping_matrix", "mass_matrix"):
             if not getattr(self, field):
                 continue
             try:
@@ -170,6 +177,9 @@ class Storeys:
                     )
                 if field == "stiffness_matrix":
                     check_stiff(matrix, masses)
+                elif field == "mass_matrix":
+                    check_masses(matrix)
+                    check_driven(matrix, masses)
                 elif np.linalg.eigvalsh(matrix)[0] < -1e-9 * np.abs(matrix).max():
                     raise PoundingError("damping_matrix adds energy to a motion; check its signs and its rows")
             except PoundingError as error:
@@ -213,7 +223,7 @@ class Storeys:
         if law is None:
             return self.period
         springs = np.array((law.soft, *self.stiffnesses[1:]))
-        modes = vibration(np.array(self.masses), springs, self._matrix(law.soft))
+        modes = vibration(self._inertia(), springs, self._matrix(law.soft))
         return float(2.0 * pi / modes.frequencies[0])
 
     @property
@@ -221,11 +231,17 @@ class Storeys:
         """Stiffness of each storey [N/m]; where a matrix is given, shear over drift in the first mode."""
         if self.stiffnesses:
             return self.stiffnesses
-        springs = stiffnesses_for(self.masses, self.vibration().shapes[:, 0].tolist(), self.period)
+        shape = self.vibration().shapes[:, 0]
+        masses, inertia = self.masses, self.mass_coupling()
+        if inertia.size:  # of which each floor carries (M φ)_i
+            masses = tuple((inertia @ shape / np.where(shape == 0.0, inf, shape)).tolist())
+        springs = stiffnesses_for(masses, shape.tolist(), self.period)
         return tuple(abs(spring) for spring in springs)
 
     def isolated(self, isolators: Isolators) -> Storeys:
         """The building on isolators, which are its storey 1, with their slab as floor 1; it begins at rest."""
+        if not has_lumped_weight(np.array(self.mass_matrix), np.array(self.masses)):
+            raise PoundingError(f"{self.name}: isolation {NEEDS_WEIGHT}")
         law = isolators.law(self.mass + isolators.slab_mass)
         return replace(
             self,
@@ -254,7 +270,19 @@ class Storeys:
         """The modes, on rigid ground and without P-Δ."""
         law = self.isolator_law
         matrix = self._matrix(0.0 if law is None else law.stiff)
-        return vibration(self.inertias(), np.array(self.stiffnesses), matrix)
+        return vibration(self._inertia(), np.array(self.stiffnesses), matrix)
+
+    def mass_coupling(self) -> Array:
+        """M [kg] of floors whose masses are not lumped there, with a slab of isolators; empty where all are."""
+        matrix = np.array(self.mass_matrix)
+        if not matrix.size or np.array_equal(matrix, np.diag(self.masses[self._slabs :])):
+            return np.zeros((0, 0))
+        return matrix if self.isolators is None else with_base(matrix, self.masses[0])
+
+    def _inertia(self) -> Array:
+        """Mass of each floor as `inertias` has it, or the mass matrix where there is one [kg]."""
+        matrix = self.mass_coupling()
+        return matrix if matrix.size else self.inertias()
 
     def inertias(self) -> Array:
         """Mass of each floor [kg]; of floors that rotate then what `plan_inertias` adds."""
@@ -283,8 +311,8 @@ class Storeys:
 
     def matrices(self) -> tuple[Array, Array, Array]:
         """M [kg], C [N s/m] and K [N/m]."""
-        masses, stiffness = self.inertias(), self.elastic_stiffness()
-        return np.diag(masses), self._damping(masses, stiffness), stiffness
+        inertia, stiffness = self._inertia(), self.elastic_stiffness()
+        return inertia if inertia.ndim > 1 else np.diag(inertia), self._damping(inertia, stiffness), stiffness
 
     def damped_modes(self) -> tuple[int, ...]:
         """The modes, counted from 1, in which the damping rule gives the ratio asked for."""
@@ -301,15 +329,18 @@ class Storeys:
         carried = int(np.searchsorted(np.cumsum(shares), RAYLEIGH_SHARE)) + 1
         return min(max(carried, 2), len(shapes))
 
-    def _damping(self, masses: Array, stiffness: Array) -> Array:
-        """C [N s/m] by the building's rule; of an isolated one by that of what stands on the slab, and the dashpot."""
+    def _damping(self, inertia: Array, stiffness: Array) -> Array:
+        """C [N s/m] of masses, or a mass matrix, and a stiffness, by the building's rule.
+
+        Of an isolated one by that of what stands on the slab, and the dashpot.
+        """
         if self.isolators is not None:
             return on_base(self.superstructure().matrices()[1], self.isolators.damping)
         if self.damping_matrix:
             return np.array(self.damping_matrix)
         frequencies, shapes = self.vibration()
         if self.damping_rule == "modal":
-            weighted = masses[:, None] * shapes
+            weighted = inertia @ shapes if inertia.ndim > 1 else inertia[:, None] * shapes
             damping = (weighted * (2.0 * self.damping * frequencies)) @ weighted.T
             return 0.5 * (damping + damping.T)  # without the last bits by which the product is not symmetric
         first = frequencies[0]
@@ -317,7 +348,7 @@ class Storeys:
             return 2.0 * self.damping / first * stiffness
         second = frequencies[self._second_mode() - 1]
         scale = 2.0 * self.damping / (first + second)
-        return scale * first * second * np.diag(masses) + scale * stiffness
+        return scale * first * second * (inertia if inertia.ndim > 1 else np.diag(inertia)) + scale * stiffness
 
 
 _LISTS = (
@@ -327,6 +358,10 @@ _LISTS = (
     ("strengths", "storey_strengths", STOREY_STRENGTH),
     ("initial_displacement", "initial_displacement", INITIAL_DISPLACEMENT),
     ("initial_velocity", "initial_velocity", INITIAL_VELOCITY),
+)
+NEEDS_WEIGHT = (
+    "is not computed with masses of rows that are no floors; lump them at the floors: write floor_masses in place of "
+    "mass_matrix"
 )
 _NEEDED = ("floor_masses", "storey_stiffnesses", "storey_heights")
 
@@ -340,6 +375,21 @@ def on_base(above: Array, below: float) -> Array:
     whole = relative.T @ above @ relative
     whole[0, 0] += below
     return np.asarray(0.5 * (whole + whole.T))
+
+
+def with_base(above: Array, mass: float) -> Array:
+    """M of a building on one more mass [kg] below it."""
+    whole = np.zeros((len(above) + 1,) * 2)
+    whole[0, 0], whole[1:, 1:] = mass, above
+    return whole
+
+
+def has_lumped_weight(inertia: Array, driven: Array) -> bool:
+    """True where what the ground's acceleration acts on is the row sums of M: all mass moves along the row at floors.
+
+    Then M u̇ of floors counts from any base that they stand on; ``inertia`` is empty where masses are lumped.
+    """
+    return not inertia.size or bool(np.abs(inertia.sum(axis=1) - driven).max() <= 1e-9 * np.abs(driven).max())
 
 
 def effective_shares(masses: Array, shapes: Array) -> Array:

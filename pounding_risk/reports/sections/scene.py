@@ -140,6 +140,8 @@ def _of_storeys(scene: Mapping[str, Any]) -> Iterator[str]:
     yield f"{moves}; floors are rigid, and each storey is a spring with viscous damping."
     if by_matrix := named("stiffness_matrix"):
         yield f"The floors of {by_matrix} are joined by a stiffness matrix in place of storey springs."
+    if by_masses := named("mass_matrix"):
+        yield f"Masses of {by_masses} are a matrix: floors have inertia against each other's accelerations too."
     if isolated := named("isolation"):
         yield f"{isolated}: on isolators, a bilinear spring with viscous damping below the slab."
     if "inelastic_storeys" in scene.get("effects", {}):

@@ -11,6 +11,7 @@ from __future__ import annotations
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.ground_dof import top_of, write_ground_series
+from pounding_risk.solver.row.inertia import divide_by_mass, has_inertia, mass_product
 from pounding_risk.solver.row.link import add_link_terms
 from pounding_risk.solver.row.storey import is_lowest, storey_energy
 from pounding_risk.solver.row.workspace import (
@@ -67,6 +68,8 @@ def accelerate(row, b, state, pull, dofs, out):
     for i in range(first, last):
         power += dofs[out, i] * dofs[state + VELOCITY, i]
         dofs[out, i] *= row.floors[INVERSE, i]
+    if has_inertia(row, b):
+        divide_by_mass(row, b, dofs[out])
     return power
 
 
@@ -119,6 +122,8 @@ def energy_of(row, b, state, dofs):
         total += 0.5 * row.floors[MASS, i] * dofs[state + VELOCITY, i] ** 2 + storey_energy(row, dofs, i, drift)
     if is_coupled:
         total += 0.5 * coupling_product(row, b, state, dofs)
+    if has_inertia(row, b):
+        total += 0.5 * mass_product(row, b, dofs[state + VELOCITY])
     return total
 
 
@@ -159,6 +164,8 @@ def write_series(row, run, b, state, ground, terms):
             series[i, n + 2] = push * share
         if is_coupled:
             add_link_terms(row, run, b, n, share)
+        if has_inertia(row, b):
+            divide_by_mass(row, b, series[:, n + 2])
     write_ground_series(row, b, ground, series, terms)
 
 

@@ -6,11 +6,13 @@ from math import inf
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.pair.taylor import SIGNAL, first_rise, highest, local_maximum_bound
+from pounding_risk.solver.row.inertia import response
 from pounding_risk.solver.row.workspace import (
     FIRST,
     INVERSE,
     LEFT_HIGH,
     LEFT_LOW,
+    MOBILITY,
     NODE,
     RIGHT_HIGH,
     RIGHT_LOW,
@@ -50,7 +52,12 @@ def compliance(row, k):
     for end in range(4):
         i = row.ends[k, end]
         if i >= 0:
-            total += row.shares[k, end] * row.shares[k, end] * row.floors[INVERSE, i]
+            total += row.shares[k, end] * row.shares[k, end] * row.floors[MOBILITY, i]
+    if row.inertia.shape[1] > 0:
+        for end in range(0, 4, 2):  # both floors of a column
+            if row.ends[k, end] >= 0 and row.ends[k, end + 1] >= 0:
+                both = row.shares[k, end] * row.shares[k, end + 1]
+                total += 2.0 * both * response(row, row.ends[k, end], row.ends[k, end + 1])
     return total
 
 

@@ -14,6 +14,7 @@ from pounding_risk.solver.row.building import coupling_force, energy_of, ground_
 from pounding_risk.solver.row.contact_points import across_and_rate, power_through_ground, push_apart
 from pounding_risk.solver.row.ground import ArrivingRowInterval, PlaneRowInterval, UniformRowInterval
 from pounding_risk.solver.row.ground_dof import place_ground, push_ground, top_of
+from pounding_risk.solver.row.inertia import divide_by_mass, has_inertia
 from pounding_risk.solver.row.laws import law_force, law_plateau
 from pounding_risk.solver.row.link import accelerate_braces, add_link_forces, link_energy
 from pounding_risk.solver.row.workspace import (
@@ -113,7 +114,7 @@ def accelerate_mass(row, i, state, pull, dofs, out):
 def accelerate_building(row, b, state, pull, dofs, out):
     """ü of building ``b`` without contact from rows ``state`` to row ``out``; ``pull`` is a_g.
 
-    Returns the power that ground and dampers put in.
+    Of one with a mass matrix the forces. Returns the power that ground and dampers put in.
     """
     first, last = row.frame[FIRST, b], top_of(row, b)
     if last - first == 1 and row.frame[COUPLED, b] == 0:
@@ -170,6 +171,10 @@ def accelerate_group(row, run, group, state, ground, out):
             power = power_through_ground(row, k, power, force, run.dofs, state + VELOCITY)
             run.quadratures[SLOPES + 1, k] = force
             run.quadratures[SLOPES + 1, run.laws.shape[0] + k] = force * rate
+    if row.inertia.shape[1] > 0:
+        for b in range(group.first, group.last + 1):
+            if has_inertia(row, b):
+                divide_by_mass(row, b, run.dofs[out])
     if run.links.shape[0] > 0:
         accelerate_braces(row, run, group.first, group.last, state, out)
     return power

@@ -23,6 +23,7 @@ from pounding_risk.solver.row.building import (
     write_series,
 )
 from pounding_risk.solver.row.ground_dof import top_of
+from pounding_risk.solver.row.inertia import divide_by_mass, has_inertia, mass_product
 from pounding_risk.solver.row.storey import is_lowest, shear_stiffness
 from pounding_risk.solver.row.workspace import (
     ACCEL_NUDGED,
@@ -59,6 +60,8 @@ def motion_bound(row, b, rise, dofs, state, accelerations):
         y = dofs[state + VELOCITY, i] + row.floors[STATIC, i] * rise.real
         motion += row.floors[MASS, i] * dofs[accelerations, i] ** 2 + dofs[TANGENT, i] * (y - below) ** 2
         below = y
+    if has_inertia(row, b):
+        motion += mass_product(row, b, dofs[accelerations])
     return motion + coupled_motion(row, b, rise, dofs, state)
 
 
@@ -88,6 +91,8 @@ def shake_bound(row, b, rise, dofs, state, accelerations, spare):
         below = 0.0 if is_lowest(row, first, i, is_coupled) else below
         shake += row.floors[MASS, i] * dofs[spare + 1, i] ** 2 + dofs[TANGENT, i] * (dofs[spare, i] - below) ** 2
         below = dofs[spare, i]
+    if has_inertia(row, b):
+        shake += mass_product(row, b, dofs[spare + 1])
     return shake + coupling_product(row, b, spare, dofs)
 
 
@@ -107,6 +112,8 @@ def differentiate_motion(row, b, dofs, displacements, velocities, ground, out):
     subtract_damping(row, b, velocities, dofs, out)
     for i in range(first, last):
         dofs[out, i] = dofs[out, i] * row.floors[INVERSE, i] - ground_load(row, FELT, i, ground)
+    if has_inertia(row, b):
+        divide_by_mass(row, b, dofs[out])
 
 
 @kernel

@@ -8,6 +8,7 @@ from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.row.flight_peaks import raise_interval_peaks
 from pounding_risk.solver.row.ground import window_at
 from pounding_risk.solver.row.ground_dof import place_ground, top_of
+from pounding_risk.solver.row.inertia import divide_by_mass, has_inertia, mass_product
 from pounding_risk.solver.row.node_map import map_motion
 from pounding_risk.solver.row.storey import is_lowest
 from pounding_risk.solver.row.workspace import (
@@ -99,6 +100,9 @@ def accelerate_all(row, run, work, b, count):
                 paths[PATH_ACCELERATION, i, n] -= damping * paths[VELOCITY, j, n]
         for n in range(nodes):
             paths[PATH_ACCELERATION, i, n] *= inverse
+    if has_inertia(row, b):
+        for n in range(nodes):
+            divide_by_mass(row, b, paths[PATH_ACCELERATION, :, n])
 
 
 @kernel
@@ -133,6 +137,8 @@ def bound_all(row, run, work, b, count):
                     other_rate += row.floors[STATIC + ACROSS, j] * rise
                 swings[0, b, n] += spring * (rate * other_rate)
     for n in range(count):
+        if has_inertia(row, b):
+            swings[0, b, n] += mass_product(row, b, paths[PATH_ACCELERATION, :, n])
         swings[1, b, n] = sqrt(swings[0, b, n])
 
 

@@ -155,6 +155,8 @@ def go_on_alike(row, run, ground, i):
                 are_alike = are_alike and row.damping[d, column] == row.damping[other, column]
             for column in range(row.coupling.shape[1]):
                 are_alike = are_alike and row.coupling[d, column] == row.coupling[other, column]
+            for column in range(row.inertia.shape[1]):
+                are_alike = are_alike and row.inertia[d, column] == row.inertia[other, column]
     return are_alike
 
 

@@ -34,10 +34,12 @@ from pounding_risk.solver.pair.implicit import (
 from pounding_risk.solver.row.contact_points import across, compliance
 from pounding_risk.solver.row.equations import slopes, uncapped
 from pounding_risk.solver.row.explicit import explicit_attempt, write_explicit_polynomial
+from pounding_risk.solver.row.inertia import response, subtract_response
 from pounding_risk.solver.row.workspace import (
     END,
     INVERSE,
     LAST,
+    MOBILITY,
     NOW,
     POLY,
     SLOPE,
@@ -90,8 +92,12 @@ def coupling(row, k, j):
     for end in range(4):
         i = row.ends[k, end]
         for far_end in range(4):
-            if i >= 0 and row.ends[j, far_end] == i:
-                product = row.shares[k, end] * row.shares[j, far_end] * row.floors[INVERSE, i]
+            far, product = row.ends[j, far_end], 0.0
+            if i >= 0 and far == i:
+                product = row.shares[k, end] * row.shares[j, far_end] * row.floors[MOBILITY, i]
+            elif i >= 0 and far >= 0 and row.inertia.shape[1] > 0:
+                product = row.shares[k, end] * row.shares[j, far_end] * response(row, i, far)
+            if product != 0.0:
                 if end < 2:
                     left += product
                 else:
@@ -173,7 +179,9 @@ def correct(row, run, group, points, tables, changes):
                 impulse += tables[n, i, j] * changes[n, j]
             for end in range(4):
                 dof = row.ends[k, end]
-                if dof >= 0:
+                if dof >= 0 and row.inertia.shape[1] > 0:
+                    subtract_response(row, dof, row.shares[k, end] * impulse, dofs, target)
+                elif dof >= 0:
                     dofs[target, dof] -= row.shares[k, end] * row.floors[INVERSE, dof] * impulse
 
 

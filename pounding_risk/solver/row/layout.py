@@ -41,6 +41,7 @@ from pounding_risk.solver.row.workspace import (
     LIMIT,
     MAP,
     MASS,
+    MOBILITY,
     QUICK,
     ROOT,
     SHEAR,
@@ -142,13 +143,14 @@ def lay_out(
     before = _starts(braces)[[*of_body, len(chains)]]
     firsts = _starts([chain.mass.size + ground_dofs for chain in buildings]) + before
     is_plane = any(chain.moves_across for chain in chains)
-    floors, damping, coupling, storeys = _matrices(chains, first, is_plane)
+    floors, damping, coupling, storeys, inertia = _matrices(chains, first, is_plane)
     # From each node to the next: building by building, and interval by interval where these differ.
     widths = [step] if arrived is None else np.diff(np.append(arrived.offsets, step)).tolist()
     maps = [_map(chain, width, is_plane) for width in widths for chain in chains]
     block_maps = [_block_map(maps[b :: len(chains)], count) for b, count in enumerate(counts)]
     ends, shares = _ends(points, buildings, firsts, ground_dofs)
-    laws = _laws_of_links(points, ends, shares, floors, first, (step, rate), braces)
+    compliances = _compliances(ends, shares, floors, inertia, first)
+    laws = _laws_of_links(points, ends, compliances, first, (step, rate), braces)
     row = Row(
         _frame(chains, first, braces, interfaces, (maps, block_maps), laws),
         ends,
@@ -160,6 +162,7 @@ def lay_out(
         PlaneRow() if is_plane else UniformRow() if arrived is None else ArrivingRow(),
         storeys,
         laws,
+        inertia,
     )
     initial = np.hstack(
         [
@@ -197,27 +200,31 @@ def _starts(sizes: Sequence[int] | np.ndarray) -> np.ndarray:
 
 def _matrices(
     chains: Sequence[Chain], first: np.ndarray, is_plane: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Numbers of the floors, damping, coupling and laws of storeys of all bodies, as in `Row`."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Numbers of the floors, damping, coupling, laws of storeys and mass matrices of all bodies, as in `Row`."""
     dofs_of_row = int(first[-1])
     floors = np.zeros((DRIVEN + 1 + ACROSS * is_plane, dofs_of_row))
     floors[LIMIT] = inf
     damping = np.zeros((dofs_of_row, max(1, *(chain.mass.size for chain in chains))))
     coupling = np.zeros((dofs_of_row, max(chain.coupling.shape[1] for chain in chains)))
     storeys = np.zeros((dofs_of_row, max(chain.laws.shape[1] for chain in chains)))
+    inertia = np.zeros((dofs_of_row, 2 * max(chain.inertia.shape[1] for chain in chains)))
     for start, chain in zip(first, chains, strict=False):
         dofs = slice(int(start), int(start) + chain.mass.size)
         _lay_floors(floors[:, dofs], chain)
         damping[dofs, : chain.mass.size] = chain.damping
         if chain.coupling.size:
             coupling[dofs, : chain.mass.size] = chain.coupling
+        if chain.inertia.size:
+            factor, half = np.linalg.cholesky(chain.inertia), inertia.shape[1] // 2
+            inertia[dofs, : len(factor)], inertia[dofs, half : half + len(factor)] = factor, _inverse(chain)
         if chain.laws.size:
             storeys[dofs, : chain.laws.shape[1]] = chain.laws
             # A law has what a bilinear storey reads from these; isolators, or a linked neighbour, may have none.
             has_law = storeys[dofs, STIFFNESS] > 0.0
             floors[SOFT, dofs] *= ~has_law
-            storeys[dofs, PACE] = has_law * np.sqrt(floors[SPRING, dofs] * floors[INVERSE, dofs])
-    return floors, damping, coupling, storeys
+            storeys[dofs, PACE] = has_law * np.sqrt(floors[SPRING, dofs] * floors[MOBILITY, dofs])
+    return floors, damping, coupling, storeys, inertia
 
 
 def _ends(
@@ -256,18 +263,32 @@ def _frame(
     frame[MAP, 1:] = np.cumsum([one_map.size for one_map in of_nodes[: len(chains)]])
     frame[CAN_YIELD, :-1] = [bool(np.isfinite(chain.strength).any()) for chain in chains]
     frame[BAND, :-1] = [_band(chain.damping) for chain in chains]
-    frame[COUPLED, :-1] = [chain.coupling.size > 0 for chain in chains]
+    frame[COUPLED, :-1] = [(chain.coupling.size > 0) + (chain.inertia.size > 0) for chain in chains]
     frame[BLOCK_MAP, 1:] = np.cumsum([one_map.size for one_map in of_blocks])
     for body in laws[laws[:, STIFFNESS] > 0.0, OWNER].astype(int) if laws.size else ():
         frame[CAN_YIELD, body] = 1
     return frame
 
 
+def _compliances(
+    ends: np.ndarray, shares: np.ndarray, floors: np.ndarray, inertia: np.ndarray, first: np.ndarray
+) -> np.ndarray:
+    """B M⁻¹ Bᵀ of each point [1/kg]."""
+    found = np.zeros(len(ends))
+    for k, (dofs, parts) in enumerate(zip(ends, shares, strict=True)):
+        found[k] = (parts[dofs >= 0] ** 2 * floors[MOBILITY, dofs[dofs >= 0]]).sum()
+        for end in (0, 2) if inertia.size else ():  # both floors of a column
+            i, j = dofs[end : end + 2]
+            if i >= 0 and j >= 0:
+                place = inertia.shape[1] // 2 + j - first[np.searchsorted(first, j, "right") - 1]
+                found[k] += 2.0 * parts[end] * parts[end + 1] * inertia[i, place]
+    return found
+
+
 def _laws_of_links(
     points: Sequence[Any],
     ends: np.ndarray,
-    shares: np.ndarray,
-    floors: np.ndarray,
+    compliances: np.ndarray,
     first: np.ndarray,
     pace: tuple[float, float],
     braces: np.ndarray,
@@ -281,8 +302,7 @@ def _laws_of_links(
         return np.zeros((0, 0))
     held = stacked(laws)
     for k in np.flatnonzero(held[:, STIFFNESS] > 0.0):
-        mine = ends[k] >= 0
-        compliance = float((shares[k, mine] ** 2 * floors[INVERSE, ends[k, mine]]).sum())
+        mine, compliance = ends[k] >= 0, float(compliances[k])
         held[k, PACE] = np.sqrt(held[k, STIFFNESS] * compliance)
         held[k, LONGEST], held[k, SHORTENING] = pace[0], compliance / pace[1]
         owner = np.searchsorted(first, ends[k, mine].max(), "right") - 1
@@ -344,6 +364,7 @@ def cut_out(layout: RowLayout, first: int, last: int) -> RowLayout:
             row.passage,
             row.storeys[dofs].copy(),
             _within(row.links[points], first, dofs.start),
+            row.inertia[dofs].copy(),
         ),
         initial=layout.initial[:, within],
         arrivals=None if layout.arrivals is None else layout.arrivals.of(first, last),
@@ -366,10 +387,15 @@ def _motion(chain: Chain, is_plane: bool) -> np.ndarray:
     n, loads = chain.mass.size, (chain.felt(), chain.felt_across())[: 1 + is_plane]
     a = np.zeros((2 * (n + len(loads)),) * 2)
     a[:n, n : 2 * n] = np.eye(n)
-    a[n : 2 * n, :n] = -chain.stiffness() / chain.mass[:, None]
-    a[n : 2 * n, n : 2 * n] = -chain.damping / chain.mass[:, None]
+    if chain.inertia.size:
+        inverse = _inverse(chain)
+        pushed, a[n : 2 * n, :n] = inverse @ chain.mass, -inverse @ chain.stiffness()
+        a[n : 2 * n, n : 2 * n] = -inverse @ chain.damping
+    else:
+        pushed, a[n : 2 * n, :n] = np.ones(n), -chain.stiffness() / chain.mass[:, None]
+        a[n : 2 * n, n : 2 * n] = -chain.damping / chain.mass[:, None]
     for place, felt in enumerate(loads, n):
-        a[n : 2 * n, 2 * place] = -felt
+        a[n : 2 * n, 2 * place] = -felt * pushed
         a[2 * place, 2 * place + 1] = 1.0
     return a
 
@@ -410,7 +436,11 @@ def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
         floors[FELT + ACROSS], floors[DRIVEN + ACROSS] = felt, chain.mass * felt
         floors[STATIC + ACROSS] = np.linalg.solve(chain.stiffness(), chain.mass * felt)
     floors[BOTTOM, list(chain.bottoms)] = 1.0
-    floors[ROOT] = np.sqrt(floors[INVERSE])
+    floors[MOBILITY] = floors[INVERSE]
+    if chain.inertia.size:
+        floors[MASS], floors[INVERSE], floors[FELT] = 0.0, 1.0, floors[DRIVEN]
+        floors[MOBILITY] = np.diag(_inverse(chain))
+    floors[ROOT] = np.sqrt(floors[MOBILITY])
     floors[GIVE], floors[SWAY] = _give_and_sway(chain)
     floors[QUICK] = _quickest(chain)
 
@@ -425,11 +455,22 @@ def _give_and_sway(chain: Chain) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _quickest(chain: Chain) -> float:
-    """(ω + c)², ω the fastest mode and c the largest eigenvalue of M^(−1/2) C M^(−1/2) [1/s²]."""
-    root = np.sqrt(chain.mass)
-    scaled = [matrix / root / root[:, None] for matrix in (chain.stiffness(), chain.damping)]
+    """(ω + c)², ω the fastest mode and c the largest eigenvalue of L⁻¹ C L⁻ᵀ, M = L Lᵀ [1/s²]."""
+    matrices = chain.stiffness(), chain.damping
+    if chain.inertia.size:
+        inverse = np.linalg.inv(np.linalg.cholesky(chain.inertia))
+        scaled = [inverse @ matrix @ inverse.T for matrix in matrices]
+    else:
+        root = np.sqrt(chain.mass)
+        scaled = [matrix / root / root[:, None] for matrix in matrices]
     fastest, strongest = (float(np.linalg.eigvalsh(matrix)[-1]) for matrix in scaled)
     return (np.sqrt(fastest) + max(strongest, 0.0)) ** 2
+
+
+def _inverse(chain: Chain) -> np.ndarray:
+    """M⁻¹ of a building with a mass matrix [1/kg], symmetric to the bit."""
+    factor = np.linalg.inv(np.linalg.cholesky(chain.inertia))
+    return np.asarray(factor.T @ factor)
 
 
 def nodes_of(layout: RowLayout, acceleration: np.ndarray) -> np.ndarray:

@@ -6,11 +6,12 @@ A local maximum is searched for only where the tangents at both ends leave room 
 from __future__ import annotations
 
 from pounding_risk._jit.compile import kernel
-from pounding_risk.solver.row.equations import transmitted, uncapped
+from pounding_risk.solver.row.equations import ground_at, transmitted, uncapped
 from pounding_risk.solver.row.event_functions import across_between
 from pounding_risk.solver.row.explicit import between
 from pounding_risk.solver.row.ground_dof import top_of
 from pounding_risk.solver.row.implicit import write_polynomial
+from pounding_risk.solver.row.inertia import has_inertia, response
 from pounding_risk.solver.row.link import brace_of, damper_speed, follows_rate, force_in_contact, is_braced, is_link_of
 from pounding_risk.solver.row.storey import is_lowest, shear_stiffness
 from pounding_risk.solver.row.workspace import (
@@ -21,6 +22,7 @@ from pounding_risk.solver.row.workspace import (
     COUPLED,
     DISPLACEMENT,
     DRIFT,
+    DRIVEN,
     FIRST,
     INVERSE,
     START,
@@ -40,7 +42,7 @@ def signal_between(row, run, group, kind, k, x, span):
         drift = between(run, 0, k, x) - (between(run, 0, k - 1, x) if row.floors[BOTTOM, k] == 0.0 else 0.0)
         return drift if kind == DRIFT else shear_stiffness(row, run.dofs, k) * drift + run.dofs[CONSTANT, k]
     if kind == ACCELERATION:
-        return acceleration_between(row, run, group, k, x)
+        return acceleration_between(row, run, group, k, x, span)
     if kind == SIDE:
         total = 0.0
         for end in range(row.passage.point_ends()):
@@ -62,10 +64,25 @@ def signal_between(row, run, group, kind, k, x, span):
 
 
 @kernel
-def acceleration_between(row, run, group, i, x):
-    """Absolute acceleration of dof ``i`` at a place x of the step: what storeys, dampers and contacts do to it."""
-    dofs = run.dofs
+def acceleration_between(row, run, group, i, x, span):
+    """Absolute acceleration of dof ``i`` at a place x of the step: what storeys, dampers and contacts do to it.
+
+    ``span`` is as that of `signal_between`.
+    """
     b = building_of(row, group, i)
+    if not has_inertia(row, b):
+        return force_on(row, run, group, b, i, x) * row.floors[INVERSE, i]
+    pull = ground_at(group, span[0] + x * span[1]).under(b)[0].real
+    total = pull
+    for j in range(row.frame[FIRST, b], top_of(row, b)):
+        total += response(row, i, j) * (force_on(row, run, group, b, j, x) - row.floors[DRIVEN, j] * pull)
+    return total
+
+
+@kernel
+def force_on(row, run, group, b, i, x):
+    """What storeys, dampers, contacts and links do to dof ``i`` of building ``b`` at a place x of the step [N]."""
+    dofs = run.dofs
     first, last = row.frame[FIRST, b], top_of(row, b)
     displacement = between(run, 0, i, x)
     is_coupled = row.frame[COUPLED, b] > 0
@@ -93,7 +110,7 @@ def acceleration_between(row, run, group, i, x):
                     else:
                         moved = across_between(row, run, group, k, 1 if follows_rate(run, k) else 0, x, 0.0)
                     force -= row.shares[k, end] * force_in_contact(run, k, moved)
-    return force * row.floors[INVERSE, i]
+    return force
 
 
 @kernel

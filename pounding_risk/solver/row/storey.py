@@ -27,8 +27,8 @@ from pounding_risk.solver.row.workspace import (
     BRANCH,
     CONSTANT,
     FIRST,
-    INVERSE,
     LIMIT,
+    MOBILITY,
     PLASTIC,
     SHEAR,
     SOFT,
@@ -86,7 +86,7 @@ def drift_in(row, dofs, line, i):
 @kernel
 def creep_rate(row, i):
     """Drift rate against the yielding that is rounding, and no unloading [m/s]."""
-    return (OVER - 1.0) * row.floors[LIMIT, i] * sqrt(row.floors[SPRING, i] * row.floors[INVERSE, i])
+    return (OVER - 1.0) * row.floors[LIMIT, i] * sqrt(row.floors[SPRING, i] * row.floors[MOBILITY, i])
 
 
 @small

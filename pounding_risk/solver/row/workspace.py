@@ -29,14 +29,16 @@ from pounding_risk.solver.runge_kutta import DOP853
 from pounding_risk.solver.workspace import LAST, MAX_TERMS, TERMS, Search, Tableau, make_workspace
 
 # Rows of `Row.floors`, by dof. With an energy E in the building no displacement is larger than SWAY sqrt(2 E), no drift
-# than GIVE sqrt(2 E), and no velocity than ROOT sqrt(2 E). FELT is 1 where a_g acts, 0 of rotations, DRIVEN the mass
-# where it acts, STATIC the displacement under a steady a_g of 1. ACROSS rows behind each of these three stands the same
-# of a_g across the row, where it acts too (`ground.PlaneRow`).
-MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, BOTTOM, QUICK, ROOT, SWAY, GIVE, STATIC, FELT, DRIVEN = range(14)
+# than GIVE sqrt(2 E), and no velocity than ROOT sqrt(2 E). MOBILITY is (M⁻¹)_ii. FELT is 1 where a_g acts, 0 of
+# rotations, DRIVEN the mass where it acts, STATIC the displacement under a steady a_g of 1. ACROSS rows behind each of
+# these three stands the same of a_g across the row, where it acts too (`ground.PlaneRow`). Of a building with a mass
+# matrix MASS is 0, INVERSE 1 and FELT as DRIVEN: in place of accelerations stand forces, until `inertia` divides them.
+MASS, INVERSE, SPRING, SHEAR, LIMIT, SOFT, BOTTOM, QUICK, ROOT, SWAY, GIVE, MOBILITY, STATIC, FELT, DRIVEN = range(15)
 ACROSS = 3
 # Rows of `Row.frame`, by building: its first dof, the first point of the interface on its right, of its map, yielding,
 # how far from its diagonal the damping matrix reaches, of its map in `FreeMotion.block_maps`, above zero where it has
-# springs in `coupling`, how many of its dofs are braces of dampers (`link`), its last ones.
+# springs in `coupling`, above one where it has a mass matrix in `inertia` too, how many of its dofs are braces of
+# dampers (`link`), its last ones.
 FIRST, START, MAP, CAN_YIELD, BAND, BLOCK_MAP, COUPLED, BRACES = range(8)
 # Fields of a contact by end of the step, and extremes over an interval of what either building adds to the distance.
 AT_START, AT_END = 0, 1
@@ -162,13 +164,14 @@ class Row(NamedTuple):
     frame: np.ndarray  # (8, B + 1) dofs of building b are FIRST[b] to FIRST[b + 1] − 1; so are points of START
     ends: np.ndarray  # (K, 4 or 5) dofs: left upper and lower, right upper and lower, ground; −1 is none
     shares: np.ndarray  # (K, 4 or 5) of these, below zero on the right: their sum is u_left − u_right
-    floors: np.ndarray  # (14, D); (17, D) where a_g acts across the row too
+    floors: np.ndarray  # (15, D); (18, D) where a_g acts across the row too
     damping: np.ndarray  # (D, N) row i of C
     coupling: np.ndarray  # (D, N) row i of the stiffness matrix beside the storey springs; (D, 0) where no row has one
     maps: np.ndarray  # (...,) over one node interval, (u, v) from u, v, a_g and its slope; by width and building
     passage: UniformRow | PlaneRow | ArrivingRow
     storeys: np.ndarray  # (D, ...) numbers of the law of each storey, zero without one; (D, 0) where no row has one
     links: np.ndarray  # (K, ...) the same of the points at which links with laws stand; (0, 0) where no row has one
+    inertia: np.ndarray  # (D, 2 N) row i of L, M = L Lᵀ, and of M⁻¹; (D, 0) where no row has a mass matrix
 
 
 class FreeMotion(NamedTuple):
