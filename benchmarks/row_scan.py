@@ -224,11 +224,15 @@ def element_rows() -> dict[str, RowModel]:
     yields = replace(first, strengths=tuple(0.12 * 9.80665 * mass for mass in above))  # 12 % of the weight above
     pinched = Hysteresis("peak_oriented", ((4.0, 1.1), (12.0, 0.3)), pinching_drift=0.5, pinching_force=0.3)
     matrix = tuple(map(tuple, first.matrices()[2].tolist()))
+    by_matrix = replace(first, stiffnesses=(), stiffness_matrix=matrix)
+    beside = np.eye(len(first.masses), k=1) + np.eye(len(first.masses), k=-1)
+    shared = np.diag(first.masses) + 0.1 * first.masses[0] * (beside - np.diag(beside.sum(axis=1)))
     slab = Isolators(200e3, 3.0, strength=4e5, stiffness=4e6, yield_displacement=0.01)  # 5 % of the weight; 3 s
     kinds: dict[str, tuple[Storeys, list[Link]]] = {
         "storeys alone": (first, []),
         "a spring and a dashpot between two roofs": (first, [Link(0, 4.0, 4.0, 2e7, 1e6)]),
-        "the first by its matrix": (replace(first, stiffnesses=(), stiffness_matrix=matrix), []),
+        "the first by its matrix": (by_matrix, []),
+        "and by a mass matrix": (replace(by_matrix, mass_matrix=tuple(map(tuple, shared.tolist()))), []),
         "the first isolated": (first.isolated(slab), []),
         "a friction damper between two roofs": (first, [Link(0, 4.0, 4.0, 2e7, 0.0, strength=2e5)]),
         "a hook between two roofs": (first, [Link(0, 4.0, 4.0, 2e7, 0.0, slack=0.01)]),

@@ -78,7 +78,7 @@ def building_modes(
     inertia = chain.inertia if chain.inertia.size else chain.mass
     frequencies, normal = vibration(inertia, chain.spring, chain.stiffness() if chain.coupling.size else None)
     driven = chain.mass * chain.felt()
-    shares = effective_shares(driven, normal)
+    shares = effective_shares(driven, normal, are_lumped=not chain.inertia.size)
     damped = np.einsum("ij,ik,kj->j", normal, chain.damping, normal)
     normal = normal * np.where(normal[chain.foundations + chain.floors - 1 :][:1] < 0.0, -1.0, 1.0)
     moved = normal[: chain.foundations + chain.floors]  # of floors that rotate their displacements alone

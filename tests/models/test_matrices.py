@@ -197,6 +197,7 @@ def test_a_condensed_cantilever_has_the_modes_of_a_beam():
     contact = pr.Interface("50 mm", "jankowski", "1e11 N/m^1.5", restitution=0.65)
     stated = pr.modes(pr.Scene([wall(), pr.RigidWall("rock")], [contact], RECORDS))[0]
     assert stated.periods == pytest.approx(2.0 * pi / building.vibration().frequencies, rel=1e-12)
+    assert stated.shares.sum() == pytest.approx(1.0, rel=1e-12)
 
 
 def test_masses_at_floors_alone_condense_to_themselves():

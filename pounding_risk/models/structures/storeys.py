@@ -325,7 +325,8 @@ class Storeys:
     def _second_mode(self) -> int:
         """Rayleigh's second mode, counted from 1; the first again where there is no other."""
         shapes = self.vibration().shapes
-        shares = effective_shares(np.array(self.masses), shapes[: len(self.masses)])
+        are_lumped = not self.mass_coupling().size
+        shares = effective_shares(np.array(self.masses), shapes[: len(self.masses)], are_lumped=are_lumped)
         carried = int(np.searchsorted(np.cumsum(shares), RAYLEIGH_SHARE)) + 1
         return min(max(carried, 2), len(shapes))
 
@@ -392,9 +393,13 @@ def has_lumped_weight(inertia: Array, driven: Array) -> bool:
     return not inertia.size or bool(np.abs(inertia.sum(axis=1) - driven).max() <= 1e-9 * np.abs(driven).max())
 
 
-def effective_shares(masses: Array, shapes: Array) -> Array:
-    """Each mode's share of the mass that the ground moves: (φᵀ M 1)² / Σ m, where φᵀ M φ = 1."""
-    return (masses @ shapes) ** 2 / masses.sum()
+def effective_shares(masses: Array, shapes: Array, *, are_lumped: bool = True) -> Array:
+    """Each mode's share of the mass that the ground moves: (φᵀ p)² / Σ p, where φᵀ M φ = 1.
+
+    ``masses`` are p, ``shapes`` all modes. Of masses that are not lumped the sum is that over all modes, pᵀ M⁻¹ p.
+    """
+    carried = (masses @ shapes) ** 2
+    return np.asarray(carried / (masses.sum() if are_lumped else carried.sum()))
 
 
 def stiffnesses_for(masses: Sequence[float], shape: Sequence[float], period: float) -> tuple[float, ...]:
