@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from inspect import get_annotations
-from itertools import accumulate
+from itertools import accumulate, permutations
 from math import inf, pi, sqrt
 from typing import Annotated, Any, ClassVar
 
@@ -177,6 +177,23 @@ FloorMasses = Annotated[
         '["210 t", "210 t", "180 t"]',
         "a single mass",
         'missing; write floor_masses = "44 t" for all floors, or a list with one value for each',
+    ),
+]
+StoreyStiffnesses = Annotated[
+    tuple[float, ...] | float,
+    _storeyed(
+        STIFFNESS,
+        "Lateral stiffness of each storey; beside period their ratios count alone. Of a building by a matrix or modes "
+        "the part of it that yields, with storey_strengths",
+        '"350 MN/m"',
+        "a single mass; beside period those by which the first mode grows in proportion to height",
+        MISSING_STIFFNESSES,
+    ),
+]
+StoreyStrengths = Annotated[
+    tuple[float, ...] | float,
+    _storeyed(
+        STOREY_STRENGTH, "Yield shear of each storey, for inelastic_storeys", '"1400 kN"', "storeys stay elastic"
     ),
 ]
 StoreyHeights = Annotated[
@@ -408,10 +425,10 @@ class RigidWall(AnyBuilding):
         return super().written() | {"rigid": True}
 
 
-class OfStoreys(MovingBuilding):
-    """A building of storeys, on the ground or on isolators."""
+class WithFloors(MovingBuilding):
+    """A building of several floors, on the ground or on isolators."""
 
-    implied = MovingBuilding.implied | {"isolation", "plan", "hysteresis"}
+    implied = MovingBuilding.implied | {"isolation", "hysteresis"}
 
     column_strength: Annotated[
         float,
@@ -425,14 +442,25 @@ class OfStoreys(MovingBuilding):
     ] = inf
     hysteresis: Annotated[HysteresisTable | None, HYSTERESIS] = None
     isolation: Isolated = None
-    plan: Annotated[tuple[PlanTable, ...], PLAN] = ()
 
     def completed(self, bare: Storeys) -> Storeys:
         """The building on its isolators, with its initial state."""
         building = bare if self.isolation is None else bare.isolated(self.isolation.isolators())
         initial: dict[str, Any] = {key: self.by_floor(key, len(building.masses)) for key in INITIAL}
-        law = None if self.hysteresis is None else self.hysteresis.law()
-        return replace(building, **initial, plans=plans_of(self.plan, len(building.masses)), hysteresis=law)
+        return replace(building, **initial, hysteresis=None if self.hysteresis is None else self.hysteresis.law())
+
+
+class OfStoreys(WithFloors):
+    """A building of storeys, whose floors may rotate."""
+
+    implied = WithFloors.implied | {"plan"}
+
+    plan: Annotated[tuple[PlanTable, ...], PLAN] = ()
+
+    def completed(self, bare: Storeys) -> Storeys:
+        """The building on its isolators, with its initial state and the plans of its floors."""
+        building = super().completed(bare)
+        return replace(building, plans=plans_of(self.plan, len(building.masses)))
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -452,25 +480,11 @@ class ShearBuilding(OfStoreys):
     implied = OfStoreys.implied | {"storeys", "period"}  # as given, its stiffnesses are those of the period
 
     floor_masses: FloorMasses
-    storey_stiffnesses: Annotated[
-        tuple[float, ...] | float,
-        _storeyed(
-            STIFFNESS,
-            "Lateral stiffness of each storey; beside period their ratios count alone",
-            '"350 MN/m"',
-            "a single mass; beside period those by which the first mode grows in proportion to height",
-            MISSING_STIFFNESSES,
-        ),
-    ] = ()
+    storey_stiffnesses: StoreyStiffnesses = ()
     storey_heights: StoreyHeights
     damping: Damping = 0.05
     damping_rule: DampingRule = DAMPING_RULES[0]
-    storey_strengths: Annotated[
-        tuple[float, ...] | float,
-        _storeyed(
-            STOREY_STRENGTH, "Yield shear of each storey, for inelastic_storeys", '"1400 kN"', "storeys stay elastic"
-        ),
-    ] = ()
+    storey_strengths: StoreyStrengths = ()
     storeys: StoreyCount = 0
     period: Period = 0.0
 
@@ -506,16 +520,16 @@ class ShearBuilding(OfStoreys):
         yield from wrong_initial(keys, count, stated)
 
 
-class FlooredBuilding(MovingBuilding):
+class FlooredBuilding(WithFloors):
     """A building whose floors are joined by more than storey springs; ``period`` scales all stiffnesses."""
 
     has_storeys = True
-    implied = MovingBuilding.implied | {"isolation"}
     floor_masses: FloorMasses
     storey_heights: StoreyHeights
     period: Period = 0.0
     damping: Damping = 0.05
-    isolation: Isolated = None
+    storey_stiffnesses: StoreyStiffnesses = ()
+    storey_strengths: StoreyStrengths = ()
 
     @classmethod
     @cache
@@ -524,20 +538,26 @@ class FlooredBuilding(MovingBuilding):
         keys = super().keys()
         return {key: keys[key] for key in sorted(keys, key=lambda key: not cls.model_fields[key].is_required())}
 
+    @classmethod
+    def checks(cls, keys: Section) -> Iterator[Fault]:
+        """Storeys that yield have a stiffness and a strength."""
+        for key, other in permutations(("storey_stiffnesses", "storey_strengths")):
+            if key in keys and other not in keys:
+                yield keys.fault(
+                    key,
+                    "a building by a matrix or modes has storeys that yield by storey_stiffnesses, the part of its "
+                    f"matrix that yields, and storey_strengths; write {other} too, or remove {key}",
+                )
+
     def floors(self, count: int) -> dict[str, Any]:
         """The fields of a structure that have one value for each of ``count`` floors, its name and its support."""
-        keys = ("floor_masses", "storey_heights")
-        lists = {IN_STRUCTURES.get(key, key): self.by_floor(key, count) for key in keys}
         fields = self.fields()
-        stated = {key: fields[key] for key in ("name", "support", "displacement_history", "damping")}
-        return {"stiffnesses": (), **stated, **lists}
+        stated = {key: fields[key] for key in ("name", "support", "displacement_history", "damping", "column_strength")}
+        return stated | {IN_STRUCTURES[key]: self.by_floor(key, count) for key in LISTS}
 
     def completed(self, bare: Storeys) -> Storeys:
         """The building at the period of the table, on its isolators, with its initial state."""
-        scaled = self.at_period(bare)
-        building = scaled if self.isolation is None else scaled.isolated(self.isolation.isolators())
-        initial: dict[str, Any] = {key: self.by_floor(key, len(building.masses)) for key in INITIAL}
-        return replace(building, **initial)
+        return super().completed(self.at_period(bare))
 
     def at_period(self, building: Storeys) -> Storeys:
         """The building, stiffer or softer as a whole, so that its first mode has the period of the table."""
@@ -548,6 +568,7 @@ class FlooredBuilding(MovingBuilding):
         dashpots = sqrt(factor) * np.array(building.damping_matrix)  # the same ratios
         return replace(
             building,
+            stiffnesses=tuple(factor * stiffness for stiffness in building.stiffnesses),
             stiffness_matrix=tuple(map(tuple, matrix.tolist())),
             damping_matrix=tuple(map(tuple, dashpots.tolist())),
         )
@@ -621,7 +642,8 @@ class MatrixBuilding(FlooredBuilding):
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """Lists that have not one value for each floor, no masses, and what says the damping twice."""
-        matrix, names = keys.get("stiffness_matrix"), ("floor_masses", "storey_heights")
+        yield from super().checks(keys)
+        matrix, names = keys.get("stiffness_matrix"), LISTS
         if "floor_masses" not in keys and "mass_matrix" not in keys:
             yield keys.fault("floor_masses", KEYS["floor_masses"].lacks("floor_masses"), absent=True)
         if "along_rows" in keys and "mass_matrix" not in keys:
@@ -688,10 +710,11 @@ class ModalBuilding(FlooredBuilding):
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """Lists that have not one value for each floor."""
+        yield from super().checks(keys)
         table = keys.get("modes")
         count = len(table.shapes[0]) if table else 0
         if table:
-            yield from wrong_lengths(keys, ("floor_masses", "storey_heights"), count, f"{count} floors of modes")
+            yield from wrong_lengths(keys, LISTS, count, f"{count} floors of modes")
             yield from wrong_initial(keys, count, f"{count} floors of modes")
             if table.dampings and "damping" in keys:
                 yield keys.fault("damping", "modes has a damping of its own for each; remove one of the two")

@@ -81,6 +81,8 @@ BUILDINGS: dict[Any, dict[str, Any]] = {
 BESIDE: dict[str, dict[str, Any]] = {
     "building.stiffness": {"period": None},
     "building.wave_speed": {"floor_length": "20 m"},
+    "building.storey_stiffnesses": {"storey_strengths": "2 MN"},
+    "building.storey_strengths": {"storey_stiffnesses": "40 MN/m"},
     "building.along_rows": {"mass_matrix": {"file": "M.csv", "unit": "t"}},
     "interface.table": {"contact_model": "tabulated", "stiffness": None},
     "records.pause": {"aftershock": "RSN753-000"},
@@ -111,6 +113,7 @@ VALUES: dict[str, Any] = {
     "building.wave_speed": "3000 m/s",
     "building.damping": 0.07,
     "building.storeys": 3,
+    "building.storey_stiffnesses": "45 MN/m",
     "building.floor_rows": [1, 2, 3],
     "building.along_rows": [1, 2, 3],
     "building.initial_displacement": "10 mm",

@@ -117,7 +117,9 @@ def test_keys_that_do_not_fit_are_refused(tmp_path, says):
     says(refusal(scene, tmp_path, triangle, "damping = 0.05"))
     modes = 'modes = {period = ["0.4 s"], shape = [[1, 2, 3]]}'
     says(refusal(scene, tmp_path, modes, 'residual_period = "0.5 s"'))
-    says(refusal(scene, tmp_path, matrix, 'storey_stiffnesses = "4 MN/m"', 'storey_strengths = "1 MN"'))
+    says(refusal(scene, tmp_path, matrix, 'storey_strengths = "1 MN"'))
+    says(refusal(scene, tmp_path, matrix, 'storey_stiffnesses = "95 MN/m"', 'storey_strengths = "1 MN"'))
+    says(refusal(scene, tmp_path, matrix, 'storey_stiffnesses = "95 MN/m"', "storeys = 3"))
     says(refusal(scene, tmp_path, matrix, 'initial_velocity = ["1 m/s"]', "floor_rows = [1, 1]"))
     says(refusal(scene, tmp_path, matrix, 'damping_matrix = {values = [[1]], unit = "kN s/m"}', "damping = 0.05"))
     says(refusal(scene, tmp_path, 'modes = {period = ["0.4 s"], shape = [[1, 1, 1], [1, 0, 1]]}', 'mass = "4 t"'))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from test_rows_against_scipy import differences
 
 import pounding_risk as pr
 from pounding_risk.models.structures.mdof import Chain, chain_of
+from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.solver import counters
 from pounding_risk.solver.row.api import run_row
 from pounding_risk.solver.row.layout import lay_out
@@ -63,6 +65,20 @@ def test_chains_as_matrices_agree_with_scipy_and_with_chains(name: str, form: Ca
     np.testing.assert_allclose(run.floors[:, moves], chain.floors[:, moves], rtol=1e-9)
     for output in ("peak_closing", "peak_contact_force", "impulse"):
         np.testing.assert_allclose(named(run)[output], named(chain)[output], rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", sorted(set(CASES) - set(ELASTIC)))
+def test_yielding_storeys_beside_matrices_are_those_of_chains(name: str):
+    """A matrix of no springs and one of their own masses beside them; within 1e-8, a hundred times rtol."""
+    case = CASES[name]
+    chains = [
+        chain._replace(coupling=np.zeros((chain.mass.size,) * 2), inertia=np.diag(chain.mass)) for chain in case.chains
+    ]
+    known, found = by_solver(case, 1e-10), by_solver(case._replace(chains=tuple(chains)), 1e-10)
+    assert found.status == counters.COMPLETE
+    np.testing.assert_allclose(found.floors, known.floors, rtol=1e-8)
+    for output in ("peak_closing", "peak_contact_force", "impulse"):
+        np.testing.assert_allclose(named(found)[output], named(known)[output], rtol=1e-8, atol=1e-9)
 
 
 MASSES, GAP, SPRING = np.array([200e3, 200e3, 150e3]), 0.004, 5e8
@@ -136,6 +152,13 @@ def test_modes_give_the_results_of_the_matrix():
 # Masses of the frame that are not lumped at its floors.
 BOUND = 1e3 * np.array([[180.0, 40.0, 5.0], [40.0, 190.0, 35.0], [5.0, 35.0, 120.0]])  # kg
 KEYS = {"stiffness_matrix": BENT.tolist(), "storey_heights": "4 m", "damping_rule": "stiffness"}
+SLAB = {
+    "slab_mass": "150 t",
+    "height": "3 m",
+    "strength": "400 kN",
+    "stiffness": "4 MN/m",
+    "yield_displacement": "10 mm",
+}
 HEAVY = pr.MatrixBuilding("hall", **KEYS, mass_matrix=BOUND.tolist())
 
 
@@ -201,3 +224,50 @@ def test_linked_buildings_with_mass_matrices_are_those_with_masses(name: str):
     assert found.status == counters.COMPLETE
     np.testing.assert_allclose(found.floors[:, [0, 1, 3]], known.floors[:, [0, 1, 3]], rtol=1e-9)
     np.testing.assert_allclose(found.points[:, counters.PEAK_FORCE], known.points[:, counters.PEAK_FORCE], rtol=1e-9)
+
+
+# Storeys of a frame that yield, beside walls half as stiff that do not: a part of the matrix of both.
+PART = np.array([90e6, 60e6, 45e6])  # N/m, of each storey
+FORCES = np.array([4e5, 3e5, 2e5])  # N, of the yielding part
+OF_STOREYS = {"floor_masses": MASSES.tolist(), "storey_heights": "4 m"}
+
+
+def dual(form: str, **more: Any) -> Any:
+    """Both as storeys of one bilinear law, or by a matrix or modes with a part that yields."""
+    if form == "storeys":
+        keys = {"storey_stiffnesses": (1.5 * PART).tolist(), "storey_strengths": (1.5 * FORCES).tolist()}
+        return pr.ShearBuilding("dual", **OF_STOREYS, **keys | more)
+    keys = OF_STOREYS | {"storey_stiffnesses": PART.tolist(), "storey_strengths": FORCES.tolist()}
+    whole = chain_of(Storeys("", tuple(MASSES), tuple(1.5 * PART), (4.0,) * 3)).stiffness()
+    if form == "matrix":
+        return pr.MatrixBuilding("dual", stiffness_matrix=whole.tolist(), **keys | more)
+    squares, shapes = eigh(whole, np.diag(MASSES))
+    modes = {"period": (2.0 * np.pi / np.sqrt(squares)).tolist(), "shape": shapes.T.tolist()}
+    return pr.ModalBuilding("dual", modes=modes, **keys | more)
+
+
+def beside_a_shed(building: Any, hardening: float, **effects: Any) -> Any:
+    """A run of it beside a mass, under a strong record."""
+    shed = pr.SingleMass("shed", "300 t", "0.3 s", height="12 m")
+    contact = pr.Interface("10 mm", "jankowski", "1e10 N/m^1.5", restitution=0.65)
+    records = pr.Records(["RSN6-180"], window=["1.5 s", "6 s"], pga="0.6 g")
+    effects = {"inelastic_storeys": {"hardening": hardening}} | effects
+    return pr.simulate(pr.Scene([building, shed], [contact], records, effects=effects, solver=pr.Solver(rtol=1e-10)))
+
+
+@pytest.mark.parametrize("more", [{}, {"isolation": SLAB}, {"period": "0.6 s"}], ids=["", "isolated", "at a period"])
+@pytest.mark.parametrize("form", ["matrix", "modes"])
+def test_a_part_of_a_matrix_that_yields_is_storeys_that_harden(form: str, more: dict[str, Any]):
+    """Springs k1 that yield beside k2 = k1 / 2 are one bilinear spring of k1 + k2, of the strength V_y (k1 + k2) / k1.
+
+    Its hardening is (k2 + h k1) / (k1 + k2). Within 1e-8, a hundred times rtol: yielding lets rounding grow.
+    """
+    h = 0.04
+    found = beside_a_shed(dual(form, **more), h, p_delta={})
+    stretched = {"storey_strengths": (1.5 * FORCES).tolist()}
+    known = beside_a_shed(dual("storeys", **more | stretched), (0.5 + h) / 1.5, p_delta={})
+    assert int(known["impact_count"].sum()) > 1 and float(known["storey_ductility"].max()) > 2.0
+    of_storeys = ("storey_displacement", "storey_drift", "storey_ductility", "storey_acceleration")
+    for name in ("impact_count", "peak_closing", "peak_contact_force", *of_storeys):
+        np.testing.assert_allclose(found[name], known[name], rtol=1e-8, atol=1e-12, err_msg=name)
+    assert abs(float(found["energy_residual"].max())) < 1e-8

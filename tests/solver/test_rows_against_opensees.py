@@ -65,6 +65,11 @@ BENT = [[320, -180, 30], [-180, 230, -90], [30, -90, 65]]  # MN/m
 JOINED = {
     "a linked row": {"storey_stiffnesses": ["180 MN/m", "150 MN/m", "90 MN/m"]},
     "a stiffness matrix": {"stiffness_matrix": {"values": BENT, "unit": "MN/m"}},
+    "a part of it that yields": {
+        "stiffness_matrix": {"values": BENT, "unit": "MN/m"},
+        "storey_stiffnesses": ["60 MN/m", "40 MN/m", "15 MN/m"],
+        "storey_strengths": ["400 kN", "300 kN", "100 kN"],
+    },
 }
 
 
@@ -88,6 +93,7 @@ def test_opensees_converges_to_links_and_matrices(ops, name: str):
             gap="4 mm",
             records={"names": ["RSN6-180"], "window": ["1 s", "5 s"], "pga": "0.5 g"},
             contact=[{"left": "storey 3", "right": "storey 3"}],
+            effects={"inelastic_storeys": {}} if "storey_strengths" in hall else None,
             **link,
         )
     )

@@ -178,6 +178,16 @@ def check_stiff(stiffness: Array, masses: Array) -> None:
         )
 
 
+def check_part(stiffness: Array, storeys: Array) -> None:
+    """Raises PoundingError where storeys that yield are no part of the stiffness of all floors [N/m]."""
+    least = float(np.linalg.eigvalsh(stiffness - storeys)[0])
+    if least < -ASYMMETRY * np.abs(stiffness).max():
+        raise PoundingError(
+            f"storey_stiffnesses are more than the stiffness_matrix has: without them a motion would have {least:.3g} "
+            "N/m; write the part of it that yields"
+        )
+
+
 def assembled(
     table: ModeTable, masses: Array, damping: float, residual_period: float = 0.0
 ) -> tuple[Array, Array | None]:

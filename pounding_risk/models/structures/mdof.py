@@ -222,7 +222,8 @@ def _bare(building: Building | Storeys) -> Chain:
         mass, damping, stiffness = building.matrices()
         law, coupling, inertia = building.isolator_law, building.coupling(), building.mass_coupling()
         has_coupling = coupling.size and (len(mass) > 1 or inertia.size)  # one mass has one spring, as in any building
-        springs = np.zeros(len(mass)) if has_coupling else np.array(building.stiffnesses or stiffness[0])
+        has_springs = not has_coupling or (building.stiffness_matrix and building.stiffnesses)
+        springs = np.array(building.stiffnesses or stiffness[0]) if has_springs else np.zeros(len(mass))
         if has_coupling and law is not None:
             springs[0] = law.stiff
         bare = Chain(

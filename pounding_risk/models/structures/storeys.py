@@ -27,7 +27,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.ground import SHARED, Support
 from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.models.structures.isolation import IsolatorLaw, Isolators
-from pounding_risk.models.structures.matrices import check_driven, check_masses, check_stiff, symmetric
+from pounding_risk.models.structures.matrices import check_driven, check_masses, check_part, check_stiff, symmetric
 from pounding_risk.models.structures.plan import Plan, plan_inertias, plan_stiffness
 from pounding_risk.models.structures.typologies import known_typology
 from pounding_risk.units import (
@@ -97,7 +97,8 @@ class Storeys:
     itself, of the rule "matrix"; ``damping`` is then the ratio of the first mode. Beside it a ``mass_matrix`` is M, and
     ``masses`` are those by which the ground's acceleration acts on each floor, its row sums where all mass is at
     floors. The matrices are those of the floors above the slab where the building has ``isolators``. ``strengths``
-    are the storeys' yield shears for `inelastic_storeys`; without any the building stays elastic. Without
+    are the storeys' yield shears for `inelastic_storeys`; without any the building stays elastic. Beside a
+    ``stiffness_matrix`` they are those of ``stiffnesses``, a part of it. Without
     ``initial_displacement`` and ``initial_velocity`` it begins at rest. Files of ``displacement_history`` give u
     without contact in place of the equation. With ``plans`` floors rotate, and matrices and modes are those of all
     their motions. Raises PoundingError for numbers that no building has.
@@ -177,6 +178,8 @@ class Storeys:
                     )
                 if field == "stiffness_matrix":
                     check_stiff(matrix, masses)
+                    if self.stiffnesses:
+                        check_part(matrix, stiffness_matrix(np.array(self.stiffnesses[self._slabs :])))
                 elif field == "mass_matrix":
                     check_masses(matrix)
                     check_driven(matrix, masses)
@@ -229,7 +232,7 @@ class Storeys:
     @property
     def storey_springs(self) -> tuple[float, ...]:
         """Stiffness of each storey [N/m]; where a matrix is given, shear over drift in the first mode."""
-        if self.stiffnesses:
+        if not self.stiffness_matrix:
             return self.stiffnesses
         shape = self.vibration().shapes[:, 0]
         masses, inertia = self.masses, self.mass_coupling()
@@ -301,7 +304,14 @@ class Storeys:
     def coupling(self) -> Array:
         """What joins the floors beside the springs of storeys and isolators [N/m]; empty of storey springs alone."""
         matrix = self._matrix(0.0)
-        return np.zeros((0, 0)) if matrix is None else matrix
+        if matrix is None:
+            return np.zeros((0, 0))
+        return matrix - self._yielding() if self.stiffness_matrix and self.stiffnesses else matrix
+
+    def _yielding(self) -> Array:
+        """The part [N/m] of a stiffness matrix that its storeys are which may yield, above isolators."""
+        above = stiffness_matrix(np.array(self.stiffnesses[self._slabs :]))
+        return above if self.isolators is None else on_base(above, 0.0)
 
     def elastic_stiffness(self) -> Array:
         """K [N/m] while all is elastic."""

@@ -140,6 +140,10 @@ def _of_storeys(scene: Mapping[str, Any]) -> Iterator[str]:
     yield f"{moves}; floors are rigid, and each storey is a spring with viscous damping."
     if by_matrix := named("stiffness_matrix"):
         yield f"The floors of {by_matrix} are joined by a stiffness matrix in place of storey springs."
+    if parts := [
+        str(one["name"]) for one in scene["building"] if {"stiffness_matrix", "storey_strengths"} <= one.keys()
+    ]:
+        yield f"Storeys of {' and '.join(parts)} that may yield are a part of it: storey shears are those of this part."
     if by_masses := named("mass_matrix"):
         yield f"Masses of {by_masses} are a matrix: floors have inertia against each other's accelerations too."
     if isolated := named("isolation"):
