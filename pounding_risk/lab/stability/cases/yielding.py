@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -67,6 +68,26 @@ def _beside_walls(frame: Chain) -> RowModel:
 def between_walls(trial: Trial, law: Hysteresis, effects: list) -> float:
     """Energy unaccounted for, over the largest; infinite without contact at both walls, or where one pulls."""
     return trial.unsound_row(_beside_walls(chain_of(_frame(law, 0.15), effects)), 0.002)
+
+
+@GROUP.case(
+    "54",
+    "a frame by its matrices, masses of 1 : 1e4 that share inertia, a part of it without stiffness past yield, as 52a",
+    ENERGY,
+    LEDGER,
+    FORCES,
+)
+def by_matrices(trial: Trial) -> float:
+    """As `between_walls`, of a roof of 50 kg that a floor of 500 t carries along."""
+    frame = _frame(FLAT, 0.15)
+    whole = 1.5 * frame.matrices()[2]
+    by_matrix = replace(
+        frame,
+        masses=(5.04e5, 4.05e3),
+        mass_matrix=((5e5, 4e3), (4e3, 50.0)),
+        stiffness_matrix=tuple(map(tuple, whole.tolist())),
+    )
+    return trial.unsound_row(_beside_walls(chain_of(by_matrix, YIELDS)), 0.002)
 
 
 @GROUP.case(
