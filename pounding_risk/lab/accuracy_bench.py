@@ -30,7 +30,7 @@ from pounding_risk.models.ground import SHARED
 from pounding_risk.models.structures.contact_points import FLOOR, Point
 from pounding_risk.models.structures.links import LINK
 from pounding_risk.models.structures.mdof import Chain, chain_of
-from pounding_risk.motions.levels import PEAK, driven
+from pounding_risk.motions.levels import driven
 from pounding_risk.motions.motion import Motion
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.motions import motions_of
@@ -42,6 +42,7 @@ from pounding_risk.solver.pair.outputs import COLUMNS, HIGH, LOW
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.cases import Limits
 from pounding_risk.solver.row.outputs import closing, outputs
+from pounding_risk.units import GAP, YIELD_FORCE, say
 
 Array = NDArray[np.float64]
 Timed = tuple[Array, float]  # answers, and the processor time that they took [s]
@@ -117,10 +118,14 @@ class Bench:
         ]
 
     def _words(self) -> Iterator[str]:
-        """Gap and yield force of each case; with one yield force in the grid of a row every interface has its own."""
-        has_force = self.has_one_force or len(self.study.grid.yield_forces) > 1
+        """Gap and yield force of each case; of a row whose interfaces keep their own gaps that of one."""
+        names, grid = self.study.interface_names, self.study.grid
+        named = self.study.gridded_interface or ("" if len(grid.gaps) > 1 else names[0])
+        of = f" of {named}" if named and len(names) > 1 else ""
+        has_force = self.has_one_force or len(grid.yield_forces) > 1
         for gap, force in product(self.gaps, self.yield_forces):
-            yield f"gap {gap:.4g} m" + (f", F_E {force:.4g} N" if has_force else "")
+            forced = "no yielding" if force == inf else f"F_E {say(force, YIELD_FORCE)}"
+            yield f"gap{of} {say(gap, GAP)}" + (f", {forced}" if has_force else "")
 
     # ------------------------------------------------------------------------------ as the solver of the scene has it
     def limits_at(self, gap: int, force: int) -> Limits:
@@ -418,7 +423,7 @@ def driven_motions(study: Scene) -> list[Driven]:
     axes = (motions_of(study), study.records.polarities, study.grid.amplitudes)
     for indices in np.ndindex(tuple(len(axis) for axis in axes)):
         motion, sense, level = (axis[index] for axis, index in zip(axes, indices, strict=True))
-        at = "" if level is None else f" {level.value:.4g} m/s2" if level.measure == PEAK else f" {level.words}"
+        at = "" if level is None else f" at {level.words}"
         place = indices[0], indices[1], indices[2]
         listed.append(Driven(place, driven(motion, sense, level), f"{motion.name} {sense}{at}"))
     return listed

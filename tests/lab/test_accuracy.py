@@ -155,7 +155,7 @@ def test_cases_are_thinned_to_what_was_asked(study):
     one = bench_of(study, 1)
     assert one.size == 1 and one.yield_forces == [np.inf]
     labels = bench_of(study, 1000).labels
-    assert labels[4].endswith("gap 0.01 m, F_E 1.8e+06 N")
+    assert labels[4].endswith("gap 10 mm, F_E 1800 kN")
     case = list(bench_of(study, 1000).point_cases())[4]
     assert (case.gaps, case.yield_forces) == (0.01, 1.8e6)
 
@@ -216,7 +216,7 @@ def test_the_dataset_is_whole_and_is_written(study, dataset, tmp_path):
 
 
 def test_a_closed_gap_has_no_first_touch(dataset):
-    at_rest = ["gap 0 m" in label for label in dataset["case"].values]
+    at_rest = ["gap 0 mm" in label for label in dataset["case"].values]
     assert any(at_rest)
     assert (
         dataset["error"].values[:, at_rest, FIRST].size and np.isnan(dataset["error"].values[:, at_rest, FIRST]).all()
@@ -226,7 +226,9 @@ def test_a_closed_gap_has_no_first_touch(dataset):
 def test_a_capped_force_measures_no_method(dataset):
     """The plateau of the law is F_E, which coarse steps have as exactly as fine ones."""
     forces = dataset["reference"].values[:, 0, FORCE]
-    strengths = np.array([float(label.partition("F_E ")[2].removesuffix(" N")) for label in dataset["case"].values])
+    strengths = 1e3 * np.array(
+        [float(label.partition("F_E ")[2].removesuffix(" kN") or "inf") for label in dataset["case"].values]
+    )
     capped = forces >= strengths * (1.0 - 1e-12)
     assert 0 < capped.sum() < capped.size
     coarse = dataset["value"].sel(setting="Newmark average acceleration, dt 1e-02").values[:, 0, FORCE]

@@ -98,7 +98,7 @@ def test_the_script_says_what_it_is_and_what_it_has_not(tmp_path, monkeypatch):
     written = pr.export(pr.read_scene(text), "opensees", tmp_path / "model.py", gap="7 mm")
     script = written.files[0].read_text()
     compile(script, "model.py", "exec")
-    assert "gap 0.007 m" in script and "- 1 further motion of the scene" in script
+    assert "gap 7 mm" in script and "- 1 further motion of the scene" in script
     assert "Units are N, kg, m and s" in script
     assert max(map(len, script.splitlines())) <= 120
 
