@@ -11,7 +11,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.motions.levels import Level, read_measure
 from pounding_risk.questions._declaration import File, Option
-from pounding_risk.questions.notes import FASTER, OF_LINKS
+from pounding_risk.questions.notes import FASTER, OF_LINKS, of_records
 from pounding_risk.render.sheet import (
     MISSING,
     Block,
@@ -86,6 +86,7 @@ def sheet(run: xr.Dataset) -> list[Block]:
     ]
     held = int(run["restitution_held"].clip(min=0).sum())  # below zero where the run failed
     notes = [*([f"{held} contacts are {FASTER}"] if held else []), *json.loads(attrs.get("notes", "[]"))]
+    notes += of_records(json.loads(attrs.get("flags", "{}")))
     if isolated := isolated_of(run):
         notes.append(f"{' and '.join(isolated)}: peak drift is that above the isolators, which are storey 1")
     blocks = [

@@ -16,7 +16,7 @@ from pounding_risk.models.structures.contact_points import COLUMN
 from pounding_risk.motions.levels import PEAK, Level, at_pga, driven
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.contact_notes import of_run
-from pounding_risk.results.labels import CONVENTIONS
+from pounding_risk.results.labels import CONVENTIONS, flags_of
 from pounding_risk.results.run_labels import Case, run_dataset
 from pounding_risk.scene.known_motions import check_computed
 from pounding_risk.scene.motions import motions_of
@@ -126,6 +126,7 @@ def simulate(
         record=name,
         polarity=sense,
         notes=as_text(notes),
+        **flags_of(narrowed, (motions[name],)),
         **({"unused_keys": as_text(keys)} if keys else {}),
         Conventions=CONVENTIONS,
         source="pounding_risk: event-driven solver, one run with its histories",
