@@ -361,7 +361,8 @@ def _row_peaks(axis: Any, run: xr.Dataset) -> None:
     axis.grid(False)
     axis.set_title(
         "peaks: displacement of each roof; force and number of contacts at each contact point, of two\n"
-        f"close by at the stronger (orange edge: reaches $F_E$; white: untouched); gaps drawn × {scale:g}",
+        f"close by at the stronger (orange edge: reaches $F_E$; white: untouched); gaps drawn × {scale:g}"
+        + ("; links are not drawn" if "peak_link_stretch" in run else ""),
         fontsize=8,
     )
 

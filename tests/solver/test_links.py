@@ -15,7 +15,7 @@ import pytest
 from oracle_springs import Linear
 from oracle_springs import segments as follow
 from row_cases import EL_CENTRO, single, storeys
-from scenes import scene_text
+from scenes import scene_text, storeyed
 from scenes import single as mass
 from sentences import refusal
 from sweeps import sweep
@@ -184,6 +184,14 @@ def test_histories_of_a_link_are_its_force_and_agree_with_the_scan():
     known = 4e6 * stretch + 2e5 * (velocity[:, 1] - velocity[:, 0])
     np.testing.assert_allclose(history["link_force"].values[:, 0], known, rtol=1e-9, atol=1e-3)
     assert parse_scene(study.to_toml()) == study
+
+
+def test_an_elevation_of_a_run_says_that_links_are_not_drawn():
+    towers = (storeyed("A", "60 t", "90 MN/m", storeys=2), storeyed("B", "90 t", "80 MN/m", storeys=2))
+    keys = {"gap": "4 mm", "records": {"names": ["RSN6-180"], "window": ["1.5 s", "2.5 s"]}}
+    for link, is_said in (({"link_stiffness": "4 MN/m"}, True), ({}, False)):
+        figure = pr.figures.simulation_figure(pr.simulate(parse_scene(scene_text(*towers, **keys, **link))))
+        assert any("links are not drawn" in axis.get_title() for axis in figure.axes) == is_said
 
 
 def test_links_that_cannot_be_are_refused(says):
