@@ -246,12 +246,12 @@ def dual(form: str, **more: Any) -> Any:
     return pr.ModalBuilding("dual", modes=modes, **keys | more)
 
 
-def beside_a_shed(building: Any, hardening: float, **effects: Any) -> Any:
+def beside_a_shed(building: Any, hardening: float | None, **effects: Any) -> Any:
     """A run of it beside a mass, under a strong record."""
     shed = pr.SingleMass("shed", "300 t", "0.3 s", height="12 m")
     contact = pr.Interface("10 mm", "jankowski", "1e10 N/m^1.5", restitution=0.65)
     records = pr.Records(["RSN6-180"], window=["1.5 s", "6 s"], pga="0.6 g")
-    effects = {"inelastic_storeys": {"hardening": hardening}} | effects
+    effects = ({"inelastic_storeys": {"hardening": hardening}} if hardening is not None else {}) | effects
     return pr.simulate(pr.Scene([building, shed], [contact], records, effects=effects, solver=pr.Solver(rtol=1e-10)))
 
 
@@ -271,3 +271,20 @@ def test_a_part_of_a_matrix_that_yields_is_storeys_that_harden(form: str, more: 
     for name in ("impact_count", "peak_closing", "peak_contact_force", *of_storeys):
         np.testing.assert_allclose(found[name], known[name], rtol=1e-8, atol=1e-12, err_msg=name)
     assert abs(float(found["energy_residual"].max())) < 1e-8
+
+
+def test_a_single_floor_by_a_matrix_is_a_mass_and_with_a_part_that_yields_one_storey():
+    """With its own mass matrix it is the mass to the bit; a part of its spring yields as in the building of storeys."""
+    keys = {"floor_masses": "400 t", "storey_heights": "12 m", "stiffness_matrix": [[300e6]]}
+    one = pr.MatrixBuilding("hall", **keys)
+    by_mass = pr.MatrixBuilding("hall", **keys | {"mass_matrix": [[400e3]]})
+    runs = [beside_a_shed(building, None) for building in (one, by_mass)]
+    for name in runs[0].data_vars:
+        np.testing.assert_array_equal(runs[0][name], runs[1][name], err_msg=name)
+    part = pr.MatrixBuilding("hall", **keys, storey_stiffnesses="200 MN/m", storey_strengths="800 kN")
+    storeys = {"floor_masses": "400 t", "storey_heights": "12 m", "storeys": 1, "storey_stiffnesses": "300 MN/m"}
+    whole = pr.ShearBuilding("hall", **storeys, storey_strengths="1200 kN")
+    found, known = beside_a_shed(part, 0.05), beside_a_shed(whole, (0.5 + 0.05) / 1.5)
+    assert int(known["impact_count"].sum()) > 1 and float(known["storey_ductility"].max()) > 2.0
+    for name in ("impact_count", "peak_contact_force", "storey_displacement", "storey_ductility"):
+        np.testing.assert_allclose(found[name], known[name], rtol=1e-8, err_msg=name)

@@ -221,8 +221,10 @@ def _bare(building: Building | Storeys) -> Chain:
     if isinstance(building, Storeys):
         mass, damping, stiffness = building.matrices()
         law, coupling, inertia = building.isolator_law, building.coupling(), building.mass_coupling()
-        has_coupling = coupling.size and (len(mass) > 1 or inertia.size)  # one mass has one spring, as in any building
-        has_springs = not has_coupling or (building.stiffness_matrix and building.stiffnesses)
+        is_split = bool(building.stiffness_matrix and building.stiffnesses)  # into storeys that yield and the rest
+        # One mass has one spring, as in any building, but for these.
+        has_coupling = coupling.size and (len(mass) > 1 or inertia.size or is_split)
+        has_springs = not has_coupling or is_split
         springs = np.array(building.stiffnesses or stiffness[0]) if has_springs else np.zeros(len(mass))
         if has_coupling and law is not None:
             springs[0] = law.stiff
