@@ -205,6 +205,11 @@ def _of_buildings(study: Scene) -> Iterator[str]:
         for mass in dict.fromkeys((min(masses), max(masses))):
             yield from _unusual("mass of a floor", {building.name: mass})
         yield from _of_storeys(building)
+        if _is_part(building):
+            yield (
+                f"{building.name}: storey shears are those of storey_stiffnesses, a part of its matrix; the rest "
+                "carries more"
+            )
         plans = getattr(building, "plans", ())
         if plans and not plans[0].moves_across:
             yield (
@@ -212,6 +217,11 @@ def _of_buildings(study: Scene) -> Iterator[str]:
                 "the centre of stiffness is off along the row, which eccentricity_along of its plan states"
             )
     yield from _unusual("period", {building.name: building.period for building in moving})
+
+
+def _is_part(building: Any) -> bool:
+    """True where storeys that may yield are a part of what joins the floors of a building."""
+    return bool(getattr(building, "strengths", ()) and getattr(building, "stiffness_matrix", ()))
 
 
 def _of_storeys(building: Any) -> Iterator[str]:
@@ -222,7 +232,8 @@ def _of_storeys(building: Any) -> Iterator[str]:
     weights = [STANDARD_GRAVITY * sum(building.masses[storey:]) for storey in range(len(strengths))]
     shares = {name: force / weight for name, force, weight in zip(storeys, strengths, weights, strict=False)}
     yield from _unusual("storey height", _ends(dict(zip(storeys, heights, strict=True))))
-    yield from _unusual("strength of a storey over the weight above", _ends(dict(list(shares.items())[isolators:])))
+    if not _is_part(building):
+        yield from _unusual("strength of a storey over the weight above", _ends(dict(list(shares.items())[isolators:])))
     if len(heights) < 2 or isolators or building.period > USUAL["period"].high:
         return
     of_frame = 0.0724 * sum(heights) ** 0.8

@@ -118,6 +118,21 @@ def test_an_unusual_number_of_storeys_has_a_sentence(override, says):
     says("\n".join(told))
 
 
+def test_shears_of_a_part_of_a_matrix_are_told_to_be_of_that_part():
+    """And its strength is not held against the weight that all of the storey carries."""
+    matrix = {"stiffness_matrix": {"values": [[400, -200], [-200, 200]], "unit": "MN/m"}}
+    hall = {"name": "hall", "floor_masses": "200 t", "storey_heights": "3.5 m", **matrix}
+    part = {"storey_stiffnesses": "50 MN/m", "storey_strengths": "30 kN"}
+    words = "hall: storey shears are those of storey_stiffnesses, a part of its matrix; the rest carries more"
+    for keys, told in ((part, (words,)), ({}, ())):
+        scene = parse_scene(
+            scene_text(
+                hall | keys, single("mass", "400 t", "0.5 s"), effects={"inelastic_storeys": {}} if keys else None
+            )
+        )
+        assert tuple(note for note in of_input(scene, ()) if note.startswith("hall:")) == told
+
+
 def test_foundations_that_sway_are_told_not_to_rock():
     (told,) = notes('effects.soil_flexibility={shear_wave_velocity = "200 m/s", radius = "8 m"}', text=ROW)
     assert "sway and do not rock" in told
