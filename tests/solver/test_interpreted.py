@@ -62,6 +62,12 @@ CASES = {
         " for name in ('friction', 'hook that breaks', 'damper', 'damper on a brace')]",
         1e-9,
     ),
+    "mass matrices": Case(
+        "test_matrix_rows",
+        "by_solver(STRIKE._replace(chains=(chain_of(HEAVY.structure()), STRIKE.chains[1])), 1e-6)"
+        ".floors[:, [0, 1, 3]].tolist()",
+        1e-9,
+    ),
     "two components": Case(
         "test_rotating_floors",
         "[pr.scan(scene({'plan': ACROSS}, {'plan': OTHER_ACROSS}, gap='3 mm', "

@@ -178,6 +178,7 @@ def test_a_frame_with_a_mass_matrix_is_that_of_scipy(floor: float, driven: tuple
     np.testing.assert_allclose(run.floors[:3, 1], drifts, rtol=5e-6)
     np.testing.assert_allclose(run.floors[:3, 3], shakes, rtol=2e-5)
     assert named(run)["peak_contact_force"].item() == pytest.approx(force, rel=5e-6)
+    assert abs(run.residual) <= 1e-8 * run.energy
 
 
 def test_a_frame_that_creeps_against_a_wall_is_that_of_radau():
