@@ -151,7 +151,8 @@ def draw_fragilities(axis: Any, assessment: Assessment, one: InterfaceAssessment
         some = f", {len(yields)} of {len(every)} curves" if len(every) > len(yields) else ""
         axis.set_title(f"yielding: {law_words(str(yields[0].contact_model))}{some}", fontsize=9.5)
     drawn = [curve for curve in (contact, *yields) if not curve.fault]
-    axis.set(xlabel=intensity_label(assessment.intensity), ylabel="P(failure) [1]", ylim=(-0.03, 1.12))
+    what = "P(contact), P(yield) [1]" if any(curve.what == "yield" for curve in drawn) else "P(contact) [1]"
+    axis.set(xlabel=intensity_label(assessment.intensity), ylabel=what, ylim=(-0.03, 1.12))
     if not drawn:
         return message(axis, f"No fragility at this gap: {contact.fault}")
     _, size = intensity_shown(assessment.intensity)
@@ -215,7 +216,7 @@ def _draw_hazard(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     for curve, rate in zip(one.fragility, one.rates, strict=True):
         if curve.what == "contact" and curve.gap == one.gap and not rate.fault:
             words += f": contact in 50 years {'at least ' if rate.at_least else ''}{100.0 * rate.fifty_years:.2g} %"
-            words += f", about {100.0 * rate.missing:.0f} % of failures beyond it" if rate.at_least else ""
+            words += f", about {100.0 * rate.missing:.0f} % of contacts beyond it" if rate.at_least else ""
     axis.axvspan(*ends, ymin=0.0, ymax=0.03, color=QUIET, alpha=0.6, linewidth=0.0, label=words)
 
 
