@@ -648,6 +648,12 @@ class MatrixBuilding(FlooredBuilding):
             yield keys.fault("floor_masses", KEYS["floor_masses"].lacks("floor_masses"), absent=True)
         if "along_rows" in keys and "mass_matrix" not in keys:
             yield keys.fault("along_rows", "names rows of a mass_matrix; write one, or remove along_rows")
+        elif "along_rows" in keys and "floor_masses" in keys:
+            yield keys.fault(
+                "along_rows",
+                "floor_masses beside a mass_matrix are the masses that the ground's acceleration acts on; remove "
+                "along_rows, or floor_masses, which along_rows then give",
+            )
         if matrix and ("floor_rows" not in keys or keys.get("floor_rows")):
             count = len(keys.get("floor_rows") or matrix)
             yield from wrong_lengths(keys, names, count, f"{count} floors of stiffness_matrix")
@@ -686,9 +692,9 @@ class MatrixBuilding(FlooredBuilding):
                 f"names row {wrong[0]} of {len(matrix)}" if wrong[0] > len(matrix) else f"lacks the floor {wrong[0]}"
             )
             raise PoundingError(f"along_rows {words}; write all rows that are displacements along the row")
-        inertia, driven = condensed_masses(matrix, stiffness, rows, self.along_rows)
         given = self.by_floor("floor_masses", len(rows))
-        return {"mass_matrix": tuple(map(tuple, inertia.tolist())), "masses": given or tuple(driven.tolist())}
+        inertia, driven = condensed_masses(matrix, stiffness, rows, self.along_rows, given)
+        return {"mass_matrix": tuple(map(tuple, inertia.tolist())), "masses": tuple(driven.tolist())}
 
 
 class ModalBuilding(FlooredBuilding):
@@ -810,6 +816,8 @@ def kind_of(keys: Mapping[str, Any]) -> type[AnyBuilding]:
         return RigidWall
     if "stiffness_matrix" in keys or "modes" in keys:
         return MatrixBuilding if "stiffness_matrix" in keys else ModalBuilding
+    if "mass_matrix" in keys and "storey_stiffnesses" not in keys:
+        return MatrixBuilding
     if any(key in keys for key in LISTS[:3]):
         return ShearBuilding
     if "typology" in keys or "floor_mass" in keys or ("storeys" in keys and "mass" not in keys):

@@ -83,7 +83,7 @@ BESIDE: dict[str, dict[str, Any]] = {
     "building.wave_speed": {"floor_length": "20 m"},
     "building.storey_stiffnesses": {"storey_strengths": "2 MN"},
     "building.storey_strengths": {"storey_stiffnesses": "40 MN/m"},
-    "building.along_rows": {"mass_matrix": {"file": "M.csv", "unit": "t"}},
+    "building.along_rows": {"mass_matrix": {"file": "M.csv", "unit": "t"}, "floor_masses": None},
     "interface.table": {"contact_model": "tabulated", "stiffness": None},
     "records.pause": {"aftershock": "RSN753-000"},
     "records.aftershock_ratio": {"aftershock": "RSN753-000"},

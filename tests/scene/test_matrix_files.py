@@ -162,7 +162,9 @@ def test_a_mass_matrix_of_a_file_is_condensed_and_stands_in_the_scene_that_is_wr
 
 def test_what_a_mass_matrix_lacks_is_said(tmp_path, says):
     says(refusal(framed, tmp_path, *OF_FRAME))
+    says(refusal(framed, tmp_path, *OF_FRAME, "along_rows = [1, 3]", 'floor_masses = "150 t"'))
     says(refusal(framed, tmp_path, "floor_rows = [1, 3]"))
     says(refusal(framed, tmp_path, "floor_rows = [1, 3]", 'floor_masses = "150 t"', "along_rows = [1, 3]"))
     says(refusal(framed, tmp_path, 'mass_matrix = {file = "M.csv", unit = "m"}', "floor_rows = [1, 3]"))
     says(refusal(framed, tmp_path, 'mass_matrix = {file = "no.csv", unit = "t"}', "floor_rows = [1, 3]"))
+    says(refusal(scene, tmp_path, OF_FRAME[0]))
