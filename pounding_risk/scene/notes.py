@@ -223,7 +223,7 @@ def _of_effects(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
 def _of_records(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
     """Keys of files that records do not need, and amplitudes that another key overrules."""
     request, has_pga = study.records, ("grid", "pga") in given
-    if has_pga:
+    if has_pga and study.grid.levels != (request.pga,):  # not that of a scene whose every value is stated
         yield Unused(("records", "pga"), "grid.pga sets the amplitude of every motion")
     if request.names or request.set:
         source = "names" if request.names else "set"

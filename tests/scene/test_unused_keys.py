@@ -319,6 +319,8 @@ def test_nothing_is_told_of_what_was_not_written():
     assert unused_keys(parse_scene(ROW, "scene.toml")) == ()
     resolved = parse_scene(ROW, "scene.toml").resolved()
     assert unused_keys(scene_of(resolved)) == ()
+    scaled = parse_scene(PAIR.replace("scale = 1.5", 'pga = "0.5 g"'), "scene.toml")
+    assert unused_keys(scene_of(scaled.resolved())) == ()  # its grid states that PGA too
 
 
 @pytest.mark.complete
