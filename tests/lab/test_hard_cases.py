@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from math import inf
 from pathlib import Path
 
@@ -74,6 +75,31 @@ def test_it_holds(case: Case, law: str):
 def test_it_holds_at_other_tolerances(rtol: float):
     rows = stability(rtol)
     assert [(row.case.number, row.law, row.figure) for row in rows if not row.holds] == []
+
+
+PAGE = (TESTS.parent / "docs" / "stability.md").read_text("utf-8")
+# Groups, or numbers of cases, of the rows of its table; 20a and 23 are those of a physical limit, of which it speaks.
+OF_PAGE = ["rest", "touches", "limits", "extreme", "chains", "isolated", "51", "yielding", "53", "exact"]
+LIMITS = ("20a", "23")
+
+
+def test_the_page_counts_the_cases():
+    counted = [int(row.split("|")[2]) for row in PAGE.splitlines() if re.match(r"\| .+ \| \d+ \|", row)]
+    groups = [case.group for case in CASES]
+    found = [sum(of in (case.group.split()[0], numbered(case)) for case in CASES) for of in OF_PAGE]
+    assert counted == found and sum(found) == len(groups)
+    assert f"runs {len(CASES)} difficult cases" in PAGE and f"{sum(len(case.laws) for case in CASES)} rows" in PAGE
+    assert f"of the {sum('jankowski' in case.laws for case in CASES)} cases have such a run" in PAGE
+
+
+@pytest.mark.complete
+def test_the_deviations_of_the_page_are_not_exceeded():
+    """By half as much again at most, which other processors may need."""
+    stated = [float(row.split("|")[4].split()[0].rstrip(",")) for row in PAGE.splitlines() if ", 1" in row[-20:]]
+    rows = [row for row in stability(1e-6) if row.case.number not in LIMITS]
+    for of, most in zip(OF_PAGE, stated, strict=True):
+        worst = max(row.figure for row in rows if of in (row.case.group.split()[0], numbered(row.case)))
+        assert worst <= 1.5 * most, of
 
 
 def test_every_number_is_somewhere():
