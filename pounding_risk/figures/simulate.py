@@ -43,6 +43,7 @@ ABOVE: dict[str, Any] = {  # a legend between two panels, where it covers nothin
     "fontsize": 8,
     "frameon": False,
 }
+LETTERS = 120  # in a line of that size over the narrowest panel; a key takes eight
 ROOM = 0.018  # of the tallest height: levels closer than this leave room for one number
 
 
@@ -152,7 +153,7 @@ def _ground(axis: Axes, run: xr.Dataset) -> None:
         )
     if (second := "ground_acceleration_across") in run:
         axis.plot(time, run[second] / STANDARD_GRAVITY, color=RAISED, linestyle=":", linewidth=0.9, label="across it")
-        axis.legend(loc="upper right", fontsize=8)
+        axis.legend(ncols=2, **ABOVE)
     axis.set_ylabel("ground\nacceleration [g]")
 
 
@@ -192,7 +193,7 @@ def _in_space(axis: Axes, run: xr.Dataset) -> None:
         for number, line in enumerate(ground.T):
             axis.plot(time, line, color=colours.get(number, OTHERS), linestyle=":", linewidth=0.9)
         axis.plot([], [], color=QUIET, linestyle=":", linewidth=0.9, label="the ground under it")
-    axis.legend(fontsize=7.5, loc="upper right", ncols=3 if len(names) > 3 else 1, framealpha=0.9)
+    _legend_above(axis)
     axis.set_ylabel("displacement\nin space [mm]")
 
 
@@ -335,10 +336,16 @@ def _largest_lines(
     for (colour, dash), at in zip(styles(NAMED), order, strict=False):
         axis.plot(time, values[:, at], color=colour, linestyle=dash, linewidth=1.0, label=plain(names[at]))
     if any(names):
-        axis.legend(fontsize=7.5, loc="upper right", ncols=2 if len(names) > 3 else 1, framealpha=0.9)
+        _legend_above(axis)
     elif not names:
         message(axis, nothing)
     return {int(at): colour for (colour, _), at in zip(styles(NAMED), order, strict=False)}
+
+
+def _legend_above(axis: Any) -> None:
+    """A legend of names of any length in as many columns as stand side by side."""
+    longest = max(map(len, axis.get_legend_handles_labels()[1]))
+    axis.legend(ncols=min(max(LETTERS // (longest + 8), 1), 4), **ABOVE)
 
 
 def _row_peaks(axis: Any, run: xr.Dataset) -> None:

@@ -289,6 +289,19 @@ def test_the_figure_shows_what_the_run_has(run, tmp_path):
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
+def test_no_legend_covers_what_is_drawn(run):
+    """Nor does one of long names leave the figure."""
+    names = [f"{name} of the long name that a street gives to its houses" for name in run["contact_point"].values]
+    for shown in (run, run.assign_coords(contact_point=names)):
+        figure = pr.figures.simulation_figure(shown, absolute=True)
+        figure.canvas.draw()
+        boxes = [(axis.get_legend(), axis.get_window_extent()) for axis in figure.axes if axis.get_legend()]
+        assert len(boxes) == 3
+        for legend, panel in boxes:
+            box = legend.get_window_extent()
+            assert box.y0 >= panel.y1 and box.x0 >= 0.0 and box.x1 <= figure.bbox.x1
+
+
 def test_a_pair_moves_too(tmp_path):
     path = tmp_path / "pair.toml"
     path.write_text(demo.scene("paper").to_toml(), "utf-8")
