@@ -207,7 +207,7 @@ def scan(
     Parameters
     ----------
     study : Scene, str or Path
-        A scene, or the path of a scene file.
+        A scene, the path of a scene file, or the text of one.
     out : str or Path, optional
         File to write, ending in .nc or .zarr. Results are kept in a folder beside it as they are computed (``r.study``
         for ``r.nc``), and the same call goes on from there after an interruption. A file that is there is replaced
@@ -216,12 +216,12 @@ def scan(
     screening : bool
         Leave out runs whose result follows exactly from another run; the results are the same without it.
     check_fraction : float
-        Share of the runs, from 0 to 1, that is repeated at a tighter tolerance, drawn at random, one run at least: the
-        variables ``sensitive`` and ``change_...``.
+        Share of the runs, from 0 to 1, that is repeated at a tighter tolerance, drawn at random, one run at least
+        unless it is 0: the variables ``sensitive`` and ``change_...``.
     workers : int, optional
         Number of threads; one per processor by default. Results do not depend on it.
     executor : Executor, optional
-        What solves the batches instead of threads, such as `ensemble.dask.Dask`.
+        What solves the batches instead of threads, such as `Dask`.
     new : bool
         Discard what is kept of an earlier run, and replace whatever is under the name ``out``.
     progress : callable, optional
@@ -232,8 +232,10 @@ def scan(
     Returns
     -------
     xarray.Dataset
-        Dimensions are record, polarity, pga (where the grid has several) [m/s2], contact_model, gap [m] and yield_force
-        [N], and those of the places, of which each variable has its own: interface, contact_point, building and storey.
+        Dimensions are record, polarity, pga (where the grid has several) [m/s2], or intensity where its levels are of
+        another measure, contact_model, gap [m] and yield_force [N]; one of each axis of other numbers, by its address,
+        and sample of uncertain ones; and those of the places, of which each variable has its own: interface,
+        contact_point, building and storey; period [s] is of the records' spectra.
         A dataset of more than 100 MB that was written is read lazily.
 
     Raises

@@ -97,9 +97,9 @@ def accuracy(
     installed and has the scene's law, and two methods of SciPy are set against the event-driven solver at rtol 1e-12. A
     setting that would take more than ``budget`` for one pass, or gives up, is left out and named. A method is refined
     no further once it takes ten times as long as the tightest event-driven setting, with no smaller error in any
-    output; SciPy's DOP853 at its tightest tolerance, which confirms the reference, is always run. Effects, storeys that
-    yield, contact models that remember their path and impulsive models are known to the event-driven solver alone: then
-    only its own tolerances are compared.
+    output; SciPy's DOP853 at its tightest tolerance, which confirms the reference, is always run. Methods that do not
+    know what the scene has, such as an effect on the contact, an impulsive model, storeys that yield (which OpenSees
+    knows) or a mass matrix, are not run: the attribute ``left_out`` says which and why.
 
     Parameters
     ----------
