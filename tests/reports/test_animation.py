@@ -121,6 +121,9 @@ def test_it_plays_and_goes_to_contacts_in_a_browser(driver, run, written):
     driver.get(written.as_uri())
     wait = WebDriverWait(driver, 30, 0.02)
     wait.until(lambda page: page.execute_script("return document.body.dataset.ready === 'yes'"))
+    peak = float(run["contact_force"].max())
+    scale = re.search(r"line: largest contact force, 0 to ([\d.]+) (MN|kN)", driver.find_element("id", "scale").text)
+    assert scale and float(scale[1]) * {"MN": 1e6, "kN": 1e3}[scale[2]] == pytest.approx(peak, rel=5e-3)
     driver.find_element("id", "next").click()
     told = driver.find_element("id", "reading").text
     seconds = float(told.split()[0])

@@ -119,7 +119,8 @@ function layOut() {
   for (const point of points) point.mark = add(row, "circle", { class: "quiet", r: 0.03 * width });
   drawForces();
   element("at").max = model.frames - 1;
-  element("scale").textContent = `Given heights to scale; displacements and gaps × ${scale}; ${model.rate} frames a second.`;
+  const forces = `line: largest contact force, 0 to ${forceWords(Math.max(...strongest))}`;
+  element("scale").textContent = `Given heights to scale; displacements and gaps × ${scale}; ${model.rate} frames a second; ${forces}.`;
 }
 
 function drawForces() {
