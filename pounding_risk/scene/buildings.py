@@ -631,7 +631,7 @@ class MatrixBuilding(FlooredBuilding):
             "acts on their masses.",
             _row_numbers,
             "[1, 3, 4, 6]",
-            "the floors; needed where other rows have mass",
+            "the floors; needed where other rows have mass and no floor_masses are given",
             write=list,
             schema={"type": "array", "items": {"type": "integer"}},
         ),
