@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import tomllib
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -164,6 +165,13 @@ def test_each_figure_s_name_is_that_of_its_function():
     assert all(callable(getattr(pr.figures, f"{name}_figure")) for name in names) and set(SUBJECTS) <= names
     text = inspect.getdoc(pr.figures.results_figure)
     assert all(f'"{name}"' in text for name in names)
+
+
+def test_the_page_names_every_figure_and_call():
+    page = (Path(__file__).parents[2] / "docs" / "results.md").read_text("utf-8")
+    assert [name for of_call in FIGURES.values() for name in of_call if f'"{name}"' not in page] == []
+    methods = [name for name, each in vars(Pounding).items() if type(each).__name__ == "_Method"]
+    assert methods and [name for name in methods if f"`.{name}(" not in page] == []
 
 
 FIGURES_ASKED = {
