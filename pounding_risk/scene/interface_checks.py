@@ -25,7 +25,8 @@ from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.effects import EFFECTS, PerInterface, acts_on_buildings
 from pounding_risk.models.structures.contact_points import automatic_points
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.scene.buildings import AnyBuilding, RigidWall
+from pounding_risk.scene.building_keys import AnyBuilding
+from pounding_risk.scene.buildings import RigidWall
 from pounding_risk.scene.interfaces import (
     EQUAL_TERMS,
     MISSING_RESTITUTION,

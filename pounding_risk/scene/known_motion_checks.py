@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pounding_risk.motions.request import REVERSED
-from pounding_risk.scene.buildings import INITIAL, OF_GROUND
+from pounding_risk.scene.building_keys import INITIAL, OF_GROUND
 from pounding_risk.scene.interface_checks import OF_LINKS
 from pounding_risk.scene.keys import Draft
 from pounding_risk.scene.toml import Fault

@@ -38,7 +38,8 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import PEAK, Level, Measure, at_pga
 from pounding_risk.motions.request import RecordRequest
 from pounding_risk.scene.axes import Placed, axes_in_text, axis_faults, keeping_axes, without_axes, written_axes
-from pounding_risk.scene.buildings import OF_GROUND, structure_of, table_of
+from pounding_risk.scene.building_keys import OF_GROUND
+from pounding_risk.scene.buildings import structure_of, table_of
 from pounding_risk.scene.damage import DamageState
 from pounding_risk.scene.interface_checks import is_row
 from pounding_risk.scene.interfaces import (

@@ -1,0 +1,260 @@
+"""The [[building]] tables of buildings whose floors are joined by a matrix or by modes."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from itertools import permutations
+from math import sqrt
+from typing import Annotated, Any
+
+import numpy as np
+
+from pounding_risk._common.counted import counted
+from pounding_risk.errors import PoundingError
+from pounding_risk.models.structures.matrices import assembled, condensed, condensed_masses, symmetric
+from pounding_risk.models.structures.storeys import BY_MATRIX, DAMPING_RULES, Storeys
+from pounding_risk.scene.building_keys import (
+    BUILDING_PERIOD,
+    IN_STRUCTURES,
+    LISTS,
+    Damping,
+    DampingRule,
+    FloorMasses,
+    Period,
+    StoreyHeights,
+    StoreyStiffnesses,
+    StoreyStrengths,
+    WithFloors,
+    wrong_initial,
+    wrong_lengths,
+)
+from pounding_risk.scene.keys import Key, Number, Section, Unreadable, list_of, measured
+from pounding_risk.scene.matrices import MODES, OF_DASHPOTS, OF_MASSES, OF_STIFFNESS, matrix_key
+from pounding_risk.scene.toml import Fault
+from pounding_risk.units import shown
+
+
+def _row_numbers(value: Any, number: Number) -> tuple[int, ...]:
+    rows = tuple(list_of(value, "rows of the floors, such as [3, 6]"))
+    if not all(type(row) is int and row > 0 for row in rows) or len(set(rows)) < len(rows):
+        raise Unreadable(f"{shown(value)} does not name rows; write whole numbers from 1 on, each once")
+    return rows
+
+
+class FlooredBuilding(WithFloors):
+    """A building whose floors are joined by more than storey springs; ``period`` scales all stiffnesses."""
+
+    has_storeys = True
+    floor_masses: FloorMasses
+    storey_heights: StoreyHeights
+    period: Period = 0.0
+    damping: Damping = 0.05
+    storey_stiffnesses: StoreyStiffnesses = ()
+    storey_strengths: StoreyStrengths = ()
+
+    @classmethod
+    @cache
+    def keys(cls) -> dict[str, Key]:
+        """The declarations of its keys by name, those that it must have first."""
+        keys = super().keys()
+        return {key: keys[key] for key in sorted(keys, key=lambda key: not cls.model_fields[key].is_required())}
+
+    @classmethod
+    def checks(cls, keys: Section) -> Iterator[Fault]:
+        """Storeys that yield have a stiffness and a strength."""
+        for key, other in permutations(("storey_stiffnesses", "storey_strengths")):
+            if key in keys and other not in keys:
+                yield keys.fault(
+                    key,
+                    "a building by a matrix or modes has storeys that yield by storey_stiffnesses, the part of its "
+                    f"matrix that yields, and storey_strengths; write {other} too, or remove {key}",
+                )
+
+    def floors(self, count: int) -> dict[str, Any]:
+        """The fields of a structure that have one value for each of ``count`` floors, its name and its support."""
+        fields = self.fields()
+        stated = {key: fields[key] for key in ("name", "support", "displacement_history", "damping", "column_strength")}
+        return stated | {IN_STRUCTURES[key]: self.by_floor(key, count) for key in LISTS}
+
+    def completed(self, bare: Storeys) -> Storeys:
+        """The building at the period of the table, on its isolators, with its initial state."""
+        return super().completed(self.at_period(bare))
+
+    def at_period(self, building: Storeys) -> Storeys:
+        """The building, stiffer or softer as a whole, so that its first mode has the period of the table."""
+        factor = (building.period / self.period) ** 2 if self.period else 1.0
+        if factor == 1.0:
+            return building
+        matrix = factor * np.array(building.stiffness_matrix)
+        dashpots = sqrt(factor) * np.array(building.damping_matrix)  # the same ratios
+        return replace(
+            building,
+            stiffnesses=tuple(factor * stiffness for stiffness in building.stiffnesses),
+            stiffness_matrix=tuple(map(tuple, matrix.tolist())),
+            damping_matrix=tuple(map(tuple, dashpots.tolist())),
+        )
+
+
+class MatrixBuilding(FlooredBuilding):
+    """A building by the stiffness matrix of its floors, or of a model that is condensed to them."""
+
+    repair = "a building with a stiffness_matrix takes no {key}; remove {key}, or stiffness_matrix"
+
+    stiffness_matrix: Annotated[
+        Any,
+        matrix_key(
+            "K",
+            OF_STIFFNESS,
+            "Stiffness matrix of its floors along the row, from the ground up, in place of storey_stiffnesses: a file "
+            "beside the scene (a row a line, or an array of NumPy), or rows; with the unit of its numbers. With "
+            "floor_rows it may have rows of other places too, which are condensed.",
+            "kN/m",
+            "storey springs",
+        ),
+    ]
+    floor_rows: Annotated[
+        tuple[int, ...],
+        Key(
+            "Rows of stiffness_matrix that are floors, counted from 1, from the ground up; the others are condensed, "
+            "which is exact where they carry neither mass nor damping.",
+            _row_numbers,
+            "[3, 6]",
+            "every row is a floor",
+            write=list,
+            schema={"type": "array", "items": {"type": "integer"}},
+        ),
+    ] = ()
+    damping_matrix: Annotated[
+        Any,
+        matrix_key(
+            "C",
+            OF_DASHPOTS,
+            "Damping matrix of its floors, in place of damping and damping_rule.",
+            "kN s/m",
+            "damping by damping_rule",
+        ),
+    ] = ()
+    mass_matrix: Annotated[
+        Any,
+        matrix_key(
+            "M",
+            OF_MASSES,
+            "Mass matrix of the rows of stiffness_matrix, where masses are not lumped at floors; floor_masses beside "
+            "it are those by which the ground's acceleration acts.",
+            "t",
+            "masses lumped at floors",
+        ),
+    ] = ()
+    along_rows: Annotated[
+        tuple[int, ...],
+        Key(
+            "Rows of mass_matrix that are displacements along the row, floors and others: the ground's acceleration "
+            "acts on their masses.",
+            _row_numbers,
+            "[1, 3, 4, 6]",
+            "the floors; needed where other rows have mass and no floor_masses are given",
+            write=list,
+            schema={"type": "array", "items": {"type": "integer"}},
+        ),
+    ] = ()
+    floor_masses: FloorMasses = ()
+    damping_rule: DampingRule = DAMPING_RULES[0]
+
+    @classmethod
+    def checks(cls, keys: Section) -> Iterator[Fault]:
+        """Lists that have not one value for each floor, no masses, and what says the damping twice."""
+        yield from super().checks(keys)
+        matrix, names = keys.get("stiffness_matrix"), LISTS
+        if "floor_masses" not in keys and "mass_matrix" not in keys:
+            yield keys.fault("floor_masses", cls.keys()["floor_masses"].lacks("floor_masses"), absent=True)
+        if "along_rows" in keys and "mass_matrix" not in keys:
+            yield keys.fault("along_rows", "names rows of a mass_matrix; write one, or remove along_rows")
+        elif "along_rows" in keys and "floor_masses" in keys:
+            yield keys.fault(
+                "along_rows",
+                "floor_masses beside a mass_matrix are the masses that the ground's acceleration acts on; remove "
+                "along_rows, or floor_masses, which along_rows then give",
+            )
+        if matrix and ("floor_rows" not in keys or keys.get("floor_rows")):
+            count = len(keys.get("floor_rows") or matrix)
+            yield from wrong_lengths(keys, names, count, f"{count} floors of stiffness_matrix")
+            yield from wrong_initial(keys, count, f"{count} floors of stiffness_matrix")
+        for key in ("damping", "damping_rule"):
+            if key in keys and "damping_matrix" in keys:
+                yield keys.fault(key, f"damping_matrix says it all; remove {key}, or damping_matrix")
+
+    def structure(self) -> Storeys:
+        """Its floors, the matrix condensed to them."""
+        try:
+            matrix = symmetric(self.stiffness_matrix, "stiffness_matrix")
+            if self.floor_rows and max(self.floor_rows) > len(matrix):
+                raise PoundingError(f"floor_rows names row {max(self.floor_rows)} of {len(matrix)}")
+            rows = self.floor_rows or tuple(range(1, 1 + len(matrix)))
+            stiffness = condensed(matrix, rows)
+            masses = self._masses(matrix, rows) if self.mass_matrix else {}
+        except PoundingError as error:
+            raise PoundingError(f"{self.name}: {error}") from None
+        rule = BY_MATRIX if self.damping_matrix else self.damping_rule
+        values = self.floors(len(stiffness)) | {"damping_rule": rule, "damping_matrix": self.damping_matrix} | masses
+        building = Storeys(**values, stiffness_matrix=tuple(map(tuple, stiffness.tolist())))
+        return self.completed(building)
+
+    def _masses(self, stiffness: np.ndarray, rows: tuple[int, ...]) -> dict[str, Any]:
+        """The mass matrix of the floors, and the masses that the ground's acceleration acts on."""
+        matrix = symmetric(self.mass_matrix, "mass_matrix")
+        if len(matrix) != len(stiffness):
+            raise PoundingError(
+                f"mass_matrix has {counted(len(matrix), 'row')}, stiffness_matrix {len(stiffness)}; give the same rows "
+                "in both, in the same order"
+            )
+        wrong = [row for row in self.along_rows if row > len(matrix)] or sorted(set(rows) - set(self.along_rows))
+        if self.along_rows and wrong:
+            words = (
+                f"names row {wrong[0]} of {len(matrix)}" if wrong[0] > len(matrix) else f"lacks the floor {wrong[0]}"
+            )
+            raise PoundingError(f"along_rows {words}; write all rows that are displacements along the row")
+        given = self.by_floor("floor_masses", len(rows))
+        inertia, driven = condensed_masses(matrix, stiffness, rows, self.along_rows, given)
+        return {"mass_matrix": tuple(map(tuple, inertia.tolist())), "masses": tuple(driven.tolist())}
+
+
+class ModalBuilding(FlooredBuilding):
+    """A building by modes of motion along the row, as programs of structural analysis write them."""
+
+    repair = "a building with modes takes no {key}; remove {key}, or modes"
+
+    modes: Annotated[Any, MODES]
+    residual_period: Annotated[
+        float,
+        measured(
+            BUILDING_PERIOD,
+            "Period of all motion that its modes leave out: floors move in it when a neighbour strikes them.",
+            '"0.05 s"',
+            "a third of the shortest period of modes",
+        ),
+    ] = 0.0
+
+    @classmethod
+    def checks(cls, keys: Section) -> Iterator[Fault]:
+        """Lists that have not one value for each floor."""
+        yield from super().checks(keys)
+        table = keys.get("modes")
+        count = len(table.shapes[0]) if table else 0
+        if table:
+            yield from wrong_lengths(keys, LISTS, count, f"{count} floors of modes")
+            yield from wrong_initial(keys, count, f"{count} floors of modes")
+            if table.dampings and "damping" in keys:
+                yield keys.fault("damping", "modes has a damping of its own for each; remove one of the two")
+
+    def structure(self) -> Storeys:
+        """Its floors, with the matrices of its modes."""
+        values = self.floors(len(self.modes.shapes[0]))
+        masses = np.array(values["masses"])
+        try:
+            stiffness, dashpots = assembled(self.modes, masses, self.damping, self.residual_period)
+        except PoundingError as error:
+            raise PoundingError(f"{self.name}: {error}") from None
+        if dashpots is not None:
+            values |= {"damping_rule": BY_MATRIX, "damping": self.modes.dampings[0]}
+            values["damping_matrix"] = tuple(map(tuple, dashpots.tolist()))
+        return self.completed(Storeys(**values, stiffness_matrix=tuple(map(tuple, stiffness.tolist()))))
