@@ -142,11 +142,11 @@ def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[st
     name, size = SHOWN[unit]
     demand = str(first["state_words"].item()).partition(" ≥ ")[0]
     widest = size * float(group["state_threshold"].max())
-    most = widest
+    most, sides = widest, {}
     for axis, side in zip(panels, ("with", "without"), strict=True):
         part = first.sel(pounding=side)
         ims = factor * part["motion_intensity"].values.reshape(-1, group.sizes["level"])
-        values = size * threshold * part["demand_ratio"].values.reshape(ims.shape)
+        values = sides[side] = size * threshold * part["demand_ratio"].values.reshape(ims.shape)
         for im, value in list(zip(ims, values, strict=True))[:: max(1, len(ims) // LINES)]:
             axis.plot(np.append(0.0, value), np.append(0.0, im), color=QUIET, alpha=0.3, linewidth=0.6)
         if "demand_percentile" in part:
@@ -158,10 +158,15 @@ def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[st
         for place, (state, colour) in enumerate(zip(group["state"].values, colours, strict=True)):
             limit = size * float(group["state_threshold"].isel(state=place))
             axis.axvline(limit, color=colour, linestyle=":", linewidth=1.8, label=plain(str(state)))
-        axis.set_title(f"{side} pounding", fontsize=9.5)
         axis.set_xlabel(plain(f"{demand} [{name}]" if name else f"{demand} [1]"))
-    for axis in panels:
-        axis.set_xlim(0.0, min(1.15 * most, BEYOND * widest))
+    right = min(1.15 * most, BEYOND * widest)
+    for axis, (side, values) in zip(panels, sides.items(), strict=True):
+        beyond, words = values[values > right], ""
+        if beyond.size:
+            largest = f"{beyond.max():.3g}" if np.isfinite(beyond.max()) else "∞"
+            words = f"; {beyond.size} of {values.size} demands beyond the axis, up to {largest}"
+        axis.set_title(f"{side} pounding{words}", fontsize=9.5)
+        axis.set_xlim(0.0, right)
         axis.set_ylim(bottom=0.0)
     panels[0].legend(
         fontsize=8, loc="lower right", handlelength=3.5, facecolor="white", framealpha=0.9, edgecolor=QUIET
