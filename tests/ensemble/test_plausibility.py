@@ -118,6 +118,17 @@ def test_an_unusual_number_of_storeys_has_a_sentence(override, says):
     says("\n".join(told))
 
 
+def test_the_strongest_motion_that_levels_make_is_told_with_its_pga():
+    """PGA times the level over the record's own Sa, of the largest level and the record that it makes strongest."""
+    table = 'records.intensity={measure = "sa", period = "1 s", levels = ["0.5 g", "6 g"]}'
+    scene = parse_scene(PAIR, "scene", [table, 'records.names=["RSN6-180", "RSN753-000"]'])
+    motions = motions_of(scene)
+    peaks = dict(zip((m.name for m in motions), (m.pga / scene.grid.measure.of([m])[0] for m in motions), strict=True))
+    strongest = max(peaks, key=peaks.__getitem__)
+    (told,) = [note for note in of_input(scene, motions) if "PGA after scaling" in note]
+    assert told.startswith(f"{strongest} at Sa(1 s) = 6 g: PGA after scaling {6.0 * peaks[strongest]:.4g} g")
+
+
 def test_shears_of_a_part_of_a_matrix_are_told_to_be_of_that_part():
     """And its strength is not held against the weight that all of the storey carries."""
     matrix = {"stiffness_matrix": {"values": [[400, -200], [-200, 200]], "unit": "MN/m"}}
