@@ -106,7 +106,7 @@ def test_demands_and_a_script_are_written_and_told(folder, tmp_path):
     script = tmp_path / "m.py"
     told = run("export", folder / "pair.toml", "--to", "opensees", "-o", script, "--set", "interface.gap=7 mm")
     assert told.exit_code == 0, told.output
-    assert "gap 0.007 m" in script.read_text()
+    assert "gap 7 mm" in script.read_text()
 
 
 def test_damage_states_of_a_file_are_those_of_the_table(folder):
