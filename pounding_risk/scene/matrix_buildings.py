@@ -34,11 +34,16 @@ from pounding_risk.scene.toml import Fault
 from pounding_risk.units import shown
 
 
-def _row_numbers(value: Any, number: Number) -> tuple[int, ...]:
-    rows = tuple(list_of(value, "rows of the floors, such as [3, 6]"))
-    if not all(type(row) is int and row > 0 for row in rows) or len(set(rows)) < len(rows):
-        raise Unreadable(f"{shown(value)} does not name rows; write whole numbers from 1 on, each once")
-    return rows
+def _rows_key(words: str, example: str, absent: str) -> Key:
+    """Rows of a matrix, counted from 1, each once."""
+
+    def read(value: Any, number: Number) -> tuple[int, ...]:
+        rows = tuple(list_of(value, f"rows of the matrix, such as {example}"))
+        if not all(type(row) is int and row > 0 for row in rows) or len(set(rows)) < len(rows):
+            raise Unreadable(f"{shown(value)} does not name rows; write whole numbers from 1 on, each once")
+        return rows
+
+    return Key(words, read, example, absent, write=list, schema={"type": "array", "items": {"type": "integer"}})
 
 
 class FlooredBuilding(WithFloors):
@@ -114,14 +119,11 @@ class MatrixBuilding(FlooredBuilding):
     ]
     floor_rows: Annotated[
         tuple[int, ...],
-        Key(
+        _rows_key(
             "Rows of stiffness_matrix that are floors, counted from 1, from the ground up; the others are condensed, "
             "which is exact where they carry neither mass nor damping.",
-            _row_numbers,
             "[3, 6]",
             "every row is a floor",
-            write=list,
-            schema={"type": "array", "items": {"type": "integer"}},
         ),
     ] = ()
     damping_matrix: Annotated[
@@ -147,14 +149,11 @@ class MatrixBuilding(FlooredBuilding):
     ] = ()
     along_rows: Annotated[
         tuple[int, ...],
-        Key(
+        _rows_key(
             "Rows of mass_matrix that are displacements along the row, floors and others: the ground's acceleration "
             "acts on their masses.",
-            _row_numbers,
             "[1, 3, 4, 6]",
             "the floors; needed where other rows have mass and no floor_masses are given",
-            write=list,
-            schema={"type": "array", "items": {"type": "integer"}},
         ),
     ] = ()
     floor_masses: FloorMasses = ()
