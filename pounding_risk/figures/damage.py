@@ -164,10 +164,8 @@ def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[st
         beyond, words = values[values > right], ""
         if beyond.size:
             largest = f"{beyond.max():.3g}" if np.isfinite(beyond.max()) else "∞"
-            words = f"; {beyond.size} of {values.size} demands beyond the axis, up to {largest}"
+            words = f"; {beyond.size} of {values.size} demands beyond the axis, up to {largest} {name}".rstrip()
         axis.set_title(f"{side} pounding{words}", fontsize=9.5)
         axis.set_xlim(0.0, right)
         axis.set_ylim(bottom=0.0)
-    panels[0].legend(
-        fontsize=8, loc="lower right", handlelength=3.5, facecolor="white", framealpha=0.9, edgecolor=QUIET
-    )
+    panels[0].legend(fontsize=8, loc="best", handlelength=3.5, facecolor="white", framealpha=0.9, edgecolor=QUIET)

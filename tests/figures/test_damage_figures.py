@@ -67,7 +67,7 @@ def test_figures_say_the_finding(folder, says):
     far = results.assign(demand_ratio=results["demand_ratio"].where(results["pounding"] == "without", 1e5))
     count = far["demand_ratio"].sel(state="tiles", pounding="with").size
     titles = [axis.get_title() for axis in ida_figure(far).axes]
-    assert titles == [f"with pounding; {count} of {count} demands beyond the axis, up to 2e+06", "without pounding"]
+    assert titles == [f"with pounding; {count} of {count} demands beyond the axis, up to 2e+06 mm", "without pounding"]
     limits = [line.get_xdata()[0] for line in demands.axes[0].get_lines() if line.get_linestyle() == ":"]
     assert limits == [20.0, 40.0, 20000.0]  # mm
     assert words_of(results_figure(results)) == words_of(damage_figure(results))
