@@ -7,7 +7,7 @@ contacts are in `results.contact_notes`.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import isfinite, pi, sqrt
 from operator import add, itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -133,9 +133,21 @@ def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
 
 def notes_along(study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
     """A sentence for each unusual number of a scene, of its axes, and of its motions."""
-    scenes = Variants(study).alone() if study.axes else iter([study])
+    scenes = list(Variants(study).alone()) if study.axes else [study]
     drawn = () if study.uncertain is None else study.uncertain.notes()
-    return (*drawn, *with_ranges((note for scene in scenes for note in of_input(scene, motions)), study))
+    notes = with_ranges((note for scene in scenes for note in of_input(scene, motions)), study)
+    return (*drawn, *_of_varied_loads(scenes), *notes)
+
+
+def _of_varied_loads(scenes: Sequence[Scene]) -> Iterator[str]:
+    """A sentence for each building whose floor_masses vary beside its mass matrix, which they leave as it is."""
+    for buildings in zip(*(scene.buildings for scene in scenes), strict=True):
+        masses, matrices = ({getattr(one, key, ()) for one in buildings} for key in ("masses", "mass_matrix"))
+        if len(masses) > 1 and len(matrices) == 1 and matrices != {()}:
+            yield (
+                f"{buildings[0].name}: floor_masses vary the load of the ground motion alone; its mass_matrix and "
+                "periods stay"
+            )
 
 
 def with_ranges(notes: Iterable[str], study: Scene) -> list[str]:

@@ -149,6 +149,19 @@ def test_foundations_that_sway_are_told_not_to_rock():
     assert "sway and do not rock" in told
 
 
+def test_floor_masses_that_vary_beside_a_mass_matrix_are_noted_to_vary_the_load_alone():
+    """An engineer who scales them to see heavier floors gets no other period; without the matrix periods follow."""
+    stiffness = {"stiffness_matrix": {"values": [[400, -200], [-200, 200]], "unit": "MN/m"}}
+    mass = {"mass_matrix": {"values": [[200, 20], [20, 180]], "unit": "t"}}
+    hall = {"name": "hall", "floor_masses": ["220 t", "200 t"], "storey_heights": "3.5 m", **stiffness}
+    words = "hall: floor_masses vary the load of the ground motion alone; its mass_matrix and periods stay"
+    varied = {"building.hall.floor_masses.1": ["200 t", "220 t"]}
+    heights = {"building.hall.storey_heights": ["3 m", "4 m"]}
+    for keys, axis, noted in ((mass, varied, True), ({}, varied, False), (mass, heights, False)):
+        scene = parse_scene(scene_text(hall | keys, single("mass", "400 t", "0.5 s"), grid=axis))
+        assert (words in notes_along(scene, ())) == noted
+
+
 def test_notes_along_an_axis_are_one_with_the_range_of_each_number():
     """From the softest to the stiffest that is told; the digits of a building's name are none of them."""
     text = PAIR.replace('"right"', '"block 2"')
