@@ -233,6 +233,7 @@ def test_the_columns_own_yield_force_stands_beside_that_of_floors(case):
 def test_a_line_that_breaks_leaves_no_single_word():
     text = " ".join(["word"] * 13)  # 64 letters
     assert [len(line.split()) for line in in_lines(text, 60).splitlines()] == [7, 6]
+    assert in_lines("a gap of 60 mm, as much as 16 %", 14).splitlines() == ["a gap of", "60 mm, as", "much as 16 %"]
     assert in_lines("short", 60) == "short"
     assert in_lines("", 60) == ""
 
