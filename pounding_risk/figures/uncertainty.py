@@ -141,9 +141,12 @@ def _draw_indices(axis: Any, part: xr.Dataset) -> None:
 
 
 def _short(name: Any) -> str:
-    """An address on two lines where it is long."""
-    first, _, rest = plain(str(name)).partition(".")
-    return f"{first}\n{rest}" if len(str(name)) > 16 and rest else plain(str(name))
+    """An address on two lines where it is long: the table and its name on the first, the key on the second."""
+    parts = plain(str(name)).split(".")
+    of_table = min(len(parts) - 1, 2)
+    if len(str(name)) <= 16 or not of_table:
+        return ".".join(parts)
+    return ".".join(parts[:of_table]) + "\n" + ".".join(parts[of_table:])
 
 
 def _draw_tornado(axis: Any, part: xr.Dataset) -> None:

@@ -18,14 +18,15 @@ from pounding_risk.render.sheet import (
     Cell,
     Row,
     amount,
-    between,
     count,
     evenly,
     head,
+    joined,
     listing,
     name_of,
     number,
     paragraph,
+    probability,
     strength,
     table,
 )
@@ -106,8 +107,8 @@ def _share_heads(event: str, assessment: Assessment) -> list[str]:
 def share_cells(share: Share) -> list[Cell]:
     """Count, runs, probability [%] and its bounds [%] by motion and by recording."""
     bounds = [(share.low, share.high), (share.low_recordings, share.high_recordings)]
-    cells = [between(*ends, "%", 3) for ends in bounds]
-    return [count(share.count), count(share.runs), number(share.probability, "%", 3), *cells]
+    cells = [joined(*map(probability, ends)) for ends in bounds]
+    return [count(share.count), count(share.runs), probability(share.probability), *cells]
 
 
 def yielding(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
