@@ -22,7 +22,7 @@ from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say
 from pounding_risk.reports.files import write_file
 from pounding_risk.reports.html import packed, script_page
 from pounding_risk.results import check as form
-from pounding_risk.results.attributes import bumper_words, flags_of, gaps_needed, isolated_of
+from pounding_risk.results.attributes import bumper_words, flags_of, gaps_needed, isolated_notes
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.files import check_target, open_results
 from pounding_risk.results.grid_values import axis_words
@@ -366,8 +366,7 @@ def _facts_of_places(dataset: xr.Dataset) -> list[str]:
         sentences.append(f"The gap is {whose} {'their' if varied else 'its'} own.")
     if "column" in dataset.get("contact_point_kind", np.empty(0)):
         sentences.append("The yield force is that of floors that meet; columns keep their own.")
-    if isolated := isolated_of(dataset):
-        sentences.append(f"Storey 1 of {' and '.join(isolated)} is its isolators, which peak drift counts.")
+    sentences += isolated_notes(dataset)
     if any(name in dataset for name in PROFILES) and not _has_profiles(dataset):
         sentences.append(
             "Storey profiles are left out, there are too many; choose fewer records or models to see them."

@@ -158,6 +158,12 @@ def isolated_of(case: xr.Dataset) -> list[str]:
     return isolated_buildings(tables_of(str(case.attrs.get("scene_resolved", ""))))
 
 
+def isolated_notes(case: xr.Dataset) -> list[str]:
+    """What the output `peak_drift` counts of the buildings of a dataset that stand on isolators."""
+    isolated = isolated_of(case)
+    return [f"Storey 1 of {' and '.join(isolated)} is its isolators, which peak drift counts."] if isolated else []
+
+
 def gaps_needed(dataset: xr.Dataset) -> xr.DataArray:
     """`peak_closing_free`, NaN for motions without a finite response, such as those in which a storey collapses.
 
