@@ -99,7 +99,8 @@ def _without_study(asked: Path, folder: Path, results: Sequence[Path]) -> Status
     if asked in results or (asked == folder and results):
         note = f"{results[0] if asked == folder else asked} is whole; no folder {folder.name} describes its run"
         return Status(asked, COMPLETE, note=note)
-    command = shlex.join(["pounding-risk", "scan", "SCENE", "-o", str(folder.with_suffix(".nc"))])
+    scene = str(asked) if asked.suffix == ".toml" else "SCENE"
+    command = shlex.join(["pounding-risk", "scan", scene, "-o", str(folder.with_suffix(".nc"))])
     return Status(asked, NOT_BEGUN, go_on=command, note=f"there is no study in {folder}")
 
 
