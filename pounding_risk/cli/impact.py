@@ -86,7 +86,7 @@ def impact(
 
 def print_impacts(impacts: Sequence[Impact], laws: Sequence[Any], energy: float) -> None:
     """Print a line for each law; ``energy`` is that of the approach [J]."""
-    heads = ("law", "e asked", "e achieved", "peak force", "penetration", "duration", "energy lost")
+    heads = ("law", "e requested", "e achieved", "peak force", "penetration", "duration", "energy lost")
     rows = [
         (
             result.law,

@@ -175,7 +175,7 @@ def test_impact_compares_laws():
     # β δ^1.5: the energy 0.4 β δ^2.5 is m v² / 2.
     hertz = (570 * 0.25 / (0.8 * 2.75e9)) ** 0.4
     heads, linear, other = rows(result.stdout)
-    assert heads == ["law", "e asked", "e achieved", "peak force", "penetration", "duration", "energy lost"]
+    assert heads == ["law", "e requested", "e achieved", "peak force", "penetration", "duration", "energy lost"]
     assert linear[1:4] == ["–", "1.0000", f"{force / 1e3:.1f} kN"]
     assert linear[4:6] == [f"{depth * 1e3:.3f} mm", f"{lasts * 1e3:.4g} ms"]
     assert other[2:5] == ["1.0000", f"{2.75e6 * hertz**1.5:.1f} kN", f"{hertz * 1e3:.3f} mm"]
