@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pounding_risk._jit.records import new_record, record_type
+from pounding_risk._jit.memory import new_record, record_type
 from pounding_risk._jit.sources import INTERPRETED
 from pounding_risk.solver.counters import COUNTERS
 from pounding_risk.solver.runge_kutta import DOP853, DORMAND_PRINCE, RADAU

@@ -22,7 +22,7 @@ from processes import compiled
 from pounding_risk import _jit
 from pounding_risk._jit import compile as compiling
 from pounding_risk._jit.lowering.cache import ForgivingCache, Shelf
-from pounding_risk._jit.records import new_record, record_type
+from pounding_risk._jit.memory import new_record, record_type
 from pounding_risk._jit.sources import compile_cache
 from pounding_risk.models.contact.laws import LAWS
 

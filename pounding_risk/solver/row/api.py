@@ -13,10 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk._jit.by_address import by_address
 from pounding_risk._jit.calls import numbers_of
 from pounding_risk._jit.compile import lowered
-from pounding_risk._jit.records import column, set_column
+from pounding_risk._jit.memory import by_address, column, set_column
 from pounding_risk.models.ground import arriving
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.hysteresis import _numbers as laws

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk._jit.compile import small
-from pounding_risk._jit.records import new_records, record_type
+from pounding_risk._jit.memory import new_records, record_type
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.hysteresis import called
 from pounding_risk.solver.counters import TALLIED

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pounding_risk._jit.records import record_type
+from pounding_risk._jit.memory import record_type
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.solver.counters import TALLIED
 from pounding_risk.solver.workspace import MAX_TERMS, Search
