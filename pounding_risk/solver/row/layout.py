@@ -6,7 +6,7 @@ The buildings are chains of masses (`mdof.Chain`), the contact points places on 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, inf
+from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -52,7 +52,7 @@ from pounding_risk.solver.row.workspace import (
     SWAY,
     Row,
 )
-from pounding_risk.solver.workspace import MAX_TERMS
+from pounding_risk.solver.workspace import parts_and_terms
 
 if TYPE_CHECKING:
     from pounding_risk.models.structures.mdof import Chain
@@ -130,7 +130,7 @@ def lay_out(
     if interfaces != sorted(interfaces):
         raise ValueError("contact points are not in the order of their interfaces")
     rate = max((_rate(chain) for chain in chains), default=0.0)
-    parts, terms = _parts_and_terms(rate, dt)
+    parts, terms = parts_and_terms(rate, dt)
     step = dt / parts
     times, speeds = (np.zeros(len(chains)) if values is None else values for values in (arrivals, velocities))
     is_one_ground = not many and not np.ptp(times) > 0.0 and not np.ptp(speeds) > 0.0
@@ -171,16 +171,6 @@ def lay_out(
         ]
     )
     return RowLayout(row, float(dt), parts, terms, np.concatenate([*block_maps, np.zeros(1)]), initial, arrived)
-
-
-def _parts_and_terms(rate: float, dt: float) -> tuple[int, int]:
-    """Node intervals a sample, and terms of the Taylor series over one, for the largest |eigenvalue| [1/s] of a row."""
-    parts = max(1, ceil(rate * dt / 2.5))
-    step, terms, size = dt / parts, 4, 1.0
-    while size > 1e-19 and terms < MAX_TERMS:
-        size *= max(rate * step, 1e-3) / (terms - 3)
-        terms += 1
-    return parts, terms
 
 
 def _braces(points: Sequence[Any], of_body: Sequence[int], counts: Sequence[int]) -> np.ndarray:
