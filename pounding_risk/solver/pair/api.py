@@ -115,9 +115,9 @@ def at_rest(
         ground, passage = passing.left, passing._replace(maps=vibration_maps(pair, step - passing.first))
     states = np.zeros((ground.size, 4))
     blocks = ceil((ground.size - 1) / BLOCK)
-    extremes = np.zeros((2, blocks, SIGNALS))
-    maps = [vibration_maps(pair, time) for time in (passage.width(step, 0), passage.moment(step, BLOCK))]
-    return Free(ground, step, terms, states, *extremes, *maps, 0.0, passage)
+    high, low = np.zeros((2, blocks, SIGNALS))
+    node_map, block_map = (vibration_maps(pair, time) for time in (passage.width(step, 0), passage.moment(step, BLOCK)))
+    return Free(ground, step, terms, states, high, low, node_map, block_map, 0.0, passage)
 
 
 def workspace_for(free: Free, rtol: float) -> Any:

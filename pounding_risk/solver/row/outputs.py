@@ -202,19 +202,16 @@ def frame_of(model: RowModel) -> Frame:
 
 def variables(frame: Frame) -> dict[str, Variable]:
     """Names of all variables of a case."""
+    gathered = {name: f"; {words}" for name, words in OVER_POINTS.items()}  # how the values of points are put together
     interfaces = {
-        name: Variable(output.unit, _gathered_words(name), ("interface",), output.whole) for name, output in RUN.items()
+        name: Variable(output.unit, output.words + gathered.get(name, ""), ("interface",), output.whole)
+        for name, output in RUN.items()
     }
     points = {
         f"{POINT}{name}": interfaces[name]._replace(dims=("contact_point",), words=f"{RUN[name].words}; of one point")
         for name in OF_POINTS
     }
     return interfaces | points | OF_RUNS | moving_variables(frame)
-
-
-def _gathered_words(name: str) -> str:
-    """The words for an interface's output, with how its contact points' values are put together."""
-    return f"{RUN[name].words}; {OVER_POINTS[name]}" if name in OVER_POINTS else RUN[name].words
 
 
 def moving_variables(frame: Frame) -> dict[str, Variable]:
