@@ -177,7 +177,11 @@ class UniformInterval(NamedTuple):
     def load_left(self, oscillator):
         return oscillator.ground * self.ground, oscillator.ground * self.slope, 0.0, 0.0
 
-    load_right = load_across = load_left
+    def load_right(self, oscillator):
+        return oscillator.ground * self.ground, oscillator.ground * self.slope, 0.0, 0.0
+
+    def load_across(self, oscillator):
+        return oscillator.ground * self.ground, oscillator.ground * self.slope, 0.0, 0.0
 
     def left_at(self, x):
         return self.ground + self.slope * x
@@ -200,7 +204,8 @@ class UniformInterval(NamedTuple):
     def across(self, oscillator, state, x):
         return state
 
-    from_own_ground = across
+    def from_own_ground(self, oscillator, state, x):
+        return state
 
     def slopes_from_own_ground(self, oscillator, slopes, x, clock):
         return slopes

@@ -111,7 +111,11 @@ class PlaneRow(NamedTuple):
 
     unused: float = 0.0
 
-    point_ends, ground_dofs = UniformRow.point_ends, UniformRow.ground_dofs
+    def point_ends(self):
+        return 4
+
+    def ground_dofs(self):
+        return 0
 
     def components(self):
         return 2
@@ -125,13 +129,17 @@ class ArrivingRow(NamedTuple):
 
     unused: float = 0.0
 
-    components, map_loads = UniformRow.components, UniformRow.map_loads
-
     def point_ends(self):
         return 5
 
     def ground_dofs(self):
         return 1
+
+    def components(self):
+        return 1
+
+    def map_loads(self, pull, rise):
+        return pull, rise
 
 
 class UniformRowInterval(NamedTuple):
@@ -200,8 +208,17 @@ class PlaneRowInterval(NamedTuple):
     def largest_pull(self, first, last):
         return max(abs(self.pull), abs(self.pull_across))
 
-    ground_moves, ground_ends = UniformRowInterval.ground_moves, UniformRowInterval.ground_ends
-    ground_curves, map_number = UniformRowInterval.ground_curves, UniformRowInterval.map_number
+    def ground_moves(self, b):
+        return 0.0, 0.0, 0.0, 0.0
+
+    def ground_ends(self, b):
+        return 0.0, 0.0
+
+    def ground_curves(self, b, length):
+        return 0.0
+
+    def map_number(self):
+        return 0
 
 
 class PlaneRowGround(NamedTuple):
@@ -210,8 +227,14 @@ class PlaneRowGround(NamedTuple):
     acceleration: np.ndarray
     acceleration_across: np.ndarray
 
-    node_count, node_time = UniformRowGround.node_count, UniformRowGround.node_time
-    node_width = UniformRowGround.node_width
+    def node_count(self):
+        return self.acceleration.size
+
+    def node_time(self, step, node):
+        return node * step
+
+    def node_width(self, step, node):
+        return step
 
     def from_node(self, step, node):
         along, across = self.acceleration, self.acceleration_across
