@@ -7,7 +7,7 @@ from math import inf, nan, pi
 import numpy as np
 import pytest
 from oracle_grounds import Body, Touch, follow_grounds
-from row_cases import contacts_of, meeting, points_of
+from row_cases import cases_of, contacts_of, limits_of, meeting, points_of
 from sweeps import sweep
 
 from pounding_risk.lab.stability.trial import shaking
@@ -35,7 +35,7 @@ from pounding_risk.solver.counters import (
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
 from pounding_risk.solver.pair.outputs import HIGH, LOW
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
+from pounding_risk.solver.row.cases import Cases
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.studies.pair_trace import histories
 
@@ -199,14 +199,8 @@ def model_of(buildings, supports, gaps) -> RowModel:
     return RowModel([chain_of(building) for building in buildings], points, supports)
 
 
-def run_of(model: RowModel, gaps, law, rtol: float, own=(), restitution=HALF):
-    """The whole row, with its states at the samples."""
-    under, row = model.under(GROUND, own), model.row(STEP, model.has_many(own))
-    free = rows.free_response(row, under)
-    mechanics = Mechanics((law,) * len(gaps), (restitution,) * len(gaps), np.zeros(0))
-    cases = Cases(model, mechanics, Driven(under, STEP, np.abs(under).max(), free.run), rtol, lambda: free.motion)
-    never = np.full(len(gaps), inf)
-    return cases, Limits(np.asarray(gaps, dtype=float), never, never)
+def cases_under(model: RowModel, law, own=()) -> Cases:
+    return cases_of(model, law, (model.under(GROUND, own), STEP), HALF, 1e-10)
 
 
 @pytest.mark.complete  # on grounds of their own rows are compiled once more
@@ -215,8 +209,8 @@ def run_of(model: RowModel, gaps, law, rtol: float, own=(), restitution=HALF):
 @pytest.mark.parametrize("name", PAIRS)
 def test_a_row_of_two_is_the_pair(name: str, right: Building, law):
     supports, own = PAIRS[name]
-    cases, limits = run_of(model_of((FRAME, right), supports, [0.012]), [0.012], law, 1e-10, own)
-    found = cases.whole(limits)
+    model = model_of((FRAME, right), supports, [0.012])
+    found = cases_under(model, law, own).whole(limits_of(model, [0.012]))
     pair = oscillators(FRAME, right)
     raw = run(pair, free_response(pair, GROUND, STEP, supports, own=own), Interface(0.012, law, HALF), 1e-10)
     assert found.status == COMPLETE and min(found.points[0, COUNT], raw[COUNT]) >= 1
@@ -258,7 +252,7 @@ def test_parts_are_the_whole_row():
     supports = tuple(Support(factor) for factor in (0.3, 1.0, -0.5, 0.3, 1.0, -0.5, 0.3, -1.0, 0.5, 0.3))
     gaps = [5.0, 0.004, 5.0, 5.0, 0.004, 5.0, 5.0, 0.004, 5.0]
     model = model_of(buildings, supports, gaps)
-    cases, limits = run_of(model, gaps, LAW, 1e-10)
+    cases, limits = cases_under(model, LAW), limits_of(model, gaps)
     whole, (parts, answers) = cases.whole(limits), cases.in_parts(limits)
     assert (whole.points[:, COUNT] >= 1).sum() == 3 == len(answers)
     assert len({answer.key for answer in answers}) == 2  # of the first two the ground is the same

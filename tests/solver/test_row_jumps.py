@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 from oracle_jumps import Masses, Run, by_enumeration
-from row_cases import Shaking
+from row_cases import Shaking, cases_of, limits_of
 from sweeps import examples, many, sweep
 
 from pounding_risk.lab.stability.trial import SOFT, STIFF, WALL, shaking
@@ -24,7 +24,6 @@ from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import Contacts
-from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
 from pounding_risk.solver.row.complementarity import (
     ANSWER,
     COUPLING,
@@ -51,22 +50,16 @@ class Made:
         self.model = RowModel(
             [chain_of(building) for building in buildings], points, wave.supports(len(buildings)) if wave else ()
         )
-        self.ground, self.dt = np.asarray(ground, dtype=float), dt
-        pga = float(np.abs(self.ground).max())
-        self.free = rows.free_row(self.model.row(dt), self.ground)
-        rules = (e,) * len(gaps) if isinstance(e, Restitution) else tuple(e)
-        mechanics = Mechanics((law,) * len(gaps), rules, np.zeros(0))
-        self.cases = Cases(self.model, mechanics, Driven(self.ground, dt, pga, self.free), rtol)
-        never = np.full(len(gaps), inf)
-        self.limits = Limits(np.asarray(gaps, dtype=float), never, never)
-        self.pga = pga
+        self.dt, self.limits = dt, limits_of(self.model, gaps)
+        self.cases = cases_of(self.model, law, (np.asarray(ground, dtype=float), dt), e, rtol)
+        self.free = self.cases.driven.free
 
     def run(self):
         return self.cases.in_full(self.limits)
 
     def outputs(self, run=None):
         run = self.cases.whole(self.limits) if run is None else run
-        return outputs(run, self.limits.yield_forces, self.pga, frame_of(self.model))
+        return outputs(run, self.limits.yield_forces, self.cases.driven.pga, frame_of(self.model))
 
     def contacts(self, run):
         instants = instants_of(run.log, len(run.states), self.model.row(self.dt).step)

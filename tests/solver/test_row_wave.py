@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from functools import cache
-from math import inf
 from typing import Any
 
 import numpy as np
 import pytest
+import row_cases
 from oracle_grounds import Body, Touch, peaks_of
 from row_cases import CASES, RIGID, by_solver, contacts_of, meeting, named, points_of, single, storeys
 from scenes import rigid, scene_text, storeyed
@@ -30,7 +30,6 @@ from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import trace_reader
 from pounding_risk.solver.row.api import HIGHEST
-from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
 from pounding_risk.solver.row.layout import lay_out
 from pounding_risk.solver.row.model import RowModel
 
@@ -223,19 +222,12 @@ def test_histories_are_those_of_the_masses():
 def test_parts_are_the_whole_row_to_the_bit(law):
     """Five buildings, of which some touch: their arrivals are part of what equal parts have to share."""
     chains = (single(90e3, 0.2), storeys(2, 100e3, 1e8), single(60e3, 0.5), storeys(2, 100e3, 1e8), single(60e3, 0.5))
-    meetings = [
-        meeting(0, 1.0, 2.0, 1.0),
-        meeting(1, 2.0, 1.0, 0.0),
-        meeting(2, 1.0, 2.0, 1.0),
-        meeting(3, 2.0, 1.0, 0),
-    ]
+    floors = [(1.0, 2.0), (2.0, 1.0), (1.0, 2.0), (2.0, 1.0)]
+    meetings = [meeting(interface, *both, 0.0) for interface, both in enumerate(floors)]
     model = RowModel(chains, points_of(meetings), WavePassage(0.0237).supports(len(chains)))
-    free = rows.free_row(model.row(STEP), GROUND)
-    mechanics = Mechanics((law,) * 4, (HALF,) * 4, np.array([2e6]))
-    cases = Cases(model, mechanics, Driven(GROUND, STEP, np.abs(GROUND).max(), free), 1e-6)
+    cases = row_cases.cases_of(model, law, (GROUND, STEP), HALF)
     for tight in (0.004, 0.02, 0.3):
-        gaps = np.array([tight, 0.004, tight, 0.004])
-        limits = Limits(gaps, np.full(4, 2e6), np.full(4, inf))
+        limits = row_cases.limits_of(model, [tight, 0.004, tight, 0.004], 2e6)
         whole, (found, answers) = cases.whole(limits), cases.in_parts(limits)
         assert whole.points[:, COUNT].max() > 0 and len({answer.key for answer in answers}) == len(answers)
         same(found, whole)
