@@ -228,11 +228,5 @@ RADAU = Collocation(
     name="Radau IIA, five stages",
     order=9,
     reference="Hairer and Wanner (1996), Solving ODE II, IV.5 and IV.8",
-    nodes=(
-        0.05710419611451768,
-        0.2768430136381238,
-        0.5835904323689168,
-        0.8602401356562195,
-        1.0,
-    ),
+    nodes=(0.05710419611451768, 0.2768430136381238, 0.5835904323689168, 0.8602401356562195, 1.0),
 )

@@ -56,10 +56,7 @@ IN_OPENSEES: dict[str, tuple[Hysteresis, tuple[Any, ...]]] = {
         hysteretic(0.5, 0.3, 0.0),
     ),
     "softer unloading": (PINCHED, hysteretic(0.5, 0.3, 0.4)),
-    "isotropic": (
-        Hysteresis("isotropic", hardening=0.05),
-        ("Hardening", 100.0, 100.0, 100.0 * 0.05 / 0.95, 0.0),
-    ),
+    "isotropic": (Hysteresis("isotropic", hardening=0.05), ("Hardening", 100.0, 100.0, 100.0 * 0.05 / 0.95, 0.0)),
     "kinematic": (
         Hysteresis("kinematic", ((2.0, 1.3), (6.0, 1.5))),
         ("MultiLinear", 1.0, 100.0, 2.0, 130.0, 6.0, 150.0, 1000.0, 150.0),

@@ -38,11 +38,7 @@ STOREYS: dict[str, tuple[Hysteresis, float, tuple[Any, ...]]] = {
         name: (IN_OPENSEES[name][0], 0.0, scaled(*IN_OPENSEES[name][1]))
         for name in ("peak_oriented", "softer unloading")
     },
-    "isotropic": (
-        Hysteresis("isotropic"),
-        0.05,
-        ("Hardening", STIFFNESS, STRENGTH, STIFFNESS * 0.05 / 0.95, 0.0),
-    ),
+    "isotropic": (Hysteresis("isotropic"), 0.05, ("Hardening", STIFFNESS, STRENGTH, STIFFNESS * 0.05 / 0.95, 0.0)),
     "kinematic": (Hysteresis("kinematic"), 0.05, ("Steel01", STRENGTH, STIFFNESS, 0.05)),
     "multilinear": (
         Hysteresis("kinematic", ((2.0, 1.3), (6.0, 1.5))),
@@ -125,10 +121,7 @@ def test_an_isolator(ops):
     one = Storeys("A", (4e4,), (STIFFNESS,), (3.0,), damping=0.0).isolated(isolators)
     known = displacements(lay_out([chain_of(one)], [], 0.01))
     law = isolators.law(1e5)
-    joins = [
-        (0, 1, ("Steel01", law.limit, law.stiff, law.hardening), 1e4),
-        (1, 2, ("Elastic", STIFFNESS), 0.0),
-    ]
+    joins = [(0, 1, ("Steel01", law.limit, law.stiff, law.hardening), 1e4), (1, 2, ("Elastic", STIFFNESS), 0.0)]
     coarse, fine = errors(ops, known, [6e4, 4e4], joins)
     assert np.abs(known).max() > 0.01 and coarse < 3e-2 and fine < 0.25 * coarse, (coarse, fine)
 

@@ -259,10 +259,7 @@ def test_a_slack_that_is_never_taken_up_is_no_link():
 
 def pair(sides: tuple[str, str] = ("mass", "wall"), **link: Any) -> Any:
     """A free mass of 100 t on next to no spring, linked to a wall on its right, or its left."""
-    kinds = {
-        "mass": mass("A", "100 t", "400 s", damping=0.0, initial_velocity="1 m/s"),
-        "wall": rigid(),
-    }
+    kinds = {"mass": mass("A", "100 t", "400 s", damping=0.0, initial_velocity="1 m/s"), "wall": rigid()}
     still = {"names": None, "generated": [{"kind": "still", "duration": "3 s", "step": "0.01 s"}]}
     return parse_scene(scene_text(*(kinds[side] for side in sides), gap="9 m", law="linear", records=still, **link))
 

@@ -8,15 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.models.ground import (
-    DelayedGround,
-    Support,
-    UniformGround,
-    accelerations,
-    delayed,
-    divided,
-    is_apart,
-)
+from pounding_risk.models.ground import DelayedGround, Support, UniformGround, accelerations, delayed, divided, is_apart
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building, Oscillator
 from pounding_risk.solver.counters import FIRST_YIELD, STATUS, STEPS, TALLIED, YIELDS, Log, make_log

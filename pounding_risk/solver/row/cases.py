@@ -181,11 +181,7 @@ class Cases:
         part, mechanics = self._part(span), self.mechanics
         points = part.points
         contacts = Contacts(
-            gaps[points],
-            yield_forces[points],
-            mechanics.laws[points],
-            mechanics.restitutions[points],
-            part.watched,
+            gaps[points], yield_forces[points], mechanics.laws[points], mechanics.restitutions[points], part.watched
         )
         acceleration = part.under(self.driven.acceleration)
         if jumps(mechanics.laws):
