@@ -24,17 +24,7 @@ from pounding_risk.lab.stability.trial import shaking
 from pounding_risk.models import effects
 from pounding_risk.models._discovery import modules_in_order
 from pounding_risk.models.contact.laws import LAWS, Hertz, Jankowski, VanMier, ViscousElastoplastic, stiffness_quantity
-from pounding_risk.models.effects import (
-    EFFECTS,
-    PermanentSet,
-    StrainRate,
-    UnloadingStiffness,
-    default_example,
-    default_words,
-    defaults,
-    refusal,
-    with_effects,
-)
+from pounding_risk.models.effects import EFFECTS, PermanentSet, StrainRate, UnloadingStiffness, refusal, with_effects
 from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
@@ -361,15 +351,15 @@ def test_every_option_that_may_be_left_out_has_its_default_told(name, option):
     default = inspect.signature(EFFECTS[name].on).parameters[option].default
     assert default is not inspect.Parameter.empty
     if isinstance(default, float) and isnan(default):
-        assert default_words(name, option) == EFFECTS[name].absent[option]
-        assert option not in defaults(name)
+        assert effects.default_words(name, option) == EFFECTS[name].absent[option]
+        assert option not in effects.defaults(name)
     else:
-        assert defaults(name)[option] == default
+        assert effects.defaults(name)[option] == default
     listed = CliRunner().invoke(app, ["models"]).output
-    assert f"= {default_words(name, option)}"[:12] in listed
+    assert f"= {effects.default_words(name, option)}"[:12] in listed
     keys = scene_schema()["$defs"]["EffectsTable"]["properties"][name]
-    assert keys["properties"][option]["x-absent"] == default_example(name, option)
-    assert f"{option} left out: {default_example(name, option)}" in keys["x-absent"]
+    assert keys["properties"][option]["x-absent"] == effects.default_example(name, option)
+    assert f"{option} left out: {effects.default_example(name, option)}" in keys["x-absent"]
 
 
 def test_an_empty_table_states_its_hardening():
