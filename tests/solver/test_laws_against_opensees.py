@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import inf, sqrt
 from typing import Any
 
@@ -53,13 +54,30 @@ STOREYS: dict[str, tuple[Hysteresis, float, tuple[Any, ...]]] = {
 }
 
 
-def transient(
-    ops: Any,
-    masses: list[float],
-    joins: list[tuple[int, int, tuple[Any, ...], float]],
-    step: float,
-    algorithm: str = "Newton",
-) -> Any:
+NEWMARK = ("Newmark", 0.5, 0.25)
+
+
+def analyse_by(ops: Any, kind: str, integrator: tuple[Any, ...], algorithm: str = "Newton") -> None:
+    """Make an analysis that iterates to rounding."""
+    ops.constraints("Plain")
+    ops.numberer("Plain")
+    ops.system("FullGeneral")
+    ops.test("NormDispIncr", 1e-12, 100)
+    ops.algorithm(algorithm)
+    ops.integrator(*integrator)
+    ops.analysis(kind)
+
+
+def histories(ops: Any, nodes: Iterable[int], step: float) -> np.ndarray:
+    """Displacements of nodes along the row at the samples, in steps [s]."""
+    found = [[0.0 for _ in nodes]]
+    for _ in range(TIME.size - 1):
+        assert ops.analyze(round(0.01 / step), step) == 0
+        found.append([ops.nodeDisp(node, 1) for node in nodes])
+    return np.array(found)
+
+
+def transient(ops: Any, masses: list[float], joins: Any, step: float, algorithm: str = "Newton") -> np.ndarray:
     """Displacements of masses at the samples: ``joins`` are two nodes, 0 the ground, a material and a dashpot."""
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)
@@ -75,18 +93,8 @@ def transient(
         ops.element("zeroLength", 2 * tag + 1, one, other, "-mat", 2 * tag + 1, "-dir", 1)
     ops.timeSeries("Path", 1, "-dt", 0.01, "-values", *GROUND.tolist())
     ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
-    ops.constraints("Plain")
-    ops.numberer("Plain")
-    ops.system("FullGeneral")
-    ops.test("NormDispIncr", 1e-12, 50)
-    ops.algorithm(algorithm)
-    ops.integrator("Newmark", 0.5, 0.25)
-    ops.analysis("Transient")
-    parts, found = round(0.01 / step), [[0.0] * len(masses)]
-    for _ in range(TIME.size - 1):
-        assert ops.analyze(parts, step) == 0
-        found.append([ops.nodeDisp(node + 1, 1) for node in range(len(masses))])
-    return np.array(found)
+    analyse_by(ops, "Transient", NEWMARK, algorithm)
+    return histories(ops, range(1, len(masses) + 1), step)
 
 
 def displacements(layout: RowLayout, ground: np.ndarray = GROUND) -> np.ndarray:
@@ -148,24 +156,13 @@ def on_a_pendulum(ops: Any, isolators: Isolators, masses: tuple[float, float], s
     ops.pattern("Plain", 1, 1)
     ops.load(1, 0.0, -weight, 0.0)
     ops.timeSeries("Path", 2, "-dt", 0.01, "-values", *(size * GROUND).tolist())
-    found = [(0.0, 0.0)]
-    for kind, integrator in (("Static", ("LoadControl", 1.0)), ("Transient", ("Newmark", 0.5, 0.25))):
-        ops.constraints("Plain")
-        ops.numberer("Plain")
-        ops.system("FullGeneral")
-        ops.test("NormDispIncr", 1e-12, 100)
-        ops.algorithm("Newton")
-        ops.integrator(*integrator)
-        ops.analysis(kind)
-        if kind == "Static":
-            assert ops.analyze(1) == 0
-            ops.loadConst("-time", 0.0)
-            ops.wipeAnalysis()
-            ops.pattern("UniformExcitation", 2, 1, "-accel", 2)
-    for _ in range(TIME.size - 1):
-        assert ops.analyze(round(0.01 / step), step) == 0
-        found.append((ops.nodeDisp(1, 1), ops.nodeDisp(2, 1)))
-    return np.array(found)
+    analyse_by(ops, "Static", ("LoadControl", 1.0))
+    assert ops.analyze(1) == 0
+    ops.loadConst("-time", 0.0)
+    ops.wipeAnalysis()
+    ops.pattern("UniformExcitation", 2, 1, "-accel", 2)
+    analyse_by(ops, "Transient", NEWMARK)
+    return histories(ops, (1, 2), step)
 
 
 def test_a_friction_pendulum(ops):
