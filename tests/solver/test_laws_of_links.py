@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from oracle_elements import Elements, shaken
 from row_cases import single, storeys
 from scenes import rigid, scene_text
 from scenes import single as mass
@@ -51,47 +52,34 @@ GROUND, DT = 20.0 * np.random.default_rng(5).normal(size=300) * np.sin(np.linspa
 
 
 def stepped(chains: Any, touching: Any, links: Any, gap: float, parts: int) -> tuple[np.ndarray, ...]:
-    """Peaks |u|, closings and stretches by central differences; springs of links and contacts at each step."""
+    """Peaks |u|, closings and stretches, both ways, by central differences; stops without stiffness only look on."""
     firsts = np.concatenate([[0], np.cumsum([chain.mass.size for chain in chains])])
-    size = int(firsts[-1])
-    masses, step = np.concatenate([chain.mass for chain in chains]), DT / parts
-    stiffness, damping = np.zeros((size, size)), np.zeros((size, size))
-    for chain, first in zip(chains, firsts, strict=False):
-        dofs = slice(first, first + chain.mass.size)
-        stiffness[dofs, dofs], damping[dofs, dofs] = chain.stiffness(), chain.damping
-    ends = np.zeros((len(touching) + len(links), size))
-    for place, one in enumerate([*touching, *(link[:3] for link in links)]):
-        ends[place, firsts[one[0]] + int(one[1]) - 1] = 1.0
-        ends[place, firsts[one[0] + 1] + int(one[2]) - 1] = -1.0
-    shares, pulls = ends[: len(touching)], -ends[len(touching) :]
-    for pull, link in zip(pulls, links, strict=True):
+
+    def across(interface: int, left: float, right: float, sign: float = 1.0) -> dict[int, float]:
+        return {firsts[interface] + int(left) - 1: sign, firsts[interface + 1] + int(right) - 1: -sign}
+
+    springs = [
+        ({first + place: 1.0} | ({first + place - 1: -1.0} if place else {}), stiffness, 0.0, inf)
+        for chain, first in zip(chains, firsts, strict=False)
+        for place, stiffness in enumerate(chain.spring)
+    ]
+    stops, watched = [(across(*place), 4e8, gap, inf) for place in touching], []
+    damping = block_diag(*[chain.damping for chain in chains])
+    for link in links:
+        stretch, shortening = across(*link[:3], -1.0), across(*link[:3])
+        pull = np.zeros(len(damping))
+        pull[list(stretch)] = list(stretch.values())
         damping += link.damping * np.outer(pull, pull)
-    inverse = np.linalg.inv(np.diag(masses) / step**2 + damping / (2.0 * step))
-    before_matrix = np.diag(masses) / step**2 - damping / (2.0 * step)
+        if link.slack > -inf or link.breaking < inf:
+            stops.append((stretch, link.stiffness, link.slack, link.breaking))
+        else:
+            springs.append((stretch, link.stiffness, 0.0, link.strength))
+        watched += [(stretch, 0.0, 0.0, inf), (shortening, 0.0, 0.0, inf)]
+    step, masses = DT / parts, np.concatenate([chain.mass for chain in chains])
     ground = np.interp(np.arange((GROUND.size - 1) * parts) * step, np.arange(GROUND.size) * DT, GROUND)
-    now = before = np.zeros(size)
-    forces, stretched = np.zeros(len(links)), np.zeros(len(links))
-    whole = np.ones(len(links))
-    peaks = np.zeros(size), np.zeros(len(touching)), np.zeros((2, len(links)))
-    for pull in ground:
-        moved = pulls @ now
-        for place, link in enumerate(links):
-            if link.slack > -inf or link.breaking < inf:
-                pulled = max(moved[place] - link.slack, 0.0) if link.slack > -inf else moved[place]
-                whole[place] *= abs(link.stiffness * pulled) < link.breaking
-                forces[place] = whole[place] * link.stiffness * pulled
-            else:
-                trial = forces[place] + link.stiffness * (moved[place] - stretched[place])
-                forces[place] = min(max(trial, -link.strength), link.strength)
-        stretched = moved
-        closing = shares @ now
-        pressed = 4e8 * np.maximum(closing - gap, 0.0)
-        push = -masses * pull - stiffness @ now - pulls.T @ forces - shares.T @ pressed
-        before, now = now, inverse @ (push + 2.0 * masses / step**2 * now - before_matrix @ before)
-        np.maximum(peaks[0], np.abs(now), out=peaks[0])
-        np.maximum(peaks[1], closing, out=peaks[1])
-        np.maximum(peaks[2], [moved, -moved], out=peaks[2])
-    return peaks
+    found = shaken(masses, damping, Elements(springs, [*stops, *watched]), ground, step)
+    reached = found.stops[0]
+    return found.displacement, reached[: len(touching)], reached[-len(watched) :].reshape(-1, 2).T
 
 
 LAWS_OF_LINKS = [name for name in ROWS if not name.startswith("damper")]
