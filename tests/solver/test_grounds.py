@@ -53,6 +53,8 @@ PAIRS = {
     "scaled": ((Support(0.4), Support(1.3)), ()),
     "still": ((Support(), Support(0.0)), ()),
     "moving": ((Support(velocity=0.02), Support(velocity=-0.05)), ()),
+    "the right one later": ((Support(), Support(1.0, 0.043)), ()),
+    "the left one later": ((Support(1.0, 0.02), Support()), ()),
     "own record": ((Support(), Support(records=("other",))), (None, OTHER)),
     "reversed, later by part of a step": ((Support(), Support(-1.0, 0.043)), ()),
     "scaled, the left one later": ((Support(0.7, 0.07, 0.01), Support(1.2)), ()),
@@ -199,25 +201,32 @@ def model_of(buildings, supports, gaps) -> RowModel:
     return RowModel([chain_of(building) for building in buildings], points, supports)
 
 
-def cases_under(model: RowModel, law, own=()) -> Cases:
-    return cases_of(model, law, (model.under(GROUND, own), STEP), HALF, 1e-10)
+def cases_under(model: RowModel, law, own=(), e=HALF) -> Cases:
+    return cases_of(model, law, (model.under(GROUND, own), STEP), e, 1e-10)
 
 
 @pytest.mark.complete  # on grounds of their own rows are compiled once more
-@pytest.mark.parametrize("law", [LAW, Stereomechanical()], ids=["force", "jump"])
-@pytest.mark.parametrize("right", [SHED, ROCK], ids=["mass", "wall"])
+@pytest.mark.parametrize(
+    ("law", "e"), [(LAW, HALF), (LAW, constant(0.005)), (Stereomechanical(), HALF)], ids=["force", "implicit", "jump"]
+)
+@pytest.mark.parametrize("sides", [(FRAME, SHED), (FRAME, ROCK), (ROCK, SHED)], ids=["masses", "right", "left"])
 @pytest.mark.parametrize("name", PAIRS)
-def test_a_row_of_two_is_the_pair(name: str, right: Building, law):
+def test_a_row_of_two_is_the_pair(name: str, sides: tuple[Building, Building], law, e):
+    """With an e of 0.005 both take implicit steps."""
     supports, own = PAIRS[name]
-    model = model_of((FRAME, right), supports, [0.012])
-    found = cases_under(model, law, own).whole(limits_of(model, [0.012]))
-    pair = oscillators(FRAME, right)
-    raw = run(pair, free_response(pair, GROUND, STEP, supports, own=own), Interface(0.012, law, HALF), 1e-10)
+    model, pair = model_of(sides, supports, [0.012]), oscillators(*sides)
+    found = cases_under(model, law, own, e).whole(limits_of(model, [0.012]))
+    raw = run(pair, free_response(pair, GROUND, STEP, supports, own=own), Interface(0.012, law, e), 1e-10)
     assert found.status == COMPLETE and min(found.points[0, COUNT], raw[COUNT]) >= 1
     assert law is not LAW or found.points[0, COUNT] == raw[COUNT]  # of jumps the last ones are tiny
     counters = [FIRST_TOUCH, APPROACH, PEAK_FORCE, IMPULSE, CONTACT_TIME, VISCOUS]
     np.testing.assert_allclose(found.points[0, counters], raw[counters], rtol=1e-7, atol=1e-6)
     np.testing.assert_allclose(found.points[0, -2:], [raw[HIGH], raw[LOW]], rtol=1e-8)
+    largest = np.maximum(raw[HIGH:LOW], -raw[LOW:])[1:].reshape(2, 2)  # |u| and |ü + a_g| of both sides
+    moving = [side for side, building in enumerate(sides) if not building.is_rigid]
+    rtol, springs = 1e-7 if law is LAW else 1e-6, [sides[side].stiffness for side in moving]
+    np.testing.assert_allclose(found.floors[:, [0, 3]], largest[:, moving].T, rtol=rtol)
+    np.testing.assert_allclose(found.floors[:, 2], springs * largest[0, moving], rtol=rtol)
 
 
 @pytest.mark.complete
