@@ -48,6 +48,7 @@ ROWS: dict[str, tuple[Any, Any, Any]] = {
         [FRICTION, Link(1, 1.0, 1.0, 2e7, 0.0, slack=0.003)],
     ),
 }
+STILL = {"names": None, "generated": [{"kind": "still", "duration": "3 s", "step": "0.01 s"}]}
 GROUND, DT = 20.0 * np.random.default_rng(5).normal(size=300) * np.sin(np.linspace(0.0, pi, 300)), 0.01
 
 
@@ -135,18 +136,10 @@ def smooth(chains: Any, touching: Any, link: Link, gap: float, count: int) -> tu
         turn = -(stiffness @ u + damping @ v + push) / masses - start - slope * time
         return np.concatenate([v, turn, [speed - speed_of(state[-1])]] if link.is_braced else [v, turn])
 
-    state, found = np.zeros(2 * size + link.is_braced), []
+    state, found, places = np.zeros(2 * size + link.is_braced), [], np.linspace(0.0, DT, 41)
     for start, stop in pairwise(GROUND[:count]):
-        solved = solve_ivp(
-            rates,
-            (0.0, DT),
-            state,
-            "DOP853",
-            np.linspace(0.0, DT, 41),
-            args=(start, (stop - start) / DT),
-            rtol=1e-9,
-            atol=1e-12,
-        )
+        ramp = start, (stop - start) / DT
+        solved = solve_ivp(rates, (0.0, DT), state, "DOP853", places, args=ramp, rtol=1e-9, atol=1e-12)
         state = solved.y[:, -1]
         found.append(solved.y)
     u, v = np.hstack(found)[:size], np.hstack(found)[size : 2 * size]
@@ -187,10 +180,9 @@ def test_a_damper_of_a_power_law_is_that_of_dop853(name: str, exponent: float, g
 def test_what_a_damper_takes_is_what_the_masses_lose(exponent: float, brace: float):
     """½ m v² of what moves at the end, springs of 400 s and the brace and all: with an impact without loss in it."""
     masses = mass("A", "100 t", "400 s", damping=0.0, initial_velocity="1 m/s"), mass("B", "80 t", "400 s", damping=0.0)
-    still = {"names": None, "generated": [{"kind": "still", "duration": "3 s", "step": "0.01 s"}]}
     keys: dict[str, Any] = {"link_damping": "100 kN s/m", "link_exponent": exponent}
     keys |= {"link_brace_stiffness": f"{brace} N/m"} if brace else {}
-    run_of = pr.simulate(parse_scene(scene_text(*masses, gap="20 mm", law="linear", records=still, **keys)))
+    run_of = pr.simulate(parse_scene(scene_text(*masses, gap="20 mm", law="linear", records=STILL, **keys)))
     assert run_of["impact_count"].item() == 1
     heavy = np.array([1e5, 8e4])
     v, u = (run_of[name].values[-1, :, 0] for name in ("velocity", "displacement"))
@@ -208,10 +200,9 @@ def test_a_linear_damper_on_a_brace_is_a_matrix_exponential(beside: float):
     brace, dashpot = 5e6, 2e5
     heavy, rates = np.array([1e5, 8e4]), 2.0 * pi / np.array([1.0, 0.5])
     masses = mass("A", "100 t", "1 s", damping=0.0, initial_velocity="1 m/s"), mass("B", "80 t", "0.5 s", damping=0.0)
-    still = {"names": None, "generated": [{"kind": "still", "duration": "3 s", "step": "0.01 s"}]}
     keys = {"link_damping": f"{dashpot} N s/m", "link_brace_stiffness": f"{brace} N/m"}
     keys |= {"link_stiffness": f"{beside} N/m"} if beside else {}
-    run_of = pr.simulate(parse_scene(scene_text(*masses, gap="9 m", law="linear", records=still, **keys)))
+    run_of = pr.simulate(parse_scene(scene_text(*masses, gap="9 m", law="linear", records=STILL, **keys)))
     x = np.array([1.0, -1.0, 0.0, 0.0, 0.0])
     system = np.zeros((5, 5))
     system[:2, 2:4] = np.eye(2)
@@ -248,8 +239,7 @@ def test_a_slack_that_is_never_taken_up_is_no_link():
 def pair(sides: tuple[str, str] = ("mass", "wall"), **link: Any) -> Any:
     """A free mass of 100 t on next to no spring, linked to a wall on its right, or its left."""
     kinds = {"mass": mass("A", "100 t", "400 s", damping=0.0, initial_velocity="1 m/s"), "wall": rigid()}
-    still = {"names": None, "generated": [{"kind": "still", "duration": "3 s", "step": "0.01 s"}]}
-    return parse_scene(scene_text(*(kinds[side] for side in sides), gap="9 m", law="linear", records=still, **link))
+    return parse_scene(scene_text(*(kinds[side] for side in sides), gap="9 m", law="linear", records=STILL, **link))
 
 
 def test_a_sliding_mass_stops_where_friction_has_taken_its_energy():
@@ -292,18 +282,9 @@ def test_a_block_slides_as_in_sdnd104(amplitude: float, known: float, stick: flo
     Its closed form has a stick without give; here it is a spring, which swings at up to F / √(k m).
     """
     wave = {"kind": "harmonic", "period": "1 s", "cycles": 12, "pga": f"{amplitude} m/s^2", "step": "1 ms"}
-    scene = parse_scene(
-        scene_text(
-            rigid(),
-            mass("block", "1 kg", "1000 s", damping=0.0),
-            gap="999 m",
-            law="linear",
-            records={"names": None, "generated": [wave]},
-            link_stiffness=f"{stick} N/m",
-            link_strength="1 N",
-        )
-    )
-    run_of = pr.simulate(scene)
+    keys = {"records": {"names": None, "generated": [wave]}, "link_stiffness": f"{stick} N/m", "link_strength": "1 N"}
+    block = mass("block", "1 kg", "1000 s", damping=0.0)
+    run_of = pr.simulate(parse_scene(scene_text(rigid(), block, gap="999 m", law="linear", **keys)))
     times, speed = run_of["time"].values, np.abs(run_of["velocity"].values[:, 1, 0])
     late = (times >= 4.0) & (times <= 12.0)
     mean = np.trapezoid(speed[late], times[late]) / 8.0

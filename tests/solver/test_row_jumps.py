@@ -83,6 +83,11 @@ PAIR = (
 )  # fmt: skip
 
 
+def assert_alike(own, pair, rel):
+    for name in own.keys() & pair.keys():
+        assert own[name] == pytest.approx(pair[name], rel=rel, abs=1e-15, nan_ok=True), name
+
+
 @pytest.mark.parametrize("law", [Merged(), Stereomechanical()])
 @pytest.mark.parametrize(("left", "right"), [(SOFT, STIFF), (SOFT, WALL), (WALL, STIFF)])
 @pytest.mark.parametrize("gap", [0.0, 0.003])
@@ -92,18 +97,14 @@ def test_two_masses_are_the_pair(law, left, right, gap):
     own = as_pair(Made([left, right], [gap], ground, law=law, e=CONCRETE))
     pair = solve(left, right, Interface(gap, law, CONCRETE), ground, 0.01)
     assert own["impact_count"] > 3
-    for name, value in own.items():
-        if name in pair:
-            assert value == pytest.approx(pair[name], rel=1e-9, abs=1e-15, nan_ok=True), name
+    assert_alike(own, pair, 1e-9)
 
 
 def test_a_third_that_never_touches_leaves_the_pair():
     ground = shaking(4.0)
     made = Made([SOFT, STIFF, FAR], [0.003, 10.0], ground)
     pair = solve(SOFT, STIFF, Interface(0.003, Stereomechanical(), HALF), ground, 0.01)
-    for name, value in as_pair(made).items():
-        if name in pair:
-            assert value == pytest.approx(pair[name], rel=1e-9, abs=1e-15, nan_ok=True), name
+    assert_alike(as_pair(made), pair, 1e-9)
     # What no contact moves has its motion without contact, to the bit.
     run = made.cases.whole(made.limits)
     np.testing.assert_array_equal(run.floors[2], made.free.floors[2])
@@ -124,9 +125,7 @@ def test_a_wave_along_two_masses_is_the_pair_with_a_wave(velocity):
     own = as_pair(Made([SOFT, STIFF], [gap], ground, wave=wave))
     pair = solve(SOFT, STIFF, Interface(gap, Stereomechanical(), HALF), ground, 0.01, supports=wave.supports(2))
     assert own["impact_count"] > 3
-    for name, value in own.items():
-        if name in pair:
-            assert value == pytest.approx(pair[name], rel=1e-7, abs=1e-15, nan_ok=True), name
+    assert_alike(own, pair, 1e-7)
 
 
 def in_oracle(buildings, gaps, e, ground, dt, slowest):
