@@ -26,14 +26,19 @@ def bare_environment(**more: str) -> dict[str, str]:
 def python(*words: object, **options: Any) -> subprocess.Popen[str]:
     """A process of Python with this package and the helpers of its tests, whose ends are open."""
     folders = os.pathsep.join(map(str, (PACKAGE.parent, Path(__file__).parent)))
-    ends = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
-    command, environment = [sys.executable, *map(str, words)], {**os.environ, "PYTHONPATH": folders}
-    return subprocess.Popen(command, env=environment, text=True, **(ends | options))
+    given: dict[str, Any] = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
+    given |= {"env": {**os.environ, "PYTHONPATH": folders}, "text": True} | options
+    return subprocess.Popen([sys.executable, *map(str, words)], **given)
 
 
-def output(*words: object, timeout: float = 120.0, **options: Any) -> str:
-    """What such a process prints, which must succeed."""
+def told(*words: object, timeout: float = 120.0, **options: Any) -> tuple[str, str]:
+    """What such a process, which must succeed, prints, and what it writes to standard error."""
     process = python(*words, **options)
     out, errors = process.communicate(timeout=timeout)
     assert process.returncode == 0, errors
-    return out
+    return out, errors
+
+
+def output(*words: object, **options: Any) -> str:
+    """What such a process prints."""
+    return told(*words, **options)[0]

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sentences import refusal
 from test_impulsive import followed
+from test_impulsive import scene as of_jumps
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -208,17 +209,10 @@ def test_bounces_within_one_duration_count_once():
 
 def scene(left="15 m", right="24 m", **interface):
     """A scene in the shape of its file; floors without a length where none is told."""
-    buildings = [
-        {"name": "left", "mass": "500 t", "period": "0.5 s", **({"floor_length": left} if left else {})},
-        {"name": "right", "mass": "800 t", "period": "0.31 s", **({"floor_length": right} if right else {})},
-    ]
-    given = {"gap": "5 mm", "contact_model": "distributed_mass", "yield_force": "20 MN", **interface}
-    return {
-        "building": buildings,
-        "interface": [given],
-        "records": {"names": ["RSN6-180"], "window": ["0 s", "6 s"], "pga": "0.5 g"},
-        "grid": {"gap": ["5 mm", "10 mm", "1 m"]},
-    }
+    tables = of_jumps(**{"contact_model": "distributed_mass", "yield_force": "20 MN"} | interface)
+    for building, length in zip(tables["building"], (left, right), strict=True):
+        building |= {"floor_length": length} if length else {}
+    return tables | {"grid": {"gap": ["5 mm", "10 mm", "1 m"]}}
 
 
 def test_scan_and_simulate(tmp_path):
