@@ -89,7 +89,7 @@ def read_ensemble(
         motions.append(_as_chosen(motion, chosen[number - 1], request.manifest) if request.manifest else motion)
         if progress is not None:
             progress(number, len(groups))
-    motions = read.treated(motions, read.treatment_of(request, scaled=scaled))
+    motions = read.treated(motions, request if scaled else request.unscaled())
     return MotionEnsemble(tuple(_distinct(motions)), (*left_out, *repeated), (*repeated, *copied))
 
 
@@ -253,7 +253,7 @@ def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple
 
 def treated(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
     """The motion of one component, or of two turned to the row, processed, cut and scaled as the request wants it."""
-    return read.treated([_in_direction(request, group)], read.treatment_of(request))[0]
+    return read.treated([_in_direction(request, group)], request)[0]
 
 
 def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:

@@ -27,7 +27,7 @@ def read_own(name: str, request: RecordRequest, folder: Path) -> Motion:
     Raises RecordError as `read_ensemble`, and where the name is not that of one motion.
     """
     names, files = ((), (name,)) if is_file(name) else ((name,), ())
-    unscaled = request._replace(pga=None, scale=None, sa=None, to_median=None)
+    unscaled = request.unscaled()
     alone = unscaled._replace(names=names, files=files, set="", manifest="", generated=(), sites="", place=None)
     motions = read_ensemble(alone, folder).motions
     if len(motions) != 1:

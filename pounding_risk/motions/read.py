@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from pounding_risk.motions.record import (
     recording,
     site_of,
 )
-from pounding_risk.motions.request import AS_RECORDED, REVERSED, RecordRequest, Spectral, conflicts
+from pounding_risk.motions.request import AS_RECORDED, REVERSED, RecordRequest, conflicts
 from pounding_risk.motions.source import components, open_source
 from pounding_risk.units import PGA, SCALE, STEP, TAIL, shown
 
@@ -37,36 +37,6 @@ if TYPE_CHECKING:
     from obspy import Stream, Trace
 
 CHANGE_OF_PEAK = 0.02
-
-
-class Treatment(NamedTuple):
-    """The treatment of a processed record, in SI; the fields stand in the order in which they act.
-
-    Of ``pga``, ``sa`` and ``to_median`` one at most is given; ``scale`` stands alone or follows ``to_median``
-    (`pounding_risk.motions.request.conflicts` has the rule).
-    """
-
-    window: tuple[float, float] | None = None  # s; None keeps the whole record
-    polarity: str = AS_RECORDED
-    pga: float | None = None  # m/s²
-    sa: Spectral | None = None
-    to_median: str | Spectral | None = None  # of the motions that are treated together
-    scale: float | None = None  # factor
-    tail: float = 0.0  # s of zeros after the motion, at least
-
-
-def treatment_of(request: RecordRequest, *, scaled: bool = True) -> Treatment:
-    """The treatment of a request, in the records' own polarity; without ``scaled`` the amplitude is kept."""
-    if not scaled:
-        return Treatment(request.window, tail=request.tail)
-    return Treatment(
-        request.window,
-        pga=request.pga,
-        sa=request.sa,
-        to_median=request.to_median,
-        scale=request.scale,
-        tail=request.tail,
-    )
 
 
 def read_motion(
@@ -126,15 +96,14 @@ def read_motion(
         raise RecordError(sentence)
     if polarity not in (AS_RECORDED, REVERSED):
         raise RecordError(f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"')
-    how = Treatment(
+    request = RecordRequest(
         window=None if window is None else span_of(window),
-        polarity=polarity,
         pga=None if pga is None else in_si("pga", pga, PGA),
         scale=None if scale is None else in_si("scale", scale, SCALE),
         tail=in_si("tail", tail, TAIL),
     )
     opened = open_source(source, unit=unit, dt=None if dt is None else in_si("dt", dt, STEP))
-    return treated([processed(opened, processing)], how)[0]
+    return treated([processed(opened, processing)], request, polarity)[0]
 
 
 def generate_motion(kind: str, /, **keys: Any) -> Motion:
@@ -186,43 +155,43 @@ def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "a
     return motion
 
 
-def treated(motions: Sequence[Motion], how: Treatment) -> list[Motion]:
-    """Apply a treatment to motions, all at once where their median sets the amplitude.
+def treated(motions: Sequence[Motion], request: RecordRequest, polarity: str = AS_RECORDED) -> list[Motion]:
+    """Cut, turn round and scale motions as a request has it, all at once where their median sets the amplitude.
 
     The motions are processed, and turned to the row where that is requested; they are the ensemble where there is a
     median to reach. Raises RecordError for a window or tail out of range, a window without shaking, and an amplitude
     out of reach.
     """
-    shaking = [_before_scaling(motion, how) for motion in motions]
-    if how.pga is not None:
-        shaking = [motion.scaled_to(how.pga) for motion in shaking]
-    if how.sa is not None:
-        if how.sa.value is None:
+    shaking = [_before_scaling(motion, request.window, polarity) for motion in motions]
+    if request.pga is not None:
+        shaking = [motion.scaled_to(request.pga) for motion in shaking]
+    if request.sa is not None:
+        if request.sa.value is None:
             raise RecordError("sa: names a period and no value to scale to; give one, such as 0.4 g")
-        at_period = (how.sa.value, how.sa.period, how.sa.damping)
+        at_period = (request.sa.value, request.sa.period, request.sa.damping)
         shaking = [scaling.to_spectral_acceleration(motion, *at_period) for motion in shaking]
-    if how.to_median is not None:  # of their ensemble; both components of a recording share one factor
-        aim = how.to_median
+    if request.to_median is not None:  # of their ensemble; both components of a recording share one factor
+        aim = request.to_median
         measure, damping = (aim, 0.05) if isinstance(aim, str) else (f"sa({aim.period!r} s)", aim.damping)
         groups = [recording(motion.record, motion.name) for motion in shaking]
         shaking = list(scaling.to_median(shaking, measure, groups=groups, damping=damping))
-    if how.scale is not None:
-        shaking = [scaling.by_factor(motion, how.scale) for motion in shaking]
+    if request.scale is not None:
+        shaking = [scaling.by_factor(motion, request.scale) for motion in shaking]
     # Generated ground says itself how it starts, unless it is cut.
-    is_checked = [motion.record.get("state") != GENERATED or how.window is not None for motion in shaking]
+    is_checked = [motion.record.get("state") != GENERATED or request.window is not None for motion in shaking]
     shaking = [motion.checked() if check else motion for motion, check in zip(shaking, is_checked, strict=True)]
-    return [motion.with_tail(how.tail) if how.tail else motion for motion in shaking]
+    return [motion.with_tail(request.tail) if request.tail else motion for motion in shaking]
 
 
-def _before_scaling(motion: Motion, how: Treatment) -> Motion:
+def _before_scaling(motion: Motion, window: tuple[float, float] | None, polarity: str) -> Motion:
     """The window of a motion, in the polarity that is wanted; raises RecordError where it holds no shaking."""
     where, repair = str(motion.record.get("source") or motion.name), "its processing"
-    if how.window is not None:
-        motion = motion.within(*how.window)
-        where, repair = f"{where}, {how.window[0]:g} to {how.window[1]:g} s", "its window"
+    if window is not None:
+        motion = motion.within(*window)
+        where, repair = f"{where}, {window[0]:g} to {window[1]:g} s", "its window"
     if not motion.record.get(STILL):
         check_shaking(motion.acceleration, where, repair)
-    return motion.reversed() if how.polarity == REVERSED else motion
+    return motion.reversed() if polarity == REVERSED else motion
 
 
 def read_trace(

@@ -28,7 +28,7 @@ from pounding_risk.motions.write import write_motion
 from pounding_risk.results.attributes import as_text
 from pounding_risk.scene.reader import parse_scene
 
-PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "auto", 0.0)
+PLAIN = RecordRequest()
 SCENE = scene_text(
     single("left", "10 t", "0.5 s"),
     single("right", "10 t", "0.3 s"),

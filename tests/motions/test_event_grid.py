@@ -21,7 +21,7 @@ from pounding_risk.motions.sites.places import Place, distance, nearest
 from pounding_risk.scene.reader import parse_scene
 
 G = 9.80665
-PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "none", 0.0, unit="g", sites="EventGrid.csv")
+PLAIN = RecordRequest(processing="none", unit="g", sites="EventGrid.csv")
 HERE = PLAIN._replace(place=Place(23.731, 37.981))
 
 

@@ -27,7 +27,7 @@ from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene
 
 G = 9.80665
-PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "auto", 0.0)
+PLAIN = RecordRequest()
 PAIR = PLAIN._replace(names=("RSN6-180", "RSN6-270"))
 SCENE = scene_text(
     single("left", "10 t", "0.5 s"),

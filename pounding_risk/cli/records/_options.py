@@ -61,7 +61,7 @@ def record_request(
 
     Raises PoundingError, which names the option.
     """
-    from pounding_risk.motions.request import AS_RECORDED, RecordRequest, Spectral
+    from pounding_risk.motions.request import RecordRequest, Spectral
     from pounding_risk.units import DIRECTION, PERIOD, PGA, SCALE, TIME
 
     scalings = [option for option, value in (("--pga", pga), ("--scale", scale), ("--sa", sa)) if value]
@@ -70,14 +70,10 @@ def record_request(
             f"{' and '.join(scalings)} are given; a record is scaled by one of them: leave the others out"
         )
     return RecordRequest(
-        names=(),
-        files=(),
         window=window and (read_option("--window", window[0], TIME), read_option("--window", window[1], TIME)),
         pga=read_optional("--pga", pga, PGA),
         scale=read_optional("--scale", scale, SCALE),
-        polarities=(AS_RECORDED,),
         processing=_processing(processing, steps),
-        tail=0.0,
         direction=read_optional("--direction", direction, DIRECTION),
         sa=sa and Spectral(value=read_option("--sa", sa[0], PGA), period=read_option("--sa", sa[1], PERIOD)),
     )
