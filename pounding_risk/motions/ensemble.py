@@ -22,6 +22,7 @@ from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing import DEFAULT_CHAIN
 from pounding_risk.motions.processing.filter import NOISE
 from pounding_risk.motions.processing.noise import shared_corners
+from pounding_risk.motions.read import components, file_name, generated_sources, open_source
 from pounding_risk.motions.record import (
     FACTOR_OF_SITE,
     GENERATED,
@@ -36,7 +37,6 @@ from pounding_risk.motions.request import RecordRequest, conflicts, matching
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.sites.event_grid import grid_sources, is_grid, sources_at
 from pounding_risk.motions.sites.places import SiteRequest
-from pounding_risk.motions.source import components, file_name, generated, open_source
 from pounding_risk.units import STANDARD_GRAVITY
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
@@ -97,7 +97,7 @@ def _of_sources(request: RecordRequest, folder: Path, left_out: list[str]) -> It
     """Every record that the request names; a sentence for each one left out is added to ``left_out``."""
     stated: dict[str, Any] = {"unit": request.unit or None, "dt": request.dt}
     if request.generated:
-        sources = [source for recipe in request.generated for source in generated(recipe)]
+        sources = [source for recipe in request.generated for source in generated_sources(recipe)]
     elif request.set:
         sources = [open_source(record_sets.load(member), **stated) for member in record_sets.members(request.set)]
     else:

@@ -16,12 +16,11 @@ from pounding_risk.motions import catalogue
 from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.intensity import measure, response_spectra
 from pounding_risk.motions.manifest import write_manifest
-from pounding_risk.motions.read import read_motion
+from pounding_risk.motions.read import open_source, read_motion
 from pounding_risk.motions.record import recording
 from pounding_risk.motions.request import RecordRequest, Spectral
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.selection import select
-from pounding_risk.motions.source import open_source
 from pounding_risk.motions.target_spectra import read_target
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene

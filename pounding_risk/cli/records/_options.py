@@ -179,8 +179,8 @@ def find_sources(
         Take the two horizontal components of each recording as one group.
     """
     from pounding_risk.motions.ensemble import each_once, horizontals, pairs
+    from pounding_risk.motions.read import open_source
     from pounding_risk.motions.record_sets import load, members
-    from pounding_risk.motions.source import open_source
 
     if not words and record_set is None:
         raise PoundingError("no record is named; write ids of `pounding-risk records list`, files, a folder, or --set")
@@ -202,14 +202,14 @@ def _sources_of(word: str, facts: dict[str, Any], left_out: list[str], lenient: 
     from pounding_risk.motions.catalogue import entries
     from pounding_risk.motions.ensemble import sources_named
     from pounding_risk.motions.generated import is_recipe
+    from pounding_risk.motions.read import generated_sources, open_source
     from pounding_risk.motions.request import matching
-    from pounding_risk.motions.source import generated, open_source
 
     is_id = any(entry.id == word for entry in entries())
     if not is_id and (Path(word).is_dir() or matching(Path(), word)):
         yield from sources_named(word, Path(), left_out, **facts, lenient=lenient)
     elif is_recipe(word):
-        yield from generated(word)
+        yield from generated_sources(word)
     elif glob.has_magic(word):
         raise PoundingError(f'no file answers to "{word}"; patterns are relative to this folder')
     else:

@@ -26,9 +26,8 @@ from obspy import Stream, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats import TO_GIVE, Format, _text, size_of_unit, unit_sentence
 from pounding_risk.motions.formats._text import LONGEST_LINE, NEWLINE, quoted
-from pounding_risk.motions.formats._unit import TO_GIVE, sentence, size_of
 from pounding_risk.units import STEP, QuantityError, parse
 
 COMMENTS = "#%!"
@@ -368,7 +367,7 @@ def _unit(name: str, head: Head, stated: str | None, dt: float | None) -> tuple[
     if not statements:
         stepless = head.columns == 1 and dt is None and "dt" not in head.statements
         raise _unstated(name, "unit", *(["dt"] if stepless else []))
-    sizes = [size_of(statement.value, statement.place) for statement in statements]
+    sizes = [size_of_unit(statement.value, statement.place) for statement in statements]
     for other, size in zip(statements[1:], sizes[1:], strict=True):
         if size != sizes[0]:
             raise RecordError(
@@ -376,7 +375,7 @@ def _unit(name: str, head: Head, stated: str | None, dt: float | None) -> tuple[
                 f"{statements[0].place.removeprefix(name).strip(', ')} "
                 f"says {quoted(statements[0].value)}; keep the right one"
             )
-    return sizes[0], sentence(str(statements[0].value), sizes[0])
+    return sizes[0], unit_sentence(str(statements[0].value), sizes[0])
 
 
 def _unstated(name: str, *missing: str) -> RecordError:

@@ -24,10 +24,9 @@ from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.formats import read_components, read_file
 from pounding_risk.motions.formats.evt import _read_evt
 from pounding_risk.motions.formats.sac import _is_sac
-from pounding_risk.motions.read import read_motion
+from pounding_risk.motions.read import open_source, read_motion
 from pounding_risk.motions.record import is_vertical
 from pounding_risk.motions.request import RecordRequest
-from pounding_risk.motions.source import open_source
 
 ETNA = EVTS[0]
 OLD_K2 = ETNA.parent / "STNA.20020722.044649.evt.gz"
