@@ -20,8 +20,7 @@ from pounding_risk.motions.formats import is_record, split_component
 from pounding_risk.motions.manifest import read_manifest, source_of
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing import DEFAULT_CHAIN
-from pounding_risk.motions.processing.filter import NOISE
-from pounding_risk.motions.processing.noise import shared_corners
+from pounding_risk.motions.processing.noise import NOISE, shared_corners
 from pounding_risk.motions.read import components, file_name, generated_sources, open_source
 from pounding_risk.motions.record import (
     FACTOR_OF_SITE,

@@ -11,8 +11,7 @@ from test_selection import noise
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.matching import Aim, Limits, correlation, match, simulated
 from pounding_risk.motions.selection import select
-from pounding_risk.motions.sites.conditional_spectrum import read_conditional
-from pounding_risk.motions.target_spectra import Target, read_target
+from pounding_risk.motions.target_spectra import Target, read_conditional, read_target
 
 G = 9.80665
 PERIODS = np.geomspace(0.1, 2.0, 30)
@@ -70,7 +69,8 @@ def test_damaged_files_are_read_soundly_or_refused_by_name(tmp_path, text, poe):
     path.write_text(text)
 
     def check(spectrum):
-        assert (spectrum.median > 0.0).all() and (spectrum.deviation >= 0.0).all() and (spectrum.periods >= 0.0).all()
+        periods, median, deviation, _ = spectrum
+        assert (median > 0.0).all() and (deviation >= 0.0).all() and (periods >= 0.0).all()
 
     outcomes = survey(path, lambda: read_conditional(path, poe), check, 1000)
     assert min(outcomes["read"], outcomes["refused"]) > 100

@@ -129,8 +129,7 @@ def target_spectrum(text: str, damping: float, poe: str | None = None) -> Target
 
     Raises PoundingError where it is for another damping than ``--damping``.
     """
-    from pounding_risk.motions.sites.conditional_spectrum import is_conditional
-    from pounding_risk.motions.target_spectra import read_target
+    from pounding_risk.motions.target_spectra import is_conditional, read_target
 
     if poe is not None and not is_conditional(Path(text)):
         raise PoundingError(f"--poe: is of a conditional spectrum of OpenQuake, and {text} is none; leave it out")

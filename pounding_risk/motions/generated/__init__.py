@@ -19,8 +19,18 @@ from typing import Any, NamedTuple
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.generated._kind import KINDS, MOST, REQUIRED, Form, Kind, Option, Sampled, Unfit, motion_kind
-from pounding_risk.motions.generated._wave import Wave
+from pounding_risk.motions.generated._kind import (
+    KINDS,
+    MOST,
+    REQUIRED,
+    Form,
+    Kind,
+    Option,
+    Sampled,
+    Unfit,
+    Wave,
+    motion_kind,
+)
 from pounding_risk.motions.processing.signals import velocity_displacement
 from pounding_risk.motions.record import GENERATED, STATED, STILL, Source
 from pounding_risk.units import QuantityError, shown, si, unknown
