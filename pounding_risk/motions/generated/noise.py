@@ -62,6 +62,10 @@ OF_NOISE: dict[str, Any] = {
         AS_DRAWN,
     ),
 }
+OF_GROUND = {
+    "frequency": Option("f_g: frequency of the ground.", FREQUENCY, 2.5),
+    "damping": Option("ζ_g: its damping ratio.", RATIO, 0.6),
+}
 STRENGTH = ("rms", "psd")
 
 
@@ -290,14 +294,7 @@ def white_noise(*, rms: float | None, psd: float | None, **keys: Any) -> Noise:
     return _noise(None, rms, psd, 0.0, **keys)
 
 
-@motion_kind(
-    "kanai_tajimi",
-    amplitude=STRENGTH,
-    random=True,
-    **OF_NOISE,
-    frequency=Option("f_g: frequency of the ground.", FREQUENCY, 2.5),
-    damping=Option("ζ_g: its damping ratio.", RATIO, 0.6),
-)
+@motion_kind("kanai_tajimi", amplitude=STRENGTH, random=True, **OF_NOISE, **OF_GROUND)
 def kanai_tajimi(*, rms: float | None, psd: float | None, frequency: float, damping: float, **keys: Any) -> Noise:
     """White noise through a ground layer that vibrates as one mass.
 
@@ -318,8 +315,7 @@ def kanai_tajimi(*, rms: float | None, psd: float | None, frequency: float, damp
     amplitude=STRENGTH,
     random=True,
     **OF_NOISE,
-    frequency=Option("f_g: frequency of the ground.", FREQUENCY, 2.5),
-    damping=Option("ζ_g: its damping ratio.", RATIO, 0.6),
+    **OF_GROUND,
     low_frequency=Option(
         "f_f: frequency below which the second filter cuts.", FREQUENCY._replace(example="0.25 Hz"), 0.25
     ),
