@@ -62,7 +62,7 @@ OF_NOISE: dict[str, Any] = {
         AS_DRAWN,
     ),
 }
-OF_GROUND = {
+OF_GROUND: dict[str, Any] = {
     "frequency": Option("f_g: frequency of the ground.", FREQUENCY, 2.5),
     "damping": Option("ζ_g: its damping ratio.", RATIO, 0.6),
 }
