@@ -17,17 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions import catalogue, record_sets, scaling
-from pounding_risk.motions.formats import (
-    COMPONENT,
-    FileRead,
-    one_trace,
-    read_components,
-    read_file,
-    size_of_unit,
-    split_component,
-    unit_sentence,
-)
+from pounding_risk.motions import catalogue, formats, record_sets, scaling
 from pounding_risk.motions.generated import Recipe, is_recipe, recipe, recipe_of
 from pounding_risk.motions.motion import Motion, in_si, span_of, unit_doubts
 from pounding_risk.motions.processing import DEFAULT_CHAIN, Step, read_steps
@@ -168,8 +158,8 @@ def open_source(source: Any, *, unit: str | None = None, dt: float | None = None
         member = None if catalogue.has(source) else record_sets.find(source)
         opened = record_sets.load(member) if member else catalogue.source(source, record_sets.similar(source))
     elif isinstance(source, str | Path):
-        path, component = split_component(source)
-        opened = _of_file(path, read_file(path, component, unit=unit, dt=dt))
+        path, component = formats.split_component(source)
+        opened = _of_file(path, formats.read_file(path, component, unit=unit, dt=dt))
     else:
         opened = _of_trace(source)
     return _checked(opened, unit, dt)
@@ -177,7 +167,8 @@ def open_source(source: Any, *, unit: str | None = None, dt: float | None = None
 
 def components(path: Path, *, unit: str | None = None, dt: float | None = None) -> tuple[Source, ...]:
     """Every component of a file, as `open_source` gives one."""
-    return tuple(_checked(_of_file(path, file_read), unit, dt) for file_read in read_components(path, unit=unit, dt=dt))
+    found = formats.read_components(path, unit=unit, dt=dt)
+    return tuple(_checked(_of_file(path, file_read), unit, dt) for file_read in found)
 
 
 def generated_sources(source: str | Recipe) -> tuple[Source, ...]:
@@ -188,8 +179,10 @@ def generated_sources(source: str | Recipe) -> tuple[Source, ...]:
 
 def file_name(source: Source) -> str:
     """A short name of a record among others: that of its file with its component, or its id."""
-    path, component = split_component(source.name)
-    return f"{path.name}{COMPONENT if component else ''}{component}" if path.is_file() else str(source.record["id"])
+    path, component = formats.split_component(source.name)
+    if not path.is_file():
+        return str(source.record["id"])
+    return f"{path.name}{formats.COMPONENT}{component}" if component else path.name
 
 
 def _checked(source: Source, unit: str | None, dt: float | None) -> Source:
@@ -202,7 +195,8 @@ def _checked(source: Source, unit: str | None, dt: float | None) -> Source:
     offset = samples.mean() if source.record["state"] == RAW else 0.0
     source.record["pga_recorded"] = float(np.abs(samples - offset).max())
     doubts = []
-    if unit is not None and not source.units.startswith(unit_sentence(unit, size_of_unit(unit, "unit"))):
+    given = None if unit is None else formats.unit_sentence(unit, formats.size_of_unit(unit, "unit"))
+    if given is not None and not source.units.startswith(given):
         stated = source.units.partition(";")[0].removeprefix("units: ")
         doubts.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({stated})')
     if dt is not None and dt != stats.delta:
@@ -217,21 +211,20 @@ def _is_id(source: str) -> bool:
     return catalogue.has(source) or not looks_like_path
 
 
-def _of_file(path: Path, file_read: FileRead) -> Source:
-    name = f"{path}{COMPONENT}{file_read.component}" if file_read.component else str(path)
-    facts = _facts(file_read.trace)
-    id = f"{path.stem}{COMPONENT}{file_read.component}" if file_read.component else path.stem
+def _of_file(path: Path, file_read: formats.FileRead) -> Source:
+    component = f"{formats.COMPONENT}{file_read.component}" if file_read.component else ""
+    facts, id = _facts(file_read.trace), f"{path.stem}{component}"
     if path.suffix and path.suffix[1:].lower() == str(facts["component"] or "").lower():
         id = path.name  # K-NET names its files by their components
     record = {**facts, "id": id, "state": file_read.state, "format": file_read.format}
     record.update(file=str(path), sha256=file_read.sha256, origin="a file of the user", terms="")
     doubt = str(file_read.trace.stats.record.get("doubt") or "")
-    return Source(name, file_read.trace, record, file_read.units, (doubt,) if doubt else ())
+    return Source(f"{path}{component}", file_read.trace, record, file_read.units, (doubt,) if doubt else ())
 
 
 def _of_trace(source: Any) -> Source:
     """A trace in memory: in m/s², and processed unless one of the readers of this package says raw."""
-    source = one_trace(source)
+    source = formats.one_trace(source)
     name = source.id if source.id.strip(".") else "trace"
     if source.stats.calib != 1.0:
         raise RecordError(

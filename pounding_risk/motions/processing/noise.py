@@ -14,15 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing import ORDER, Done, step
-from pounding_risk.motions.processing.signals import (
-    Samples,
-    cosine_rise,
-    energy_time,
-    filtered,
-    quiet_before,
-    velocity_displacement,
-)
+from pounding_risk.motions.processing import ORDER, Done, signals, step
+from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.units import TIME, Quantity, say
 
 CORNER = Quantity("Hz", 0.0, inf, "corner frequency", example="0.1 Hz")
@@ -109,7 +102,7 @@ def bandpass(
             f"the corner {lowest:g} Hz is {lowest * duration:.2g} of a cycle in the record of {say(duration, TIME)}; "
             f"write {FEWEST_CYCLES / duration:.2g} Hz or more"
         )
-    passed, pad = filtered(samples, dt, (low, high), order)
+    passed, pad = signals.filtered(samples, dt, (low, high), order)
     flags = list(chosen.flags)
     if max(abs(samples[0]), abs(samples[-1])) > ENDS_OF_PEAK * float(np.abs(samples).max()):
         flags.append("the record was filtered with ends above 2 % of its peak: subtract the mean and taper before")
@@ -151,7 +144,7 @@ def signal_to_noise(samples: Samples, dt: float) -> NoiseSpectra:
 
     Raises RecordError where less than 2 s of noise are left.
     """
-    quiet = quiet_before(samples, dt)
+    quiet = signals.quiet_before(samples, dt)
     length = quiet - min(LONGEST_LEAD, quiet / 2.0)
     if length < SHORTEST_NOISE:
         raise RecordError(
@@ -159,7 +152,7 @@ def signal_to_noise(samples: Samples, dt: float) -> NoiseSpectra:
             f"{SHORTEST_NOISE + LONGEST_LEAD:g} s or more"
         )
     first = round(quiet / dt)
-    end = round((energy_time(samples, dt, ENERGY) + AFTER) / dt)
+    end = round((signals.energy_time(samples, dt, ENERGY) + AFTER) / dt)
     before, shaking = samples[first - round(length / dt) : first], samples[first:end]
     size = 1 << (len(samples) - 1).bit_length()
     lowest, nyquist = 1.0 / (len(samples) * dt), 0.5 / dt
@@ -218,7 +211,7 @@ def _highest(dt: float) -> float:
 def _amplitudes(part: Samples, dt: float, size: int) -> Samples:
     """|∫ a e^(-iωt) dt| [m/s] of a window without its mean, tapered."""
     position = np.linspace(0.0, 1.0, len(part))
-    weight = cosine_rise(position / TAPERED) * cosine_rise((1.0 - position) / TAPERED)
+    weight = signals.cosine_rise(position / TAPERED) * signals.cosine_rise((1.0 - position) / TAPERED)
     return np.asarray(np.abs(np.fft.rfft((part - part.mean()) * weight, size)) * dt)
 
 
@@ -265,7 +258,7 @@ def _weak(spectra: NoiseSpectra) -> tuple[str, ...]:
 def _without_drift(samples: Samples, dt: float, lowest: float) -> tuple[float, tuple[str, ...]]:
     """The lowest corner [Hz], not below ``lowest``, above which every corner keeps the displacement steady."""
     every = max(1, floor(DRIFT_STEP / dt))
-    smooth, pad = filtered(samples, dt, (0.0, SLOW), FILTER_ORDER)
+    smooth, pad = signals.filtered(samples, dt, (0.0, SLOW), FILTER_ORDER)
     coarse = smooth[pad : pad + len(samples) : every]
     if lowest >= HIGHEST_LOW or len(coarse) <= DRIFT_ORDER + 1:
         return lowest, ()
@@ -283,8 +276,8 @@ def _without_drift(samples: Samples, dt: float, lowest: float) -> tuple[float, t
 
 def _drift(samples: Samples, dt: float, corner: float) -> float:
     """The peak of a polynomial fitted to the displacement of the filtered motion, over the displacement's own."""
-    passed, pad = filtered(samples, dt, (corner, np.inf), FILTER_ORDER)
-    displacement = velocity_displacement(passed[pad : pad + len(samples)], dt)[1]
+    passed, pad = signals.filtered(samples, dt, (corner, np.inf), FILTER_ORDER)
+    displacement = signals.velocity_displacement(passed[pad : pad + len(samples)], dt)[1]
     position = np.linspace(-1.0, 1.0, len(samples))
     fit = np.polynomial.legendre.legval(position, np.polynomial.legendre.legfit(position, displacement, DRIFT_ORDER))
     peak = float(np.abs(displacement).max())
