@@ -98,7 +98,7 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
     zeros after the motion are part of it. ``ratio`` is the PGA of the aftershock over that of the motion; None gives it
     the factor of the motion. ``tail`` [s] of zeros follow.
     """
-    motion = motion.first(motion.acceleration.size - motion.tail) if motion.tail else motion
+    motion = motion.without_tail()
     dt = min(motion.dt, aftershock.dt)
     parts = {id(record): _parts(record, dt, [motion, aftershock]) for record in (motion, aftershock)}
     before, after = (divided(record.acceleration, parts[id(record)]) for record in (motion, aftershock))
