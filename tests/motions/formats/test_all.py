@@ -26,7 +26,7 @@ import test_geonet
 import test_native
 import test_peer_at2
 import test_smc
-from real_files import DATA
+from real_files import DATA, G, read
 from sentences import refusal
 
 from pounding_risk.motions import catalogue
@@ -138,9 +138,11 @@ def test_no_format_stumbles_over_what_is_no_file(name, tmp_path):
 def test_path_open_file_and_bytes_agree(samples, name):
     for path in samples[name]:
         choices = {"folder": path.parent, **STATED.get(name, {})}
-        read = FORMATS[name].read
         with path.open("rb") as opened:
-            streams = [read(source, **choices) for source in (path, str(path), opened, BytesIO(path.read_bytes()))]
+            streams = [
+                FORMATS[name].read(source, **choices)
+                for source in (path, str(path), opened, BytesIO(path.read_bytes()))
+            ]
         found = read_components(path, **STATED.get(name, {}))
         assert {each.format for each in found} == {name}
         for traces in [*streams[1:], [each.trace for each in found]]:
@@ -185,6 +187,33 @@ def test_spellings_that_mean_the_same(name, words):
     for trace, same in zip(one, other, strict=True):
         assert np.array_equal(trace.data, same.data)
         assert (trace.stats.delta, trace.stats.record.state) == (same.stats.delta, same.stats.record.state)
+
+
+FILM = pytest.mark.parametrize(
+    ("film", "size", "units"),
+    [
+        (test_csmip.film, 0.1 * G, "units: g/10, times 0.980665 m/s²"),
+        (test_smc.film, 0.01, "units: cm/s², times 0.01"),
+    ],
+    ids=["CSMIP", "SMC"],
+)
+
+
+@FILM
+def test_film_at_even_times_is_read_as_such(film, size, units):
+    trace = read(film(0.005 * np.arange(6), test_smc.VALUES))[0]
+    assert trace.stats.delta == pytest.approx(0.005, rel=1e-12)
+    assert trace.data == pytest.approx(size * np.array(test_smc.VALUES), rel=1e-12)
+    assert (trace.stats.record.state, trace.stats.record.units) == ("raw", units)
+
+
+@FILM
+def test_film_at_uneven_times_is_read_on_straight_lines_at_the_step_that_is_asked_for(film, size, units):
+    trace = read(film([0.0, 0.004, 0.010, 0.014, 0.020, 0.030], test_smc.VALUES), dt=0.005)[0]
+    expected = [1.0, 2.0 + 1.0 / 6.0, 3.0, 4.0 + 1.0 / 6.0, 5.0, -0.5, -6.0]
+    assert trace.data == pytest.approx(size * np.array(expected), rel=1e-12)
+    assert (trace.stats.npts, trace.stats.delta) == (7, 0.005)
+    assert trace.stats.record.units == f"{units}, uneven times read at every 0.005 s"
 
 
 def test_the_list_of_formats_names_each():

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import obspy
 import pytest
-from real_files import G, changed, read, real
+from real_files import changed, read, real
 from scipy.integrate import cumulative_trapezoid
 
 from pounding_risk.errors import RecordError
@@ -92,24 +92,6 @@ def film(times, values, unit="G/10", count=None):
 # The first pairs of 116th Street School, Los Angeles, Northridge earthquake of 1994, station 14403, 90°.
 TIMES = np.array([0.0, 0.005, 0.010, 0.015, 0.020, 0.025, 0.030, 0.034, 0.040, 0.044])
 VALUES = np.array([-0.006, 0.007, 0.007, 0.006, 0.006, -0.009, 0.005, 0.004, 0.003, 0.002])
-
-
-def test_film_at_even_times_is_read_as_such():
-    times = np.arange(12) * 0.005
-    trace = read(film(times, np.arange(12) / 1000.0))[0]
-    assert trace.stats.delta == pytest.approx(0.005, rel=1e-12)
-    assert trace.data == pytest.approx(np.arange(12) / 1000.0 * G / 10, rel=1e-12)
-    assert trace.stats.record.units == "units: g/10, times 0.980665 m/s²"
-
-
-def test_film_at_uneven_times_is_read_on_straight_lines_at_the_step_that_is_asked_for():
-    trace = read(film(TIMES, VALUES), dt=0.01)[0]
-    # At 0.03 s the sample itself, at 0.04 s too; between 0.034 and 0.040 nothing is read at this step.
-    assert trace.data == pytest.approx(np.array([-0.006, 0.007, 0.006, 0.005, 0.003]) * G / 10, rel=1e-12)
-    fine = read(film(TIMES, VALUES), dt=0.004)[0]
-    assert fine.data[9] == pytest.approx((0.004 + (0.036 - 0.034) / 0.006 * -0.001) * G / 10, rel=1e-9)
-    assert (fine.stats.npts, fine.stats.delta) == (12, 0.004)
-    assert fine.stats.record.units == "units: g/10, times 0.980665 m/s², uneven times read at every 0.004 s"
 
 
 WORDS_OF_1992 = "16 POINTS OF ACCEL DATA EQUALLY SPACED AT .005 SEC.  (UNITS: G)"

@@ -50,21 +50,6 @@ def film(times, values):
     return "\n".join([*head, *rows]).replace(" -0.5793300E+01", peak).replace("2 CORRECTED", "1 UNCORRECTED") + "\n"
 
 
-def test_film_at_even_times_is_read_as_such():
-    trace = read(film([0.01 * at for at in range(6)], VALUES))[0]
-    assert trace.stats.delta == pytest.approx(0.01, rel=1e-12)
-    assert trace.data == pytest.approx(0.01 * np.array(VALUES), rel=1e-12)
-    assert (trace.stats.record.state, trace.stats.record.units) == ("raw", "units: cm/s², times 0.01")
-
-
-def test_film_at_uneven_times_is_read_on_straight_lines_at_the_step_that_is_asked_for():
-    trace = read(film([0.0, 0.004, 0.010, 0.014, 0.020, 0.030], VALUES), dt=0.005)[0]
-    expected = [1.0, 2.0 + 1.0 / 6.0, 3.0, 4.0 + 1.0 / 6.0, 5.0, -0.5, -6.0]
-    assert trace.data == pytest.approx(0.01 * np.array(expected), rel=1e-12)
-    assert trace.stats.delta == 0.005
-    assert trace.stats.record.units == "units: cm/s², times 0.01, uneven times read at every 0.005 s"
-
-
 def test_of_times_that_are_the_same_in_their_digits_the_last_counts():
     trace = read(film([0.0, 0.004, 0.010, 0.010, 0.020, 0.030], VALUES), dt=0.005)[0]
     expected = [1.0, 2.0 + 2.0 / 6.0, 4.0, 4.5, 5.0, -0.5, -6.0]
