@@ -8,7 +8,7 @@ from typing import Any
 from generation.markdown import docstring, plain, table
 from pounding_risk.motions.formats import formats
 from pounding_risk.motions.generated import motion_kinds
-from pounding_risk.motions.generated._envelopes import read_envelope
+from pounding_risk.motions.generated.noise import read_envelope
 from pounding_risk.motions.processing import DEFAULT_CHAIN, known_steps
 from pounding_risk.motions.quality import CHECKS
 from pounding_risk.units import Quantity, bounds

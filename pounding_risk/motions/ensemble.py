@@ -20,8 +20,8 @@ from pounding_risk.motions.formats import is_record, split_component
 from pounding_risk.motions.manifest import read_manifest, source_of
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing import DEFAULT_CHAIN
-from pounding_risk.motions.processing.filter import NOISE
-from pounding_risk.motions.processing.noise import shared_corners
+from pounding_risk.motions.processing.noise import NOISE, shared_corners
+from pounding_risk.motions.read import components, file_name, generated_sources, open_source
 from pounding_risk.motions.record import (
     FACTOR_OF_SITE,
     GENERATED,
@@ -36,7 +36,6 @@ from pounding_risk.motions.request import RecordRequest, conflicts, matching
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.sites.event_grid import grid_sources, is_grid, sources_at
 from pounding_risk.motions.sites.places import SiteRequest
-from pounding_risk.motions.source import components, file_name, generated, open_source
 from pounding_risk.units import STANDARD_GRAVITY
 
 BESIDE = ".xml"  # StationXML, which belongs to the records beside it
@@ -89,7 +88,7 @@ def read_ensemble(
         motions.append(_as_chosen(motion, chosen[number - 1], request.manifest) if request.manifest else motion)
         if progress is not None:
             progress(number, len(groups))
-    motions = read.treated(motions, read.treatment_of(request, scaled=scaled))
+    motions = read.treated(motions, request if scaled else request.unscaled())
     return MotionEnsemble(tuple(_distinct(motions)), (*left_out, *repeated), (*repeated, *copied))
 
 
@@ -97,7 +96,7 @@ def _of_sources(request: RecordRequest, folder: Path, left_out: list[str]) -> It
     """Every record that the request names; a sentence for each one left out is added to ``left_out``."""
     stated: dict[str, Any] = {"unit": request.unit or None, "dt": request.dt}
     if request.generated:
-        sources = [source for recipe in request.generated for source in generated(recipe)]
+        sources = [source for recipe in request.generated for source in generated_sources(recipe)]
     elif request.set:
         sources = [open_source(record_sets.load(member), **stated) for member in record_sets.members(request.set)]
     else:
@@ -253,7 +252,7 @@ def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple
 
 def treated(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
     """The motion of one component, or of two turned to the row, processed, cut and scaled as the request wants it."""
-    return read.treated([_in_direction(request, group)], read.treatment_of(request))[0]
+    return read.treated([_in_direction(request, group)], request)[0]
 
 
 def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:

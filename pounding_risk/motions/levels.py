@@ -162,13 +162,9 @@ class Level(NamedTuple):
         (name, periods, damping, *_), value = self.measure, self.value
         if name == "pga":
             return motion.scaled_to(value)
-        record, factor, aim = motion.without_tail(), value, ""  # of `FACTOR`
-        if name == "pgv":
-            factor, aim = scaling.pgv_factor(record, value)
-        elif name == "sa":
-            factor, aim = scaling.spectral_factor(record, value, periods[0], damping)
-        elif name == "sa_avg":
-            factor, aim = scaling.mean_spectral_factor(record, value, (periods[0], periods[-1]), damping)
+        if name == FACTOR:
+            return scaling.by_factor(motion, value)
+        factor, aim = scaling.factor_to(motion.without_tail(), name, value, periods, damping)
         return scaling.by_factor(motion, factor, aim)
 
     @property

@@ -14,8 +14,7 @@ import numpy as np
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing import Done
-from pounding_risk.motions.processing.basic import window
-from pounding_risk.motions.processing.resample import MOST
+from pounding_risk.motions.processing.basic import MOST, window
 from pounding_risk.motions.processing.signals import Samples, velocity_displacement
 from pounding_risk.motions.quality import FIRST_OF_PEAK, LONGEST_STEP
 from pounding_risk.motions.record import USABLE, check_samples, lowest_usable

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import ceil
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from pounding_risk.models.ground import divided
 from pounding_risk.motions.catalogue import is_file
 from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.motion import Motion, after_cut
+from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.request import RecordRequest
 
 WHOLE = 1e-9  # of a ratio of two time steps: so close to a whole number is one
@@ -27,13 +29,38 @@ def read_own(name: str, request: RecordRequest, folder: Path) -> Motion:
     Raises RecordError as `read_ensemble`, and where the name is not that of one motion.
     """
     names, files = ((), (name,)) if is_file(name) else ((name,), ())
-    unscaled = request._replace(pga=None, scale=None, sa=None, to_median=None)
+    unscaled = request.unscaled()
     alone = unscaled._replace(names=names, files=files, set="", manifest="", generated=(), sites="", place=None)
     motions = read_ensemble(alone, folder).motions
     if len(motions) != 1:
         listed = f"it is {', '.join(motion.name for motion in motions)}" if motions else "nothing answers to it"
         raise RecordError(f"{name}: one record is needed here, and {listed}; name one file or component")
     return motions[0]
+
+
+class _Laid(NamedTuple):
+    """A record on the samples of several: as many steps of these make one of its own, and as many zeros come first."""
+
+    record: Motion
+    parts: int
+    before: int
+
+    @property
+    def reach(self) -> int:
+        """The number of these samples up to its end."""
+        return self.before + (self.record.acceleration.size - 1) * self.parts + 1
+
+    def drawn(self, count: int) -> Samples:
+        """Its samples [m/s²] between zeros, so many in all."""
+        samples = divided(self.record.acceleration, self.parts) if self.parts > 1 else self.record.acceleration
+        return np.pad(samples, (self.before, count - self.reach))
+
+
+def _laid(records: Sequence[Motion], dt: float) -> list[_Laid]:
+    """Records on samples every ``dt`` [s], zeros before what begins later, as more was cut or fewer zeros stand there."""
+    cuts = [float(record.record.get("cut_from_start", 0.0)) for record in records]
+    before = [round((cut - min(cuts)) / dt) for cut in cuts]
+    return [_Laid(record, _parts(record, dt, records), zeros) for record, zeros in zip(records, before, strict=True)]
 
 
 def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
@@ -45,49 +72,33 @@ def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
     that end first. A record that is the motion itself, to the bit, is none of its own.
     """
     others = [record for record in own if record is not None]
-    dt = min([motion.dt, *(record.dt for record in others)])
-    parts = {id(record): _parts(record, dt, [motion, *others]) for record in (motion, *others)}
-    # What begins later than another, as more was cut from its start or fewer zeros were put before it, follows zeros.
-    cuts = {id(record): float(record.record.get("cut_from_start", 0.0)) for record in (motion, *others)}
-    before = {key: round((cut - min(cuts.values())) / dt) for key, cut in cuts.items()}
-    count = max(
-        before[id(record)] + (record.acceleration.size - 1) * parts[id(record)] + 1 for record in (motion, *others)
-    )
-
-    def drawn(record: Motion) -> np.ndarray:
-        samples = divided(record.acceleration, parts[id(record)]) if parts[id(record)] > 1 else record.acceleration
-        front = before[id(record)]
-        return np.pad(samples, (front, count - front - samples.size))
-
-    shared, factor = drawn(motion), motion.record.get("factor", 1.0)
-    scaled = [None if record is None else factor * drawn(record) for record in own]
+    dt = min(record.dt for record in (motion, *others))
+    laid = _laid([motion, *others], dt)
+    main, count = laid[0], max(one.reach for one in laid)
+    shared, factor = main.drawn(count), motion.record.get("factor", 1.0)
+    drawn = iter([factor * one.drawn(count) for one in laid[1:]])
+    scaled = [None if record is None else next(drawn) for record in own]
     own_samples = tuple(None if samples is None or np.array_equal(samples, shared) else samples for samples in scaled)
     for samples in own_samples:
         if samples is not None:
             samples.flags.writeable = False
     sentences = [f"beside it: {record.name}, times {factor:g}" for record in others]
-    if parts[id(motion)] > 1:
-        sentences.append(f"time step {motion.dt:g} s divided by {parts[id(motion)]}, on straight lines")
-    sentences += [
-        f"zeros before {record.name} up to {before[id(record)] * dt:g} s, where it begins"
-        for record in (motion, *others)
-        if before[id(record)]
-    ]
-    end = before[id(motion)] + (motion.acceleration.size - motion.tail - 1) * parts[id(motion)] + 1
-    if shared.size > end + motion.tail * parts[id(motion)]:
+    if main.parts > 1:
+        sentences.append(f"time step {motion.dt:g} s divided by {main.parts}, on straight lines")
+    late = [one for one in laid if one.before]
+    sentences += [f"zeros before {one.record.name} up to {one.before * dt:g} s, where it begins" for one in late]
+    if count > main.reach:
         sentences.append(f"zeros up to {(count - 1) * dt:g} s, where the longest record beside it ends")
+    found_again = [_found_again(record) for record in others]
     flags = [f"{record.name}, beside it: {flag}" for record in others for flag in record.flags]
     return replace(
         motion,
         acceleration=shared,
         dt=dt,
-        record={
-            **after_cut(motion.record, -before[id(motion)] * dt),
-            "beside": [_found_again(record) for record in others],
-        },
+        record={**after_cut(motion.record, -main.before * dt), "beside": found_again},
         processing=(*motion.processing, *sentences),
         own_grounds=own_samples if any(samples is not None for samples in own_samples) else (),
-        tail=shared.size - end,
+        tail=count - main.reach + motion.tail * main.parts,
     ).doubted(flags)
 
 
@@ -98,17 +109,16 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
     zeros after the motion are part of it. ``ratio`` is the PGA of the aftershock over that of the motion; None gives it
     the factor of the motion. ``tail`` [s] of zeros follow.
     """
-    motion = motion.first(motion.acceleration.size - motion.tail) if motion.tail else motion
+    motion = motion.without_tail()
     dt = min(motion.dt, aftershock.dt)
-    parts = {id(record): _parts(record, dt, [motion, aftershock]) for record in (motion, aftershock)}
-    before, after = (divided(record.acceleration, parts[id(record)]) for record in (motion, aftershock))
+    parts, parts_after = (_parts(record, dt, [motion, aftershock]) for record in (motion, aftershock))
+    before, after = divided(motion.acceleration, parts), divided(aftershock.acceleration, parts_after)
     factor = motion.record.get("factor", 1.0) if ratio is None else ratio * motion.pga / aftershock.pga
     still = np.zeros(max(ceil(pause / dt - WHOLE) - 1, 1))
     begins = (before.size + still.size) * dt
     across = motion.across
     if across is not None and aftershock.across is not None:
-        after_across = divided(aftershock.across, parts[id(aftershock)])
-        across = np.concatenate([divided(across, parts[id(motion)]), still, factor * after_across])
+        across = np.concatenate([divided(across, parts), still, factor * divided(aftershock.across, parts_after)])
     joined = replace(
         motion,
         acceleration=np.concatenate([before, still, factor * after]),

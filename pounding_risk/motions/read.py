@@ -1,72 +1,47 @@
-"""Reading records: from the catalogue, a file or an ObsPy trace to a motion that is processed, cut and scaled.
+"""Reading records: an id of the catalogue or of a published set, a file, an ObsPy trace, a generated motion.
 
-After the processing comes a treatment in one order: window, polarity, amplitude, tail of zeros. `read_motion`, the
-records of a scene and those of a manifest all pass `treated`; nothing else cuts or scales them.
+`open_source` gives a checked trace in m/s² and the facts that go with it into the results: where it is from, its
+checksum, whether it is raw or processed. `processed` makes a motion of it, which passes a treatment in one order:
+window, polarity, amplitude, tail of zeros. `read_motion`, the records of a scene and those of a manifest all pass
+`treated`; nothing else cuts or scales them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions import scaling
-from pounding_risk.motions.generated import Recipe, recipe
+from pounding_risk.motions import catalogue, formats, record_sets, scaling
+from pounding_risk.motions.generated import Recipe, is_recipe, recipe, recipe_of
 from pounding_risk.motions.motion import Motion, in_si, span_of, unit_doubts
 from pounding_risk.motions.processing import DEFAULT_CHAIN, Step, read_steps
 from pounding_risk.motions.quality import AT_REST, LASTING, OFFSET_OF_PEAK, failed, quality
 from pounding_risk.motions.record import (
     FACTOR_OF_SITE,
     GENERATED,
+    PROCESSED,
     RAW,
     STILL,
     Source,
+    check_samples,
     check_shaking,
     recording,
     site_of,
 )
-from pounding_risk.motions.request import AS_RECORDED, REVERSED, RecordRequest, Spectral, conflicts
-from pounding_risk.motions.source import components, open_source
+from pounding_risk.motions.request import AS_RECORDED, REVERSED, RecordRequest, conflicts
 from pounding_risk.units import PGA, SCALE, STEP, TAIL, shown
 
 if TYPE_CHECKING:
     from obspy import Stream, Trace
 
 CHANGE_OF_PEAK = 0.02
-
-
-class Treatment(NamedTuple):
-    """The treatment of a processed record, in SI; the fields stand in the order in which they act.
-
-    Of ``pga``, ``sa`` and ``to_median`` one at most is given; ``scale`` stands alone or follows ``to_median``
-    (`pounding_risk.motions.request.conflicts` has the rule).
-    """
-
-    window: tuple[float, float] | None = None  # s; None keeps the whole record
-    polarity: str = AS_RECORDED
-    pga: float | None = None  # m/s²
-    sa: Spectral | None = None
-    to_median: str | Spectral | None = None  # of the motions that are treated together
-    scale: float | None = None  # factor
-    tail: float = 0.0  # s of zeros after the motion, at least
-
-
-def treatment_of(request: RecordRequest, *, scaled: bool = True) -> Treatment:
-    """The treatment of a request, in the records' own polarity; without ``scaled`` the amplitude is kept."""
-    if not scaled:
-        return Treatment(request.window, tail=request.tail)
-    return Treatment(
-        request.window,
-        pga=request.pga,
-        sa=request.sa,
-        to_median=request.to_median,
-        scale=request.scale,
-        tail=request.tail,
-    )
+IN_MEMORY = "ObsPy trace"
 
 
 def read_motion(
@@ -126,15 +101,14 @@ def read_motion(
         raise RecordError(sentence)
     if polarity not in (AS_RECORDED, REVERSED):
         raise RecordError(f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"')
-    how = Treatment(
+    request = RecordRequest(
         window=None if window is None else span_of(window),
-        polarity=polarity,
         pga=None if pga is None else in_si("pga", pga, PGA),
         scale=None if scale is None else in_si("scale", scale, SCALE),
         tail=in_si("tail", tail, TAIL),
     )
     opened = open_source(source, unit=unit, dt=None if dt is None else in_si("dt", dt, STEP))
-    return treated([processed(opened, processing)], how)[0]
+    return treated([processed(opened, processing)], request, polarity)[0]
 
 
 def generate_motion(kind: str, /, **keys: Any) -> Motion:
@@ -166,6 +140,117 @@ def generate_motion(kind: str, /, **keys: Any) -> Motion:
     return read_motion(recipe(kind, **keys))
 
 
+def open_source(source: Any, *, unit: str | None = None, dt: float | None = None) -> Source:
+    """Open the record that ``source`` names, with its samples checked.
+
+    ``source`` is an id of the catalogue or of a published set, a path, a path with one of its components after "#",
+    an ObsPy trace, a generated motion such as "ricker: pga=0.4 g, period=0.8 s", or a Source already. ``unit`` and
+    ``dt`` [s] are of files that do not state theirs.
+    """
+    if isinstance(source, Source):
+        opened = source
+    elif isinstance(source, Recipe) or (isinstance(source, str) and is_recipe(source)):
+        recipe = source if isinstance(source, Recipe) else recipe_of(source)
+        if dict(recipe.options).get("count", 1) > 1:
+            raise RecordError(f"{recipe.kind}, count: several motions, where one is required; leave count out")
+        opened = recipe.sources()[0]
+    elif isinstance(source, str) and _is_id(source):
+        member = None if catalogue.has(source) else record_sets.find(source)
+        opened = record_sets.load(member) if member else catalogue.source(source, record_sets.similar(source))
+    elif isinstance(source, str | Path):
+        path, component = formats.split_component(source)
+        opened = _of_file(path, formats.read_file(path, component, unit=unit, dt=dt))
+    else:
+        opened = _of_trace(source)
+    return _checked(opened, unit, dt)
+
+
+def components(path: Path, *, unit: str | None = None, dt: float | None = None) -> tuple[Source, ...]:
+    """Every component of a file, as `open_source` gives one."""
+    found = formats.read_components(path, unit=unit, dt=dt)
+    return tuple(_checked(_of_file(path, file_read), unit, dt) for file_read in found)
+
+
+def generated_sources(source: str | Recipe) -> tuple[Source, ...]:
+    """Every motion of a recipe or of its text, one for each seed, as `open_source` gives one."""
+    recipe = source if isinstance(source, Recipe) else recipe_of(source)
+    return tuple(_checked(opened, None, None) for opened in recipe.sources())
+
+
+def file_name(source: Source) -> str:
+    """A short name of a record among others: that of its file with its component, or its id."""
+    path, component = formats.split_component(source.name)
+    if not path.is_file():
+        return str(source.record["id"])
+    return f"{path.name}{formats.COMPONENT}{component}" if component else path.name
+
+
+def _checked(source: Source, unit: str | None, dt: float | None) -> Source:
+    """A checked source with its peak among the facts, and a doubt for a ``unit`` or ``dt`` that it overrides."""
+    stats = source.trace.stats
+    check_samples(source.trace.data, stats.delta, source.name)
+    samples = np.asarray(source.trace.data, dtype=np.float64)
+    if source.record["format"] != IN_MEMORY:
+        source.record["source"] = source.name
+    offset = samples.mean() if source.record["state"] == RAW else 0.0
+    source.record["pga_recorded"] = float(np.abs(samples - offset).max())
+    doubts = []
+    given = None if unit is None else formats.unit_sentence(unit, formats.size_of_unit(unit, "unit"))
+    if given is not None and not source.units.startswith(given):
+        stated = source.units.partition(";")[0].removeprefix("units: ")
+        doubts.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({stated})')
+    if dt is not None and dt != stats.delta:
+        words = f"changes nothing: the record states its own ({stats.delta:g} s)"
+        doubts.append(f"the time step {dt:g} s that is given {words}")
+    return source._replace(doubts=(*source.doubts, *doubts))
+
+
+def _is_id(source: str) -> bool:
+    """True for an id of the catalogue, and for a word that looks like one rather than like a path."""
+    looks_like_path = Path(source).suffix or "/" in source or "\\" in source or Path(source).exists()
+    return catalogue.has(source) or not looks_like_path
+
+
+def _of_file(path: Path, file_read: formats.FileRead) -> Source:
+    component = f"{formats.COMPONENT}{file_read.component}" if file_read.component else ""
+    facts, id = _facts(file_read.trace), f"{path.stem}{component}"
+    if path.suffix and path.suffix[1:].lower() == str(facts["component"] or "").lower():
+        id = path.name  # K-NET names its files by their components
+    record = {**facts, "id": id, "state": file_read.state, "format": file_read.format}
+    record.update(file=str(path), sha256=file_read.sha256, origin="a file of the user", terms="")
+    doubt = str(file_read.trace.stats.record.get("doubt") or "")
+    return Source(f"{path}{component}", file_read.trace, record, file_read.units, (doubt,) if doubt else ())
+
+
+def _of_trace(source: Any) -> Source:
+    """A trace in memory: in m/s², and processed unless one of the readers of this package says raw."""
+    source = formats.one_trace(source)
+    name = source.id if source.id.strip(".") else "trace"
+    if source.stats.calib != 1.0:
+        raise RecordError(
+            f"{name}: the trace has calib {source.stats.calib:g}, so its samples are no m/s² yet; multiply "
+            "them by it and set stats.calib = 1"
+        )
+    state = source.stats.get("record", {}).get("state", PROCESSED)
+    record = {**_facts(source), "id": name, "state": state, "format": IN_MEMORY, "file": ""}
+    check_samples(source.data, source.stats.delta, name)
+    digest = sha256(np.ascontiguousarray(source.data, dtype="<f8").tobytes()).hexdigest()
+    record.update(sha256=digest, origin="an ObsPy trace of the user", terms="")
+    return Source(name, source, record, "units: m/s², as given")
+
+
+def _facts(trace: Any) -> dict[str, Any]:
+    """The facts of a recording in the header of a trace."""
+    record = dict(trace.stats.get("record", {}))
+    timed = record.pop("timed", True) and trace.stats.starttime.timestamp != 0.0  # ObsPy's start where none is stated
+    plain = {"event": "", "date": str(trace.stats.starttime.date) if timed else ""}
+    plain |= {"station": trace.stats.station, "component": trace.stats.channel}
+    start = {"start": trace.stats.starttime.isoformat()} if timed else {}
+    for key in ("state", "units", "doubt"):
+        record.pop(key, None)
+    return {**plain, **record, **start}
+
+
 def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "auto") -> Motion:
     """A record after the steps of ``processing``, as in `read_motion`, before window, polarity, amplitude and tail."""
     record = {**source.record, "polarity": AS_RECORDED, "factor": 1.0}
@@ -186,43 +271,43 @@ def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "a
     return motion
 
 
-def treated(motions: Sequence[Motion], how: Treatment) -> list[Motion]:
-    """Apply a treatment to motions, all at once where their median sets the amplitude.
+def treated(motions: Sequence[Motion], request: RecordRequest, polarity: str = AS_RECORDED) -> list[Motion]:
+    """Cut, turn round and scale motions as a request has it, all at once where their median sets the amplitude.
 
     The motions are processed, and turned to the row where that is requested; they are the ensemble where there is a
     median to reach. Raises RecordError for a window or tail out of range, a window without shaking, and an amplitude
     out of reach.
     """
-    shaking = [_before_scaling(motion, how) for motion in motions]
-    if how.pga is not None:
-        shaking = [motion.scaled_to(how.pga) for motion in shaking]
-    if how.sa is not None:
-        if how.sa.value is None:
+    shaking = [_before_scaling(motion, request.window, polarity) for motion in motions]
+    if request.pga is not None:
+        shaking = [motion.scaled_to(request.pga) for motion in shaking]
+    if request.sa is not None:
+        if request.sa.value is None:
             raise RecordError("sa: names a period and no value to scale to; give one, such as 0.4 g")
-        at_period = (how.sa.value, how.sa.period, how.sa.damping)
+        at_period = (request.sa.value, request.sa.period, request.sa.damping)
         shaking = [scaling.to_spectral_acceleration(motion, *at_period) for motion in shaking]
-    if how.to_median is not None:  # of their ensemble; both components of a recording share one factor
-        aim = how.to_median
+    if request.to_median is not None:  # of their ensemble; both components of a recording share one factor
+        aim = request.to_median
         measure, damping = (aim, 0.05) if isinstance(aim, str) else (f"sa({aim.period!r} s)", aim.damping)
         groups = [recording(motion.record, motion.name) for motion in shaking]
         shaking = list(scaling.to_median(shaking, measure, groups=groups, damping=damping))
-    if how.scale is not None:
-        shaking = [scaling.by_factor(motion, how.scale) for motion in shaking]
+    if request.scale is not None:
+        shaking = [scaling.by_factor(motion, request.scale) for motion in shaking]
     # Generated ground says itself how it starts, unless it is cut.
-    is_checked = [motion.record.get("state") != GENERATED or how.window is not None for motion in shaking]
+    is_checked = [motion.record.get("state") != GENERATED or request.window is not None for motion in shaking]
     shaking = [motion.checked() if check else motion for motion, check in zip(shaking, is_checked, strict=True)]
-    return [motion.with_tail(how.tail) if how.tail else motion for motion in shaking]
+    return [motion.with_tail(request.tail) if request.tail else motion for motion in shaking]
 
 
-def _before_scaling(motion: Motion, how: Treatment) -> Motion:
+def _before_scaling(motion: Motion, window: tuple[float, float] | None, polarity: str) -> Motion:
     """The window of a motion, in the polarity that is wanted; raises RecordError where it holds no shaking."""
     where, repair = str(motion.record.get("source") or motion.name), "its processing"
-    if how.window is not None:
-        motion = motion.within(*how.window)
-        where, repair = f"{where}, {how.window[0]:g} to {how.window[1]:g} s", "its window"
+    if window is not None:
+        motion = motion.within(*window)
+        where, repair = f"{where}, {window[0]:g} to {window[1]:g} s", "its window"
     if not motion.record.get(STILL):
         check_shaking(motion.acceleration, where, repair)
-    return motion.reversed() if how.polarity == REVERSED else motion
+    return motion.reversed() if polarity == REVERSED else motion
 
 
 def read_trace(

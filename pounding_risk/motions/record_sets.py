@@ -190,15 +190,21 @@ def carried_spectra(name: str) -> CarriedSpectra:
     Displacements are kept there to 1e-6 m, so that periods below some 0.1 s have few digits, and their method is of
     second order: they differ from the exact ones by up to 6 (dt/T)².
     """
-    components = members(name)
-    tables = {file: _spectra(file) for file in _files(name)}
-    rows = [tables[member.file][member.number, member.letter] for member in components]
-    periods = rows[0][0]
-    for member, row in zip(components, rows, strict=True):
-        if not np.array_equal(row[0], periods):
-            raise RecordError(f"{member.file.name}: the spectrum of {member.id} is at other periods; {REPAIR}")
-    values = np.array([row[1] for row in rows]) * STANDARD_GRAVITY
-    return CarriedSpectra(tuple(member.id for member in components), periods, values)
+    values: list[Samples] = []
+    periods: Samples | None = None
+    for file in _files(name):
+        with _opened(file) as opened:
+            columns = _columns(opened["spectra/table"])
+        for member in _members(file):
+            is_own = (columns["record"] == member.number) & (columns["component"] == member.letter.encode())
+            own = np.flatnonzero(is_own)
+            own = own[np.argsort(columns["period"][own])]
+            periods = columns["period"][own] if periods is None else periods
+            if not np.array_equal(columns["period"][own], periods):
+                raise RecordError(f"{file.name}: the spectrum of {member.id} is at other periods; {REPAIR}")
+            values.append(columns["pseudo_accel"][own])
+    ids = tuple(member.id for member in members(name))
+    return CarriedSpectra(ids, np.asarray(periods), np.array(values) * STANDARD_GRAVITY)
 
 
 def missing() -> list[str]:
@@ -308,18 +314,3 @@ def _columns(table: Any) -> dict[str, Any]:
         for column, name in enumerate(_COLUMN.findall(bytes(table.attrs[f"{field}_kind"]))):
             columns[name.decode()] = rows[field][:, column]
     return columns
-
-
-def _spectra(file: SetFile) -> dict[tuple[int, str], tuple[Samples, Samples]]:
-    """Periods [s] and pseudo-acceleration [g] of each component, in rising periods."""
-    with _opened(file) as opened:
-        columns = _columns(opened["spectra/table"])
-    by_component = {}
-    for member in _members(file):
-        is_own = (columns["record"] == member.number) & (columns["component"] == member.letter.encode())
-        order = np.argsort(columns["period"][is_own])
-        by_component[member.number, member.letter] = (
-            columns["period"][is_own][order],
-            columns["pseudo_accel"][is_own][order],
-        )
-    return by_component

@@ -71,14 +71,14 @@ class Spectral(NamedTuple):
 class RecordRequest(NamedTuple):
     """Which ground motions a scene uses, and how they are treated before a run."""
 
-    names: tuple[str, ...]  # ids of the catalogue
-    files: tuple[str, ...]  # names, patterns or folders, relative to the scene file's folder
-    window: tuple[float, float] | None  # s; None keeps the whole record
-    pga: float | None  # m/s²; None leaves the amplitude to the other ways of scaling
-    scale: float | None  # factor; None where neither is given: as recorded
-    polarities: tuple[str, ...]  # of POLARITIES
-    processing: str | tuple[StepTable, ...]  # "auto", "none", or the steps in their order
-    tail: float  # s of free vibration after the record, at least
+    names: tuple[str, ...] = ()  # ids of the catalogue
+    files: tuple[str, ...] = ()  # names, patterns or folders, relative to the scene file's folder
+    window: tuple[float, float] | None = None  # s; None keeps the whole record
+    pga: float | None = None  # m/s²; None leaves the amplitude to the other ways of scaling
+    scale: float | None = None  # factor; None where neither is given: as recorded
+    polarities: tuple[str, ...] = (AS_RECORDED,)  # of POLARITIES
+    processing: str | tuple[StepTable, ...] = "auto"  # or "none", or the steps in their order
+    tail: float = 0.0  # s of free vibration after the record, at least
     set: str = ""  # name of a record set
     manifest: str = ""  # a list of records with their factors, relative to the scene file's folder
     unit: str = ""  # of files that do not state theirs, such as "cm/s^2"
@@ -98,6 +98,10 @@ class RecordRequest(NamedTuple):
         """The keys of source, direction and amplitude that are given."""
         keys = dict.fromkeys((*SOURCES, "direction", *AMPLITUDES, "scale"))
         return tuple(key for key in keys if getattr(self, key) not in (None, "", ()))
+
+    def unscaled(self) -> RecordRequest:
+        """The request of the same records at their own amplitude."""
+        return self._replace(pga=None, scale=None, sa=None, to_median=None)
 
 
 def conflicts(keys: Collection[str], *, grid_pga: bool = False, is_factor: bool = False) -> Iterator[tuple[str, str]]:

@@ -87,13 +87,7 @@ def to_pgv(motion: Motion, pgv: float | str) -> Motion:
     Motion
         The motion times one factor. Raises RecordError for a motion of zeros.
     """
-    return by_factor(motion, *pgv_factor(motion, in_si("pgv", pgv, PGV)))
-
-
-def pgv_factor(motion: Motion, target: float) -> tuple[float, str]:
-    """The factor to a PGV [m/s], and that aim in words; raises as `to_pgv`."""
-    peak = float(peak_velocities([motion])[0])
-    return _ratio(target, peak, motion.name), f"PGV of {100.0 * target:.5g} cm/s"
+    return by_factor(motion, *factor_to(motion, "pgv", in_si("pgv", pgv, PGV)))
 
 
 def to_spectral_acceleration(motion: Motion, value: float | str, period: float | str, damping: float = 0.05) -> Motion:
@@ -121,14 +115,7 @@ def to_spectral_acceleration(motion: Motion, value: float | str, period: float |
         For a value, period or damping ratio out of range, and for a motion of zeros.
     """
     target, at = in_si("value", value, PGA), in_si("period", period, PERIOD)
-    return by_factor(motion, *spectral_factor(motion, target, at, damping))
-
-
-def spectral_factor(motion: Motion, target: float, period: float, damping: float) -> tuple[float, str]:
-    """The factor to Sa [m/s²] at a period [s], and that aim in words; raises as `to_spectral_acceleration`."""
-    spectral = spectral_accelerations([motion], [period], damping)[0, 0]
-    aim = f"Sa({period:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
-    return _ratio(target, spectral, motion.name), aim
+    return by_factor(motion, *factor_to(motion, "sa", target, (at,), damping))
 
 
 def to_mean_spectral_acceleration(
@@ -161,18 +148,25 @@ def to_mean_spectral_acceleration(
         As `to_spectral_acceleration`, and for an empty range of periods.
     """
     target = in_si("value", value, PGA)
-    low, high = period_range(periods)
-    return by_factor(motion, *mean_spectral_factor(motion, target, (low, high), damping))
+    return by_factor(motion, *factor_to(motion, "sa_avg", target, period_range(periods), damping))
 
 
-def mean_spectral_factor(
-    motion: Motion, target: float, periods: tuple[float, float], damping: float
+def factor_to(
+    motion: Motion, measure: str, target: float, periods: tuple[float, ...] = (), damping: float = 0.05
 ) -> tuple[float, str]:
-    """The factor to Sa_avg [m/s²] over periods [s], and that aim; raises as `to_mean_spectral_acceleration`."""
-    low, high = periods
-    mean = float(mean_spectral_accelerations([motion], periods, damping)[0])
-    aim = f"mean Sa({low:g} to {high:g} s, {100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
-    return _ratio(target, mean, motion.name), aim
+    """The factor with which "pgv", "sa" or "sa_avg" of a motion is a target [SI], and that aim in words.
+
+    ``periods`` [s] are that of "sa", or both ends of the range of "sa_avg". Raises RecordError for a motion of zeros.
+    """
+    damped = f"{100.0 * damping:g} %) of {target / STANDARD_GRAVITY:.5g} g"
+    if measure == "pgv":
+        value, aim = peak_velocities([motion])[0], f"PGV of {100.0 * target:.5g} cm/s"
+    elif measure == "sa":
+        value, aim = spectral_accelerations([motion], periods, damping)[0, 0], f"Sa({periods[0]:g} s, {damped}"
+    else:
+        value = mean_spectral_accelerations([motion], periods, damping)[0]
+        aim = f"mean Sa({periods[0]:g} to {periods[1]:g} s, {damped}"
+    return _ratio(target, float(value), motion.name), aim
 
 
 def to_median(

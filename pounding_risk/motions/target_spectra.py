@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import isfinite, sqrt
+from math import isclose, isfinite, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +23,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pounding_risk._common.inputs import SPECTRUM
-from pounding_risk._common.tables import first_line, read_table, split_unit
+from pounding_risk._common.tables import AGAIN, Row, Table, first_line, head_of, read_table, split_unit
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import record_sets
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.motions.sites.conditional_spectrum import is_conditional, read_conditional
 from pounding_risk.motions.sites.places import split_site
 from pounding_risk.units import PERIOD, PGA, STANDARD_GRAVITY, QuantityError, parse, shown
 
@@ -36,6 +35,9 @@ SHORTEST, LONGEST, LONGEST_EC8 = 0.01, 10.0, 4.0  # s; EN 1998-1 ends at 4 s, an
 LEAST_ETA = 0.55
 CONDITIONED = 0.02  # deviation of ln Sa at a period on which a spectrum is conditioned; rounding leaves up to 0.01
 OF_MODELS = 0.05  # damping ratio of models of ground motion
+# Columns of conditional spectra, by version of the OpenQuake engine.
+WIDE = ("sa_period", "val0", "std0")
+LONG = ("poe", "period", "mea", "std")
 # EN 1998-1:2004, tables 3.2 and 3.3, recommended values: S, T_B, T_C, T_D [s] by type of spectrum and ground.
 GROUNDS = {
     1: {
@@ -195,9 +197,9 @@ def read_target(text: str | Path, *, damping: float = 0.05) -> Target:
         return _file(Path(text), damping)
     if damping != OF_MODELS:
         raise RecordError(f"{file}: is for {100 * OF_MODELS:g} % damping; leave the damping of {100 * damping:g} % out")
-    known = read_conditional(Path(file), poe)
+    periods, median, deviation, words = read_conditional(Path(file), poe)
     stem = f"{Path(file).stem}{f'#{poe}' if poe else ''}"
-    return Target(stem, known.periods, known.median, damping, deviation=known.deviation, origin=known.words)
+    return Target(stem, periods, median, damping, deviation=deviation, origin=words)
 
 
 def asce7(sds: float, sd1: float, tl: float) -> Target:
@@ -361,3 +363,71 @@ def _file(path: Path, damping: float) -> Target:
         )
     values = np.array([[table.number(row, name) for name in table.head] for row in table.rows])
     return Target(path.stem, values[:, 0] * sizes[0], values[:, 1] * sizes[1], damping)
+
+
+def is_conditional(path: Path) -> bool:
+    """True for a conditional spectrum of OpenQuake."""
+    head = head_of(path)
+    return set(WIDE) <= set(head) or set(LONG) <= set(head)
+
+
+def read_conditional(path: Path, poe: str = "") -> tuple[Samples, Samples, Samples, str]:
+    """Periods [s], medians of Sa [m/s²] and deviations of ln Sa of a conditional spectrum, and where it is from.
+
+    It is one that the OpenQuake engine exported. Versions up to 3.15 write ``sa_period,val0,std0,val1,std1`` with a
+    pair of columns for each probability of exceedance; later ones a row for each probability and period,
+    ``poe,stat,period,mea,std``. Sa in g is the exponential of the mean of ln Sa, and the deviation that of ln Sa
+    (calculators/postproc/conditional_spectrum.py of github.com/gem/oq-engine).
+
+    ``poe`` is one of the file's, or "val1" where it has columns without their probabilities; empty where it has one.
+    Raises RecordError, with the line, for a damaged file, and for several probabilities of which none is chosen.
+    """
+    if set(WIDE) <= set(head_of(path)):
+        table = read_table(path, error=RecordError, needed=WIDE)
+        columns = [name for name in table.head if name.startswith("val")]
+        name = _chosen(table, poe, columns)
+        rows, median, deviation, period = list(table.rows), name, f"std{name[3:]}", "sa_period"
+        if deviation not in table.head:
+            raise table.fault(f"has {name} without {deviation}; {AGAIN}")
+    else:
+        table = read_table(path, error=RecordError, needed=LONG)
+        name = _chosen(table, poe, list(dict.fromkeys(row.cells[table.head.index("poe")] for row in table.rows)))
+        rows = [row for row in table.rows if row.cells[table.head.index("poe")] == name]
+        rows, median, deviation, period = _means(table, rows), "mea", "std", "period"
+    values = np.array([[table.number(row, key) for key in (period, median, deviation)] for row in rows])
+    for row, (at, value, spread) in zip(rows, values, strict=True):
+        if not (at >= 0.0 and value > 0.0 and spread >= 0.0):
+            raise row.fault(f"period {at:g} s, Sa {value:g} g, deviation {spread:g}: one is out of range; {AGAIN}")
+    site = f" at {table.facts['lon']}, {table.facts['lat']}" if {"lon", "lat"} <= set(table.facts) else ""
+    which = f"{name} of {', '.join(columns)}" if "sa_period" in table.head else f"PoE {float(name):g}"
+    words = f"conditional spectrum of OpenQuake{site}, {which}, {len(rows)} periods"
+    return values[:, 0], STANDARD_GRAVITY * values[:, 1], values[:, 2], words
+
+
+def _chosen(table: Table, wanted: str, known: list[str]) -> str:
+    """The probability, or column, of a file that is requested; its only one where none is."""
+    repair = f"choose one with --poe, or # after the name of the file: {', '.join(known)}"
+    if not wanted:
+        if len(known) != 1:
+            raise table.fault(f"has spectra of {len(known)} probabilities of exceedance; {repair}")
+        return known[0]
+    for name in known:
+        try:
+            same = name == wanted or isclose(float(name), float(wanted), rel_tol=1e-6)
+        except ValueError:
+            same = False
+        if same:
+            return name
+    raise table.fault(f"has no probability {shown(wanted)}; {repair}")
+
+
+def _means(table: Table, rows: list[Row]) -> list[Row]:
+    """The rows of the mean of the realisations; raises RecordError for several realisations without it."""
+    for key in ("stat", "rlz_id", "rlz"):
+        if key in table.head:
+            at = table.head.index(key)
+            kinds = list(dict.fromkeys(row.cells[at] for row in rows))
+            if len(kinds) > 1 and "mean" not in kinds:
+                raise table.fault(f"has spectra of {len(kinds)} realisations; export the mean, cs-stats")
+            rows = [row for row in rows if row.cells[at] == ("mean" if "mean" in kinds else kinds[0])]
+    return rows

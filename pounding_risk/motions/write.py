@@ -13,7 +13,7 @@ import numpy as np
 from pounding_risk._common.files import check_target, write_whole
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import one_trace
-from pounding_risk.motions.source import open_source
+from pounding_risk.motions.read import open_source
 from pounding_risk.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:

@@ -157,10 +157,10 @@ def _record_set(value: Any, number: Number) -> str:
 
 def read_unit(value: Any, number: Number = parse) -> str:
     """Reader of the unit of acceleration samples, such as "cm/s^2"."""
-    from pounding_risk.motions.formats._unit import size_of
+    from pounding_risk.motions.formats import size_of_unit
 
     try:
-        size_of(value, "")
+        size_of_unit(value, "")
     except RecordError as error:
         raise Unreadable(str(error).removeprefix(": ")) from None
     return str(value).strip()

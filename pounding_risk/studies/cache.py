@@ -16,7 +16,7 @@ from pounding_risk._jit.sources import INTERPRETED, cache_doubt, compile_cache
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
-from pounding_risk.motions.request import AS_RECORDED, RecordRequest
+from pounding_risk.motions.request import RecordRequest
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
 
@@ -137,7 +137,7 @@ def compile_for(study: Scene) -> None:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "made.AT2"
         path.write_text(_made_record(SHAKING + REST + study.lag), encoding="ascii")
-        request = RecordRequest((), (str(path),), None, None, None, (AS_RECORDED,), "auto", 0.0)
+        request = RecordRequest(files=(str(path),))
         grid = study.grid
         one = grid._replace(gaps=grid.gaps[:1], yield_forces=grid.yield_forces[:1], amplitudes=(None,))
         few = study.updated(records=request, grid=one, axes=(), buildings=tuple(buildings), text="", overrides=())

@@ -16,9 +16,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.table_file import read_table as read_forces
 from pounding_risk.motions.manifest import read_manifest, write_manifest
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.sites.conditional_spectrum import read_conditional
 from pounding_risk.motions.sites.event_grid import read_grid
-from pounding_risk.motions.target_spectra import read_target
+from pounding_risk.motions.target_spectra import read_conditional, read_target
 from pounding_risk.streets.table import read_table as read_street
 
 # By the name of the file: its reader, and a sound table.

@@ -18,17 +18,16 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
 from pounding_risk.motions.copies import copies
 from pounding_risk.motions.ensemble import read_ensemble
-from pounding_risk.motions.read import read_motion
+from pounding_risk.motions.read import open_source, read_motion
 from pounding_risk.motions.record_sets import load, members
 from pounding_risk.motions.request import RecordRequest, Spectral
 from pounding_risk.motions.selection import select
-from pounding_risk.motions.source import open_source
 from pounding_risk.motions.target_spectra import read_target
 from pounding_risk.motions.write import write_motion
 from pounding_risk.results.attributes import as_text
 from pounding_risk.scene.reader import parse_scene
 
-PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "auto", 0.0)
+PLAIN = RecordRequest()
 SCENE = scene_text(
     single("left", "10 t", "0.5 s"),
     single("right", "10 t", "0.3 s"),

@@ -6,12 +6,12 @@ import json
 
 import numpy as np
 import pytest
+from commands import run
 from damaged_tables import survey
 from scenes import scene_text, single
 from sentences import refusal
 
 import pounding_risk as pr
-from pounding_risk.cli import main
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.ensemble import read_ensemble, sources_named
 from pounding_risk.motions.manifest import write_manifest
@@ -21,7 +21,7 @@ from pounding_risk.motions.sites.places import Place, distance, nearest
 from pounding_risk.scene.reader import parse_scene
 
 G = 9.80665
-PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "none", 0.0, unit="g", sites="EventGrid.csv")
+PLAIN = RecordRequest(processing="none", unit="g", sites="EventGrid.csv")
 HERE = PLAIN._replace(place=Place(23.731, 37.981))
 
 
@@ -177,15 +177,13 @@ def test_distances_are_those_of_the_sphere():
     assert nearest([Place(0, 0), Place(5, 0), Place(5, 1)], Place(4.8, 0.1)).position == 1
 
 
-def test_the_commands_on_records_take_a_grid(grid, capsys, monkeypatch):
+def test_the_commands_on_records_take_a_grid(grid, monkeypatch):
     monkeypatch.chdir(grid.parent)
 
     def said(*words):
-        with pytest.raises(SystemExit) as ended:
-            monkeypatch.setattr("sys.argv", ["pounding-risk", "records", *words])
-            main()
-        assert not ended.value.code
-        return capsys.readouterr().out
+        done = run("records", *words)
+        assert not done.exit_code
+        return done.stdout
 
     sites = said("info", "EventGrid.csv")
     assert "site0.csv" in sites and "350 m/s" in sites and "1 to 2.5" in sites

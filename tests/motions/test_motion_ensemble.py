@@ -16,18 +16,17 @@ from pounding_risk.motions import catalogue
 from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.intensity import measure, response_spectra
 from pounding_risk.motions.manifest import write_manifest
-from pounding_risk.motions.read import read_motion
+from pounding_risk.motions.read import open_source, read_motion
 from pounding_risk.motions.record import recording
 from pounding_risk.motions.request import RecordRequest, Spectral
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.selection import select
-from pounding_risk.motions.source import open_source
 from pounding_risk.motions.target_spectra import read_target
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene
 
 G = 9.80665
-PLAIN = RecordRequest((), (), None, None, None, ("as recorded",), "auto", 0.0)
+PLAIN = RecordRequest()
 PAIR = PLAIN._replace(names=("RSN6-180", "RSN6-270"))
 SCENE = scene_text(
     single("left", "10 t", "0.5 s"),

@@ -168,9 +168,9 @@ def _of_words(words: Sequence[str], request: RecordRequest) -> RecordRequest:
 
     from pounding_risk.motions.catalogue import entries
     from pounding_risk.motions.generated import is_recipe, recipe_of
+    from pounding_risk.motions.read import open_source
     from pounding_risk.motions.record_sets import SETS
     from pounding_risk.motions.request import POLARITIES, matching
-    from pounding_risk.motions.source import open_source
 
     sets = [word for word in words if word in SETS]
     if sets and len(words) > 1:

@@ -61,7 +61,7 @@ def record_request(
 
     Raises PoundingError, which names the option.
     """
-    from pounding_risk.motions.request import AS_RECORDED, RecordRequest, Spectral
+    from pounding_risk.motions.request import RecordRequest, Spectral
     from pounding_risk.units import DIRECTION, PERIOD, PGA, SCALE, TIME
 
     scalings = [option for option, value in (("--pga", pga), ("--scale", scale), ("--sa", sa)) if value]
@@ -70,14 +70,10 @@ def record_request(
             f"{' and '.join(scalings)} are given; a record is scaled by one of them: leave the others out"
         )
     return RecordRequest(
-        names=(),
-        files=(),
         window=window and (read_option("--window", window[0], TIME), read_option("--window", window[1], TIME)),
         pga=read_optional("--pga", pga, PGA),
         scale=read_optional("--scale", scale, SCALE),
-        polarities=(AS_RECORDED,),
         processing=_processing(processing, steps),
-        tail=0.0,
         direction=read_optional("--direction", direction, DIRECTION),
         sa=sa and Spectral(value=read_option("--sa", sa[0], PGA), period=read_option("--sa", sa[1], PERIOD)),
     )
@@ -133,8 +129,7 @@ def target_spectrum(text: str, damping: float, poe: str | None = None) -> Target
 
     Raises PoundingError where it is for another damping than ``--damping``.
     """
-    from pounding_risk.motions.sites.conditional_spectrum import is_conditional
-    from pounding_risk.motions.target_spectra import read_target
+    from pounding_risk.motions.target_spectra import is_conditional, read_target
 
     if poe is not None and not is_conditional(Path(text)):
         raise PoundingError(f"--poe: is of a conditional spectrum of OpenQuake, and {text} is none; leave it out")
@@ -183,8 +178,8 @@ def find_sources(
         Take the two horizontal components of each recording as one group.
     """
     from pounding_risk.motions.ensemble import each_once, horizontals, pairs
+    from pounding_risk.motions.read import open_source
     from pounding_risk.motions.record_sets import load, members
-    from pounding_risk.motions.source import open_source
 
     if not words and record_set is None:
         raise PoundingError("no record is named; write ids of `pounding-risk records list`, files, a folder, or --set")
@@ -206,14 +201,14 @@ def _sources_of(word: str, facts: dict[str, Any], left_out: list[str], lenient: 
     from pounding_risk.motions.catalogue import entries
     from pounding_risk.motions.ensemble import sources_named
     from pounding_risk.motions.generated import is_recipe
+    from pounding_risk.motions.read import generated_sources, open_source
     from pounding_risk.motions.request import matching
-    from pounding_risk.motions.source import generated, open_source
 
     is_id = any(entry.id == word for entry in entries())
     if not is_id and (Path(word).is_dir() or matching(Path(), word)):
         yield from sources_named(word, Path(), left_out, **facts, lenient=lenient)
     elif is_recipe(word):
-        yield from generated(word)
+        yield from generated_sources(word)
     elif glob.has_magic(word):
         raise PoundingError(f'no file answers to "{word}"; patterns are relative to this folder')
     else:

@@ -33,8 +33,8 @@ def info(
     """One record: origin, terms, checksum, where its file is, PGA to Sa."""
     from pounding_risk.motions.catalogue import entries, entry
     from pounding_risk.motions.formats import split_component
+    from pounding_risk.motions.read import open_source
     from pounding_risk.motions.sites.event_grid import is_grid
-    from pounding_risk.motions.source import open_source
 
     grid, site = split_component(source)
     if is_grid(grid):
@@ -88,7 +88,7 @@ def print_record(entry: Entry) -> None:
         has_file, values["file"] = False, str(error)
     print_pairs((key, one_line(value)) for key, value in values.items())
     if has_file:
-        from pounding_risk.motions.source import open_source
+        from pounding_risk.motions.read import open_source
 
         _print_intensity(open_source(entry.id))
 

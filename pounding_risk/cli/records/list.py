@@ -66,8 +66,8 @@ def print_kinds() -> None:
 
 def print_sources(sources: Sequence[Source]) -> None:
     """Print records that were read, one line each; those of a site with the factor of its table in the PGA."""
+    from pounding_risk.motions.read import file_name
     from pounding_risk.motions.record import FACTOR_OF_SITE
-    from pounding_risk.motions.source import file_name
 
     rows = []
     for source in sources:

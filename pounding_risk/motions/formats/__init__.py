@@ -32,13 +32,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pounding_risk._common.inputs import cannot_be_read, read_whole
 from pounding_risk._common.words import nearest_file
 from pounding_risk.errors import RecordError
-from pounding_risk.units import shown
+from pounding_risk.units import PGA, STANDARD_GRAVITY, QuantityError, parse, shown
 
 if TYPE_CHECKING:
     from obspy import Stream, Trace
 
 LARGEST = 256 * 2**20  # bytes; an hour at 200 Hz has 6 MB
 COMPONENT = "#"  # parts the name of a file from that of one of its components
+LONGEST_UNIT = 40  # characters; parsing a unit takes the square of them
+# How a user says the unit of a file that does not; for messages.
+TO_GIVE = 'records.unit = "cm/s^2" in a scene, unit="cm/s^2" in Python, --unit "cm/s^2" on the command line'
+# The usual ones, for speed and for the capitals that older programs write.
+_USUAL = {"g": STANDARD_GRAVITY, "m/s2": 1.0, "cm/s2": 0.01, "mm/s2": 0.001, "gal": 0.01, "Gal": 0.01, "mps2": 1.0}
+_SAME = (("sec", "s"), ("²", "2"), ("**", ""), ("^", ""), ("(", ""), (")", ""), (" ", ""), ("/s/s", "/s2"))
 
 
 class Format(NamedTuple):
@@ -257,3 +263,36 @@ def _format(path: Path, raw: bytes, stated: bool) -> Format:
             f"{path}: is not a known record format; {readable()} are read: convert the record to one of them"
         )
     return kind
+
+
+def known_unit(unit: str) -> float | None:
+    """How many m/s² one of a usual unit of acceleration is, in any usual spelling; None for any other text."""
+    spelling = unit.strip()
+    spelling = spelling.lower() if spelling.isupper() else spelling
+    for written, plain in _SAME:
+        spelling = spelling.replace(written, plain)
+    return _USUAL.get(spelling)
+
+
+def size_of_unit(unit: object, where: str) -> float:
+    """How many m/s² one ``unit`` is; ``where`` begins the message.
+
+    Raises RecordError for what is no unit of acceleration, "" and counts too.
+    """
+    size = known_unit(unit) if isinstance(unit, str) else None
+    if size is not None:
+        return size
+    try:
+        if len(str(unit)) > LONGEST_UNIT:
+            raise QuantityError("no unit is so long")
+        return parse(f"1 {unit}", PGA)
+    except QuantityError:
+        words = "".join(letter if letter.isprintable() else "?" for letter in str(unit)[:40])
+        raise RecordError(
+            f'{where}: "{words}" is not a unit of acceleration; write one such as "g", "cm/s^2" or "m/s^2"'
+        ) from None
+
+
+def unit_sentence(unit: str, size: float) -> str:
+    """The sentence on units in the history of a motion: "units: cm/s^2, times 0.01"."""
+    return f"units: {unit.strip()}, times {size:.10g}"

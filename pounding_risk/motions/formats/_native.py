@@ -15,8 +15,8 @@ import obspy
 from obspy import Stream, Trace
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.formats import TO_GIVE, known_unit, size_of_unit, unit_sentence
 from pounding_risk.motions.formats._text import check_step, record_facts, text_of
-from pounding_risk.motions.formats._unit import TO_GIVE, known, sentence, size_of
 
 LONGEST_REASON = 200  # characters of what ObsPy says
 LEVEL = 45.0  # degrees of dip; a channel above is vertical
@@ -86,8 +86,8 @@ def to_acceleration(trace: Trace, name: str, folder: Path | None, unit: str | No
         counts, units, azimuth, upright = _sensitivity(trace, beside)
         trace.data, state = samples / counts, "raw"
     elif unit is not None:
-        size = size_of(unit, f"{name}: unit as given")
-        units, state = sentence(unit, size), "raw" if is_counts else "processed"
+        size = size_of_unit(unit, f"{name}: unit as given")
+        units, state = unit_sentence(unit, size), "raw" if is_counts else "processed"
         with np.errstate(over="ignore"):
             trace.data = samples * size
         if not np.isfinite(trace.data).all():
@@ -147,7 +147,7 @@ def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str, float | None, 
             f"{beside}: the sensitivity of {trace.id} is in {output[:40]} and not in counts; fetch the StationXML of "
             "this channel with the response of its digitiser"
         )
-    size = known(unit)
+    size = known_unit(unit)
     if size is None or not counts:
         raise NoAcceleration(
             f'{beside}: {trace.id} measures {counts:g} counts per "{unit}", which is no acceleration; take '

@@ -26,9 +26,8 @@ from obspy import Stream, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format, _text
+from pounding_risk.motions.formats import TO_GIVE, Format, _text, size_of_unit, unit_sentence
 from pounding_risk.motions.formats._text import LONGEST_LINE, NEWLINE, quoted
-from pounding_risk.motions.formats._unit import TO_GIVE, sentence, size_of
 from pounding_risk.units import STEP, QuantityError, parse
 
 COMMENTS = "#%!"
@@ -63,10 +62,10 @@ class Title(NamedTuple):
 
 
 class Statement(NamedTuple):
-    """What a comment states, and the line it stands in."""
+    """A value that is stated, and where: "x.txt, line 2" or "x.txt: dt as given"."""
 
-    value: str
-    line: int  # counted from 1
+    value: Any
+    place: str
 
 
 class Head(NamedTuple):
@@ -120,7 +119,7 @@ def head_of(name: str, lines: Sequence[str]) -> Head:
                 "ends, or fetch the file again"
             )
         if text[0] in COMMENTS:
-            _take_statement(f"{name}, line {at + 1}", text.lstrip(COMMENTS + " "), at + 1, statements, history)
+            _take_statement(f"{name}, line {at + 1}", text.lstrip(COMMENTS + " "), statements, history)
             continue
         laid_out = layout(text)
         if laid_out is None:
@@ -153,7 +152,7 @@ def _strange(where: str, text: str) -> RecordError:
     )
 
 
-def _take_statement(where: str, text: str, line: int, statements: dict[str, Statement], history: list[str]) -> None:
+def _take_statement(where: str, text: str, statements: dict[str, Statement], history: list[str]) -> None:
     """Add what a comment states to the statements or the history; other comments are passed over."""
     before, *after = re.split("[=:]", text, maxsplit=1)
     key = KEYS.get(" ".join(before.split()).lower())
@@ -164,11 +163,11 @@ def _take_statement(where: str, text: str, line: int, statements: dict[str, Stat
         history.append(value)
     elif key in statements and statements[key].value != value:
         raise RecordError(
-            f"{where}: states {key} {quoted(value)}, line {statements[key].line} states "
+            f"{where}: states {key} {quoted(value)}, {statements[key].place.rpartition(', ')[2]} states "
             f"{quoted(statements[key].value)}; keep one"
         )
     else:
-        statements[key] = Statement(value, line)
+        statements[key] = Statement(value, where)
 
 
 def _titles(where: str, line: str, columns: int) -> tuple[Title, ...]:
@@ -279,13 +278,6 @@ TO_STATE = {
 _INSTANT = re.compile(r"\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,9})?)?)?Z?", re.ASCII)
 
 
-class _Said(NamedTuple):
-    """A value that is stated, and where: "x.txt, line 2" or "unit" of a caller."""
-
-    value: Any
-    place: str
-
-
 @_text.recogniser()
 def fits(start: str) -> bool:
     """True where text is laid out as plain columns, whether it states unit and time step or not."""
@@ -333,10 +325,10 @@ def _read_columns(
     lines = NEWLINE.split(_unicode(text).rstrip())
     head = head_of(name, lines)
     size, units = _unit(name, head, unit, dt)
-    record, start = _facts(name, head, units)
+    record, start = _facts(head, units)
     words = _words(name, lines, head)
     if "samples" in head.statements:
-        where, word = f"{name}, line {head.statements['samples'].line}", head.statements["samples"].value
+        word, where = head.statements["samples"]
         if not re.fullmatch(r"\d{1,12}", word, re.ASCII):
             raise RecordError(f"{where}: samples is {quoted(word)}; it must be a whole number, how many there are")
         _text.check_count(where, int(word), len(words), "samples")
@@ -358,17 +350,15 @@ def _unicode(text: str) -> str:
 
 def _unit(name: str, head: Head, stated: str | None, dt: float | None) -> tuple[float, str]:
     """How many m/s² one unit of the samples is, with the sentence; the caller, a comment and a head must agree."""
-    statements: list[_Said] = []
-    if "unit" in head.statements:
-        statements.append(_Said(head.statements["unit"].value, f"{name}, line {head.statements['unit'].line}"))
+    statements = [head.statements["unit"]] if "unit" in head.statements else []
     if head.titles and head.titles[-1].unit is not None:
-        statements.append(_Said(head.titles[-1].unit, f"{name}, line {head.title_line}"))
+        statements.append(Statement(head.titles[-1].unit, f"{name}, line {head.title_line}"))
     if stated is not None:
-        statements.append(_Said(stated, f"{name}: unit as given"))
+        statements.append(Statement(stated, f"{name}: unit as given"))
     if not statements:
         stepless = head.columns == 1 and dt is None and "dt" not in head.statements
         raise _unstated(name, "unit", *(["dt"] if stepless else []))
-    sizes = [size_of(statement.value, statement.place) for statement in statements]
+    sizes = [size_of_unit(statement.value, statement.place) for statement in statements]
     for other, size in zip(statements[1:], sizes[1:], strict=True):
         if size != sizes[0]:
             raise RecordError(
@@ -376,7 +366,7 @@ def _unit(name: str, head: Head, stated: str | None, dt: float | None) -> tuple[
                 f"{statements[0].place.removeprefix(name).strip(', ')} "
                 f"says {quoted(statements[0].value)}; keep the right one"
             )
-    return sizes[0], sentence(str(statements[0].value), sizes[0])
+    return sizes[0], unit_sentence(str(statements[0].value), sizes[0])
 
 
 def _unstated(name: str, *missing: str) -> RecordError:
@@ -385,21 +375,21 @@ def _unstated(name: str, *missing: str) -> RecordError:
     return RecordError(f"{name}: {'says neither' if len(missing) > 1 else 'does not say'} {nouns}; {repair}")
 
 
-def _stated_step(name: str, head: Head) -> _Said | None:
+def _stated_step(head: Head) -> Statement | None:
     """The time step that a comment states [s]; a number without a unit is in seconds, as in every format."""
     statement = head.statements.get("dt")
     if statement is None:
         return None
-    where, step = f"{name}, line {statement.line}", _text.number(statement.value)
+    step = _text.number(statement.value)
     if step is None:
         try:
             step = parse(re.sub(r"(?<=[\d. ])sec(onds?)?$", "s", statement.value), STEP)
         except QuantityError:
             step = None
-    return _Said(_text.check_step(where, step, statement.value, "dt"), where)
+    return statement._replace(value=_text.check_step(statement.place, step, statement.value, "dt"))
 
 
-def _facts(name: str, head: Head, units: str) -> tuple[AttribDict, UTCDateTime | None]:
+def _facts(head: Head, units: str) -> tuple[AttribDict, UTCDateTime | None]:
     """Facts of the recording, and when it starts."""
     facts: dict[str, Any] = {key: head.statements[key].value for key in WORDS if key in head.statements}
     for key in (*NUMBERS, *CORNERS):
@@ -408,10 +398,10 @@ def _facts(name: str, head: Head, units: str) -> tuple[AttribDict, UTCDateTime |
             facts[key] = value
     state, start, begins = head.statements.get("state"), head.statements.get("starttime"), None
     if state is not None and state.value not in STATES:
-        raise RecordError(f'{name}, line {state.line}: state is {quoted(state.value)}; it may be "raw" or "processed"')
+        raise RecordError(f'{state.place}: state is {quoted(state.value)}; it may be "raw" or "processed"')
     if start is not None:
         sentence = (
-            f"{name}, line {start.line}: starttime is {quoted(start.value)}; write a time such as "
+            f"{start.place}: starttime is {quoted(start.value)}; write a time such as "
             "2019-07-06T03:19:53.04Z, or leave that line out"
         )
         if not _INSTANT.fullmatch(start.value):
@@ -443,14 +433,14 @@ def _words(name: str, lines: Sequence[str], head: Head) -> list[list[str]]:
 
 def _time_step(name: str, words: list[list[str]], head: Head, given: float | None) -> float:
     """The time step [s] that the caller, a comment and a column of times agree upon."""
-    statement = _stated_step(name, head)
+    statement = _stated_step(head)
     if given is not None:
         _text.check_step(f"{name}: dt as given", given, f"{given:g}", "dt")
         if statement is not None and abs(statement.value - given) > TIGHTEST * given:
             raise RecordError(
                 f"{statement.place}: dt is {statement.value:g} s, as given it is {given:g} s; keep the right one"
             )
-        statement = statement or _Said(given, f"{name}: dt as given")
+        statement = statement or Statement(given, f"{name}: dt as given")
     if head.columns == 1:
         if statement is None:
             raise _unstated(name, "dt")

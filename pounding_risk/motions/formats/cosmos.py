@@ -99,6 +99,10 @@ class Channel(NamedTuple):
         """A real number of the header, counted from 1; None where it is not known."""
         return _known(self.text, 2, self.reals[number - 1])
 
+    def scnl(self) -> re.Match[str] | None:
+        """Station, channel, network and location as a comment names them."""
+        return next((match for match in map(_SCNL.search, self.comments) if match), None)
+
 
 @_text.recogniser(512)
 def _is_cosmos(start: str) -> bool:
@@ -328,17 +332,13 @@ def _place(channel: Channel) -> dict[str, Any]:
         return {"station": name, "component": VERTICAL[int(code)], "azimuth": None}
     if degrees and 0 <= int(degrees[1]) <= 360:
         return {"station": name, "component": degrees[1], "azimuth": float(degrees[1])}
-    scnl = _scnl(channel)
+    scnl = channel.scnl()
     return {"station": name, "component": scnl[2] if scnl else words, "azimuth": None}
-
-
-def _scnl(channel: Channel) -> re.Match[str] | None:
-    return next((match for match in map(_SCNL.search, channel.comments) if match), None)
 
 
 def _codes(channel: Channel, dt: float, azimuth: float | None) -> dict[str, str]:
     """Network, station, location and channel, as a comment names them or as the text and the orientation do."""
-    scnl = _scnl(channel)
+    scnl = channel.scnl()
     if scnl:
         return {"station": scnl[1], "channel": scnl[2], "network": scnl[3], "location": scnl[4].strip("-")}
     match = _STATION.search(channel.text[4])

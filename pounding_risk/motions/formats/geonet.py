@@ -211,17 +211,16 @@ def _block(name: str, lines: list[str], at: int, count: int, quantity: str) -> N
 
 def _azimuths(name: str, headings: list[Heading]) -> list[float | None]:
     """Degrees clockwise from north, by a component's name and its bearing, which must agree; None for a vertical."""
-    labels = [heading.label.upper() for heading in headings]
-    azimuths: list[float | None] = []
-    for at, (heading, label) in enumerate(zip(headings, labels, strict=True)):
-        if label in labels[:at]:
+    azimuths: dict[str, float | None] = {}
+    for heading in headings:
+        label = heading.label.upper()
+        if label in azimuths:
             raise RecordError(
                 f"{name}, line {heading.line + 13}: two components are called {label}, so that one of them has "
                 "a wrong direction; find out which, and correct its name and its bearing"
             )
-    for heading, label in zip(headings, labels, strict=True):
         bearing, compass = float(heading.whole[BEARING] % 360), _COMPASS.fullmatch(label)
-        azimuths.append(None if label in ("UP", "DOWN") else bearing)
+        azimuths[label] = None if label in ("UP", "DOWN") else bearing
         if compass is None:
             continue
         side, angle, turn = compass[1], float(compass[2]), compass[3]
@@ -232,7 +231,7 @@ def _azimuths(name: str, headings: list[Heading]) -> list[float | None]:
                 f"its bearing in line {heading.line + 19} is {bearing:g}; find out which is right, and correct the "
                 "other"
             )
-    return azimuths
+    return list(azimuths.values())
 
 
 def _letters(azimuths: list[float | None]) -> list[str]:

@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 from obspy import Stream
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import Format
+from pounding_risk.motions.formats import Format, size_of_unit, unit_sentence
 from pounding_risk.motions.formats._text import check_step, quoted, recogniser, record_facts, text_of, trace_of
-from pounding_risk.motions.formats._unit import sentence, size_of
 
 Samples = NDArray[np.float64]
 
@@ -66,7 +65,7 @@ def _read_simcenter(
         raise RecordError(f"{name}: samples are missing, there are {listed}; all have as many: {AGAIN}")
     if unit is None:
         raise RecordError(f"{name}: {UNIT}")
-    size = size_of(unit, name)
+    size = size_of_unit(unit, name)
     station = str(facts["name"]) if isinstance(facts.get("name"), str) and facts["name"] else Path(name).stem
     traces = []
     for axis, values in columns.items():
@@ -80,7 +79,7 @@ def _read_simcenter(
                 f"{values.min():.6g} to {values.max():.6g}; samples or peak are damaged: {AGAIN}"
             )
         record = record_facts(
-            timed=False, state="processed", units=sentence(unit, size), station=station, component=axis
+            timed=False, state="processed", units=unit_sentence(unit, size), station=station, component=axis
         )
         samples = values.size if headonly else values
         traces.append(trace_of(samples, size, step, record, station=station[:40], channel=axis))

@@ -19,8 +19,18 @@ from typing import Any, NamedTuple
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.generated._kind import KINDS, MOST, REQUIRED, Form, Kind, Option, Sampled, Unfit, motion_kind
-from pounding_risk.motions.generated._wave import Wave
+from pounding_risk.motions.generated._kind import (
+    KINDS,
+    MOST,
+    REQUIRED,
+    Form,
+    Kind,
+    Option,
+    Sampled,
+    Unfit,
+    Wave,
+    motion_kind,
+)
 from pounding_risk.motions.processing.signals import velocity_displacement
 from pounding_risk.motions.record import GENERATED, STATED, STILL, Source
 from pounding_risk.units import QuantityError, shown, si, unknown
@@ -50,10 +60,14 @@ class Recipe(NamedTuple):
     kind: str
     options: tuple[tuple[str, Any], ...]
 
+    @property
+    def about(self) -> Kind:
+        """Its kind, of the registry."""
+        return motion_kinds()[self.kind]
+
     def written(self) -> dict[str, Any]:
         """The table as a scene file has it: quantities as text, exact."""
-        options = motion_kinds()[self.kind].options
-        return {"kind": self.kind, **{key: options[key].written(value) for key, value in self.options}}
+        return {"kind": self.kind, **{key: self.about.options[key].written(value) for key, value in self.options}}
 
     def text(self) -> str:
         """The recipe as one line, from which `recipe_of` reads it back."""
@@ -61,10 +75,8 @@ class Recipe(NamedTuple):
 
     def form(self) -> Form:
         """The motion at any time step; raises Unfit where values of keys do not go together."""
-        values, kind = dict(self.options), motion_kinds()[self.kind]
-        common = {"step", "name", "seed", "count"}
-        keys = {key: values.get(key) for key in kind.options if key not in common}
-        return kind.function(**keys)
+        values, common = dict(self.options), {"step", "name", "seed", "count"}
+        return self.about.function(**{key: values.get(key) for key in self.about.options if key not in common})
 
     def check(self) -> None:
         """Raise Unfit where values of keys do not go together, or the time step is too long."""
@@ -80,11 +92,11 @@ class Recipe(NamedTuple):
 
     def finer(self, times: float) -> Recipe:
         """The motion in so many times as many samples, at most `MOST`; noise, which they would change, as it is."""
-        if motion_kinds()[self.kind].is_random:
+        if self.about.is_random:
             return self
         form = self.form()
         step = min(self._step(form), max(self._step(form) / times, form.duration / MOST))
-        return Recipe(self.kind, _ordered(motion_kinds()[self.kind], dict(self.options) | {"step": step}))
+        return Recipe(self.kind, _ordered(self.about, dict(self.options) | {"step": step}))
 
     def _step(self, form: Form) -> float:
         step = dict(self.options).get("step")
@@ -93,21 +105,21 @@ class Recipe(NamedTuple):
     def _opened(self, form: Form, step: float, seed: int, several: bool) -> Source:
         from obspy import Trace  # takes 0.2 s
 
-        kind, recipe = motion_kinds()[self.kind], self
-        if kind.is_random:  # the recipe of one motion of several
+        recipe = self
+        if self.about.is_random:  # the recipe of one motion of several
             options = {key: value for key, value in self.options if key != "count"}
-            recipe = Recipe(self.kind, _ordered(kind, options | {"seed": seed}))
+            recipe = Recipe(self.kind, _ordered(self.about, options | {"seed": seed}))
         motion = form.sampled(step, seed)
         velocity, displacement = velocity_displacement(motion.samples, step)
         last = _near(velocity[-1], velocity, "m/s"), _near(displacement[-1], displacement, "m")
         ends = f"the ground ends with the velocity {last[0]} at the displacement {last[1]}"
         trace = Trace(motion.samples, {"delta": step})
         trace.stats.processing = [f"generated {recipe.text()}", *motion.sentences, ends]
-        facts: dict[str, Any] = {"id": recipe.name(several), "event": f"generated: {recipe._title()}", "date": ""}
-        facts |= {"station": "", "component": "", "state": GENERATED, "format": GENERATED, "file": ""}
+        facts: dict[str, Any] = {"id": recipe.name(several), "event": f"generated: {recipe._title()}"}
+        facts |= {"date": "", "station": "", "component": "", "state": GENERATED, "format": GENERATED, "file": ""}
         digest = sha256(recipe.text().encode()).hexdigest()
         facts |= {"sha256": digest, "origin": f"generated {recipe.text()}", "terms": ""}
-        if kind.is_random:
+        if self.about.is_random:
             facts[STATED] = f"generated: {self.kind}, seed {seed}"  # one stream of random numbers, whatever the filter
         if not motion.samples.any():
             facts[STILL] = True
@@ -124,7 +136,7 @@ class Recipe(NamedTuple):
 
     def _title(self) -> str:
         """The kind, and what distinguishes this motion of it."""
-        kind, values = motion_kinds()[self.kind], dict(self.options)
+        kind, values = self.about, dict(self.options)
         parts = [kind.options[key].said(values[key]).replace(" ", "") for key in kind.named_by if key in values]
         return "-".join([self.kind, *parts, *([f"seed{values['seed']}"] if kind.is_random else [])])
 

@@ -1,4 +1,4 @@
-"""Signal-to-noise ratio of a record by frequency, and the filter corners that follow from it.
+"""The band-pass filter of the processing chain, and its corners by the signal-to-noise ratio of a record.
 
 The quiet before the earthquake shows the noise. Its Fourier amplitudes, grown to the length of the earthquake, are set
 beside the earthquake's; the band in which the earthquake stands out is worth keeping. Baseline shifts come with the
@@ -8,21 +8,21 @@ shaking and not before it, so that noise is seen otherwise: by the drift that it
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import floor, pi, sqrt
+from math import floor, inf, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing.signals import (
-    Samples,
-    cosine_rise,
-    energy_time,
-    filtered,
-    quiet_before,
-    velocity_displacement,
-)
+from pounding_risk.motions.processing import ORDER, Done, signals, step
+from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.units import TIME, Quantity, say
 
+CORNER = Quantity("Hz", 0.0, inf, "corner frequency", example="0.1 Hz")
+NOISE, DEFAULT = "noise", "default"
+STRIPPED, KEPT = "stripped", "kept"
+ENDS_OF_PEAK = 0.02  # |a| at the ends above this part of PGA is flagged
+FEWEST_CYCLES = 0.02  # of the lowest corner in the record: the pads are hundreds of records long then
 LONGEST_LEAD = 1.0  # s, or half of the quiet: what a taper at the start has made smaller is no noise
 SHORTEST_NOISE = 2.0  # s after that: two cycles of the frequency around which the band is looked for
 CENTRE = 1.0  # Hz, within every band worth having
@@ -63,6 +63,76 @@ class Corners(NamedTuple):
     flags: tuple[str, ...] = ()
 
 
+@step("bandpass", low=CORNER, high=CORNER, order=ORDER, corners=(NOISE, DEFAULT), pads=(STRIPPED, KEPT))
+def bandpass(
+    samples: Samples,
+    dt: float,
+    *,
+    low: float | None = None,
+    high: float | None = None,
+    order: float = 5,
+    corners: str = NOISE,
+    pads: str = STRIPPED,
+) -> Done:
+    """Acausal Butterworth filter: the amplitude response, -3 dB at each corner [Hz], and no phase.
+
+    |H(f)| = 1/sqrt(1 + (low/f)^2n) · 1/sqrt(1 + (f/high)^2n), once, in the frequency domain. A causal filter
+    would move the peaks (+3 to +6 % in the gap that a pair needs), and pads of zeros keep the ends from
+    wrapping round: 0.75 n/low seconds at each (Converse and Brady 1992; Boore 2005). ``low`` 0 is a low-pass.
+
+    A corner that is not given comes from the noise before the earthquake (`pounding_risk.motions.processing.noise`);
+    with ``corners`` "default" they are 0.08 Hz and 40 Hz or 3/4 of the Nyquist frequency, whatever the noise.
+
+    ``pads`` "stripped" leaves the record's length; the filter's ringing before and after it is cut off, which a
+    baseline correction makes good. "kept" leaves the ringing and the pads, so that velocity and displacement
+    start and end at rest by themselves (Boore 2005): for models that take absolute ground motion. The motion
+    then starts that much earlier.
+    """
+    chosen = _chosen(samples, dt, (low, high), corners)
+    low, high = chosen.low, chosen.high
+    duration, nyquist = (len(samples) - 1) * dt, 0.5 / dt
+    if not (low < high and (high < nyquist or (high == inf and low > 0.0))):
+        raise RecordError(
+            f"the corners {low:g} and {high:g} Hz do not fit a time step of {dt:g} s; they must rise and "
+            f"stay below the Nyquist frequency of {nyquist:g} Hz (inf for no upper corner)"
+        )
+    lowest = low or high
+    if lowest < FEWEST_CYCLES / duration:
+        raise RecordError(
+            f"the corner {lowest:g} Hz is {lowest * duration:.2g} of a cycle in the record of {say(duration, TIME)}; "
+            f"write {FEWEST_CYCLES / duration:.2g} Hz or more"
+        )
+    passed, pad = signals.filtered(samples, dt, (low, high), order)
+    flags = list(chosen.flags)
+    if max(abs(samples[0]), abs(samples[-1])) > ENDS_OF_PEAK * float(np.abs(samples).max()):
+        flags.append("the record was filtered with ends above 2 % of its peak: subtract the mean and taper before")
+    if 0.0 < low < 1.0 / duration:
+        flags.append(f"the lower corner {low:g} Hz is below one cycle in the record of {say(duration, TIME)}")
+    band = f"{low:.4g} to {high:.4g} Hz"
+    if not low:
+        band = f"below {high:.4g} Hz"
+    elif high == inf:
+        band = f"above {low:.4g} Hz"
+    why = f"; {chosen.words}" if chosen.words else ""
+    words = f"bandpass: acausal Butterworth of order {order:g}, {band} (-3 dB){why}; {pad * dt:.4g} s of zeros"
+    if pads == KEPT:
+        return Done(passed, f"{words} at both ends, kept", tuple(flags), -pad, band=(low, high))
+    return Done(passed[pad : pad + len(samples)], f"{words} at both ends", tuple(flags), band=(low, high))
+
+
+def _chosen(samples: Samples, dt: float, corner_pair: tuple[float | None, float | None], corners: str) -> Corners:
+    """The corners: as given, and from the noise or by default where one is not given."""
+    low, high = corner_pair
+    if low is not None and high is not None:
+        return Corners(low, high, "")
+    usual = default_corners(dt, "by default") if corners == DEFAULT else corners_from_noise(samples, dt)
+    if low is not None:
+        return Corners(low, usual.high, f"the upper corner: {usual.words}", usual.flags)
+    if high is not None:
+        return Corners(usual.low, high, f"the lower corner: {usual.words}", usual.flags)
+    return usual
+
+
 def signal_to_noise(samples: Samples, dt: float) -> NoiseSpectra:
     """Fourier amplitudes of the earthquake and of the quiet before it, from one cycle in the record to Nyquist.
 
@@ -74,7 +144,7 @@ def signal_to_noise(samples: Samples, dt: float) -> NoiseSpectra:
 
     Raises RecordError where less than 2 s of noise are left.
     """
-    quiet = quiet_before(samples, dt)
+    quiet = signals.quiet_before(samples, dt)
     length = quiet - min(LONGEST_LEAD, quiet / 2.0)
     if length < SHORTEST_NOISE:
         raise RecordError(
@@ -82,7 +152,7 @@ def signal_to_noise(samples: Samples, dt: float) -> NoiseSpectra:
             f"{SHORTEST_NOISE + LONGEST_LEAD:g} s or more"
         )
     first = round(quiet / dt)
-    end = round((energy_time(samples, dt, ENERGY) + AFTER) / dt)
+    end = round((signals.energy_time(samples, dt, ENERGY) + AFTER) / dt)
     before, shaking = samples[first - round(length / dt) : first], samples[first:end]
     size = 1 << (len(samples) - 1).bit_length()
     lowest, nyquist = 1.0 / (len(samples) * dt), 0.5 / dt
@@ -141,7 +211,7 @@ def _highest(dt: float) -> float:
 def _amplitudes(part: Samples, dt: float, size: int) -> Samples:
     """|∫ a e^(-iωt) dt| [m/s] of a window without its mean, tapered."""
     position = np.linspace(0.0, 1.0, len(part))
-    weight = cosine_rise(position / TAPERED) * cosine_rise((1.0 - position) / TAPERED)
+    weight = signals.cosine_rise(position / TAPERED) * signals.cosine_rise((1.0 - position) / TAPERED)
     return np.asarray(np.abs(np.fft.rfft((part - part.mean()) * weight, size)) * dt)
 
 
@@ -188,7 +258,7 @@ def _weak(spectra: NoiseSpectra) -> tuple[str, ...]:
 def _without_drift(samples: Samples, dt: float, lowest: float) -> tuple[float, tuple[str, ...]]:
     """The lowest corner [Hz], not below ``lowest``, above which every corner keeps the displacement steady."""
     every = max(1, floor(DRIFT_STEP / dt))
-    smooth, pad = filtered(samples, dt, (0.0, SLOW), FILTER_ORDER)
+    smooth, pad = signals.filtered(samples, dt, (0.0, SLOW), FILTER_ORDER)
     coarse = smooth[pad : pad + len(samples) : every]
     if lowest >= HIGHEST_LOW or len(coarse) <= DRIFT_ORDER + 1:
         return lowest, ()
@@ -206,8 +276,8 @@ def _without_drift(samples: Samples, dt: float, lowest: float) -> tuple[float, t
 
 def _drift(samples: Samples, dt: float, corner: float) -> float:
     """The peak of a polynomial fitted to the displacement of the filtered motion, over the displacement's own."""
-    passed, pad = filtered(samples, dt, (corner, np.inf), FILTER_ORDER)
-    displacement = velocity_displacement(passed[pad : pad + len(samples)], dt)[1]
+    passed, pad = signals.filtered(samples, dt, (corner, np.inf), FILTER_ORDER)
+    displacement = signals.velocity_displacement(passed[pad : pad + len(samples)], dt)[1]
     position = np.linspace(-1.0, 1.0, len(samples))
     fit = np.polynomial.legendre.legval(position, np.polynomial.legendre.legfit(position, displacement, DRIFT_ORDER))
     peak = float(np.abs(displacement).max())

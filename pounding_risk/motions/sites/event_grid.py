@@ -16,10 +16,10 @@ from typing import NamedTuple
 from pounding_risk._common.inputs import EXPORT, read_text
 from pounding_risk._common.tables import head_of, read_table
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats._unit import size_of
+from pounding_risk.motions.formats import size_of_unit
+from pounding_risk.motions.read import components
 from pounding_risk.motions.record import FACTOR_OF_SITE, Source
 from pounding_risk.motions.sites.places import FARTHEST, Place, Site, SiteRequest, find_site, place_of, read_site
-from pounding_risk.motions.source import components
 from pounding_risk.units import shown
 
 GRID = ("GP_file", "Longitude", "Latitude")
@@ -136,7 +136,7 @@ def _unit(path: Path, unit: str | None) -> str | None:
             stated = json.loads(read_text(file, EXPORT))["RegionalEvent"]["units"]["TH_file"]
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             continue
-        if unit is not None and size_of(unit, "unit") != size_of(stated, str(file)):
+        if unit is not None and size_of_unit(unit, "unit") != size_of_unit(stated, str(file)):
             raise RecordError(
                 f"{file}: says that samples are in {shown(stated)}, and the unit {shown(unit)} is given; leave it out"
             )

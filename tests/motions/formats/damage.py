@@ -31,6 +31,11 @@ OBSPY = Path(obspy.__file__).parent / "io"
 KNET = OBSPY / "nied/tests/data/test.knet"
 EVTS = tuple(sorted((OBSPY / "kinemetrics/tests/data").glob("B*.evt")))
 THROUGH_A_FILE = 10  # every tenth is read from disk, by the format that its content or its name tells
+PROMISED = {  # samples, by the header as this module reads it
+    "ESM": lambda raw: re.search(rb"\nNDATA\s*:\s*(\d+)", raw)[1],
+    "GEONET": lambda raw: 43,
+    "PEER_AT2": lambda raw: re.search(rb"NPTS\s*=\s*(\+?\d+)", raw, re.IGNORECASE)[1],
+}
 # Numbers that a damaged header may hold.
 NUMBERS = (b"0", b"-1", b"1", b"2", b"7", b"1e9", b"1e999", b"nan", b"99999999", b"-0.5", b"1e-9", b"0x10", b"1_0", b"")
 
@@ -63,6 +68,13 @@ def short_files() -> dict[str, list[bytes]]:
         "SIMCENTER": [short_simcenter(1), short_simcenter(None)],
         "SMC": [SMC.encode()],
     }
+
+
+def originals(name: str) -> list[bytes]:
+    """The short files of a format, and one that is read at a step that the user gives."""
+    from test_csmip import TIMES, VALUES, film
+
+    return [*short_files()[name], *([film(TIMES, VALUES).encode()] if name == "CSMIP" else [])]
 
 
 def short_simcenter(indent: int | None) -> bytes:
@@ -195,7 +207,11 @@ def _blanked(raw: bytearray, dice: random.Random) -> None:
 
 
 def outcome(format: Format, raw: bytes, path: Path, unit: str | None, through_a_file: bool) -> str:
-    """ "refused" or "read"; raises AssertionError for anything but a sentence or sound samples."""
+    """ "refused" or "read"; raises AssertionError for anything but a sentence or sound samples.
+
+    A file without a unit is handed over without a name, and called a record of its kind.
+    """
+    dt, name = None if format.name == "COLUMNS" else 0.005, "" if unit is None else str(path)
     opened = BytesIO(raw)
     claims = [each.name for each in formats() if each.recognises(opened)]
     assert opened.tell() == 0, "a format moved the position"
@@ -203,20 +219,25 @@ def outcome(format: Format, raw: bytes, path: Path, unit: str | None, through_a_
     try:
         if through_a_file:
             path.write_bytes(raw)
-            traces = [found.trace for found in read_components(path, unit=unit)]
+            traces = [found.trace for found in read_components(path, unit=unit, dt=dt)]
         else:
-            traces = list(format.read(BytesIO(raw), name=str(path), folder=path.parent, unit=unit))
+            traces = list(format.read(BytesIO(raw), name=name, folder=path.parent, unit=unit, dt=dt))
     except RecordError as error:
         said = str(error)
-        assert said.startswith(str(path)), f"the file is not named: {said}"
+        kind = sys.modules[format.read.__module__].KIND
+        called = str(path) if through_a_file else name or f"{kind} record"
+        assert said.startswith(called), f"the file is not named: {said}"
         assert len(said) < 1500 and said.isprintable(), f"no plain sentence: {said!r}"
         return "refused"
     assert traces, "no trace and no word"
     for trace in traces:
-        samples, dt = trace.data, trace.stats.delta
+        samples, step = trace.data, trace.stats.delta
+        assert str(trace.stats.starttime)
         assert samples.dtype == np.float64 and np.isfinite(samples).all(), "samples that are no numbers"
         assert 2 <= len(samples) == trace.stats.npts <= 2 * len(raw), f"{len(samples)} samples of {len(raw)} bytes"
-        assert SHORTEST_STEP <= dt <= LONGEST_STEP, f"a time step of {dt}"
+        promised = None if through_a_file or format.name not in PROMISED else int(PROMISED[format.name](raw))
+        assert promised in (None, len(samples)), f"{len(samples)} samples of {promised}"
+        assert SHORTEST_STEP <= step <= LONGEST_STEP, f"a time step of {step}"
         assert trace.stats.calib == 1.0 and trace.stats.record.state in ("raw", "processed"), "no m/s²"
         assert is_the_stated_peak(trace), "samples that contradict the header's peak"
     return "read"
@@ -272,12 +293,11 @@ def repaired(raw: bytes) -> bytes:
 def main(count: int, names: list[str]) -> None:
     """Report a line of JSON a format."""
     faulthandler.enable()
-    short = short_files()
     with tempfile.TemporaryDirectory() as folder:
         for format in formats():
             if not names or format.name in names:
                 print(json.dumps({"format": format.name, "begun": True}), flush=True)
-                result = survey(format, short[format.name], count, Path(folder))
+                result = survey(format, originals(format.name), count, Path(folder))
                 print(json.dumps({"format": format.name, **result}), flush=True)
 
 

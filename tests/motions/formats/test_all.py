@@ -8,7 +8,6 @@ import gzip
 import inspect
 import json
 import os
-import re
 import subprocess
 import sys
 from importlib import metadata
@@ -27,12 +26,9 @@ import test_geonet
 import test_native
 import test_peer_at2
 import test_smc
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from real_files import DATA
+from real_files import DATA, G, read
 from sentences import refusal
 
-from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
 from pounding_risk.motions.formats import formats, read_components, readable
 
@@ -142,9 +138,11 @@ def test_no_format_stumbles_over_what_is_no_file(name, tmp_path):
 def test_path_open_file_and_bytes_agree(samples, name):
     for path in samples[name]:
         choices = {"folder": path.parent, **STATED.get(name, {})}
-        read = FORMATS[name].read
         with path.open("rb") as opened:
-            streams = [read(source, **choices) for source in (path, str(path), opened, BytesIO(path.read_bytes()))]
+            streams = [
+                FORMATS[name].read(source, **choices)
+                for source in (path, str(path), opened, BytesIO(path.read_bytes()))
+            ]
         found = read_components(path, **STATED.get(name, {}))
         assert {each.format for each in found} == {name}
         for traces in [*streams[1:], [each.trace for each in found]]:
@@ -191,6 +189,33 @@ def test_spellings_that_mean_the_same(name, words):
         assert (trace.stats.delta, trace.stats.record.state) == (same.stats.delta, same.stats.record.state)
 
 
+FILM = pytest.mark.parametrize(
+    ("film", "size", "units"),
+    [
+        (test_csmip.film, 0.1 * G, "units: g/10, times 0.980665 m/s²"),
+        (test_smc.film, 0.01, "units: cm/s², times 0.01"),
+    ],
+    ids=["CSMIP", "SMC"],
+)
+
+
+@FILM
+def test_film_at_even_times_is_read_as_such(film, size, units):
+    trace = read(film(0.005 * np.arange(6), test_smc.VALUES))[0]
+    assert trace.stats.delta == pytest.approx(0.005, rel=1e-12)
+    assert trace.data == pytest.approx(size * np.array(test_smc.VALUES), rel=1e-12)
+    assert (trace.stats.record.state, trace.stats.record.units) == ("raw", units)
+
+
+@FILM
+def test_film_at_uneven_times_is_read_on_straight_lines_at_the_step_that_is_asked_for(film, size, units):
+    trace = read(film([0.0, 0.004, 0.010, 0.014, 0.020, 0.030], test_smc.VALUES), dt=0.005)[0]
+    expected = [1.0, 2.0 + 1.0 / 6.0, 3.0, 4.0 + 1.0 / 6.0, 5.0, -0.5, -6.0]
+    assert trace.data == pytest.approx(size * np.array(expected), rel=1e-12)
+    assert (trace.stats.npts, trace.stats.delta) == (7, 0.005)
+    assert trace.stats.record.units == f"{units}, uneven times read at every 0.005 s"
+
+
 def test_the_list_of_formats_names_each():
     assert all(format.words in readable() for format in FORMATS.values())
 
@@ -207,41 +232,10 @@ def test_obspy_reads_the_format_by_itself(samples, name):
 # --- damage -----------------------------------------------------------------------------------------------
 
 
-ORIGINALS = damage.short_files()
-ORIGINALS["CSMIP"].append(test_csmip.film(test_csmip.TIMES, test_csmip.VALUES).encode())
-PROMISED = {  # samples, by the header as this test reads it
-    "ESM": lambda raw: re.search(rb"\nNDATA\s*:\s*(\d+)", raw)[1],
-    "GEONET": lambda raw: 43,
-    "PEER_AT2": lambda raw: re.search(rb"NPTS\s*=\s*(\+?\d+)", raw, re.IGNORECASE)[1],
-}
-
-
-@pytest.mark.parametrize("name", MODULES)
-@settings(max_examples=200, deadline=None)
-@given(data=st.data())
-@pytest.mark.complete
-def test_damage_is_refused_or_leaves_finite_samples_of_the_right_number(name, data):
-    """Bytes of the short files changed, removed or added at random places."""
-    raw = bytearray(data.draw(st.sampled_from(ORIGINALS[name])))
-    for _ in range(data.draw(st.integers(1, 4))):
-        at = data.draw(st.integers(0, len(raw) - 1))
-        end = at + data.draw(st.sampled_from([0, 1, 1, 1, 8, 15, 81]))
-        raw[at:end] = data.draw(st.binary(max_size=3) | st.sampled_from([b"9", b"-", b"E", b".", b"\n"]))
-    try:
-        traces = FORMATS[name].read(BytesIO(bytes(raw)), dt=0.005)
-    except RecordError as error:
-        assert f"{sys.modules[FORMATS[name].read.__module__].KIND} record" in str(error)
-        return
-    for trace in traces:
-        assert np.isfinite(trace.data).all() and len(trace.data) == trace.stats.npts >= 2
-        assert name not in PROMISED or len(trace.data) == int(PROMISED[name](bytes(raw)))
-        assert str(trace.stats.starttime) and trace.stats.delta > 0.0
-
-
 @pytest.mark.parametrize("name", FORMATS)
 def test_damaged_files_end_in_a_sentence_or_in_sound_samples(name, tmp_path):
     """A few of those below, in every run of the tests."""
-    found = damage.survey(FORMATS[name], damage.short_files()[name], FEW, tmp_path)
+    found = damage.survey(FORMATS[name], damage.originals(name), FEW, tmp_path)
     assert found["faults"] == []
     assert found["refused"] > FEW // 2
 

@@ -2,24 +2,18 @@
 
 import re
 from functools import partial
-from io import BytesIO
 
 import numpy as np
 import obspy
 import pytest
 import real_files
-from real_files import G, real
+from real_files import G, read, real
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import read_components, read_file
-from pounding_risk.motions.formats.cosmos import _read_cosmos
 from pounding_risk.motions.read import read_motion
 
 RAW, COUNTS, EXAMPLE = (real(f"cosmos-{name}") for name in ("pomona.v1c", "bayview.v0c", "yucaipa.v1"))
-
-
-def read(data, **more):
-    return _read_cosmos(BytesIO(data), **more)
 
 
 def peak(trace):
@@ -88,7 +82,7 @@ CODES = "       2       1       4     120       1"
 )
 def test_units_of_acceleration(code, metres):
     text = changed((CODES, f"       2       1{code:8d}     120       1"), ("(04)", f"({code:02d})"))
-    assert read(text.encode())[0].data[1] == pytest.approx(0.00013 * metres, rel=1e-12)
+    assert read(text)[0].data[1] == pytest.approx(0.00013 * metres, rel=1e-12)
 
 
 SPELLINGS = {
@@ -110,9 +104,9 @@ def test_velocity_and_displacement_beside_acceleration_are_left_out():
     beside = HEAD + SAMPLES + more + more.replace("velocity    ", "displacement") + END
     own = changed((CODES, "       2       2       5     120       1"), ("acceleration pts", "velocity pts"))
     for text in (beside, GOOD + own, own + GOOD):
-        stream = read(text.encode())
+        stream = read(text)
         assert len(stream) == 1
-        assert np.array_equal(stream[0].data, read(GOOD.encode())[0].data)
+        assert np.array_equal(stream[0].data, read(GOOD)[0].data)
 
 
 def test_components_that_share_an_orientation_are_counted(tmp_path):
@@ -133,17 +127,17 @@ def test_components_that_share_an_orientation_are_counted(tmp_path):
 )
 def test_orientations(orientation, words, component, azimuth):
     text = changed(("    1889     340", f"    1889{orientation:>8s}"), ("1: 340 deg ", words))
-    record = read(text.encode())[0].stats.record
+    record = read(text)[0].stats.record
     assert (record.component, record.azimuth) == (component, azimuth)
 
 
 def test_no_time_where_the_header_has_none():
-    stats = read(changed(("       1    2005", "       1    -999")).encode())[0].stats
+    stats = read(changed(("       1    2005", "       1    -999")))[0].stats
     assert (stats.starttime, stats.record.date, stats.record.timed) == (obspy.UTCDateTime(0), "", False)
     to_the_minute = changed(("  -999.000000  -999.000000     4.400000", "  -999.000000  -999.000000  -999.000000"))
-    stats = read(to_the_minute.encode())[0].stats
+    stats = read(to_the_minute)[0].stats
     assert (stats.starttime, stats.record.timed) == (obspy.UTCDateTime(2005, 6, 16, 20, 53), False)
-    assert read(GOOD.encode())[0].stats.record.timed
+    assert read(GOOD)[0].stats.record.timed
 
 
 BAD = {

@@ -1,24 +1,17 @@
 """CSMIP volumes 1 and 2: real files of four decades, records of film, and texts with faults."""
 
 import re
-from io import BytesIO
 
 import numpy as np
 import obspy
 import pytest
-from real_files import G, changed, real
+from real_files import changed, read, real
 from scipy.integrate import cumulative_trapezoid
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import read_components
-from pounding_risk.motions.formats.cosmos import _read_cosmos
-from pounding_risk.motions.formats.csmip import _read_csmip
 
 POMONA, HESPERIA, PARKFIELD = (real(f"csmip-{name}") for name in ("pomona.v1", "hesperia.raw", "parkfield.v2"))
-
-
-def read(data, **more):
-    return _read_csmip(BytesIO(data), **more)
 
 
 def peak(values):
@@ -54,7 +47,7 @@ def test_a_line_of_the_records_own_time_names_no_earthquake():
 
 def test_one_record_in_two_formats_is_one_record():
     """The agency gives this record out as CSMIP volume 1 and as COSMOS stage 1, in the same digits."""
-    for one, two in zip(read(POMONA), _read_cosmos(BytesIO(real("cosmos-pomona.v1c"))), strict=True):
+    for one, two in zip(read(POMONA), read(real("cosmos-pomona.v1c")), strict=True):
         assert np.array_equal(one.data, two.data)
         assert one.stats.starttime == two.stats.starttime
         same = ("component", "azimuth", "station", "state", "units")
@@ -101,24 +94,6 @@ TIMES = np.array([0.0, 0.005, 0.010, 0.015, 0.020, 0.025, 0.030, 0.034, 0.040, 0
 VALUES = np.array([-0.006, 0.007, 0.007, 0.006, 0.006, -0.009, 0.005, 0.004, 0.003, 0.002])
 
 
-def test_film_at_even_times_is_read_as_such():
-    times = np.arange(12) * 0.005
-    trace = read(film(times, np.arange(12) / 1000.0).encode())[0]
-    assert trace.stats.delta == pytest.approx(0.005, rel=1e-12)
-    assert trace.data == pytest.approx(np.arange(12) / 1000.0 * G / 10, rel=1e-12)
-    assert trace.stats.record.units == "units: g/10, times 0.980665 m/s²"
-
-
-def test_film_at_uneven_times_is_read_on_straight_lines_at_the_step_that_is_asked_for():
-    trace = read(film(TIMES, VALUES).encode(), dt=0.01)[0]
-    # At 0.03 s the sample itself, at 0.04 s too; between 0.034 and 0.040 nothing is read at this step.
-    assert trace.data == pytest.approx(np.array([-0.006, 0.007, 0.006, 0.005, 0.003]) * G / 10, rel=1e-12)
-    fine = read(film(TIMES, VALUES).encode(), dt=0.004)[0]
-    assert fine.data[9] == pytest.approx((0.004 + (0.036 - 0.034) / 0.006 * -0.001) * G / 10, rel=1e-9)
-    assert (fine.stats.npts, fine.stats.delta) == (12, 0.004)
-    assert fine.stats.record.units == "units: g/10, times 0.980665 m/s², uneven times read at every 0.004 s"
-
-
 WORDS_OF_1992 = "16 POINTS OF ACCEL DATA EQUALLY SPACED AT .005 SEC.  (UNITS: G)"
 SPELLINGS = {
     "CRLF": (TWO, TWO.replace("\n", "\r\n")),
@@ -139,7 +114,7 @@ def test_the_step_of_the_header_is_finer_than_that_of_the_line():
         (" AT  .020 SEC", " AT  .008 SEC"),
         (" 0.320", " 0.125"),
     )
-    assert read(text.encode())[0].stats.delta == 1.0 / 128.0
+    assert read(text)[0].stats.delta == 1.0 / 128.0
 
 
 def test_channels_of_one_direction_have_their_number(tmp_path):
@@ -158,7 +133,7 @@ def test_channels_of_one_direction_have_their_number(tmp_path):
     ],
 )
 def test_times(words, start):
-    stats = read(changed(ONE, ("Start time:  8/29/18, 02:33:  .0 UTC", words)).encode())[0].stats
+    stats = read(changed(ONE, ("Start time:  8/29/18, 02:33:  .0 UTC", words)))[0].stats
     assert stats.starttime == start
     assert stats.record.date == (str(start.date) if start.timestamp else "")
 

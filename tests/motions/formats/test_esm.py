@@ -1,13 +1,9 @@
 """ESM and ITACA text: real files, the spellings in use, and texts with faults."""
 
-from io import BytesIO
-
 import numpy as np
 import obspy
 import pytest
-from real_files import real
-
-from pounding_risk.motions.formats.esm import _read_esm
+from real_files import read, real
 
 EAST, NORTH = (real(f"esm-dlfa-{stream}.asc") for stream in ("hne", "hnn"))
 HEADER = 64  # lines
@@ -29,7 +25,7 @@ SMALL = changed(SMALL, NDATA=4, DURATION_S="0.020", PGA_CM_per_S_pow_2="0.3")
 
 @pytest.mark.parametrize("data", [EAST, NORTH], ids=["HNE", "HNN"])
 def test_samples_are_those_of_the_lines_and_the_peak_is_when_the_header_says(data):
-    trace = _read_esm(BytesIO(data))[0]
+    trace = read(data)[0]
     samples = [float(line) for line in data.decode().split("\n")[HEADER:] if line]
     assert np.array_equal(trace.data, np.array(samples) * 0.01)
     peak = np.abs(trace.data).argmax() * trace.stats.delta
@@ -37,7 +33,7 @@ def test_samples_are_those_of_the_lines_and_the_peak_is_when_the_header_says(dat
 
 
 def test_all_lines_of_the_header_are_kept():
-    header = _read_esm(BytesIO(EAST))[0].stats.esm
+    header = read(EAST)[0].stats.esm
     assert header["STATION_NAME"] == "Delfoi, Greece"
     assert header["ORIGINAL_DATA_MEDIATOR"] == "http://eida.gein.noa.gr/"  # colons belong to a value
     assert len(header) == HEADER
@@ -57,7 +53,7 @@ UNFILTERED = {"LOW_CUT_FREQUENCY_HZ": "", "HIGH_CUT_FREQUENCY_HZ": "", "FILTER_O
     ids=["band-pass", "high-pass", "unprocessed", "called processed, but without a corner"],
 )
 def test_a_record_is_processed_where_the_header_tells_a_corner(values, state):
-    record = _read_esm(BytesIO(changed(EAST, **values)))[0].stats.record
+    record = read(changed(EAST, **values))[0].stats.record
     assert record.state == state
     assert (record.low_corner is None and record.high_corner is None) == (state == "raw")
 
@@ -75,7 +71,7 @@ def test_the_spelling_of_the_turkish_archive():
         TIME_PGA_S="",
         **UNFILTERED,
     )
-    stats = _read_esm(BytesIO(data))[0].stats
+    stats = read(data)[0].stats
     assert stats.starttime == obspy.UTCDateTime(2010, 11, 14, 23, 9, 19, 300000)
     assert (stats.location, stats.record.date) == ("", "2010-11-14")
     assert stats.record.state == "raw"
@@ -93,12 +89,12 @@ def test_the_spelling_of_the_turkish_archive():
 )
 def test_the_first_sample_is_when_the_header_says(words, start):
     data = changed(SMALL, DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS=words)
-    stats = _read_esm(BytesIO(data))[0].stats
+    stats = read(data)[0].stats
     assert (stats.starttime, stats.record.get("timed", True)) == (obspy.UTCDateTime(start), bool(words))
 
 
 def test_the_moment_magnitude_comes_before_the_local_one():
-    assert _read_esm(BytesIO(changed(SMALL, MAGNITUDE_W="4.8")))[0].stats.record.magnitude == 4.8
+    assert read(changed(SMALL, MAGNITUDE_W="4.8"))[0].stats.record.magnitude == 4.8
 
 
 DYNA_10 = {

@@ -1,18 +1,16 @@
 """GeoNet V1A and V2A: the raw and the corrected file of one record, and texts with faults."""
 
 import re
-from io import BytesIO
 from math import ceil
 
 import numpy as np
 import obspy
 import pytest
-from real_files import real
+from real_files import read, real
 from scipy import signal
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import _text, read_components, read_file
-from pounding_risk.motions.formats.geonet import _read_geonet
 from pounding_risk.motions.read import read_motion
 
 RAW, CORRECTED = (real(f"geonet-thz.{kind}") for kind in ("v1a", "v2a"))
@@ -63,7 +61,7 @@ def test_samples_are_those_of_the_columns_and_peak_as_and_when_the_heading_says(
 
     Times of peaks count from the start of the buffer, five seconds after the first sample of a corrected record.
     """
-    for trace, (heading, rows) in zip(_read_geonet(BytesIO(data)), blocks(data), strict=True):
+    for trace, (heading, rows) in zip(read(data), blocks(data), strict=True):
         assert np.array_equal(trace.data, values(rows[0]) * 0.001)
         stated = float(re.search(r"at\s+(\S+) s", heading[13])[1])
         peak = trace.stats.starttime + float(np.abs(trace.data).argmax()) * trace.stats.delta
@@ -79,7 +77,7 @@ def test_the_raw_and_the_corrected_record_are_one_at_the_same_times():
 
     Butterworth's filter is not the agency's, so not to 1; a start wrong by 0.02 s gives 0.96 at most, by 5 s 0.06.
     """
-    for raw, corrected in zip(_read_geonet(BytesIO(RAW)), _read_geonet(BytesIO(CORRECTED)), strict=True):
+    for raw, corrected in zip(read(RAW), read(CORRECTED), strict=True):
         sos = signal.butter(4, [0.175, 24.9], "band", fs=200.0, output="sos")
         filtered = signal.sosfiltfilt(sos, raw.data - raw.data.mean())
         times = corrected.times() + (corrected.stats.starttime - raw.stats.starttime)
@@ -112,14 +110,14 @@ def test_numbers_that_touch_are_told_apart_by_their_columns():
     first = SMALL_RAW.split(b"\n")[HEADING]
     touching = SMALL_RAW.replace(first, b"-11026.2-11025.9" + first[16:], 1)
     touching = re.sub(rb"(Acceleration:\s+Peak\s+)\S+", rb"\g<1>11026.2", touching, count=1)
-    assert list(_read_geonet(BytesIO(touching))[0].data[:3]) == [-11026.2 * 0.001, -11025.9 * 0.001, -0.4 * 0.001]
+    assert list(read(touching)[0].data[:3]) == [-11026.2 * 0.001, -11025.9 * 0.001, -0.4 * 0.001]
 
 
 def test_columns_read_at_once_are_those_read_one_by_one(monkeypatch):
     """Numbers of full columns take a short way; the other one, which names faults, gives the same bits."""
-    quick = _read_geonet(BytesIO(CORRECTED))
+    quick = read(CORRECTED)
     monkeypatch.setattr(_text.np, "frombuffer", lambda *_, **__: np.array(["no number"]))
-    for trace, other in zip(_read_geonet(BytesIO(CORRECTED)), quick, strict=True):
+    for trace, other in zip(read(CORRECTED), quick, strict=True):
         assert np.array_equal(trace.data, other.data)
 
 
@@ -134,7 +132,7 @@ def test_directions(label, bearing, azimuth, code):
     if code == "N":
         data = data.replace(b"Component N00E", b"Component N87W")
         data = data.replace(b"      90       0     175", b"      90     273     175", 1)
-    trace = _read_geonet(BytesIO(data))[0]
+    trace = read(data)[0]
     assert trace.stats.record.azimuth == azimuth
     assert trace.stats.channel == "HN1"  # only an N and an E together are called so
 

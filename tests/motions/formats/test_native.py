@@ -24,10 +24,9 @@ from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.formats import read_components, read_file
 from pounding_risk.motions.formats.evt import _read_evt
 from pounding_risk.motions.formats.sac import _is_sac
-from pounding_risk.motions.read import read_motion
+from pounding_risk.motions.read import open_source, read_motion
 from pounding_risk.motions.record import is_vertical
 from pounding_risk.motions.request import RecordRequest
-from pounding_risk.motions.source import open_source
 
 ETNA = EVTS[0]
 OLD_K2 = ETNA.parent / "STNA.20020722.044649.evt.gz"
@@ -132,7 +131,7 @@ def test_both_depths_of_a_kiknet_station_are_recordings_of_their_own(tmp_path):
         lines = [*raw[:first], *(raw[place] for place in order), *raw[last:]]
         named = [b"Dir.              " + number.encode() if line.startswith(b"Dir.") else line for line in lines]
         (tmp_path / f"AKT0139608110312.{component}").write_bytes(b"\n".join(named))
-    request = RecordRequest((), (str(tmp_path),), None, None, None, ("as recorded",), "none", 0.0, direction=90.0)
+    request = RecordRequest(files=(str(tmp_path),), processing="none", direction=90.0)
     found = read_ensemble(request, tmp_path)
     assert [motion.record["component"] for motion in found.motions] == ["EW1 + NS1", "EW2 + NS2"]
     assert [motion.record["id"] for motion in found.motions] == [
@@ -248,9 +247,7 @@ def sac_pair(folder: Path, north: float, east: float, **header: float) -> tuple[
 def test_sac_says_where_its_components_point(tmp_path, stated):
     """Along 30° from north the files are n cos(30° - a_n) + e cos(30° - a_e)."""
     sac_pair(tmp_path, 3.0, 1.0, **stated)
-    request = RecordRequest(
-        (), ("*.sac",), None, None, None, ("as recorded",), "none", 0.0, unit="m/s^2", direction=30.0
-    )
+    request = RecordRequest(files=("*.sac",), processing="none", unit="m/s^2", direction=30.0)
     (motion,) = read_ensemble(request, tmp_path).motions
     north, east = np.radians([stated.get("HNN", 0.0), stated.get("HNE", 90.0)])
     size = 3.0 * np.cos(np.radians(30.0) - north) + np.cos(np.radians(30.0) - east)

@@ -2,25 +2,15 @@
 
 import re
 import struct
-from io import BytesIO
 
 import damage
 import numpy as np
 import pytest
-from real_files import DATA, G, real
+from real_files import G, read, real
 from sentences import refusal
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import formats
 from pounding_risk.motions.formats._text import StatedPeak, check_peak, half_digit, stated_peak
-
-FORMATS = {format.name: format for format in formats()}
-
-
-def read(data, name="x", **choices):
-    format = next(format for format in FORMATS.values() if format.recognises(BytesIO(data)))
-    return format.read(BytesIO(data), name=name, folder=DATA, **choices)
-
 
 # The line of each real file's largest sample, that sample, and another in as many characters.
 LARGEST = {

@@ -1,35 +1,29 @@
 """SMC: corrected and uncorrected files, records of film, and texts with faults."""
 
 from functools import partial
-from io import BytesIO
 
 import numpy as np
 import obspy
 import pytest
 import real_files
-from real_files import real
+from real_files import read, real
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats.smc import _read_smc
 from pounding_risk.motions.read import read_motion
 
 SHAFTER, RAW, UP = (real(f"smc-{name}.smc") for name in ("shafter", "alhambra-raw", "alhambra-up"))
 
 
-def read(data, **more):
-    return _read_smc(BytesIO(data), **more)[0]
-
-
 def test_the_time_of_the_header_peak_is_that_of_the_samples():
     """10.34 s, to the sample: the header's own, so the step is right."""
-    trace = read(SHAFTER)
+    trace = read(SHAFTER)[0]
     assert np.argmin(trace.data) * trace.stats.delta == pytest.approx(10.34, abs=1e-9)
     assert np.argmax(trace.data) * trace.stats.delta == pytest.approx(10.17, abs=1e-9)
     assert np.abs(trace.data).max() == pytest.approx(trace.stats.record.header_pga, rel=1e-3)
 
 
 def test_a_damaged_count_of_a_head_alone_takes_no_memory():
-    damaged = read(changed((COUNT, "9999999999    -32768    -32768")).encode(), headonly=True)
+    damaged = read(changed((COUNT, "9999999999    -32768    -32768")), headonly=True)[0]
     assert damaged.stats.npts == 9999999999
 
 
@@ -56,23 +50,8 @@ def film(times, values):
     return "\n".join([*head, *rows]).replace(" -0.5793300E+01", peak).replace("2 CORRECTED", "1 UNCORRECTED") + "\n"
 
 
-def test_film_at_even_times_is_read_as_such():
-    trace = read(film([0.01 * at for at in range(6)], VALUES).encode())
-    assert trace.stats.delta == pytest.approx(0.01, rel=1e-12)
-    assert trace.data == pytest.approx(0.01 * np.array(VALUES), rel=1e-12)
-    assert (trace.stats.record.state, trace.stats.record.units) == ("raw", "units: cm/s², times 0.01")
-
-
-def test_film_at_uneven_times_is_read_on_straight_lines_at_the_step_that_is_asked_for():
-    trace = read(film([0.0, 0.004, 0.010, 0.014, 0.020, 0.030], VALUES).encode(), dt=0.005)
-    expected = [1.0, 2.0 + 1.0 / 6.0, 3.0, 4.0 + 1.0 / 6.0, 5.0, -0.5, -6.0]
-    assert trace.data == pytest.approx(0.01 * np.array(expected), rel=1e-12)
-    assert trace.stats.delta == 0.005
-    assert trace.stats.record.units == "units: cm/s², times 0.01, uneven times read at every 0.005 s"
-
-
 def test_of_times_that_are_the_same_in_their_digits_the_last_counts():
-    trace = read(film([0.0, 0.004, 0.010, 0.010, 0.020, 0.030], VALUES).encode(), dt=0.005)
+    trace = read(film([0.0, 0.004, 0.010, 0.010, 0.020, 0.030], VALUES), dt=0.005)[0]
     expected = [1.0, 2.0 + 2.0 / 6.0, 4.0, 4.5, 5.0, -0.5, -6.0]
     assert trace.data == pytest.approx(0.01 * np.array(expected), rel=1e-12)
 
@@ -81,10 +60,10 @@ def test_one_spare_line_of_film_is_left_out():
     """All of the twelve records of film in the public tests of gmprocess have one, of times that do not go on."""
     times = [0.0, 0.004, 0.010, 0.014, 0.020, 0.030]
     row = " 3.0070E+1-5.6038E-2 3.0071E+1-3.7377E-2 3.0073E+1-9.6096E-2 3.0074E+1-1.2702E-1\n"
-    spare = read((film(times, VALUES) + row).encode(), dt=0.005)
-    assert np.array_equal(spare.data, read(film(times, VALUES).encode(), dt=0.005).data)
+    spare = read((film(times, VALUES) + row), dt=0.005)[0]
+    assert np.array_equal(spare.data, read(film(times, VALUES), dt=0.005)[0].data)
     with pytest.raises(RecordError, match=r"line 39: .* follows the last of the 12 samples"):
-        read((film(times, VALUES) + 2 * row).encode(), dt=0.005)
+        read((film(times, VALUES) + 2 * row), dt=0.005)[0]
 
 
 SPELLINGS = {
@@ -99,7 +78,7 @@ SPELLINGS = {
 
 def test_a_file_marked_as_having_a_problem_says_so(tmp_path):
     text = changed((COUNT, "        12         1    -32768"))
-    assert read(text.encode()).stats.smc.problem is True
+    assert read(text)[0].stats.smc.problem is True
     path = tmp_path / "marked.smc"
     path.write_text(text)
     assert "its header marks a problem with the record" in read_motion(path).flags
@@ -107,11 +86,11 @@ def test_a_file_marked_as_having_a_problem_says_so(tmp_path):
 
 def test_time_in_seconds_and_none():
     known = changed(("         0         4         0    -32768", "         0         4        15       250"))
-    stats = read(known.encode()).stats
+    stats = read(known)[0].stats
     assert stats.starttime == obspy.UTCDateTime(1989, 10, 18, 0, 4, 15, 250000)
     assert stats.record.timed
     unknown = changed(("    -32768      1989", "    -32768    -32768"))
-    stats = read(unknown.encode()).stats
+    stats = read(unknown)[0].stats
     assert (stats.starttime, stats.record.date) == (obspy.UTCDateTime(0), "1989-10-18")
 
 
