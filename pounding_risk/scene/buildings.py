@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate
 from math import inf, pi, sqrt
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,27 +13,27 @@ from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys, generated, stiffnesses_for
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.scene.building_keys import (
+    DAMPING_KEY,
+    DAMPING_RULE_KEY,
+    FLOOR_MASSES_KEY,
+    HEIGHT_KEY,
     IN_STRUCTURES,
     INITIAL,
     LEAST_FLOOR_MASS,
     LEAST_PERIOD,
     LISTS,
+    MASS_KEY,
     MISSING_STIFFNESSES,
     OF_GROUND,
     OF_STOREYS,
+    PERIOD_KEY,
+    RIGID_KEY,
+    STOREY_HEIGHTS_KEY,
+    STOREY_STIFFNESSES_KEY,
+    STOREY_STRENGTHS_KEY,
+    STOREYS_KEY,
     AnyBuilding,
-    Damping,
-    DampingRule,
-    FloorMasses,
-    Height,
-    Mass,
     MovingBuilding,
-    Period,
-    Rigid,
-    StoreyCount,
-    StoreyHeights,
-    StoreyStiffnesses,
-    StoreyStrengths,
     WithFloors,
     wrong_initial,
     wrong_lengths,
@@ -56,25 +56,19 @@ class SingleMass(MovingBuilding):
     )
     implied = AnyBuilding.implied | {"stiffness"}
 
-    mass: Mass
-    period: Period = 0.0
-    stiffness: Annotated[
-        float, measured(STIFFNESS, "Its lateral stiffness, in place of period.", '"40.5 MN/m"', "from mass and period")
-    ] = inf
-    damping: Damping = 0.05
-    floor_length: Annotated[
-        float,
-        measured(
-            FLOOR_LENGTH,
-            "Length of its floor along the row.",
-            '"20 m"',
-            "none; contact model distributed_mass needs it",
-        ),
-    ] = 0.0
-    wave_speed: Annotated[
-        float, measured(WAVE_SPEED, "Speed of a wave along its floor.", '"3500 m/s"', '"3500 m/s", concrete')
-    ] = CONCRETE_WAVE_SPEED
-    height: Height = 0.0
+    mass: float = MASS_KEY.required()
+    period: float = PERIOD_KEY.defaults_to(0.0)
+    stiffness: float = measured(
+        STIFFNESS, "Its lateral stiffness, in place of period.", '"40.5 MN/m"', "from mass and period"
+    ).defaults_to(inf)
+    damping: float = DAMPING_KEY.defaults_to(0.05)
+    floor_length: float = measured(
+        FLOOR_LENGTH, "Length of its floor along the row.", '"20 m"', "none; contact model distributed_mass needs it"
+    ).defaults_to(0.0)
+    wave_speed: float = measured(
+        WAVE_SPEED, "Speed of a wave along its floor.", '"3500 m/s"', '"3500 m/s", concrete'
+    ).defaults_to(CONCRETE_WAVE_SPEED)
+    height: float = HEIGHT_KEY.defaults_to(0.0)
 
     def structure(self) -> Building:
         """The mass on its spring."""
@@ -101,9 +95,9 @@ class RigidWall(AnyBuilding):
 
     repair = "a rigid building moves with the ground and has no {key}; remove {key}, or rigid = true"
 
-    rigid: Rigid = True
-    mass: Mass = inf
-    height: Height = 0.0
+    rigid: bool = RIGID_KEY.defaults_to(True)
+    mass: float = MASS_KEY.defaults_to(inf)
+    height: float = HEIGHT_KEY.defaults_to(0.0)
 
     def structure(self) -> Building:
         """The wall as the solvers take it: a building with a period of 0."""
@@ -119,7 +113,7 @@ class OfStoreys(WithFloors):
 
     implied = WithFloors.implied | {"plan"}
 
-    plan: Annotated[tuple[PlanTable, ...], PLAN] = ()
+    plan: tuple[PlanTable, ...] = PLAN.defaults_to(())
 
     def completed(self, bare: Storeys) -> Storeys:
         """The building on its isolators, with its initial state and the plans of its floors."""
@@ -143,14 +137,14 @@ class ShearBuilding(OfStoreys):
     )
     implied = OfStoreys.implied | {"storeys", "period"}  # as given, its stiffnesses are those of the period
 
-    floor_masses: FloorMasses
-    storey_stiffnesses: StoreyStiffnesses = ()
-    storey_heights: StoreyHeights
-    damping: Damping = 0.05
-    damping_rule: DampingRule = DAMPING_RULES[0]
-    storey_strengths: StoreyStrengths = ()
-    storeys: StoreyCount = 0
-    period: Period = 0.0
+    floor_masses: tuple[float, ...] | float = FLOOR_MASSES_KEY.required()
+    storey_stiffnesses: tuple[float, ...] | float = STOREY_STIFFNESSES_KEY.defaults_to(())
+    storey_heights: tuple[float, ...] | float = STOREY_HEIGHTS_KEY.required()
+    damping: float = DAMPING_KEY.defaults_to(0.05)
+    damping_rule: str = DAMPING_RULE_KEY.defaults_to(DAMPING_RULES[0])
+    storey_strengths: tuple[float, ...] | float = STOREY_STRENGTHS_KEY.defaults_to(())
+    storeys: int = STOREYS_KEY.defaults_to(0)
+    period: float = PERIOD_KEY.defaults_to(0.0)
 
     def structure(self) -> Storeys:
         """The shear building, with one value for each storey."""
@@ -193,33 +187,27 @@ class TypologyBuilding(OfStoreys):
         "storey_stiffnesses and storey_heights in place of typology and floor_mass"
     )
 
-    height: Height
-    storeys: StoreyCount
-    typology: Annotated[
-        str,
-        one_of(
-            list(TYPOLOGIES),
-            "a typology",
-            "What storeys are generated from, with height, storeys and floor_mass: a code's approximate period, or "
-            "that of period, and a stated shape of the first mode.",
-            '"concrete_frame"',
-            "storeys are not generated",
-            f'missing; write typology = "concrete_frame", or another of {", ".join(TYPOLOGIES)}',
-        ),
-    ]
-    floor_mass: Annotated[
-        float,
-        measured(
-            LEAST_FLOOR_MASS,
-            "Mass of every floor of generated storeys.",
-            '"200 t"',
-            "storeys are not generated",
-            'missing; write floor_mass = "200 t", of every floor',
-        ),
-    ]
-    period: Period = 0.0
-    damping: Damping = 0.05
-    damping_rule: DampingRule = DAMPING_RULES[0]
+    height: float = HEIGHT_KEY.required()
+    storeys: int = STOREYS_KEY.required()
+    typology: str = one_of(
+        list(TYPOLOGIES),
+        "a typology",
+        "What storeys are generated from, with height, storeys and floor_mass: a code's approximate period, or "
+        "that of period, and a stated shape of the first mode.",
+        '"concrete_frame"',
+        "storeys are not generated",
+        f'missing; write typology = "concrete_frame", or another of {", ".join(TYPOLOGIES)}',
+    ).required()
+    floor_mass: float = measured(
+        LEAST_FLOOR_MASS,
+        "Mass of every floor of generated storeys.",
+        '"200 t"',
+        "storeys are not generated",
+        'missing; write floor_mass = "200 t", of every floor',
+    ).required()
+    period: float = PERIOD_KEY.defaults_to(0.0)
+    damping: float = DAMPING_KEY.defaults_to(0.05)
+    damping_rule: str = DAMPING_RULE_KEY.defaults_to(DAMPING_RULES[0])
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:

@@ -171,24 +171,21 @@ def _storey(value: Any, number: Number) -> int:
 class State(Table):
     """A state of damage: its name and where it is; `DamageState` has the thresholds too."""
 
-    name: Annotated[str, text("What tables and figures call the state; each has its own.", "slight", REQUIRED)]
-    building: Annotated[str, text("The only building that counts.", "frame", "any building")] = ""
-    storey: Annotated[
-        int,
-        Key(
-            "The only storey that counts, from 1 at the ground.",
-            _storey,
-            "1",
-            "any storey; of drifts and ductility those above isolators",
-            schema={"type": "integer"},
-        ),
-    ] = 0
-    interface: Annotated[
-        str, text("The only interface that counts, by its buildings.", "frame | masonry", "any interface")
-    ] = ""
-    contact_point: Annotated[
-        str, text("The only contact point that counts, by its label in the dataset.", "A 2 | B 2", "any contact point")
-    ] = ""
+    name: str = text("What tables and figures call the state; each has its own.", "slight", REQUIRED).required()
+    building: str = text("The only building that counts.", "frame", "any building").defaults_to("")
+    storey: int = Key(
+        "The only storey that counts, from 1 at the ground.",
+        _storey,
+        "1",
+        "any storey; of drifts and ductility those above isolators",
+        schema={"type": "integer"},
+    ).defaults_to(0)
+    interface: str = text(
+        "The only interface that counts, by its buildings.", "frame | masonry", "any interface"
+    ).defaults_to("")
+    contact_point: str = text(
+        "The only contact point that counts, by its label in the dataset.", "A 2 | B 2", "any contact point"
+    ).defaults_to("")
 
     @property
     def demand(self) -> Demand:

@@ -18,7 +18,7 @@ from os import PathLike
 from textwrap import wrap
 from typing import Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
 from pounding_risk._common.words import nearest
@@ -83,6 +83,16 @@ class Key:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(lambda value: self.read(plain(value), si))
+
+    def defaults_to(self, value: Any) -> Any:
+        """The field of a table that has this key, and this value where the key is left out."""
+        about = Field(value)
+        about.metadata.append(self)
+        return about
+
+    def required(self) -> Any:
+        """The field of a table that must have this key."""
+        return self.defaults_to(...)
 
     def lacks(self, name: str) -> str:
         """The sentence for the key of this name where it should be there and is not."""

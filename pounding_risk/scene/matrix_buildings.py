@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import cache
 from itertools import permutations
 from math import sqrt
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,15 +15,15 @@ from pounding_risk.models.structures.matrices import assembled, condensed, conde
 from pounding_risk.models.structures.storeys import BY_MATRIX, DAMPING_RULES, Storeys
 from pounding_risk.scene.building_keys import (
     BUILDING_PERIOD,
+    DAMPING_KEY,
+    DAMPING_RULE_KEY,
+    FLOOR_MASSES_KEY,
     IN_STRUCTURES,
     LISTS,
-    Damping,
-    DampingRule,
-    FloorMasses,
-    Period,
-    StoreyHeights,
-    StoreyStiffnesses,
-    StoreyStrengths,
+    PERIOD_KEY,
+    STOREY_HEIGHTS_KEY,
+    STOREY_STIFFNESSES_KEY,
+    STOREY_STRENGTHS_KEY,
     WithFloors,
     wrong_initial,
     wrong_lengths,
@@ -50,12 +50,12 @@ class FlooredBuilding(WithFloors):
     """A building whose floors are joined by more than storey springs; ``period`` scales all stiffnesses."""
 
     has_storeys = True
-    floor_masses: FloorMasses
-    storey_heights: StoreyHeights
-    period: Period = 0.0
-    damping: Damping = 0.05
-    storey_stiffnesses: StoreyStiffnesses = ()
-    storey_strengths: StoreyStrengths = ()
+    floor_masses: tuple[float, ...] | float = FLOOR_MASSES_KEY.required()
+    storey_heights: tuple[float, ...] | float = STOREY_HEIGHTS_KEY.required()
+    period: float = PERIOD_KEY.defaults_to(0.0)
+    damping: float = DAMPING_KEY.defaults_to(0.05)
+    storey_stiffnesses: tuple[float, ...] | float = STOREY_STIFFNESSES_KEY.defaults_to(())
+    storey_strengths: tuple[float, ...] | float = STOREY_STRENGTHS_KEY.defaults_to(())
 
     @classmethod
     @cache
@@ -105,59 +105,44 @@ class MatrixBuilding(FlooredBuilding):
 
     repair = "a building with a stiffness_matrix takes no {key}; remove {key}, or stiffness_matrix"
 
-    stiffness_matrix: Annotated[
-        Any,
-        matrix_key(
-            "K",
-            OF_STIFFNESS,
-            "Stiffness matrix of its floors along the row, from the ground up, in place of storey_stiffnesses: a file "
-            "beside the scene (a row a line, or an array of NumPy), or rows; with the unit of its numbers. With "
-            "floor_rows it may have rows of other places too, which are condensed.",
-            "kN/m",
-            "storey springs",
-        ),
-    ]
-    floor_rows: Annotated[
-        tuple[int, ...],
-        _rows_key(
-            "Rows of stiffness_matrix that are floors, counted from 1, from the ground up; the others are condensed, "
-            "which is exact where they carry neither mass nor damping.",
-            "[3, 6]",
-            "every row is a floor",
-        ),
-    ] = ()
-    damping_matrix: Annotated[
-        Any,
-        matrix_key(
-            "C",
-            OF_DASHPOTS,
-            "Damping matrix of its floors, in place of damping and damping_rule.",
-            "kN s/m",
-            "damping by damping_rule",
-        ),
-    ] = ()
-    mass_matrix: Annotated[
-        Any,
-        matrix_key(
-            "M",
-            OF_MASSES,
-            "Mass matrix of the rows of stiffness_matrix, where masses are not lumped at floors; floor_masses beside "
-            "it are those by which the ground's acceleration acts.",
-            "t",
-            "masses lumped at floors",
-        ),
-    ] = ()
-    along_rows: Annotated[
-        tuple[int, ...],
-        _rows_key(
-            "Rows of mass_matrix that are displacements along the row, floors and others: the ground's acceleration "
-            "acts on their masses.",
-            "[1, 3, 4, 6]",
-            "the floors; needed where other rows have mass and no floor_masses are given",
-        ),
-    ] = ()
-    floor_masses: FloorMasses = ()
-    damping_rule: DampingRule = DAMPING_RULES[0]
+    stiffness_matrix: Any = matrix_key(
+        "K",
+        OF_STIFFNESS,
+        "Stiffness matrix of its floors along the row, from the ground up, in place of storey_stiffnesses: a file "
+        "beside the scene (a row a line, or an array of NumPy), or rows; with the unit of its numbers. With "
+        "floor_rows it may have rows of other places too, which are condensed.",
+        "kN/m",
+        "storey springs",
+    ).required()
+    floor_rows: tuple[int, ...] = _rows_key(
+        "Rows of stiffness_matrix that are floors, counted from 1, from the ground up; the others are condensed, "
+        "which is exact where they carry neither mass nor damping.",
+        "[3, 6]",
+        "every row is a floor",
+    ).defaults_to(())
+    damping_matrix: Any = matrix_key(
+        "C",
+        OF_DASHPOTS,
+        "Damping matrix of its floors, in place of damping and damping_rule.",
+        "kN s/m",
+        "damping by damping_rule",
+    ).defaults_to(())
+    mass_matrix: Any = matrix_key(
+        "M",
+        OF_MASSES,
+        "Mass matrix of the rows of stiffness_matrix, where masses are not lumped at floors; floor_masses beside "
+        "it are those by which the ground's acceleration acts.",
+        "t",
+        "masses lumped at floors",
+    ).defaults_to(())
+    along_rows: tuple[int, ...] = _rows_key(
+        "Rows of mass_matrix that are displacements along the row, floors and others: the ground's acceleration "
+        "acts on their masses.",
+        "[1, 3, 4, 6]",
+        "the floors; needed where other rows have mass and no floor_masses are given",
+    ).defaults_to(())
+    floor_masses: tuple[float, ...] | float = FLOOR_MASSES_KEY.defaults_to(())
+    damping_rule: str = DAMPING_RULE_KEY.defaults_to(DAMPING_RULES[0])
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -222,16 +207,13 @@ class ModalBuilding(FlooredBuilding):
 
     repair = "a building with modes takes no {key}; remove {key}, or modes"
 
-    modes: Annotated[Any, MODES]
-    residual_period: Annotated[
-        float,
-        measured(
-            BUILDING_PERIOD,
-            "Period of all motion that its modes leave out: floors move in it when a neighbour strikes them.",
-            '"0.05 s"',
-            "a third of the shortest period of modes",
-        ),
-    ] = 0.0
+    modes: Any = MODES.required()
+    residual_period: float = measured(
+        BUILDING_PERIOD,
+        "Period of all motion that its modes leave out: floors move in it when a neighbour strikes them.",
+        '"0.05 s"',
+        "a third of the shortest period of modes",
+    ).defaults_to(0.0)
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:

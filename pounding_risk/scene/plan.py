@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import inf
-from typing import Annotated, Any
+from typing import Any
 
 from pounding_risk.models.structures.plan import Plan
 from pounding_risk.scene.keys import (
@@ -39,67 +39,50 @@ def _face(value: Any, number: Number) -> tuple[float, float]:
 class PlanTable(Table):
     """The plan of one floor and the storey below it, or of all, by which floors rotate as they move along the row."""
 
-    face: Annotated[
-        tuple[float, float],
-        Key(
-            "Both ends of the faces towards the neighbours: places across the row, in one coordinate of all buildings, "
-            "that grows to the left of who looks along the row.",
-            _face,
-            '["-8 m", "8 m"]',
-            REQUIRED,
-            write=lambda ends: [exact(end, ACROSS) for end in ends],
-            schema={"type": "array", "items": {"type": "string"}},
-        ),
-    ]
-    eccentricity: Annotated[
-        float,
-        measured(
-            ACROSS._replace(words="eccentricity", example="1.5 m"),
-            "Place of the centre of stiffness across the row, from the centre of mass.",
-            '"1.5 m"',
-            REQUIRED,
-        ),
-    ]
-    gyration: Annotated[
-        float, measured(GYRATION, "Radius of gyration of a floor about its centre of mass.", '"6.5 m"', REQUIRED)
-    ]
-    torsional_ratio: Annotated[
-        float,
-        measured(
-            RATIO,
-            "Frequency of rotation about the centre of stiffness over that of translation, each alone.",
-            "1.1",
-            REQUIRED,
-        ),
-    ]
-    centre: Annotated[
-        float | None,
-        measured(ACROSS, "Place of the centre of mass.", '"0 m"', "the middle of the face"),
-    ] = None
-    eccentricity_along: Annotated[
-        float | None,
-        measured(
-            ACROSS._replace(words="eccentricity", example="1 m"),
-            "Place of the centre of stiffness along the row, from the centre of mass, positive to the right: floors "
-            "then move across the row too, under both horizontals of each recording, turned by direction in [records].",
-            '"1 m"',
-            "floors move along the row and rotate",
-        ),
-    ] = None
-    across_ratio: Annotated[
-        float,
-        measured(RATIO, "Frequency of translation across the row over that along it, each alone.", "0.9", "1"),
-    ] = 1.0
-    centre_along: Annotated[
-        float,
-        measured(
-            ACROSS._replace(words="place along the row", example="2 m"),
-            "Place of the centre of mass along the row, of floors with unlike plans: from one vertical axis of the "
-            "building, positive to the right.",
-            '"2 m"',
-            "centres of mass above each other along the row",
-        ),
-    ] = 0.0
+    face: tuple[float, float] = Key(
+        "Both ends of the faces towards the neighbours: places across the row, in one coordinate of all buildings, "
+        "that grows to the left of who looks along the row.",
+        _face,
+        '["-8 m", "8 m"]',
+        REQUIRED,
+        write=lambda ends: [exact(end, ACROSS) for end in ends],
+        schema={"type": "array", "items": {"type": "string"}},
+    ).required()
+    eccentricity: float = measured(
+        ACROSS._replace(words="eccentricity", example="1.5 m"),
+        "Place of the centre of stiffness across the row, from the centre of mass.",
+        '"1.5 m"',
+        REQUIRED,
+    ).required()
+    gyration: float = measured(
+        GYRATION, "Radius of gyration of a floor about its centre of mass.", '"6.5 m"', REQUIRED
+    ).required()
+    torsional_ratio: float = measured(
+        RATIO,
+        "Frequency of rotation about the centre of stiffness over that of translation, each alone.",
+        "1.1",
+        REQUIRED,
+    ).required()
+    centre: float | None = measured(
+        ACROSS, "Place of the centre of mass.", '"0 m"', "the middle of the face"
+    ).defaults_to(None)
+    eccentricity_along: float | None = measured(
+        ACROSS._replace(words="eccentricity", example="1 m"),
+        "Place of the centre of stiffness along the row, from the centre of mass, positive to the right: floors "
+        "then move across the row too, under both horizontals of each recording, turned by direction in [records].",
+        '"1 m"',
+        "floors move along the row and rotate",
+    ).defaults_to(None)
+    across_ratio: float = measured(
+        RATIO, "Frequency of translation across the row over that along it, each alone.", "0.9", "1"
+    ).defaults_to(1.0)
+    centre_along: float = measured(
+        ACROSS._replace(words="place along the row", example="2 m"),
+        "Place of the centre of mass along the row, of floors with unlike plans: from one vertical axis of the "
+        "building, positive to the right.",
+        '"2 m"',
+        "centres of mass above each other along the row",
+    ).defaults_to(0.0)
 
     @classmethod
     def of(cls, plan: Plan) -> Any:
