@@ -14,7 +14,6 @@ from pounding_risk.models.structures.storeys import DAMPING_RULES, MOST_STOREYS,
 from pounding_risk.scene.hysteresis import HYSTERESIS, HysteresisTable
 from pounding_risk.scene.isolation import ISOLATION, Isolation
 from pounding_risk.scene.keys import (
-    REQUIRED,
     Key,
     Number,
     Section,
@@ -103,23 +102,20 @@ def _storey_count(value: Any, number: Number) -> int:
 MASS_KEY = measured(
     BUILDING_MASS,
     "Its mass.",
-    '"44.36 t"',
-    "required, unless rigid or of storeys",
-    'missing; write mass = "44.36 t", or rigid = true',
+    absent="required, unless rigid or of storeys",
+    missing='missing; write mass = "44.36 t", or rigid = true',
 )
 PERIOD_KEY = measured(
     BUILDING_PERIOD,
     "Its natural period, on rigid ground and without P-Δ; or write stiffness. Storeys are scaled to it.",
-    '"0.208 s"',
-    "required, unless stiffness, storeys or rigid",
+    absent="required, unless stiffness, storeys or rigid",
 )
-DAMPING_KEY = measured(DAMPING, "Its viscous damping, as a ratio of critical.", "0.05", "0.05")
+DAMPING_KEY = measured(DAMPING, "Its viscous damping, as a ratio of critical.", absent="0.05")
 HEIGHT_KEY = measured(
     HEIGHT,
     "Height of its roof above the ground: level of a single mass, or what storeys are generated from.",
-    '"12 m"',
-    "a single mass or wall is as tall as its neighbour",
-    'missing; write height = "12 m", of the roof above the ground',
+    absent="a single mass or wall is as tall as its neighbour",
+    missing='missing; write height = "12 m", of the roof above the ground',
 )
 STOREYS_KEY = Key(
     "How many storeys, where no list says it.",
@@ -194,7 +190,7 @@ class AnyBuilding(Table):
     # Keys that a structure does not hold: others of it say the same, and the depth is written beside it.
     implied: ClassVar[frozenset[str]] = frozenset({"rigid", "floor_depth"})
 
-    name: str = text("What tables and figures call the building; each has its own.", "frame", REQUIRED).required()
+    name: str = text("What tables and figures call the building; each has its own.", "frame").required()
     floor_depth: float | None = measured(
         FLOOR_DEPTH,
         "Depth of its floors below their levels; with it floors of neighbours that overlap in height meet floor to "
@@ -206,21 +202,18 @@ class AnyBuilding(Table):
     ground_factor: float = measured(
         GROUND_FACTOR,
         "Factor on the ground motion under it: -1 reverses it, 0 is ground that does not shake.",
-        "-1.0",
-        "1",
+        absent="1",
     ).defaults_to(1.0)
     ground_delay: float = measured(
         GROUND_DELAY,
         "How much later the ground motion reaches it than the building that is reached first, which has none. A "
         "run lasts until the last building has had the whole motion.",
-        '"0.1 s"',
-        "at once",
+        absent="at once",
     ).defaults_to(0.0)
     ground_velocity: float = measured(
         GROUND_VELOCITY,
         "Velocity of the ground under it when the record begins; initial displacement and velocity are relative to it.",
-        '"0.1 m/s"',
-        "ground that rests",
+        absent="ground that rests",
     ).defaults_to(0.0)
     ground_record: tuple[str, ...] = one_or_more(
         'names no record; write a file, such as "my/record.AT2", an id of the catalogue, a generated motion, or a '
@@ -293,8 +286,7 @@ class WithFloors(MovingBuilding):
         COLUMN_STRENGTH,
         "Force at which its columns yield where a neighbour's floor strikes them, in place of column_yield_force "
         "of the interface.",
-        '"300 kN"',
-        "column_yield_force of the interface",
+        absent="column_yield_force of the interface",
     ).defaults_to(inf)
     hysteresis: HysteresisTable | None = HYSTERESIS.defaults_to(None)
     isolation: Isolation | None = ISOLATION.defaults_to(None)

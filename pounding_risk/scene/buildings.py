@@ -59,14 +59,14 @@ class SingleMass(MovingBuilding):
     mass: float = MASS_KEY.required()
     period: float = PERIOD_KEY.defaults_to(0.0)
     stiffness: float = measured(
-        STIFFNESS, "Its lateral stiffness, in place of period.", '"40.5 MN/m"', "from mass and period"
+        STIFFNESS, "Its lateral stiffness, in place of period.", absent="from mass and period"
     ).defaults_to(inf)
     damping: float = DAMPING_KEY.defaults_to(0.05)
     floor_length: float = measured(
-        FLOOR_LENGTH, "Length of its floor along the row.", '"20 m"', "none; contact model distributed_mass needs it"
+        FLOOR_LENGTH, "Length of its floor along the row.", absent="none; contact model distributed_mass needs it"
     ).defaults_to(0.0)
     wave_speed: float = measured(
-        WAVE_SPEED, "Speed of a wave along its floor.", '"3500 m/s"', '"3500 m/s", concrete'
+        WAVE_SPEED, "Speed of a wave along its floor.", absent='"3500 m/s", concrete'
     ).defaults_to(CONCRETE_WAVE_SPEED)
     height: float = HEIGHT_KEY.defaults_to(0.0)
 

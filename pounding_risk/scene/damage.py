@@ -18,7 +18,6 @@ from pydantic import create_model
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.scene.keys import (
-    REQUIRED,
     Key,
     Number,
     Section,
@@ -171,7 +170,7 @@ def _storey(value: Any, number: Number) -> int:
 class State(Table):
     """A state of damage: its name and where it is; `DamageState` has the thresholds too."""
 
-    name: str = text("What tables and figures call the state; each has its own.", "slight", REQUIRED).required()
+    name: str = text("What tables and figures call the state; each has its own.", "slight").required()
     building: str = text("The only building that counts.", "frame", "any building").defaults_to("")
     storey: int = Key(
         "The only storey that counts, from 1 at the ground.",

@@ -9,7 +9,6 @@ from typing import Any
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.hysteresis import RULES, Hysteresis
 from pounding_risk.scene.keys import (
-    REQUIRED,
     Key,
     Number,
     Several,
@@ -39,8 +38,7 @@ RULE = one_of(
     "a rule of hysteresis",
     "What follows a turn: " + "; ".join(f"{name}: {rule.WORDS}" for name, rule in OF_STOREYS.items()) + ".",
     '"peak_oriented"',
-    REQUIRED,
-    f'missing; write rule = "peak_oriented", or another of {", ".join(OF_STOREYS)}',
+    missing=f'missing; write rule = "peak_oriented", or another of {", ".join(OF_STOREYS)}',
 )
 
 
@@ -75,40 +73,37 @@ class HysteresisTable(Table):
         "1",
     ).defaults_to(1.0)
     pinching_force: float = measured(
-        SHARE, "Of peak_oriented: shear at the pinch point over that at the target.", "0.3", "no pinching"
+        SHARE, "Of peak_oriented: shear at the pinch point over that at the target.", absent="no pinching"
     ).defaults_to(1.0)
     unloading: float = measured(
         UNLOADING,
         "Of peak_oriented: exponent with which the stiffness of unloading falls with ductility.",
-        "0.4",
-        "0, the elastic stiffness",
+        absent="0, the elastic stiffness",
     ).defaults_to(0.0)
     energy_capacity: float = measured(
         CAPACITY,
         "Of peak_oriented: energy that a storey dissipates until it has no strength left, over its yield shear "
         "times its yield drift; strength falls with each half cycle.",
-        "60",
-        "strength is kept",
+        absent="strength is kept",
     ).defaults_to(inf)
     energy_exponent: float = measured(
         EXPONENT, "Of peak_oriented: exponent c of the loss of strength.", "1.5", "1"
     ).defaults_to(1.0)
-    exponent: float = measured(SHARPNESS, "Of bouc_wen: exponent n, the sharpness of the knee.", "2", "1").defaults_to(
-        1.0
-    )
+    exponent: float = measured(
+        SHARPNESS, "Of bouc_wen: exponent n, the sharpness of the knee.", absent="1"
+    ).defaults_to(1.0)
     beta: float = measured(
-        SHARE._replace(example="0.5"), "Of bouc_wen: β, by which unloading is stiffer.", "0.5", "0.5"
+        SHARE._replace(example="0.5"), "Of bouc_wen: β, by which unloading is stiffer.", absent="0.5"
     ).defaults_to(0.5)
     delta_a: float = measured(
         LOSS, "Of bouc_wen: loss of A with the energy taken over that at yield.", "0.005", "0"
     ).defaults_to(0.0)
-    delta_nu: float = measured(LOSS, "Of bouc_wen: growth of ν, loss of strength.", "0.01", "0").defaults_to(0.0)
+    delta_nu: float = measured(LOSS, "Of bouc_wen: growth of ν, loss of strength.", absent="0").defaults_to(0.0)
     delta_eta: float = measured(LOSS, "Of bouc_wen: growth of η, loss of stiffness.", "0.02", "0").defaults_to(0.0)
     collapse_drift: float = measured(
         SHARE._replace(words="drift over height", example="0.1"),
         "Drift over storey height at which a storey has collapsed and its run ends.",
-        "0.1",
-        "0.2",
+        absent="0.2",
     ).defaults_to(0.2)
 
     @classmethod

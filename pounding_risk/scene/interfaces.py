@@ -16,7 +16,6 @@ from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures.contact_points import floor_number, floor_words
 from pounding_risk.scene.force_tables import FORCE_TABLE
 from pounding_risk.scene.keys import (
-    REQUIRED,
     Key,
     Number,
     Several,
@@ -225,9 +224,8 @@ class EqualTerms(Table):
         "a common ground of contact models",
         "What the reference impact has in common under all laws.",
         f'"{EQUAL_TERMS[0]}"',
-        REQUIRED,
     ).required()
-    speed: float = measured(SPEED, "Approach speed of the reference impact.", '"0.5 m/s"', REQUIRED).required()
+    speed: float = measured(SPEED, "Approach speed of the reference impact.").required()
     every_law: bool = flag("every_law", "true calibrates laws of the same unit too.").defaults_to(False)
 
 
@@ -244,8 +242,7 @@ class Interface(Table):
     gap: Any = measured(
         GAP,
         "Clear distance between the buildings at rest; one [[interface]] between each two neighbours of a row.",
-        '"25 mm"',
-        "the first of grid.gap",
+        absent="the first of grid.gap",
     ).defaults_to(None)
     contact_model: Any = LAW_NAME.defaults_to(None)
     # Its unit depends on the contact model; some models take none.
@@ -269,7 +266,7 @@ class Interface(Table):
         schema={"anyOf": [{"type": ["number", "string", "object"]}, {"enum": list(NAMED)}]},
     ).defaults_to(GivenRestitution(constant(1.0), NO_RESTITUTION))
     yield_force: float = measured(
-        YIELD_FORCE, "Force F_E at which the contact yields; inf never yields.", '"450 kN"', '"inf"'
+        YIELD_FORCE, "Force F_E at which the contact yields; inf never yields.", absent='"inf"'
     ).defaults_to(inf)
     column_yield_force: float = measured(
         YIELD_FORCE, "Force at which a column that is hit part-way up yields: its shear strength.", '"200 kN"', '"inf"'
@@ -283,47 +280,40 @@ class Interface(Table):
     link_stiffness: float = measured(
         LINK_STIFFNESS,
         "Stiffness of a linear link between the two, which pulls and pushes; at each place of link_at.",
-        '"20 MN/m"',
-        "no spring joins them",
+        absent="no spring joins them",
     ).defaults_to(0.0)
     link_damping: float = measured(
         LINK_DAMPING,
         "Coefficient of a viscous damper between the two, beside the spring of the link.",
-        '"2 MN s/m"',
-        "no damper joins them",
+        absent="no damper joins them",
     ).defaults_to(0.0)
     link_exponent: float | None = measured(
         LINK_EXPONENT,
         "Power of the speed that the force of the damper is: link_damping × 1 m/s × (speed / 1 m/s)^link_exponent, "
         "linear below 1 mm/s.",
-        "0.3",
-        "the damper is linear, and its peak force no output",
+        absent="the damper is linear, and its peak force no output",
     ).defaults_to(None)
     link_brace_stiffness: float | None = measured(
         LINK_BRACE,
         "Stiffness of the brace that the damper acts on, in series with it; with link_stiffness, which is beside "
         "both, the element of Zener.",
-        '"100 MN/m"',
-        "the damper joins the two by itself",
+        absent="the damper joins the two by itself",
     ).defaults_to(None)
     link_strength: float = measured(
         LINK_STRENGTH,
         "Force at which the spring of the link slips, in both directions: a friction damper on its brace, or one "
         "that yields.",
-        '"200 kN"',
-        "the spring is linear",
+        absent="the spring is linear",
     ).defaults_to(inf)
     link_slack: float | None = measured(
         LINK_SLACK,
         "Stretch past which the spring of the link pulls; then it never pushes: a hook, a cable or a restrainer.",
-        '"20 mm"',
-        "the spring pulls and pushes",
+        absent="the spring pulls and pushes",
     ).defaults_to(None)
     link_breaking_force: float = measured(
         LINK_BREAKING_FORCE,
         "Force at which the spring of the link breaks for good, pushed or pulled; with link_slack pulled alone.",
-        '"300 kN"',
-        "it never breaks",
+        absent="it never breaks",
     ).defaults_to(inf)
     link_at: tuple[tuple[float, float], ...] = _meetings(
         "Where links join the two, in the words of contact.",
@@ -340,17 +330,15 @@ class Interface(Table):
     tolerance: float | None = measured(
         LEVELS,
         "How far apart the levels of floors may be that meet floor to floor, in place of the floors' depth.",
-        '"0.1 m"',
-        "floors meet where they overlap in height, by floor_depth",
+        absent="floors meet where they overlap in height, by floor_depth",
     ).defaults_to(None)
     plastic_exponent: float = measured(
-        EXPONENT, "Exponent n of the plastic branch, for van_mier.", "0.5", "0, ideally plastic"
+        EXPONENT, "Exponent n of the plastic branch, for van_mier.", absent="0, ideally plastic"
     ).defaults_to(0.0)
     design_penetration: float = measured(
         DESIGN_PENETRATION,
         "Penetration for which bilinear is set up.",
-        '"10 mm"',
-        "the Hertz spring's at each approach speed",
+        absent="the Hertz spring's at each approach speed",
     ).defaults_to(0.0)
     table: Any = FORCE_TABLE.defaults_to(None)
     equal_terms: EqualTerms | None = Key(

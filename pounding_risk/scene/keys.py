@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache
 from inspect import Parameter, Signature
@@ -25,10 +25,10 @@ from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.toml import Fault, KeyPath
-from pounding_risk.units import EXAMPLES, Quantity, bounds, exact, parse, shown, si
+from pounding_risk.units import EXAMPLES, Quantity, bounds, exact, parse, shown, si, written_example
 
 LONGEST_AXIS = 10_000  # values of one list
-REQUIRED = "required"
+REQUIRED, NOTHING = "required", "nothing"  # what holds where a key is left out
 Number = Callable[[Any, Quantity], float]  # `parse` in files, where a number needs a unit; `si` in Python
 Read = Callable[[Any, Number], Any]
 
@@ -76,7 +76,7 @@ class Key:
     words: str
     read: Read
     example: str
-    absent: str = "nothing"
+    absent: str = NOTHING
     missing: str = ""
     write: Callable[[Any], Any] = lambda value: value
     schema: Mapping[str, Any] = field(default_factory=dict)
@@ -92,7 +92,8 @@ class Key:
 
     def required(self) -> Any:
         """The field of a table that must have this key."""
-        return self.defaults_to(...)
+        key = replace(self, absent=REQUIRED) if self.absent == NOTHING else self
+        return key.defaults_to(...)
 
     def lacks(self, name: str) -> str:
         """The sentence for the key of this name where it should be there and is not."""
@@ -330,13 +331,13 @@ def read_section(
 # ------------------------------------------------------------------------------------------------ kinds of keys
 
 
-def measured(quantity: Quantity, words: str, example: str, absent: str = "nothing", missing: str = "") -> Key:
-    """A quantity: text with a unit, or a plain number where it is dimensionless."""
+def measured(quantity: Quantity, words: str, example: str = "", absent: str = NOTHING, missing: str = "") -> Key:
+    """A quantity: text with a unit, or a plain number where it is dimensionless; its example by default."""
     kind = {"type": ["number", "string"]} if quantity.unit == "1" else {"type": "string"}
     return Key(
         words,
         lambda value, number: number(value, quantity),
-        example,
+        example or written_example(quantity),
         absent,
         missing,
         lambda value: exact(float(value), quantity),
@@ -349,7 +350,7 @@ def facts(quantity: Quantity) -> dict[str, str]:
     return {"x-unit": quantity.unit, "x-range": bounds(quantity)}
 
 
-def text(words: str, example: str, absent: str = "nothing", missing: str = "") -> Key:
+def text(words: str, example: str, absent: str = NOTHING, missing: str = "") -> Key:
     """Text that is not blank."""
 
     def read(value: Any, number: Number) -> str:
@@ -371,7 +372,9 @@ def flag(name: str, words: str, absent: str = "false") -> Key:
     return Key(words, read, "true", absent, schema={"type": "boolean"})
 
 
-def one_of(allowed: Sequence[str], what: str, words: str, example: str, absent: str, missing: str = "") -> Key:
+def one_of(
+    allowed: Sequence[str], what: str, words: str, example: str, absent: str = NOTHING, missing: str = ""
+) -> Key:
     """One of these words; ``what`` says with its article what they are."""
 
     def read(value: Any, number: Number) -> str:

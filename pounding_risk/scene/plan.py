@@ -51,17 +51,10 @@ class PlanTable(Table):
     eccentricity: float = measured(
         ACROSS._replace(words="eccentricity", example="1.5 m"),
         "Place of the centre of stiffness across the row, from the centre of mass.",
-        '"1.5 m"',
-        REQUIRED,
     ).required()
-    gyration: float = measured(
-        GYRATION, "Radius of gyration of a floor about its centre of mass.", '"6.5 m"', REQUIRED
-    ).required()
+    gyration: float = measured(GYRATION, "Radius of gyration of a floor about its centre of mass.").required()
     torsional_ratio: float = measured(
-        RATIO,
-        "Frequency of rotation about the centre of stiffness over that of translation, each alone.",
-        "1.1",
-        REQUIRED,
+        RATIO, "Frequency of rotation about the centre of stiffness over that of translation, each alone."
     ).required()
     centre: float | None = measured(
         ACROSS, "Place of the centre of mass.", '"0 m"', "the middle of the face"
@@ -70,8 +63,7 @@ class PlanTable(Table):
         ACROSS._replace(words="eccentricity", example="1 m"),
         "Place of the centre of stiffness along the row, from the centre of mass, positive to the right: floors "
         "then move across the row too, under both horizontals of each recording, turned by direction in [records].",
-        '"1 m"',
-        "floors move along the row and rotate",
+        absent="floors move along the row and rotate",
     ).defaults_to(None)
     across_ratio: float = measured(
         RATIO, "Frequency of translation across the row over that along it, each alone.", "0.9", "1"
@@ -80,8 +72,7 @@ class PlanTable(Table):
         ACROSS._replace(words="place along the row", example="2 m"),
         "Place of the centre of mass along the row, of floors with unlike plans: from one vertical axis of the "
         "building, positive to the right.",
-        '"2 m"',
-        "centres of mass above each other along the row",
+        absent="centres of mass above each other along the row",
     ).defaults_to(0.0)
 
     @classmethod

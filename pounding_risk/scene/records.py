@@ -310,14 +310,13 @@ class Records(Table):
         "the files state it",
         schema={"type": "string"},
     ).defaults_to("")
-    dt: float | None = measured(
-        STEP, "Time step of files that state none.", '"0.01 s"', "the files state it"
-    ).defaults_to(None)
+    dt: float | None = measured(STEP, "Time step of files that state none.", absent="the files state it").defaults_to(
+        None
+    )
     direction: float | None = measured(
         DIRECTION,
         "Direction of the row; both horizontals of each recording are turned to it.",
-        '"30 deg"',
-        "components as they are",
+        absent="components as they are",
     ).defaults_to(None)
     window: tuple[float, float] | None = Key(
         "The part of each record that is kept.",
@@ -327,7 +326,7 @@ class Records(Table):
         write=lambda times: [exact(time, TIME) for time in times],
         schema=_STRINGS,
     ).defaults_to(None)
-    pga: float | None = measured(PGA, "Every motion is scaled to this PGA.", '"0.5 g"', "as recorded").defaults_to(None)
+    pga: float | None = measured(PGA, "Every motion is scaled to this PGA.", absent="as recorded").defaults_to(None)
     sa: Spectral | None = Key(
         "Every motion is scaled to this spectral acceleration.",
         lambda value, number: _spectral(value, number, 'sa = {value = "0.4 g", period = "1 s"}', with_value=True),
@@ -345,7 +344,7 @@ class Records(Table):
         schema={"anyOf": [{"enum": list(MEDIANS)}, {"type": "object"}]},
     ).defaults_to(None)
     scale: float | None = measured(
-        SCALE, "A factor on every motion, after any other scaling.", "1.5", "as recorded"
+        SCALE, "A factor on every motion, after any other scaling.", absent="as recorded"
     ).defaults_to(None)
     intensity: tuple[Level, ...] = Key(
         "Levels of pga, pgv, sa, sa_avg or scale, to each of which every motion is scaled; a dimension of the dataset.",
@@ -372,7 +371,7 @@ class Records(Table):
         schema={"anyOf": [{"enum": ["auto", "none"]}, _STEPS]},
     ).defaults_to("auto")
     tail: float = measured(
-        TAIL, "Free vibration after each record, at least; rounded up to whole time steps.", '"5 s"', '"0 s"'
+        TAIL, "Free vibration after each record, at least; rounded up to whole time steps.", absent='"0 s"'
     ).defaults_to(0.0)
     aftershock: tuple[str, ...] = one_or_more(
         'names no record; write a file, an id of the catalogue such as "RSN753-000", or a list with one for each '
@@ -383,14 +382,13 @@ class Records(Table):
         '"RSN753-000"',
         "nothing follows",
     ).defaults_to(())
-    pause: float = measured(PAUSE, "Still ground between a motion and its aftershock.", '"30 s"', '"60 s"').defaults_to(
+    pause: float = measured(PAUSE, "Still ground between a motion and its aftershock.", absent='"60 s"').defaults_to(
         60.0
     )
     aftershock_ratio: float | None = measured(
         AFTERSHOCK_RATIO,
         "PGA of the aftershock over that of the motion before it.",
-        "0.8",
-        "both as recorded, times the factor of the motion before",
+        absent="both as recorded, times the factor of the motion before",
     ).defaults_to(None)
     generated: tuple[Recipe, ...] = Key(
         "Motions that are no records, a table [[records.generated]] each: a kind and its keys, on their own page.",

@@ -32,7 +32,7 @@ from pounding_risk.scene.keys import (
     text,
 )
 from pounding_risk.scene.toml import Fault, as_list
-from pounding_risk.units import EXAMPLES, GAP, PGA, RTOL, YIELD_FORCE, Quantity, shown
+from pounding_risk.units import GAP, PGA, RTOL, YIELD_FORCE, Quantity, shown, written_example
 
 _RANGE = "a list in ascending order, or {start, stop, num}; a dimension of the dataset"
 
@@ -93,7 +93,7 @@ class Grid(Table):
 class Solver(Table):
     """How exactly the runs are solved."""
 
-    rtol: float = measured(RTOL, "Relative tolerance of every run.", "1e-6", "1e-6").defaults_to(1e-6)
+    rtol: float = measured(RTOL, "Relative tolerance of every run.", absent="1e-6").defaults_to(1e-6)
 
 
 # ------------------------------------------------------------------------------------------------ effects
@@ -181,10 +181,7 @@ def _option(allowed: Quantity | tuple[str, ...], absent: str) -> dict[str, Any]:
 
 def option_example(allowed: Quantity | tuple[str, ...]) -> str:
     """What a scene may write for an option that takes a quantity, or one of these words."""
-    if not isinstance(allowed, Quantity):
-        return shown(allowed[-1])
-    example = allowed.example or EXAMPLES[allowed.unit]
-    return example if allowed.unit == "1" else shown(example)
+    return written_example(allowed) if isinstance(allowed, Quantity) else shown(allowed[-1])
 
 
 def effect_tables(effects: Any) -> Any:
