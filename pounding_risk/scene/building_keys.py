@@ -7,6 +7,7 @@ from inspect import get_annotations
 from math import inf
 from typing import Any, ClassVar
 
+from pounding_risk import units
 from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
 from pounding_risk.models.structures.sdof import Building
@@ -29,25 +30,7 @@ from pounding_risk.scene.keys import (
     text,
 )
 from pounding_risk.scene.toml import Fault
-from pounding_risk.units import (
-    COLUMN_STRENGTH,
-    DAMPING,
-    FLOOR_MASS,
-    GROUND_DELAY,
-    GROUND_FACTOR,
-    GROUND_VELOCITY,
-    HEIGHT,
-    INITIAL_DISPLACEMENT,
-    INITIAL_VELOCITY,
-    MASS,
-    PERIOD,
-    STIFFNESS,
-    STOREY_HEIGHT,
-    STOREY_STRENGTH,
-    Quantity,
-    exact,
-    shown,
-)
+from pounding_risk.units import Quantity, exact, shown
 
 INITIAL = ("initial_displacement", "initial_velocity")
 LISTS = ("floor_masses", "storey_stiffnesses", "storey_heights", "storey_strengths")
@@ -59,10 +42,10 @@ IN_STRUCTURES = dict(zip(LISTS, ("masses", "stiffnesses", "heights", "strengths"
 # A wave takes 0.29 ms through a metre of concrete, so that no building, of 4 h / c, vibrates faster than in 0.1 ms; and
 # what weighs less than a kilogram is none. The work of a run grows with both, without end.
 LEAST_PERIOD = 1e-4  # s
-BUILDING_PERIOD = PERIOD._replace(low=LEAST_PERIOD, open_low=False)
-BUILDING_MASS = MASS._replace(low=1.0, open_low=False)
+BUILDING_PERIOD = units.PERIOD._replace(low=LEAST_PERIOD, open_low=False)
+BUILDING_MASS = units.MASS._replace(low=1.0, open_low=False)
 HISTORY_EXAMPLE = '["my/frame_RSN6.csv", "my/frame_RSN753.csv"]'
-LEAST_FLOOR_MASS = FLOOR_MASS._replace(low=1.0, open_low=False)
+LEAST_FLOOR_MASS = units.FLOOR_MASS._replace(low=1.0, open_low=False)
 MISSING_STIFFNESSES = (
     'missing; write storey_stiffnesses = "40 MN/m" for all storeys, a list with one for each, or period = "0.8 s" in '
     "their place"
@@ -99,65 +82,65 @@ def _storey_count(value: Any, number: Number) -> int:
 
 
 # Keys of some kinds of building; those of all stand in `AnyBuilding`, those of one in its class.
-MASS_KEY = measured(
+MASS = measured(
     BUILDING_MASS,
     "Its mass.",
     absent="required, unless rigid or of storeys",
     missing='missing; write mass = "44.36 t", or rigid = true',
 )
-PERIOD_KEY = measured(
+PERIOD = measured(
     BUILDING_PERIOD,
     "Its natural period, on rigid ground and without P-Δ; or write stiffness. Storeys are scaled to it.",
     absent="required, unless stiffness, storeys or rigid",
 )
-DAMPING_KEY = measured(DAMPING, "Its viscous damping, as a ratio of critical.", absent="0.05")
-HEIGHT_KEY = measured(
-    HEIGHT,
+DAMPING = measured(units.DAMPING, "Its viscous damping, as a ratio of critical.", absent="0.05")
+HEIGHT = measured(
+    units.HEIGHT,
     "Height of its roof above the ground: level of a single mass, or what storeys are generated from.",
     absent="a single mass or wall is as tall as its neighbour",
     missing='missing; write height = "12 m", of the roof above the ground',
 )
-STOREYS_KEY = Key(
+STOREYS = Key(
     "How many storeys, where no list says it.",
     _storey_count,
     "4",
     "as many as the lists have values",
     schema={"type": "integer"},
 )
-DAMPING_RULE_KEY = one_of(
+DAMPING_RULE = one_of(
     DAMPING_RULES,
     "a rule of damping",
     "How storeys are damped: the same ratio in every mode, by mass and stiffness, or by stiffness alone.",
     '"rayleigh"',
     f'"{DAMPING_RULES[0]}"',
 )
-FLOOR_MASSES_KEY = _storeyed(
+FLOOR_MASSES = _storeyed(
     LEAST_FLOOR_MASS,
     "Mass of each floor, in place of mass",
     '["210 t", "210 t", "180 t"]',
     "a single mass",
     'missing; write floor_masses = "44 t" for all floors, or a list with one value for each',
 )
-STOREY_STIFFNESSES_KEY = _storeyed(
-    STIFFNESS,
+STOREY_STIFFNESSES = _storeyed(
+    units.STIFFNESS,
     "Lateral stiffness of each storey; beside period their ratios count alone. Of a building by a matrix or modes "
     "the part of it that yields, with storey_strengths",
     '"350 MN/m"',
     "a single mass; beside period those by which the first mode grows in proportion to height",
     MISSING_STIFFNESSES,
 )
-STOREY_STRENGTHS_KEY = _storeyed(
-    STOREY_STRENGTH, "Yield shear of each storey, for inelastic_storeys", '"1400 kN"', "storeys stay elastic"
+STOREY_STRENGTHS = _storeyed(
+    units.STOREY_STRENGTH, "Yield shear of each storey, for inelastic_storeys", '"1400 kN"', "storeys stay elastic"
 )
-STOREY_HEIGHTS_KEY = _storeyed(
-    STOREY_HEIGHT,
+STOREY_HEIGHTS = _storeyed(
+    units.STOREY_HEIGHT,
     "Height of each storey",
     '["4 m", "3 m", "3 m"]',
     "a single mass",
     'missing; write storey_heights = "3 m" for all storeys, or a list with one value for each',
 )
 
-RIGID_KEY = flag("rigid", "true for a wall that moves with the ground.")
+RIGID = flag("rigid", "true for a wall that moves with the ground.")
 
 
 def wrong_lengths(keys: Section, names: Iterable[str], count: int, stated: str) -> Iterator[Fault]:
@@ -198,20 +181,20 @@ class AnyBuilding(Table):
         '"0.3 m"',
         "0.25 m, a slab of 6 m span (ACI 318-19, table 7.3.1.1: span / 24); a quarter of the lowest storey at most",
     ).defaults_to(None)
-    rigid: bool = RIGID_KEY.defaults_to(False)
+    rigid: bool = RIGID.defaults_to(False)
     ground_factor: float = measured(
-        GROUND_FACTOR,
+        units.GROUND_FACTOR,
         "Factor on the ground motion under it: -1 reverses it, 0 is ground that does not shake.",
         absent="1",
     ).defaults_to(1.0)
     ground_delay: float = measured(
-        GROUND_DELAY,
+        units.GROUND_DELAY,
         "How much later the ground motion reaches it than the building that is reached first, which has none. A "
         "run lasts until the last building has had the whole motion.",
         absent="at once",
     ).defaults_to(0.0)
     ground_velocity: float = measured(
-        GROUND_VELOCITY,
+        units.GROUND_VELOCITY,
         "Velocity of the ground under it when the record begins; initial displacement and velocity are relative to it.",
         absent="ground that rests",
     ).defaults_to(0.0)
@@ -258,13 +241,16 @@ class MovingBuilding(AnyBuilding):
     """A building that moves relative to the ground."""
 
     initial_displacement: tuple[float, ...] | float = _storeyed(
-        INITIAL_DISPLACEMENT,
+        units.INITIAL_DISPLACEMENT,
         "Displacement of each floor relative to the ground when the motion begins",
         '["10 mm", "20 mm"]',
         "at rest",
     ).defaults_to(())
     initial_velocity: tuple[float, ...] | float = _storeyed(
-        INITIAL_VELOCITY, "Velocity of each floor relative to the ground when the motion begins", '"0.5 m/s"', "at rest"
+        units.INITIAL_VELOCITY,
+        "Velocity of each floor relative to the ground when the motion begins",
+        '"0.5 m/s"',
+        "at rest",
     ).defaults_to(())
     displacement_history: tuple[str, ...] = one_or_more(
         f"names no file; write a list with one for each record of the scene, such as {HISTORY_EXAMPLE}, each with "
@@ -283,7 +269,7 @@ class WithFloors(MovingBuilding):
     implied = MovingBuilding.implied | {"isolation", "hysteresis"}
 
     column_strength: float = measured(
-        COLUMN_STRENGTH,
+        units.COLUMN_STRENGTH,
         "Force at which its columns yield where a neighbour's floor strikes them, in place of column_yield_force "
         "of the interface.",
         absent="column_yield_force of the interface",

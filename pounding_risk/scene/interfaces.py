@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from math import inf
 from typing import Any, ClassVar, NamedTuple
 
+from pounding_risk import units
 from pounding_risk._common.plugins import installed
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
@@ -31,23 +32,7 @@ from pounding_risk.scene.keys import (
     several,
 )
 from pounding_risk.scene.toml import KeyPath
-from pounding_risk.units import (
-    GAP,
-    LEVELS,
-    LINK_BRACE,
-    LINK_BREAKING_FORCE,
-    LINK_DAMPING,
-    LINK_EXPONENT,
-    LINK_SLACK,
-    LINK_STIFFNESS,
-    LINK_STRENGTH,
-    RESTITUTION,
-    SPEED,
-    YIELD_FORCE,
-    exact,
-    shown,
-    unknown,
-)
+from pounding_risk.units import exact, shown, unknown
 
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
 NO_RESTITUTION = "not given"
@@ -145,7 +130,7 @@ def _rule(value: Any, number: Number) -> tuple[Restitution, str]:
             f"{shown(value)} is not a named restitution{nearest(value, NAMED)}; "
             f"write a number such as 0.65, or one of {quoted}"
         )
-    e = number(value, RESTITUTION)
+    e = number(value, units.RESTITUTION)
     return constant(e), f"{e!r}"
 
 
@@ -225,7 +210,7 @@ class EqualTerms(Table):
         "What the reference impact has in common under all laws.",
         f'"{EQUAL_TERMS[0]}"',
     ).required()
-    speed: float = measured(SPEED, "Approach speed of the reference impact.").required()
+    speed: float = measured(units.SPEED, "Approach speed of the reference impact.").required()
     every_law: bool = flag("every_law", "true calibrates laws of the same unit too.").defaults_to(False)
 
 
@@ -240,7 +225,7 @@ class Interface(Table):
         "law": "A contact law of `pounding_risk.laws`, which stands for contact_model, stiffness and its parameters."
     }
     gap: Any = measured(
-        GAP,
+        units.GAP,
         "Clear distance between the buildings at rest; one [[interface]] between each two neighbours of a row.",
         absent="the first of grid.gap",
     ).defaults_to(None)
@@ -266,10 +251,13 @@ class Interface(Table):
         schema={"anyOf": [{"type": ["number", "string", "object"]}, {"enum": list(NAMED)}]},
     ).defaults_to(GivenRestitution(constant(1.0), NO_RESTITUTION))
     yield_force: float = measured(
-        YIELD_FORCE, "Force F_E at which the contact yields; inf never yields.", absent='"inf"'
+        units.YIELD_FORCE, "Force F_E at which the contact yields; inf never yields.", absent='"inf"'
     ).defaults_to(inf)
     column_yield_force: float = measured(
-        YIELD_FORCE, "Force at which a column that is hit part-way up yields: its shear strength.", '"200 kN"', '"inf"'
+        units.YIELD_FORCE,
+        "Force at which a column that is hit part-way up yields: its shear strength.",
+        '"200 kN"',
+        '"inf"',
     ).defaults_to(inf)
     contact: tuple[tuple[float, float], ...] = _meetings(
         "Where the two meet, instead of where their levels say: storey 2 is the floor on top of it, "
@@ -278,40 +266,40 @@ class Interface(Table):
         "every floor below the lower roof meets the other's floor at its level, or its column",
     ).defaults_to(())
     link_stiffness: float = measured(
-        LINK_STIFFNESS,
+        units.LINK_STIFFNESS,
         "Stiffness of a linear link between the two, which pulls and pushes; at each place of link_at.",
         absent="no spring joins them",
     ).defaults_to(0.0)
     link_damping: float = measured(
-        LINK_DAMPING,
+        units.LINK_DAMPING,
         "Coefficient of a viscous damper between the two, beside the spring of the link.",
         absent="no damper joins them",
     ).defaults_to(0.0)
     link_exponent: float | None = measured(
-        LINK_EXPONENT,
+        units.LINK_EXPONENT,
         "Power of the speed that the force of the damper is: link_damping × 1 m/s × (speed / 1 m/s)^link_exponent, "
         "linear below 1 mm/s.",
         absent="the damper is linear, and its peak force no output",
     ).defaults_to(None)
     link_brace_stiffness: float | None = measured(
-        LINK_BRACE,
+        units.LINK_BRACE,
         "Stiffness of the brace that the damper acts on, in series with it; with link_stiffness, which is beside "
         "both, the element of Zener.",
         absent="the damper joins the two by itself",
     ).defaults_to(None)
     link_strength: float = measured(
-        LINK_STRENGTH,
+        units.LINK_STRENGTH,
         "Force at which the spring of the link slips, in both directions: a friction damper on its brace, or one "
         "that yields.",
         absent="the spring is linear",
     ).defaults_to(inf)
     link_slack: float | None = measured(
-        LINK_SLACK,
+        units.LINK_SLACK,
         "Stretch past which the spring of the link pulls; then it never pushes: a hook, a cable or a restrainer.",
         absent="the spring pulls and pushes",
     ).defaults_to(None)
     link_breaking_force: float = measured(
-        LINK_BREAKING_FORCE,
+        units.LINK_BREAKING_FORCE,
         "Force at which the spring of the link breaks for good, pushed or pulled; with link_slack pulled alone.",
         absent="it never breaks",
     ).defaults_to(inf)
@@ -321,14 +309,14 @@ class Interface(Table):
         "their highest contact point",
     ).defaults_to(())
     bumper_length: float | None = measured(
-        GAP._replace(words="length of a bumper"),
+        units.GAP._replace(words="length of a bumper"),
         "Length of the bumpers on one face, or on both together, at every contact point: it takes up part of the "
         "gap, and contact begins where the rest has closed.",
         '"40 mm"',
         "faces meet faces",
     ).defaults_to(None)
     tolerance: float | None = measured(
-        LEVELS,
+        units.LEVELS,
         "How far apart the levels of floors may be that meet floor to floor, in place of the floors' depth.",
         absent="floors meet where they overlap in height, by floor_depth",
     ).defaults_to(None)

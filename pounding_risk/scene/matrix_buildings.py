@@ -13,21 +13,8 @@ from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.matrices import assembled, condensed, condensed_masses, symmetric
 from pounding_risk.models.structures.storeys import BY_MATRIX, DAMPING_RULES, Storeys
-from pounding_risk.scene.building_keys import (
-    BUILDING_PERIOD,
-    DAMPING_KEY,
-    DAMPING_RULE_KEY,
-    FLOOR_MASSES_KEY,
-    IN_STRUCTURES,
-    LISTS,
-    PERIOD_KEY,
-    STOREY_HEIGHTS_KEY,
-    STOREY_STIFFNESSES_KEY,
-    STOREY_STRENGTHS_KEY,
-    WithFloors,
-    wrong_initial,
-    wrong_lengths,
-)
+from pounding_risk.scene import building_keys
+from pounding_risk.scene.building_keys import WithFloors, wrong_initial, wrong_lengths
 from pounding_risk.scene.keys import Key, Number, Section, Unreadable, list_of, measured
 from pounding_risk.scene.matrices import MODES, OF_DASHPOTS, OF_MASSES, OF_STIFFNESS, matrix_key
 from pounding_risk.scene.toml import Fault
@@ -50,12 +37,12 @@ class FlooredBuilding(WithFloors):
     """A building whose floors are joined by more than storey springs; ``period`` scales all stiffnesses."""
 
     has_storeys = True
-    floor_masses: tuple[float, ...] | float = FLOOR_MASSES_KEY.required()
-    storey_heights: tuple[float, ...] | float = STOREY_HEIGHTS_KEY.required()
-    period: float = PERIOD_KEY.defaults_to(0.0)
-    damping: float = DAMPING_KEY.defaults_to(0.05)
-    storey_stiffnesses: tuple[float, ...] | float = STOREY_STIFFNESSES_KEY.defaults_to(())
-    storey_strengths: tuple[float, ...] | float = STOREY_STRENGTHS_KEY.defaults_to(())
+    floor_masses: tuple[float, ...] | float = building_keys.FLOOR_MASSES.required()
+    storey_heights: tuple[float, ...] | float = building_keys.STOREY_HEIGHTS.required()
+    period: float = building_keys.PERIOD.defaults_to(0.0)
+    damping: float = building_keys.DAMPING.defaults_to(0.05)
+    storey_stiffnesses: tuple[float, ...] | float = building_keys.STOREY_STIFFNESSES.defaults_to(())
+    storey_strengths: tuple[float, ...] | float = building_keys.STOREY_STRENGTHS.defaults_to(())
 
     @classmethod
     @cache
@@ -79,7 +66,7 @@ class FlooredBuilding(WithFloors):
         """The fields of a structure that have one value for each of ``count`` floors, its name and its support."""
         fields = self.fields()
         stated = {key: fields[key] for key in ("name", "support", "displacement_history", "damping", "column_strength")}
-        return stated | {IN_STRUCTURES[key]: self.by_floor(key, count) for key in LISTS}
+        return stated | {building_keys.IN_STRUCTURES[key]: self.by_floor(key, count) for key in building_keys.LISTS}
 
     def completed(self, bare: Storeys) -> Storeys:
         """The building at the period of the table, on its isolators, with its initial state."""
@@ -141,14 +128,14 @@ class MatrixBuilding(FlooredBuilding):
         "[1, 3, 4, 6]",
         "the floors; needed where other rows have mass and no floor_masses are given",
     ).defaults_to(())
-    floor_masses: tuple[float, ...] | float = FLOOR_MASSES_KEY.defaults_to(())
-    damping_rule: str = DAMPING_RULE_KEY.defaults_to(DAMPING_RULES[0])
+    floor_masses: tuple[float, ...] | float = building_keys.FLOOR_MASSES.defaults_to(())
+    damping_rule: str = building_keys.DAMPING_RULE.defaults_to(DAMPING_RULES[0])
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """Lists that have not one value for each floor, no masses, and what says the damping twice."""
         yield from super().checks(keys)
-        matrix, names = keys.get("stiffness_matrix"), LISTS
+        matrix, names = keys.get("stiffness_matrix"), building_keys.LISTS
         if "floor_masses" not in keys and "mass_matrix" not in keys:
             yield keys.fault("floor_masses", cls.keys()["floor_masses"].lacks("floor_masses"), absent=True)
         if "along_rows" in keys and "mass_matrix" not in keys:
@@ -209,7 +196,7 @@ class ModalBuilding(FlooredBuilding):
 
     modes: Any = MODES.required()
     residual_period: float = measured(
-        BUILDING_PERIOD,
+        building_keys.BUILDING_PERIOD,
         "Period of all motion that its modes leave out: floors move in it when a neighbour strikes them.",
         '"0.05 s"',
         "a third of the shortest period of modes",
@@ -222,7 +209,7 @@ class ModalBuilding(FlooredBuilding):
         table = keys.get("modes")
         count = len(table.shapes[0]) if table else 0
         if table:
-            yield from wrong_lengths(keys, LISTS, count, f"{count} floors of modes")
+            yield from wrong_lengths(keys, building_keys.LISTS, count, f"{count} floors of modes")
             yield from wrong_initial(keys, count, f"{count} floors of modes")
             if table.dampings and "damping" in keys:
                 yield keys.fault("damping", "modes has a damping of its own for each; remove one of the two")
