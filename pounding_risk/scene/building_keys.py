@@ -28,6 +28,7 @@ from pounding_risk.scene.keys import (
     one_of,
     one_or_more,
     text,
+    whole_from,
 )
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import Quantity, exact, shown
@@ -73,14 +74,6 @@ def _storeyed(quantity: Quantity, words: str, example: str, absent: str, missing
     return Key(meaning, read, example, absent, missing, write, {"type": ["string", "array"], **facts(quantity)})
 
 
-def _storey_count(value: Any, number: Number) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST_STOREYS:
-        raise Unreadable(
-            f"{shown(value)} is not a count of storeys; write a whole number from 1 to {MOST_STOREYS}, such as 5"
-        )
-    return value
-
-
 # Keys of some kinds of building; those of all stand in `AnyBuilding`, those of one in its class.
 MASS = measured(
     BUILDING_MASS,
@@ -100,9 +93,10 @@ HEIGHT = measured(
     absent="a single mass or wall is as tall as its neighbour",
     missing='missing; write height = "12 m", of the roof above the ground',
 )
+NO_COUNT = f"is not a count of storeys; write a whole number from 1 to {MOST_STOREYS}, such as 5"
 STOREYS = Key(
     "How many storeys, where no list says it.",
-    _storey_count,
+    lambda value, number: whole_from(value, 1, MOST_STOREYS, NO_COUNT),
     "4",
     "as many as the lists have values",
     schema={"type": "integer"},

@@ -16,11 +16,11 @@ from pounding_risk.scene import building_keys
 from pounding_risk.scene.building_keys import AnyBuilding, MovingBuilding, WithFloors, wrong_initial, wrong_lengths
 from pounding_risk.scene.hysteresis import HysteresisTable
 from pounding_risk.scene.isolation import Isolation
-from pounding_risk.scene.keys import Key, Section, measured, one_of
+from pounding_risk.scene.keys import Key, Section, measured, one_of, repeated_names
 from pounding_risk.scene.matrix_buildings import MatrixBuilding, ModalBuilding
 from pounding_risk.scene.plan import PLAN, PlanTable, plans_of, tables_of
 from pounding_risk.scene.toml import Fault
-from pounding_risk.units import FLOOR_LENGTH, STIFFNESS, WAVE_SPEED, shown
+from pounding_risk.units import FLOOR_LENGTH, STIFFNESS, WAVE_SPEED
 
 
 class SingleMass(MovingBuilding):
@@ -232,14 +232,9 @@ def kind_of(keys: Mapping[str, Any]) -> type[AnyBuilding]:
 
 def building_checks(buildings: Sequence[Section], count: int) -> Iterator[Fault]:
     """All faults that more than one key of the buildings takes part in; ``count`` counts what are no tables too."""
-    first: dict[str, int] = {}
+    yield from repeated_names(buildings, "building")
     for keys in buildings:
-        index, name, kind = int(keys.path[1]), keys.get("name"), _kind(keys)
-        if name and first.setdefault(name, index) != index:
-            yield keys.fault(
-                "name",
-                f"{shown(name)} is the name of building {first[name] + 1} too; give every building a name of its own",
-            )
+        kind = _kind(keys)
         for key in KEYS:
             if key in keys and key not in kind.model_fields:
                 yield keys.fault(key, kind.repair.format(key=key))

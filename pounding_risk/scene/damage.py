@@ -19,14 +19,14 @@ from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.scene.keys import (
     Key,
-    Number,
     Section,
     Table,
-    Unreadable,
     in_text,
     measured,
     read_section,
+    repeated_names,
     text,
+    whole_from,
 )
 from pounding_risk.scene.toml import Fault, key_lines, parse_toml, read_text, sentences
 from pounding_risk.units import Quantity, article, say, shown
@@ -160,11 +160,7 @@ DEMANDS = (
 # ------------------------------------------------------------------------------------------------ keys
 
 
-def _storey(value: Any, number: Number) -> int:
-    """A storey by its number from the ground up."""
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise Unreadable(f"{shown(value)} is not the number of a storey; write a whole number from 1, the lowest")
-    return value
+NO_STOREY = "is not the number of a storey; write a whole number from 1, the lowest"
 
 
 class State(Table):
@@ -174,7 +170,7 @@ class State(Table):
     building: str = text("The only building that counts.", "frame", "any building").defaults_to("")
     storey: int = Key(
         "The only storey that counts, from 1 at the ground.",
-        _storey,
+        lambda value, number: whole_from(value, 1, inf, NO_STOREY),
         "1",
         "any storey; of drifts and ductility those above isolators",
         schema={"type": "integer"},
@@ -228,14 +224,9 @@ DamageState: Any = _create(
 
 def damage_checks(states: Sequence[Section], buildings: Sequence[str]) -> Iterator[Fault]:
     """All faults that more than one key of the states takes part in; ``buildings`` are the scene's by name."""
-    first: dict[str, int] = {}
     interfaces = [f"{left} | {right}" for left, right in pairwise(buildings)]
+    yield from repeated_names(states, "state")
     for keys in states:
-        index, name = int(keys.path[-1]), keys.get("name")
-        if name and first.setdefault(name, index) != index:
-            yield keys.fault(
-                "name", f"{shown(name)} is the name of state {first[name] + 1} too; give every state a name of its own"
-            )
         yield from _of_one_demand(keys)
         for place, known in (("building", buildings), ("interface", interfaces)):
             called = keys.get(place)

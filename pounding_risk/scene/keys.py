@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from inspect import Parameter, Signature
 from itertools import pairwise
 from math import inf
@@ -271,6 +271,16 @@ class Section:
         return Fault((*self.path, key), sentence, absent)
 
 
+def repeated_names(tables: Sequence[Section], what: str) -> Iterator[Fault]:
+    """A fault for each table of an array whose name another one before it has; ``what`` they are."""
+    first: dict[str, int] = {}
+    for keys in tables:
+        index, name = int(keys.path[1]), keys.get("name")
+        if name and first.setdefault(name, index) != index:
+            repair = f"give every {what} a name of its own"
+            yield keys.fault("name", f"{shown(name)} is the name of {what} {first[name] + 1} too; {repair}")
+
+
 @dataclass(frozen=True)
 class Draft:
     """All tables of a scene whose keys have been read, before it is known whether they make a scene together."""
@@ -361,6 +371,13 @@ def text(words: str, example: str, absent: str = NOTHING, missing: str = "") -> 
     return Key(words, read, f'"{example}"', absent, missing, schema={"type": "string"})
 
 
+def file_name(value: Any, example: str) -> str:
+    """The value, the name of a file beside the scene, such as the example."""
+    if not isinstance(value, str) or not value.strip():
+        raise Unreadable(f"{shown(value)} is not a file; write its name in quotes, such as {example}")
+    return value
+
+
 def flag(name: str, words: str, absent: str = "false") -> Key:
     """true or false, of the key of this name."""
 
@@ -390,12 +407,16 @@ def one_of(
 def whole(name: str, low: int, high: int, words: str, example: str, absent: str) -> Key:
     """A whole number, of the key of this name."""
 
-    def read(value: Any, number: Number) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise Unreadable(f"{shown(value)} is not a whole number from {low} to {high}; write {name} = {example}")
-        return value
+    refusal = f"is not a whole number from {low} to {high}; write {name} = {example}"
+    schema = {"type": "integer", "minimum": low, "maximum": high}
+    return Key(words, lambda value, number: whole_from(value, low, high, refusal), example, absent, schema=schema)
 
-    return Key(words, read, example, absent, schema={"type": "integer", "minimum": low, "maximum": high})
+
+def whole_from(value: Any, low: int, high: float, refusal: str) -> int:
+    """The value, a whole number in a range; ``refusal`` is said of any other, with what may be written."""
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise Unreadable(f"{shown(value)} {refusal}")
+    return value
 
 
 def by_address(words: str, example: str, absent: str) -> Key:
@@ -473,7 +494,9 @@ def spaced(value: dict[str, Any], quantity: Quantity, number: Number) -> tuple[f
         return limit
 
     takes = "a range has start, stop and num"
-    kinds = {"start": bound, "stop": bound, "num": _count}
+    refusal = f"is not a count of values; write a whole number from 2 to {LONGEST_AXIS}"
+    count = partial(whole_from, low=2, high=LONGEST_AXIS, refusal=refusal)
+    kinds: dict[str, Callable[[Any], Any]] = {"start": bound, "stop": bound, "num": count}
     ends = options(value, kinds, tuple(kinds), lambda key: f"missing; {takes}", takes)
     if ends["stop"] <= ends["start"]:
         sentence = (
@@ -484,12 +507,6 @@ def spaced(value: dict[str, Any], quantity: Quantity, number: Number) -> tuple[f
     # In decimal fractions: the third of 51 values from 0 to 0.1 is 0.004, and no neighbour of it.
     start, stop, steps = Fraction(repr(ends["start"])), Fraction(repr(ends["stop"])), ends["num"] - 1
     return tuple(float(start + (stop - start) * step / steps) for step in range(steps + 1))
-
-
-def _count(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 2 <= value <= LONGEST_AXIS:
-        raise Unreadable(f"{shown(value)} is not a count of values; write a whole number from 2 to {LONGEST_AXIS}")
-    return value
 
 
 def list_of(value: Any, example: str) -> list[Any]:
