@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import inf
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pydantic import create_model
 
@@ -47,7 +47,7 @@ class Demand(NamedTuple):
     key: str
     quantity: Quantity
     words: str
-    example: str
+    example: str = ""  # where it is not that of the quantity
     storeys: str = ""
     mass: str = ""
     interfaces: str = ""
@@ -110,7 +110,6 @@ DEMANDS = (
         "displacement",
         _at_most("m", "displacement", "20 mm"),
         "floor displacement, relative to the ground",
-        '"20 mm"',
         storeys="storey_displacement",
         mass="peak_displacement",
     ),
@@ -118,7 +117,6 @@ DEMANDS = (
         "ductility",
         _at_most("1", "ductility", "3"),
         "ductility, storey drift over the drift at yield",
-        "3",
         storeys="storey_ductility",
         absent=NO_YIELDING,
     ),
@@ -126,7 +124,6 @@ DEMANDS = (
         "acceleration",
         _at_most("m/s^2", "floor acceleration", "0.9 g"),
         "floor acceleration, absolute",
-        '"0.9 g"',
         storeys="storey_acceleration",
         mass="peak_floor_acceleration",
     ),
@@ -134,22 +131,14 @@ DEMANDS = (
         "storey_shear",
         _at_most("N", "storey shear", "900 kN"),
         "storey shear, in all columns of the storey together",
-        '"900 kN"',
         storeys="storey_shear",
         mass="peak_storey_shear",
     ),
-    Demand(
-        "contact_force",
-        _at_most("N", "contact force", "2 MN"),
-        "contact force",
-        '"2 MN"',
-        interfaces="peak_contact_force",
-    ),
+    Demand("contact_force", _at_most("N", "contact force", "2 MN"), "contact force", interfaces="peak_contact_force"),
     Demand(
         "column_shear",
         _at_most("N", "force on a column", "400 kN"),
         "force on a column, with which a floor strikes it: the most that it may have to carry in shear",
-        '"400 kN"',
         interfaces="peak_contact_force",
         points="column",
         absent=NO_COLUMN,
@@ -204,18 +193,17 @@ class State(Table):
         return f"{self.demand.words.partition(',')[0]}{where} ≥ {self.demand.say(self.threshold)}"
 
 
-def _threshold(demand: Demand) -> Key:
-    words = f"Reached where this is at least so much: {demand.words}."
-    return measured(demand.quantity, words, demand.example, "another demand has the threshold")
-
-
+REACHED, ELSE = "Reached where this is at least so much: {}.", "another demand has the threshold"
 _create: Any = create_model  # the types of fields that are made here are not known to a checker of types
 DamageState: Any = _create(
     "DamageState",
     __base__=State,
     __doc__="""A state of damage: its name, where it is, and the threshold of one demand.""",
     __module__=__name__,
-    **{demand.key: (Annotated[float | None, _threshold(demand)], None) for demand in DEMANDS},
+    **{
+        one.key: (float | None, measured(one.quantity, REACHED.format(one.words), one.example, ELSE).defaults_to(None))
+        for one in DEMANDS
+    },
 )
 
 

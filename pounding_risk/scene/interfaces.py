@@ -35,6 +35,7 @@ from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import exact, shown, unknown
 
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
+EQUAL_TERMS_EXAMPLE = '{same = "peak force", speed = "0.5 m/s"}'
 NO_RESTITUTION = "not given"
 LATER_RESTITUTION = ("steel",)
 OF_ONE_LAW = {"plastic_exponent": "van_mier", "design_penetration": "bilinear"}  # keys that one contact model reads
@@ -214,10 +215,6 @@ class EqualTerms(Table):
     every_law: bool = flag("every_law", "true calibrates laws of the same unit too.").defaults_to(False)
 
 
-def _equal_terms(value: Any, number: Number) -> EqualTerms:
-    return inline(EqualTerms, "equal_terms", value, number, f'{{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}}')
-
-
 class Interface(Table):
     """What stands between two neighbours: a gap, and what happens when it closes."""
 
@@ -332,8 +329,8 @@ class Interface(Table):
     equal_terms: EqualTerms | None = Key(
         "Calibrates the grid's other laws to this one: what a reference impact has in common, at which approach "
         "speed, and with every_law = true for laws of the same unit too.",
-        _equal_terms,
-        '{same = "peak force", speed = "0.5 m/s"}',
+        lambda value, number: inline(EqualTerms, "equal_terms", value, number, EQUAL_TERMS_EXAMPLE),
+        EQUAL_TERMS_EXAMPLE,
         "one stiffness for laws of one unit",
         write=lambda terms: terms.written(),
         schema={"$ref": "#/$defs/EqualTermsTable"},

@@ -78,18 +78,13 @@ class PlanTable(Table):
     @classmethod
     def of(cls, plan: Plan) -> Any:
         """The table of a plan, every value stated."""
-        values = plan._asdict()
-        absent = {"centre": 0.5 * sum(plan.face), "eccentricity_along": None, "across_ratio": 1.0, "centre_along": 0.0}
-        for key, value in absent.items():
-            if values[key] == value:
-                del values[key]
-        return cls.from_values(values)
+        usual = {key: about.default for key, about in cls.model_fields.items()} | {"centre": 0.5 * sum(plan.face)}
+        return cls.from_values({key: value for key, value in plan._asdict().items() if value != usual[key]})
 
     def plan(self) -> Plan:
         """The plan as buildings of `models.structures` have it."""
         centre = 0.5 * sum(self.face) if self.centre is None else self.centre
-        own = self.face, centre, self.eccentricity, self.gyration, self.torsional_ratio
-        return Plan(*own, self.eccentricity_along, self.across_ratio, self.centre_along)
+        return Plan(**vars(self) | {"centre": centre})
 
 
 def plans_of(tables: Sequence[PlanTable], count: int) -> tuple[Plan, ...]:
@@ -128,18 +123,13 @@ def _plan(value: Any, number: Number) -> PlanTable:
     return table
 
 
-def _write(tables: Sequence[PlanTable]) -> Any:
-    written = [table.written() for table in tables]
-    return written[0] if len(written) == 1 else written
-
-
 PLAN = Key(
     "Floors that rotate: elastic storeys whose centre of stiffness is not that of mass, under one component of ground "
     "motion, or two; one plan for all floors, or a list with one for each, from the ground up.",
     _plans,
     EXAMPLE,
     "floors move along the row alone",
-    write=_write,
+    write=lambda tables: tables[0].written() if len(tables) == 1 else [table.written() for table in tables],
     schema={"anyOf": [{"$ref": "#/$defs/PlanTable"}, {"type": "array", "items": {"$ref": "#/$defs/PlanTable"}}]},
 )
 
