@@ -68,14 +68,25 @@ BUILDINGS: dict[Any, dict[str, Any]] = {
         "storey_heights": "3 m",
         "storey_strengths": "2 MN",
     },
-    TypologyBuilding: {"name": "frame", "height": "12 m", "storeys": 4, "typology": "masonry", "floor_mass": "90 t"},
+    TypologyBuilding: {
+        "name": "frame",
+        "height": "12 m",
+        "storeys": 4,
+        "typology": "masonry",
+        "floor_mass": "90 t",
+    },
     MatrixBuilding: {
         "name": "frame",
         "floor_masses": ["210 t", "210 t", "180 t"],
         "storey_heights": "3 m",
         "stiffness_matrix": {"values": [[300, -150, 0], [-150, 240, -90], [0, -90, 90]], "unit": "MN/m"},
     },
-    ModalBuilding: {"name": "frame", "floor_masses": ["210 t"] * 3, "storey_heights": "3 m", "modes": "modes.csv"},
+    ModalBuilding: {
+        "name": "frame",
+        "floor_masses": ["210 t"] * 3,
+        "storey_heights": "3 m",
+        "modes": "modes.csv",
+    },
 }
 # What a key needs beside it, or in whose place it stands: None removes a key.
 BESIDE: dict[str, dict[str, Any]] = {
@@ -85,15 +96,7 @@ BESIDE: dict[str, dict[str, Any]] = {
     "building.storey_strengths": {"storey_stiffnesses": "40 MN/m"},
     "building.along_rows": {"mass_matrix": {"file": "M.csv", "unit": "t"}, "floor_masses": None},
     "interface.table": {"contact_model": "tabulated", "stiffness": None},
-    "records.pause": {"aftershock": "RSN753-000"},
-    "records.aftershock_ratio": {"aftershock": "RSN753-000"},
     "interface.bumper_length": {"gap": "60 mm"},
-    "interface.link_at": {"link_stiffness": "20 MN/m"},
-    "interface.link_strength": {"link_stiffness": "20 MN/m"},
-    "interface.link_slack": {"link_stiffness": "20 MN/m"},
-    "interface.link_brace_stiffness": {"link_damping": "2 MN s/m"},
-    "interface.link_breaking_force": {"link_stiffness": "20 MN/m"},
-    "interface.link_exponent": {"link_damping": "2 MN s/m"},
     "interface.design_penetration": {"contact_model": "bilinear", "restitution": 0.65},
     "effects.unloading_stiffness": {"permanent_set": {}},
     "records.place": {"names": None, "sites": "EventGrid.csv"},
@@ -102,10 +105,12 @@ BESIDE: dict[str, dict[str, Any]] = {
     "uncertain.correlations": {"building.masonry.period": SPREAD},
     "uncertain.points": {"building.frame.mass": SPREAD},
     "uncertain.numbers": {"building.frame.period": None},
-    "damage.interface": {"drift": None, "contact_force": "2 MN"},
-    "damage.contact_point": {"drift": None, "contact_force": "2 MN"},
 }
-
+SPRING, DAMPER = {"link_stiffness": "20 MN/m"}, {"link_damping": "2 MN s/m"}
+BESIDE |= {f"interface.link_{key}": SPRING for key in ("at", "strength", "slack", "breaking_force")}
+BESIDE |= {f"interface.link_{key}": DAMPER for key in ("exponent", "brace_stiffness")}
+BESIDE |= {f"records.{key}": {"aftershock": "RSN753-000"} for key in ("pause", "aftershock_ratio")}
+BESIDE |= {f"damage.{key}": {"drift": None, "contact_force": "2 MN"} for key in ("interface", "contact_point")}
 BESIDE |= {f"records.{key}": {"names": None} for key in ("files", "set", "manifest", "sites", "generated")}
 BESIDE |= {f"damage.{key}": {"drift": None} for key in KEYS["damage"] if "x-unit" in KEYS["damage"][key].schema}
 # Values in place of a key's example, which differ from the default or fit this scene.
@@ -128,7 +133,14 @@ OTHERWISE: dict[Any, set[str]] = {
     SingleMass: {"stiffness"},
     ShearBuilding: {"storeys", "period"},
     TypologyBuilding: {"typology", "floor_mass", "height", "period", "storeys"},
-    MatrixBuilding: {"floor_rows", "along_rows", "period", "stiffness_matrix", "damping_matrix", "mass_matrix"},
+    MatrixBuilding: {
+        "floor_rows",
+        "along_rows",
+        "period",
+        "stiffness_matrix",
+        "damping_matrix",
+        "mass_matrix",
+    },
     ModalBuilding: {"modes", "residual_period", "period", "damping"},
     "grid": {"axes"},
     "uncertain": {"numbers"},
