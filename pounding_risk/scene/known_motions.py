@@ -33,7 +33,7 @@ from pounding_risk.units import Quantity, QuantityError, parse_cell, say
 
 if TYPE_CHECKING:
     from pounding_risk.motions.motion import Motion
-    from pounding_risk.scene.scene import Scene
+    from pounding_risk.scene.values import SceneValues
 
 KEY = "displacement_history"  # of a building, and of the facts of a record that has histories beside it
 HEAD = "write a head such as 'time [s],floor 1 [mm],floor 2 [mm]', the floors from the ground up"
@@ -58,12 +58,12 @@ class HistoryError(PoundingError):
         super().__init__("; ".join(sentences))
 
 
-def has_known_motion(study: Scene) -> bool:
+def has_known_motion(study: SceneValues) -> bool:
     """Whether a building of the scene moves as files say."""
     return any(building.displacement_history for building in study.buildings)
 
 
-def check_computed(study: Scene, command: str) -> None:
+def check_computed(study: SceneValues, command: str) -> None:
     """Raise SceneError where a building of the scene moves as files say, in a command that runs contact."""
     for building in study.buildings:
         if building.displacement_history:
@@ -152,7 +152,7 @@ def _history_of(path: Path, digest: str, floors: int) -> History:
 # ------------------------------------------------------------------------------------------------ beside records
 
 
-def histories_beside(study: Scene, motion: Motion) -> dict[int, History]:
+def histories_beside(study: SceneValues, motion: Motion) -> dict[int, History]:
     """The history of each building of known motion under a record of the scene, by its place in the row."""
     stated = motion.record.get(KEY, {})
     histories = {}
@@ -166,7 +166,7 @@ def histories_beside(study: Scene, motion: Motion) -> dict[int, History]:
     return histories
 
 
-def with_histories(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
+def with_histories(study: SceneValues, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
     """The motions, with the files of the histories under each among its facts; as they are where there are none.
 
     Raises SceneError where a file is no history or not as long as its record, and where there are not as many files as
@@ -254,7 +254,7 @@ def known_motion_checks(draft: Draft) -> Iterator[Fault]:
             )
 
 
-def known_motion_notes(study: Scene, motions: Sequence[Motion]) -> Iterator[str]:
+def known_motion_notes(study: SceneValues, motions: Sequence[Motion]) -> Iterator[str]:
     """What to know of a dataset of a scene with known motions."""
     for place, building in enumerate(study.buildings):
         if building.displacement_history:
