@@ -25,7 +25,8 @@ from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, short
 from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.known_motions import has_known_motion, known_motion_notes
-from pounding_risk.scene.scene import Axes, Scene
+from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.values import Axes
 from pounding_risk.scene.variants import Variants
 from pounding_risk.units import FLOOR_MASS, GAP, PERIOD, PGA, STANDARD_GRAVITY, STOREY_HEIGHT, TIME, Quantity, say
 

@@ -105,7 +105,7 @@ def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[s
     """A note for each interface at which cases go deeper than the last point of its table of forces."""
     if not tabulated or "peak_closing" not in results.variables:
         return
-    from pounding_risk.scene.scene import OF_EACH_INTERFACE
+    from pounding_risk.scene.values import OF_EACH_INTERFACE
 
     for place, between in tabulated.items():
         labels = (TABULATED, OF_EACH_INTERFACE) if between["contact_model"] == TABULATED else (TABULATED,)

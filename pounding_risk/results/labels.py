@@ -26,9 +26,10 @@ from pounding_risk.results.variables import described, own_dims
 from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import said_restitution
 from pounding_risk.scene.notes import level_notes, unused_keys
-from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene, plugins_of
+from pounding_risk.scene.scene import Scene, plugins_of
 from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.scene.uncertain import DrawnMotions
+from pounding_risk.scene.values import OF_EACH_INTERFACE
 from pounding_risk.solver.counters import USUAL_SENTENCES
 
 if TYPE_CHECKING:

@@ -37,8 +37,9 @@ from pounding_risk.results.scene_axes import VARIANTS, at_one_place, axes_of
 from pounding_risk.scene.interfaces import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, known_law, unknown_law
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_scene
-from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
+from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.scene_axis import count_of
+from pounding_risk.scene.values import OF_EACH_INTERFACE
 from pounding_risk.scene.variants import Variants, check_one_scene, where_words
 from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.studies import compare_findings as findings

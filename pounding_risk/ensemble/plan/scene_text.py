@@ -22,8 +22,9 @@ from pounding_risk.scene.interfaces import known_law, said_restitution
 from pounding_risk.scene.motions import request_of
 from pounding_risk.scene.notes import Given, given_keys, level_notes
 from pounding_risk.scene.plan import ACROSS, GYRATION
-from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
+from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.tables import Effect
+from pounding_risk.scene.values import OF_EACH_INTERFACE
 from pounding_risk.units import (
     DAMPING,
     FLOOR_LENGTH,
