@@ -169,8 +169,8 @@ class VariantJob(Job):
             skeleton = skeleton.assign({name: variable})
         own = self._first.coordinates(whole=True)
         for name, (along, values) in gathered.coords.differing().items():
-            dims = (*(names[axis] for axis in along), *_dims(own[name][0]))
-            variable = Variable(dims, values, own[name][2])
+            dims, _, about = own[name]
+            variable = Variable((*(names[axis] for axis in along), *dims), values, about)
             skeleton = skeleton.assign_coords({name: variable.isel(one_place, missing_dims="ignore")})
         skeleton.attrs = self._attributes(dict(base.skeleton.attrs), gathered)
         return Template(skeleton, base.cases, self.shape, names)
@@ -236,11 +236,6 @@ def ordered_axes(study: Scene, kind: type[GridJob]) -> tuple[SceneAxis, ...]:
 def _leaves(study: Scene) -> dict[str, Any]:
     """The values of the resolved tables of a scene by their paths."""
     return {_path_text(path): leaf for path, leaf in leaves_of(study.resolved())}
-
-
-def _dims(given: Any) -> tuple[str, ...]:
-    """Dimensions as xarray takes them: a name, or several."""
-    return (given,) if isinstance(given, str) else tuple(given)
 
 
 class VariantWriter:

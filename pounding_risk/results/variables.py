@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
-from pounding_risk.motions.levels import LEVEL_AXIS
+from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE
 
@@ -117,6 +117,19 @@ PLACES = ("interface", "contact_point", "building", "storey")  # where a variabl
 def own_dims(name: str) -> tuple[str, ...]:
     """The dimensions of a variable or coordinate of this table beside the axes of the cases."""
     return tuple(dim for dim in (VARIABLES | COORDINATES)[name].dims if dim not in AXES)
+
+
+def coordinates(given: Mapping[str, tuple[Any, str]], amplitudes: str = PGA_AXIS) -> dict[str, Any]:
+    """Coordinates as xarray takes them, from values and words: dimensions and units are those declared here.
+
+    ``amplitudes`` is the axis of the amplitudes.
+    """
+    coords = {}
+    for name, (values, words) in given.items():
+        dims, unit, _ = COORDINATES[name]
+        about = {"long_name": words} if unit is None else described(unit, words)
+        coords[name] = (tuple(amplitudes if dim == PGA_AXIS else dim for dim in dims), values, about)
+    return coords
 
 
 def described(unit: str, words: str) -> dict[str, str]:
