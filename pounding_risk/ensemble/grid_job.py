@@ -155,7 +155,6 @@ class GridJob(Job):
         return self.peaks[key]
 
     def law_at(self, batch: int) -> int:
-        """Index of the contact model that a batch needs."""
         return batch // self.shape[-2] % self.shape[-3]
 
     def solve(self, batches: range, stop: Callable[[], bool] = never) -> Chunk | None:
@@ -214,7 +213,6 @@ class GridJob(Job):
 
     @cached_property
     def template(self) -> Template:
-        """The dataset without the values of its cases."""
         study, motions = self.study, self.scan_input.motions
         values = self.free_values()
         free = {name: (output, values[name]) for name, output in self.free_outputs(study).items()}

@@ -162,7 +162,6 @@ class PairWriter:
         self._check = AtLeastOne()
 
     def values(self, batches: range, chunk: Chunk) -> Chunk:
-        """Every case variable of these batches."""
         job, raw = self._job, chunk[RAW]
         pgas = self._pgas[np.arange(batches.start, batches.stop) // (job.batches // len(self._pgas))]
         variables = {
@@ -177,7 +176,6 @@ class PairWriter:
         return variables
 
     def finish(self) -> Finish:
-        """The repeated run of one case, where no case was drawn."""
         return Finish({}, self._check.patches(self._job))
 
 

@@ -110,25 +110,17 @@ UNIT_CHECKED = "check the unit"  # ends the flag of a motion whose unit another 
 
 
 def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
-    """A sentence on the site that the motions of a scene are of, and for each unusual number of both.
+    """A sentence on the site of the motions of a scene, and one for each unusual number of both.
 
-    Parameters
-    ----------
-    study : Scene
-        The scene.
-    motions : iterable of Motion
-        Its motions, before polarity and the grid's amplitudes.
-
-    Returns
-    -------
-    tuple of str
-        The site and its distance; the number, the usual range with its source, and the likely mistake.
+    It has the number, the usual range with its source, and the likely mistake. The motions are those before polarity
+    and the grid's amplitudes.
     """
     read = tuple(motions)
+    sites = dict.fromkeys(filter(None, (site_of(motion.record) for motion in read)))
     stiffnesses = () if has_known_motion(study) else _of_stiffnesses(study)  # no contact is run
     of_scene = *_of_buildings(study), *_of_gaps(study), *stiffnesses
     of_motions = *_of_motions(study, read), *_of_grounds(study, read), *known_motion_notes(study, read)
-    return (*_of_sites(read), *of_scene, *of_motions)
+    return (*(f"the motions are those of {site}" for site in sites), *of_scene, *of_motions)
 
 
 def notes_along(study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
@@ -141,17 +133,7 @@ def notes_along(study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
 def with_ranges(notes: Iterable[str], study: Scene) -> list[str]:
     """Notes of the places along a scene's axes; those that differ in numbers alone are one, from least to most.
 
-    Parameters
-    ----------
-    notes : iterable of str
-        Those of each place.
-    study : Scene
-        The scene, whose buildings may have names with digits.
-
-    Returns
-    -------
-    list of str
-        Each sentence once, with "0.03 to 0.05" in place of a number that is not the same in all of them.
+    It has "0.03 to 0.05" in place of a number that is not the same in all. Names of buildings may have digits.
     """
     alike: dict[tuple[str, ...], list[list[str]]] = {}
     for note in dict.fromkeys(notes):
@@ -163,9 +145,7 @@ def with_ranges(notes: Iterable[str], study: Scene) -> list[str]:
         alike.setdefault((whose + colon + first, *pairs[1::2]), []).append(pairs[::2])
     merged = []
     for (first, *texts), rows in alike.items():
-        columns = [
-            sorted(set(column), key=lambda text: float(text.replace(",", ""))) for column in zip(*rows, strict=True)
-        ]
+        columns = [sorted(set(column), key=_value) for column in zip(*rows, strict=True)]
         ranges = [" to ".join(dict.fromkeys((column[0], column[-1]))) for column in columns]
         merged.append(first + "".join(map(add, ranges, texts)))
     return [words.translate(SHOWN_DIGITS) for words in merged]
@@ -177,12 +157,6 @@ def _value(number: str) -> float:
 
 
 # --- the input --------------------------------------------------------------------------------------------
-
-
-def _of_sites(motions: Iterable[Motion]) -> Iterator[str]:
-    """The site of the motions, where they are those of a grid."""
-    sites = dict.fromkeys(filter(None, (site_of(motion.record) for motion in motions)))
-    yield from (f"the motions are those of {site}" for site in sites)
 
 
 def _unusual(what: str, values: Mapping[str, float]) -> Iterator[str]:
@@ -295,27 +269,12 @@ def _of_stiffnesses(study: Scene) -> Iterator[str]:
 
 
 def contact_duration(stiffness: float, unit: str, mass: float, speed: float = SPEED) -> float:
-    """Duration of the contact of two masses without damping and without yielding [s].
+    """Time from touch to parting [s] of two masses without damping and without yielding.
 
-    Parameters
-    ----------
-    stiffness : float
-        k [N/m] of F = k δ: t = π √(m/k), half of a period; or β [N/m^1.5] of F = β δ^1.5: t = 3.2181 (m v²/β)^(2/5) / v
-        (Goldsmith 1960, Impact, section 4.2, after Hertz).
-    unit : str
-        "N/m" or "N/m^1.5".
-    mass : float
-        m1 m2 / (m1 + m2) [kg].
-    speed : float
-        Approach speed [m/s].
+    Of the stiffness k [N/m] in F = k δ it is π √(m/k), half of a period; of β [N/m^1.5] in F = β δ^1.5 it is 3.2181 (m
+    v²/β)^(2/5) / v (Goldsmith 1960, Impact, section 4.2, after Hertz), v the approach speed [m/s]. ``mass`` is m1 m2 /
+    (m1 + m2) [kg]. Damping changes it by 13 % at most where e is 0.5 or more.
 
-    Returns
-    -------
-    float
-        The time from touch to parting [s]; damping changes it by 13 % at most where e is 0.5 or more.
-
-    Examples
-    --------
     >>> round(contact_duration(4.0, "N/m", 1.0), 4)
     1.5708
     """

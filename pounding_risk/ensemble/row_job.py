@@ -251,7 +251,6 @@ class RowWriter:
         self._check = AtLeastOne()
 
     def values(self, batches: range, chunk: Chunk) -> Chunk:
-        """Every case variable of these batches."""
         job = self._job
         how = np.full((len(batches), job.width), SIMULATED, dtype=np.int8)
         if job.scan_input.screening:
@@ -282,7 +281,6 @@ class RowWriter:
                 how[level] |= SIMULATED if is_new else KNOWN
 
     def finish(self) -> Finish:
-        """The count of parts, and the repeated run of one case, where no case was drawn."""
         counts = dict(self._parts)
         return Finish({"parts": as_text(counts)}, self._check.patches(self._job), counts)
 

@@ -127,7 +127,6 @@ class VariantJob(Job):
         return blake2b("".join(ends).encode(), digest_size=16).hexdigest()
 
     def law_at(self, batch: int) -> int:
-        """Index of the contact model that a batch needs."""
         return self._first.law_at(batch % self.each)
 
     def pieces(self, batches: range) -> Iterator[tuple[int, range, slice]]:
@@ -140,7 +139,6 @@ class VariantJob(Job):
             start += count
 
     def solve(self, batches: range, stop: Callable[[], bool] = never) -> Chunk | None:
-        """Results of these batches, place by place."""
         chunks: list[Chunk] = []
         for number, own, _ in self.pieces(batches):
             chunk = self.job(number).solve(own, stop)
@@ -250,7 +248,6 @@ class VariantWriter:
         self._parts: Counter[str] = Counter()
 
     def values(self, batches: range, chunk: Chunk) -> Chunk:
-        """Every case variable of these batches."""
         written: list[Chunk] = []
         for number, own, where in self._job.pieces(batches):
             if number != self._number:

@@ -146,23 +146,10 @@ def missing_named() -> Iterator[None]:
 
 
 def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), attrs: Iterable[str] = ()) -> None:
-    """Check that a dataset is what `scan` writes, as far as it is declared here.
+    """Raise PoundingError, with a sentence for each fault, unless a dataset is what `scan` writes, as declared here.
 
-    Parameters
-    ----------
-    dataset
-        In memory or on disk; values of cases are not read.
-    whose
-        How a sentence names it, such as its file.
-    names
-        Variables and coordinates that cannot be done without.
-    attrs
-        Attributes that cannot be done without.
-
-    Raises
-    ------
-    PoundingError
-        With a sentence for each fault.
+    ``whose`` names it in the sentence; variables, coordinates and attributes of these names must be there. Values of
+    cases are not read.
     """
     faults = [*_missing(dataset, names, attrs), *_form_faults(dataset), *_attribute_faults(dataset)]
     # What is looked at next relies on dimensions and kinds of values.

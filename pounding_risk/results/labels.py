@@ -213,14 +213,8 @@ def with_drawn_motions(
 ) -> xr.Dataset:
     """A dataset along samples with the facts on the motion of each in place of its axes of records and polarities.
 
-    ``record`` and ``polarity`` are then labels along ``sample``, and so is what is known of a record.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        With one place along its axes ``record`` and ``polarity``, where it has them.
-    motions : tuple of Motion
-        All from which those of ``drawn`` are drawn.
+    ``record`` and ``polarity`` are then labels along ``sample``, and so is what is known of a record. The dataset has
+    one place along these axes, where it has them; ``motions`` are all from which those of ``drawn`` are drawn.
     """
     import xarray as xr
 

@@ -368,28 +368,11 @@ def _set(tables: Any, path: Sequence[Any], value: Any) -> None:
 def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     """The dataset with every axis of its cases and places; unchanged where none is missing, or it is not of `scan`.
 
-    At one value along each axis of another number of the scene it is that of the scene which has these values.
-
-    Where some interfaces of a row were selected, the contact points are those of these alone.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A dataset of `scan`, or what ``sel`` or ``isel`` left of one.
-    source : str
-        The name of the dataset in error messages.
-
-    Returns
-    -------
-    xarray.Dataset
-        With axes of length 1 where values were selected.
-
-    Raises
-    ------
-    PoundingError
-        Where the label of an axis is lost (``drop=True``), where there are several values along an axis of another
-        number of the scene, where the buildings or interfaces that are left do not stand side by side, and for a
-        dataset of another version.
+    Axes are of length 1 where ``sel`` or ``isel`` took one value. At one value along each axis of another number of the
+    scene it is the dataset of the scene which has these values. Where some interfaces of a row were selected, the
+    contact points are those of these alone. Raises PoundingError where the label of an axis is lost (``drop=True``),
+    where there are several values along an axis of another number of the scene, where the buildings or interfaces that
+    are left do not stand side by side, and for a dataset of another version.
     """
     if not hasattr(dataset, "data_vars"):
         raise PoundingError(

@@ -51,7 +51,10 @@ def _places(study: Scene) -> list[tuple[str, str]]:
     """
     yielding, several = "inelastic_storeys" in dict(study.effects), len(study.interfaces) > 1
     sides = ["building"] * len(study.buildings) if several else ["left building", "right building"]
-    rows = [(side, _building(one, yielding)) for side, one in zip(sides, study.buildings, strict=True)]
+    rows = [
+        (side, _standing(one, yielding) + _ground(one.support))
+        for side, one in zip(sides, study.buildings, strict=True)
+    ]
     for place, name in enumerate(study.interface_names):
         here = study.at(place)
         words = [f"{name}: " * several + f"gap {say(here.gap, units.GAP)}"]
@@ -130,11 +133,6 @@ def _place(floor: float) -> str:
     return f"storey {int(floor)}" if floor == int(floor) else f"column {int(floor) + 1}"
 
 
-def _building(building: Building | Storeys, yielding: bool) -> str:
-    """A building in words; ``yielding`` where an effect lets storeys yield."""
-    return _standing(building, yielding) + _ground(building.support)
-
-
 def _ground(support: Support) -> str:
     """What a building stands on; nothing of one on the records as they are."""
     words = [f"record {', '.join(support.records)}"] if support.records else []
@@ -147,7 +145,7 @@ def _ground(support: Support) -> str:
 
 
 def _standing(building: Building | Storeys, yielding: bool) -> str:
-    """A building without what it stands on."""
+    """A building without what it stands on; ``yielding`` where an effect lets storeys yield."""
     if isinstance(building, Storeys):
         count = len(building.masses)
         yields = ""
@@ -242,14 +240,10 @@ def _laws(study: Scene) -> list[str]:
             stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.stiff_name}"
         else:
             (stiffness,) = _stiffness(study)
-        models.append(f"{name}, {stiffness}" + _table(study, name))
+        tables = dict.fromkeys(one.table.words() for one in study.interfaces if one.table is not None)
+        read = f", {'; '.join(tables)}" if TABULATED in study.models_of(name) else ""
+        models.append(f"{name}, {stiffness}{read}")
     return models
-
-
-def _table(study: Scene, name: str) -> str:
-    """What a contact model reads of a table."""
-    tables = dict.fromkeys(one.table.words() for one in study.interfaces if one.table is not None)
-    return f", {'; '.join(tables)}" if TABULATED in study.models_of(name) else ""
 
 
 def _restitution(study: Scene) -> str:
