@@ -106,16 +106,12 @@ class Dask:
     def _check_versions(self) -> None:
         """Check the workers that are there; those that join later are checked with their first chunk."""
         versions: Any = self._client.get_versions(packages=list(ALIKE))
-        ours = versions["client"]["packages"]
+
+        def installed(machine: Mapping[str, Any]) -> dict[str, str]:
+            return {name: machine["packages"][name] or "not installed" for name in ALIKE}
+
         for address, worker in versions["workers"].items():
-            theirs = worker["packages"]
-            check_alike(
-                address, {name: _version(theirs[name]) for name in ALIKE}, {n: _version(ours[n]) for n in ALIKE}
-            )
-
-
-def _version(version: str | None) -> str:
-    return version or "not installed"
+            check_alike(address, installed(worker), installed(versions["client"]))
 
 
 def check_alike(where: str, theirs: Mapping[str, str], ours: Mapping[str, str]) -> None:

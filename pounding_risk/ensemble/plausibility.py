@@ -37,63 +37,53 @@ SHARE_OF_WEIGHT = Quantity("1", 0.0, float("inf"), "strength over weight")
 
 
 class Usual(NamedTuple):
-    """A usual range in SI, its source, and the most likely mistake for a number below or above it."""
+    """A usual range in SI, its source, and the most likely mistake for a number below it, and above."""
 
     quantity: Quantity
-    low: float
-    high: float
+    range: tuple[float, float]
     source: str
-    below: str
-    above: str
+    slips: tuple[str, str]
 
 
 USUAL = {
     "mass of a floor": Usual(
         FLOOR_MASS,
-        5e3,
-        5e7,
+        (5e3, 5e7),
         "a floor of 20 m² at 250 kg/m², and a tower of 50 000 t as one mass",
-        "kg written for t?",
-        "t written for kg?",
+        ("kg written for t?", "t written for kg?"),
     ),
     # Shorter periods represent walls, such as 0.007 s of the masonry in Khatiwada et al. (2011), and are no mistake.
     "period": Usual(
         PERIOD,
-        0.0,
-        12.1,
+        (0.0, 12.1),
         "0.0724 h^0.8 for a steel frame of h = 600 m (ASCE 7-16, equation 12.8-7)",
-        "",
-        "a decimal point lost, or ms written as s?",
+        ("", "a decimal point lost, or ms written as s?"),
     ),
     "storey height": Usual(
         STOREY_HEIGHT,
-        0.5,
-        15.0,
+        (0.5, 15.0),
         "from below the slab of an isolated building to a hall",
-        "mm or cm written for m?",
-        "a decimal point lost?",
+        ("mm or cm written for m?", "a decimal point lost?"),
     ),
     "strength of a storey over the weight above": Usual(
         SHARE_OF_WEIGHT,
-        0.005,
-        10.0,
+        (0.005, 10.0),
         "half a percent of the weight is less than any code's base shear, ten times it more than walls hold",
-        "kN written for MN, or N for kN?",
-        "MN written for kN?",
+        ("kN written for MN, or N for kN?", "MN written for kN?"),
     ),
     "gap": Usual(
-        GAP, 0.0, 2.0, "two buildings of 50 m that lean by 2 % towards each other", "", "m written for mm or cm?"
+        GAP, (0.0, 2.0), "two buildings of 50 m that lean by 2 % towards each other", ("", "m written for mm or cm?")
     ),
     "PGA as recorded": Usual(
         PGA,
-        0.039 * STANDARD_GRAVITY,
-        2.0 * STANDARD_GRAVITY,
+        (0.039 * STANDARD_GRAVITY, 2.0 * STANDARD_GRAVITY),
         "0.039 g is the least of intensity V (Wald et al. 1999, table 1), and few records exceed 2 g",
-        "cm/s² read as mm/s², or a weak record?",
-        "m/s² read as g?",
+        ("cm/s² read as mm/s², or a weak record?", "m/s² read as g?"),
     ),
-    "PGA after scaling": Usual(PGA, 0.0, 2.0 * STANDARD_GRAVITY, "few records exceed 2 g", "", "levels too high?"),
-    "PGA asked for": Usual(PGA, 0.0, 2.0 * STANDARD_GRAVITY, "few records exceed 2 g", "", "m/s² or % written as g?"),
+    "PGA after scaling": Usual(PGA, (0.0, 2.0 * STANDARD_GRAVITY), "few records exceed 2 g", ("", "levels too high?")),
+    "PGA asked for": Usual(
+        PGA, (0.0, 2.0 * STANDARD_GRAVITY), "few records exceed 2 g", ("", "m/s² or % written as g?")
+    ),
 }
 # Of the periods of steel frames, 0.0724 h^0.8 with the height in m (ASCE 7-16, equation 12.8-7): a wall, and a building
 # that is much softer than any frame.
@@ -163,9 +153,10 @@ def _unusual(what: str, values: Mapping[str, float]) -> Iterator[str]:
     """A sentence for each value, given with its name, outside the range of `USUAL`."""
     usual = USUAL[what]
     for whose, value in values.items():
-        if not isfinite(value) or usual.low <= value <= usual.high:
+        low, high = usual.range
+        if not isfinite(value) or low <= value <= high:
             continue
-        limit, side, slip = (usual.low, "more", usual.below) if value < usual.low else (usual.high, "less", usual.above)
+        limit, side, slip = (low, "more", usual.slips[0]) if value < low else (high, "less", usual.slips[1])
         words = f"{say(value, usual.quantity)}, usually {say(limit, usual.quantity)} or {side}"
         yield f"{whose}: {what} {words} ({usual.source}); {slip}"
 
@@ -208,7 +199,7 @@ def _of_storeys(building: Any) -> Iterator[str]:
     yield from _unusual("storey height", _ends(dict(zip(storeys, heights, strict=True))))
     if not _is_part(building):
         yield from _unusual("strength of a storey over the weight above", _ends(dict(list(shares.items())[isolators:])))
-    if len(heights) < 2 or isolators or building.period > USUAL["period"].high:
+    if len(heights) < 2 or isolators or building.period > USUAL["period"].range[1]:
         return
     of_frame = 0.0724 * sum(heights) ** 0.8
     low, high = (share * of_frame for share in PERIODS_OF_HEIGHT)
@@ -300,11 +291,11 @@ def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
     if any(motion.record.get("factor", 1.0) != 1.0 for motion in motions):
         return
     motions = tuple(motion for motion in motions if not motion.record.get(STILL))
-    usual = USUAL["PGA as recorded"]
+    low, high = USUAL["PGA as recorded"].range
     # Not those whose unit a flag of theirs already questions.
     sure = [motion for motion in motions if not any(flag.endswith(UNIT_CHECKED) for flag in motion.flags)]
-    weak = [(motion.pga, motion.name) for motion in sure if motion.pga < usual.low]
-    strong = [(motion.pga, motion.name) for motion in sure if motion.pga > usual.high]
+    weak = [(motion.pga, motion.name) for motion in sure if motion.pga < low]
+    strong = [(motion.pga, motion.name) for motion in sure if motion.pga > high]
     for unusual, most in ((weak, min), (strong, max)):
         if unusual:
             pga, name = most(unusual, key=itemgetter(0))

@@ -124,7 +124,11 @@ class Checkpoint:
         except BaseException as error:
             lock.close()
             if isinstance(error, Held):
-                raise _held(folder, error) from None
+                who = " and ".join(f"{holder}, since {holder.since}" for holder in error.holders) or "another process"
+                raise PoundingError(
+                    f"{folder}: another run is writing this study: {who}; wait for it, or stop it, and run the same "
+                    "command again"
+                ) from None
             if isinstance(error, OSError):
                 raise _unwritable(folder, error, "") from None
             raise
@@ -337,13 +341,6 @@ def _differences(study: Mapping[str, Any] | None, identity: Mapping[str, Any], s
     if study is None or same:
         return ""
     return "".join(f"\n  - {sentence}" for sentence in difference(study["identity"], identity))
-
-
-def _held(folder: Path, held: Held) -> PoundingError:
-    who = " and ".join(f"{holder}, since {holder.since}" for holder in held.holders) or "another process"
-    return PoundingError(
-        f"{folder}: another run is writing this study: {who}; wait for it, or stop it, and run the same command again"
-    )
 
 
 def _unwritable(folder: Path, error: OSError, kept: str, again: str = "the same command") -> PoundingError:
