@@ -122,20 +122,15 @@ def _paths(study: Scene, model: RowModel, motion: Motion) -> list[Path]:
     return paths
 
 
-class KnownCases:
+class KnownCases(NamedTuple):
     """Every case of one motion, of which none is run; as `Cases`."""
 
-    def __init__(self, free: RowRun):
-        self.free = free
+    free: RowRun
 
     def in_parts(self, limits: Limits) -> tuple[RowRun, list[Answered]]:
         """The motion without contact, whose status says where contact would follow; there are no runs."""
-        return self.whole(limits), []
-
-    def whole(self, limits: Limits) -> RowRun:
-        """As `in_parts`, without the runs."""
         closes = self.free.status == COMPLETE and bool((self.free.points[:, HIGHEST] > limits.gaps).any())
-        return self.free._replace(status=UNPUSHED) if closes else self.free
+        return (self.free._replace(status=UNPUSHED) if closes else self.free), []
 
 
 class KnownJob(RowJob):
