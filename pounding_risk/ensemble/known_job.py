@@ -19,7 +19,7 @@ from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.grid_job import Array, Place
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.row_grid import model_of
-from pounding_risk.ensemble.row_job import MOTIONS, RowJob
+from pounding_risk.ensemble.row_job import MOTIONS, RowJob, grid_gaps
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.layout import Slab
 from pounding_risk.results.variables import UNPUSHED, UNPUSHED_SENTENCE
@@ -143,7 +143,7 @@ class KnownJob(RowJob):
     @classmethod
     def closing(cls, study: Scene) -> Callable[[Motion], tuple[Array, Any]]:
         respond, model = super().closing(study), model_of(study)
-        gaps = model.gaps(np.array([study.interface_gaps(gap) for gap in study.grid.gaps]))
+        gaps = grid_gaps(study, model)
 
         def respond_known(motion: Motion) -> tuple[Array, Any]:
             closed, (response, under) = respond(motion)

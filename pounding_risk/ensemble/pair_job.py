@@ -117,11 +117,7 @@ class PairJob(GridJob):
         return {RAW: raw, HOW: how}, made(raw, how)
 
     def _sweep(
-        self,
-        slab: Slab,
-        strengths: slice,
-        how_exact: tuple[float, bool],
-        out: tuple[Array, NDArray[np.int8]],
+        self, slab: Slab, strengths: slice, how_exact: tuple[float, bool], out: tuple[Array, NDArray[np.int8]]
     ) -> None:
         """Fill ``out`` (raw columns, whether each case was simulated); ``how_exact`` = (rtol, screening)."""
         rtol, screening = how_exact

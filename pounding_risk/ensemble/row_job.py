@@ -52,6 +52,11 @@ def responses_held(size: float) -> int:
     return int(min(max(RESPONSE_BYTES / size, LEAST_RESPONSES), MOTIONS))
 
 
+def grid_gaps(study: Scene, model: RowModel) -> Array:
+    """The gap at each contact point of a row, by gap of the grid [m]."""
+    return model.gaps(np.array([study.interface_gaps(gap) for gap in study.grid.gaps]))
+
+
 def respond_alone(model: RowModel, motion: Motion) -> tuple[FreeResponse, NDArray[Any]]:
     """The response of a row to a motion without contact, and the ground under its buildings."""
     under = model.under(motion.drive, motion.own_grounds)
@@ -108,7 +113,7 @@ class RowJob(GridJob):
     @classmethod
     def closing(cls, study: Scene) -> Callable[[Motion], tuple[Array, Any]]:
         model = model_of(study)
-        gaps = model.gaps(np.array([study.interface_gaps(gap) for gap in study.grid.gaps]))
+        gaps = grid_gaps(study, model)
 
         def respond(motion: Motion) -> tuple[Array, Any]:
             response, under = respond_alone(model, motion)

@@ -9,9 +9,9 @@ netCDF is used from the calling thread, by one thread of a process at a time.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ from pounding_risk.results.zarr_metadata import ZARR_MARK
 AGAIN = "free space and run the same command again, without --new: the chunks are kept"
 
 
-class Blockwise(ABC):
+class Blockwise(AbstractContextManager["Blockwise"]):
     """A store: collects batches in blocks, and refuses to be finished while batches are missing.
 
     Use it as a context manager: leaving it before it is finished abandons it.
@@ -78,9 +78,6 @@ class Blockwise(ABC):
         if self._open:
             self._open = False
             self._remove()
-
-    def __enter__(self) -> Blockwise:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.abandon()

@@ -27,14 +27,7 @@ from sentences import refusal
 
 import pounding_risk
 from pounding_risk.ensemble.checkpoint.chunks import Damaged, batches_of, chunk_name, read_chunk, write_chunk
-from pounding_risk.ensemble.checkpoint.folder import (
-    About,
-    Checkpoint,
-    folder_of,
-    read_lines,
-    read_study,
-    write_line,
-)
+from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint, folder_of, read_lines, read_study, write_line
 from pounding_risk.ensemble.checkpoint.lock import Lock
 from pounding_risk.ensemble.chunks import chosen, merged, pieces_of
 from pounding_risk.ensemble.status import STOPPED, status

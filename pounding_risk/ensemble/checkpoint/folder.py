@@ -14,7 +14,7 @@ import errno
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -78,7 +78,7 @@ def read_study(folder: Path) -> dict[str, Any] | None:
     )
 
 
-class Checkpoint:
+class Checkpoint(AbstractContextManager["Checkpoint"]):
     """A checkpoint that is open for writing, by one process or by several that share it.
 
     Use it as a context manager, or `close` it. ``path`` is the folder, ``about`` has facts on the scan.
@@ -93,13 +93,7 @@ class Checkpoint:
 
     @classmethod
     def open(
-        cls,
-        path: str | Path,
-        identity: Mapping[str, Any],
-        about: About,
-        *,
-        new: bool = False,
-        shared: bool = False,
+        cls, path: str | Path, identity: Mapping[str, Any], about: About, *, new: bool = False, shared: bool = False
     ) -> Checkpoint:
         """Begin a scan in a folder, or continue the one that is there.
 
@@ -169,9 +163,6 @@ class Checkpoint:
         (self.path / CHUNKS).mkdir(exist_ok=True)
         files.sync(self.path)
         self.log("begin", **self.about.table())
-
-    def __enter__(self) -> Checkpoint:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
