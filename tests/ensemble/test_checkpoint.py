@@ -200,10 +200,10 @@ def test_every_damage_is_seen(tmp_path):
         assert read == batches and np.array_equal(chunk["raw"], numbers["raw"])  # a time, say, that nobody reads
     assert found > 0.7 * len(sound)  # measured 0.86 of the bytes; the others are the archive's dates and rights
     file.write_bytes(sound)
-    with pytest.raises(Damaged, match="another study"):
-        read_chunk(file, "other")
-    with pytest.raises(Damaged, match="its name states other batches"):
-        read_chunk(file.rename(tmp_path / chunk_name(range(4, 6))), "study")
+    assert "another study" in refusal(read_chunk, file, "other", kind=Damaged)
+    assert "its name states other batches" in refusal(
+        read_chunk, file.rename(tmp_path / chunk_name(range(4, 6))), "study", kind=Damaged
+    )
 
 
 def test_damaged_parts_are_removed_and_told_and_only_where_nobody_else_writes(path):
@@ -394,8 +394,7 @@ def test_shards_share_a_folder_and_nobody_takes_it_from_them(path, others):
         assert folder.done() == [range(0, 10), range(50, 60)]
         with pytest.raises(PoundingError, match=r"another run is writing this study: .* and "):
             opened(path)
-    with pytest.raises(PoundingError, match="other runs are writing this study here"):
-        opened(path, shared=True, new=True)
+    assert "other runs are writing this study here" in refusal(opened, path, shared=True, new=True)
     with pytest.raises(PoundingError, match=r'writing another study here(.|\n)*was "20 mm", is "25 mm"'):
         opened(path, OTHER, shared=True)
     others[0].kill()
@@ -483,8 +482,9 @@ def test_the_state_of_a_study_on_a_disk_that_is_only_read(small_disk):
 
 def test_after_new_the_same_command_would_discard_what_is_kept(small_disk):
     with opened(small_disk / "results.study", new=True) as folder:
-        with pytest.raises(PoundingError, match="run the same command without --new again"):
-            folder.keep(range(0, 100), {"raw": np.ones((100, 3, 1000))}, 0.1)
+        assert "run the same command without --new again" in refusal(
+            folder.keep, range(0, 100), {"raw": np.ones((100, 3, 1000))}, 0.1
+        )
         # As many as there are files, whether or not anybody has looked into them yet.
         assert folder.kept() == "0 of 300 cases"
 

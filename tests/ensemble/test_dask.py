@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chunked_work import Interrupted, Kept, Numbers, ScanInput, full_disk, pending_of, scanned
+from sentences import refusal
 
 from pounding_risk.ensemble import dask as dask_executor
 from pounding_risk.ensemble.dask import Dask
@@ -146,8 +147,7 @@ def test_what_a_user_can_repair_comes_back_as_it_is(client):
 @complete
 def test_a_disk_that_is_full_drops_the_rest(client):
     job = Numbers(ScanInput(batches=60))
-    with pytest.raises(PoundingError, match="no space"):
-        Dask(client, counted).run(job, pending_of(job, length=5), full_disk)
+    assert "no space" in refusal(Dask(client, counted).run, job, pending_of(job, length=5), full_disk)
     assert forgotten(client)
 
 
@@ -264,18 +264,15 @@ def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):
     monkeypatch.setattr(dask_executor, "CONNECT", 0.3)
     with pytest.raises(PoundingError, match=r'no Dask scheduler answers at "tcp://127.0.0.1:9" .*`dask scheduler`'):
         Dask("tcp://127.0.0.1:9")  # the port of a service that nobody runs
-    with pytest.raises(PoundingError, match='answers at "nowhere"'):
-        Dask("nowhere")
+    assert 'answers at "nowhere"' in refusal(Dask, "nowhere")
 
 
 def test_a_missing_extra_is_told(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(PoundingError, match=r"pip install 'pounding-risk\[cluster\]'"):
-        Dask("tcp://127.0.0.1:8786")
+    assert "pip install 'pounding-risk[cluster]'" in refusal(Dask, "tcp://127.0.0.1:8786")
 
 
 def test_an_address_that_is_none_is_told_before_a_client_is_made(monkeypatch):
     """A client of no address cannot be closed: it printed a traceback, after 20 s."""
     monkeypatch.setattr(distributed, "Client", None)
-    with pytest.raises(PoundingError, match=r'no Dask scheduler answers at "head" \(missing port number'):
-        Dask("head")
+    assert 'no Dask scheduler answers at "head" (missing port number' in refusal(Dask, "head")
