@@ -307,15 +307,11 @@ def _of_levels(grid: Axes, motions: tuple[Motion, ...]) -> Iterator[str]:
     """A note on the strongest PGA of motions that are scaled to levels of another measure."""
     values = grid.measure.of(motions)
     largest = max(level for level in grid.levels if level is not None)
-    at = Level(grid.measure, largest).words
-    peaks = {
-        f"{motion.name} at {at}": motion.pga * largest / value
-        for motion, value in zip(motions, values, strict=True)
-        if value > 0.0
-    }
+    moving = [(motion, value) for motion, value in zip(motions, values, strict=True) if value > 0.0]
+    peaks = {motion.name: motion.pga * largest / value for motion, value in moving}
     if peaks:
         name = max(peaks, key=peaks.__getitem__)
-        yield from _unusual("PGA after scaling", {name: peaks[name]})
+        yield from _unusual("PGA after scaling", {f"{name} at {Level(grid.measure, largest).words}": peaks[name]})
 
 
 def _of_grounds(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:

@@ -76,10 +76,8 @@ def tables_of(text: str) -> dict[str, Any]:
 
 def has_own_grounds(scene: Mapping[str, Any]) -> bool:
     """True where the tables of a scene, every value stated, put its buildings on unlike grounds."""
-    grounds = [
-        {key: value for key, value in building.items() if key.startswith("ground_")}
-        for building in scene.get("building", [])
-    ]
+    buildings = [building.items() for building in scene.get("building", [])]
+    grounds = [{key: value for key, value in keys if key.startswith("ground_")} for keys in buildings]
     return "wave_passage" in scene.get("effects", {}) or any(ground != grounds[0] for ground in grounds)
 
 

@@ -179,12 +179,8 @@ def check_dataset(results: xr.Dataset, whose: str = "") -> None:
         raise PoundingError(
             f"{whose}: has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
         )
-    check_scan(
-        results,
-        whose,
-        names=(*AXES_OF_CASES, "building", "building_period", "building_damping"),
-        attrs=("records", "title"),
-    )
+    names = (*AXES_OF_CASES, "building", "building_period", "building_damping")
+    check_scan(results, whose, names=names, attrs=("records", "title"))
     damping = results["building_damping"]
     if bool((np.isfinite(results["building_period"]) & ~((damping >= 0.0) & (damping <= 1.0))).any()):
         raise PoundingError(f"{whose}: a building that has a period has no damping from 0 to 1; {REPAIR}")

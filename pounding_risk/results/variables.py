@@ -73,15 +73,12 @@ VARIABLES: dict[str, Declared] = {
     **_declared(("record", "period"), {"m/s2": "record_spectral_acceleration"}),
     **_declared(AXES, {"": "status simulated sensitive"}, WHOLE),
 }
-COORDINATES: dict[str, Declared] = {
-    axis: Declared((axis,), None, TEXT)
-    for axis in ("record", "polarity", "contact_model", "building", "interface", "contact_point")
-}
-COORDINATES |= {
-    axis: Declared((axis,), unit)
-    for axis, unit in {"pga": "m/s2", "gap": "m", "yield_force": "N", "period": "s"}.items()
-}
-COORDINATES |= {
+NAMED = ("record", "polarity", "contact_model", "building", "interface", "contact_point")
+COORDINATES: dict[str, Declared] = {axis: Declared((axis,), None, TEXT) for axis in NAMED} | {
+    "pga": Declared(("pga",), "m/s2"),
+    "gap": Declared(("gap",), "m"),
+    "yield_force": Declared(("yield_force",), "N"),
+    "period": Declared(("period",), "s"),
     LEVEL_AXIS: Declared((LEVEL_AXIS,)),  # in the unit of the measure
     "storey": Declared(("storey",), "1", WHOLE),
     **_declared(("record",), {"": "record_event record_sha256"}, TEXT),

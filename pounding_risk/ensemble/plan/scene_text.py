@@ -51,10 +51,8 @@ def _places(study: Scene) -> list[tuple[str, str]]:
     """
     yielding, several = "inelastic_storeys" in dict(study.effects), len(study.interfaces) > 1
     sides = ["building"] * len(study.buildings) if several else ["left building", "right building"]
-    rows = [
-        (side, _standing(one, yielding) + _ground(one.support))
-        for side, one in zip(sides, study.buildings, strict=True)
-    ]
+    words = [_standing(building, yielding) + _ground(building.support) for building in study.buildings]
+    rows = list(zip(sides, words, strict=True))
     for place, name in enumerate(study.interface_names):
         here = study.at(place)
         words = [f"{name}: " * several + f"gap {say(here.gap, units.GAP)}"]
@@ -212,11 +210,11 @@ def _floors_of(plans: Sequence[Plan], plan: Plan) -> str:
 
 def _beginning(displacement: tuple[float, ...], velocity: tuple[float, ...]) -> str:
     """How a building begins, each quantity by its largest value; nothing of one at rest."""
-    values = (
-        (displacement, units.INITIAL_DISPLACEMENT, "displaced by"),
-        (velocity, units.INITIAL_VELOCITY, "moving at"),
-    )
-    words = [f"{word} {say(max(own, key=abs), quantity)}" for own, quantity, word in values if any(own)]
+    words = []
+    if any(displacement):
+        words.append(f"displaced by {say(max(displacement, key=abs), units.INITIAL_DISPLACEMENT)}")
+    if any(velocity):
+        words.append(f"moving at {say(max(velocity, key=abs), units.INITIAL_VELOCITY)}")
     return f", begins {' and '.join(words)}{' at most' * (len(displacement) > 1)}" if words else ""
 
 
@@ -261,10 +259,8 @@ def _effect(effect: Effect, given: Given) -> str:
     values = {key: option_words(kind.options[key], value) for key, value in effect.options}
     values |= {key: words for key, words in kind.absent.items() if key not in values}
     values = {key: words for key, words in values.items() if not words.startswith("none")}
-    options = ", ".join(
-        f"{key} {value}{'' if ('effects', effect.name, key) in given else ' (default)'}"
-        for key, value in values.items()
-    )
+    stated = {key for key in values if ("effects", effect.name, key) in given}
+    options = ", ".join(f"{key} {value}{' (default)' * (key not in stated)}" for key, value in values.items())
     return f"{effect.name}: {options}" if options else effect.name
 
 
