@@ -49,9 +49,7 @@ def mechanics_of(study: Scene, model: RowModel, name: str, levels: Array) -> Mec
             laws[place] = halved(laws[place], study)
     rules = [interface.restitution.rule for interface in study.interfaces]
     return Mechanics(
-        tuple(laws[place] for place in model.interfaces),
-        tuple(rules[place] for place in model.interfaces),
-        levels,
+        tuple(laws[place] for place in model.interfaces), tuple(rules[place] for place in model.interfaces), levels
     )
 
 

@@ -114,9 +114,8 @@ def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[s
             continue
         end, count, deepest = parse(between["table"]["penetration"][-1], GAP), 0, 0.0
         closing = results["peak_closing"].isel(interface=place, contact_model=chosen)
-        gaps = (
-            results["interface_gap"].isel(interface=place) if "interface_gap" in results.variables else results["gap"]
-        )
+        own = "interface_gap" in results.variables
+        gaps = results["interface_gap"].isel(interface=place) if own else results["gap"]
         for at, gap in enumerate(gaps.values):
             depth = closing.isel(gap=at).values - gap
             count += int((depth > end).sum())

@@ -115,10 +115,8 @@ def _along(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
             for place in range(dataset.sizes[axis.name])
         ]
         ends = " to ".join(dict.fromkeys(f"{100.0 * end:.3g} %" for end in (min(shares), max(shares))))
-        yield (
-            axis.name,
-            f"{values}; " + ("no output depends on it" if axis.name in idle else f"contact in {ends} of cases"),
-        )
+        effect = "no output depends on it" if axis.name in idle else f"contact in {ends} of cases"
+        yield axis.name, f"{values}; {effect}"
 
 
 def counted(dataset: xr.Dataset) -> dict[str, int]:

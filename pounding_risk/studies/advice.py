@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.short_repr import ShortRepr
-from pounding_risk.ensemble.scan import Scan
+from pounding_risk.ensemble.scan import RunOptions, Scan
 from pounding_risk.ensemble.threads import Threads
 from pounding_risk.models.contact.impulsive import is_instant, needs_floors
 from pounding_risk.models.contact.law import is_path_dependent
@@ -270,9 +270,7 @@ def _few(ensemble: MotionEnsemble) -> MotionEnsemble:
 
 def _scanned(study: Scene, ensemble: MotionEnsemble) -> xr.Dataset:
     """The scan of a scene under these motions."""
-    threads = Threads(cpu_count() or 1)
-    scan = Scan(study, screening=True, check_fraction=0.0, executor=threads, progress=None, ensemble=ensemble)
-    return scan.in_memory()
+    return Scan(study, RunOptions(Threads(cpu_count() or 1)), ensemble).in_memory()
 
 
 class Run(NamedTuple):
