@@ -18,7 +18,6 @@ from pounding_risk.questions import adequacy, rates
 from pounding_risk.questions._declaration import text_file
 from pounding_risk.questions.along import sheet as along_sheet
 from pounding_risk.questions.notes import of_records
-from pounding_risk.questions.rules import rules
 from pounding_risk.questions.setback import ASSUMED, setbacks
 from pounding_risk.questions.setback import sheet as setback_sheet
 from pounding_risk.render.sheet import KEPT, MISSING, Block, count, head, heading, listing, number, paragraph, table
@@ -139,7 +138,7 @@ def gaps(assessment: Assessment) -> list[Block]:
             *rates.annual_rates(assessment, one),
             *rates.scenario(assessment, one),
             *rates.gaps_for_rates(assessment, one),
-            *rules(assessment.percentile, one),
+            *adequacy.rules(assessment.percentile, one),
         ]
     excluded = (f"excluded: {sentence}" for sentence in assessment.left_out)
     notes = [*assessment.unused_keys, *excluded, *of_records(assessment.flags)]

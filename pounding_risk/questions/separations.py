@@ -24,7 +24,7 @@ from pounding_risk.assessment.separations.rules import (
 from pounding_risk.assessment.separations.table import CodeTable, SeparationRow
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import Option
-from pounding_risk.questions.rules import Row, compared, length
+from pounding_risk.questions.adequacy import Row, compared, length
 from pounding_risk.render.sheet import MISSING, Block, Cell, count, facts, head, heading, number, paragraph, table
 from pounding_risk.results.attributes import name_of
 from pounding_risk.results.check import check_scan
