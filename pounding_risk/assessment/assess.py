@@ -40,7 +40,7 @@ from pounding_risk.assessment.sensitivity import (
 from pounding_risk.assessment.separations.table import Comparison, separations_of
 from pounding_risk.assessment.verdict import Verdict, judge
 from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.attributes import isolated_buildings, read_attribute
+from pounding_risk.results.attributes import isolated_buildings
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import open_scan
@@ -298,8 +298,8 @@ def assess(
         interfaces=interfaces,
         notes=(*of_results(opened), *curve_doubts(curve, [rate for each in interfaces for rate in each.rates])),
         unused_keys=opened.unused_keys,
-        flags=dict(read_attribute(opened.dataset, "flags", {})),
-        left_out=tuple(read_attribute(opened.dataset, "left_out", [])),
+        flags=opened.flags,
+        left_out=opened.left_out,
         hazard_reading=shaking.reading,
         target_rate=rate.rate if rate else None,
         target_rate_words=rate.words if rate else "",

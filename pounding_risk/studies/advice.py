@@ -317,12 +317,8 @@ def _one_case(study: Scene, gap: float | str | None) -> Scene:
         index, between = study.interface_names.index(study.gridded_interface), list(study.interfaces)
         between[index] = between[index].updated(gap=clear)
         study = study.updated(interfaces=tuple(between))
-    grid = study.grid._replace(
-        gaps=(clear,),
-        yield_forces=(first.yield_force,),
-        contact_models=(study.contact_model,),
-        amplitudes=(own_amplitude(study),),
-    )
+    grid = study.grid._replace(gaps=(clear,), amplitudes=(own_amplitude(study),))
+    grid = grid._replace(yield_forces=(first.yield_force,), contact_models=(study.contact_model,))
     return study.updated(grid=grid)
 
 

@@ -401,28 +401,32 @@ def _impacts(study: Scene, dataset: xr.Dataset, known: Known) -> dict[str, Any]:
         calibrated.append([stiffnesses.get(name, nan) for name in names])
         masses.append(here.striking_mass)
         impacts.append(_known_impacts(here, stiffnesses, known))
-    units, elastic, capped = [], [], []
+    units, dissipates, capped = [], [], []
     for label, of_law in zip(names, zip(*impacts, strict=True), strict=True):
         each = [one.contact_model for one in study.interfaces] if label == OF_EACH_INTERFACE else [label]
         laws = [known_law(name) for name in each]
         of_each = [stiffness_quantity(law).unit if "stiffness" in law._fields else "" for law in laws]
         units.append(of_each[0] if len(set(of_each)) == 1 else findings.APART.join(of_each))
-        elastic.append(all(blow.restitution > 1.0 - ELASTIC for blow in of_law))
+        dissipates.append(not all(blow.restitution > 1.0 - ELASTIC for blow in of_law))
         answers = {int(law.capped) for law in laws}
         capped.append(answers.pop() if len(answers) == 1 else findings.AT_SOME)
-    of_laws: dict[str, tuple[Any, str]] = {
-        "stiffness_unit": (units, "unit of stiffness, several by interface"),
-        "dissipates": (
-            np.array([not one for one in elastic], dtype=np.int8),
+    elastic = "0 where the law is elastic, and without yielding returns all energy"
+    acts = "1 where the yield force acts in the law, -1 where at some interfaces only"
+    of_laws: tuple[tuple[str, Any, str], ...] = (
+        ("stiffness_unit", units, "unit of stiffness, several by interface"),
+        (
+            "dissipates",
+            np.array(dissipates, np.int8),
             "0 where the law is elastic, and without yielding returns all energy",
         ),
-        "capped": (
-            np.array(capped, dtype=np.int8),
+        (
+            "capped",
+            np.array(capped, np.int8),
             "1 where the yield force acts in the law, -1 where at some interfaces only",
         ),
-    }
+    )
     variables: dict[str, Any] = {
-        name: ("contact_model", values, {"long_name": words}) for name, (values, words) in of_laws.items()
+        name: ("contact_model", values, {"long_name": words}) for name, values, words in of_laws
     }
     axes = ("interface",) if "interface" in dataset.dims else ()
 
