@@ -414,16 +414,8 @@ def _impacts(study: Scene, dataset: xr.Dataset, known: Known) -> dict[str, Any]:
     acts = "1 where the yield force acts in the law, -1 where at some interfaces only"
     of_laws: tuple[tuple[str, Any, str], ...] = (
         ("stiffness_unit", units, "unit of stiffness, several by interface"),
-        (
-            "dissipates",
-            np.array(dissipates, np.int8),
-            "0 where the law is elastic, and without yielding returns all energy",
-        ),
-        (
-            "capped",
-            np.array(capped, np.int8),
-            "1 where the yield force acts in the law, -1 where at some interfaces only",
-        ),
+        ("dissipates", np.array(dissipates, np.int8), elastic),
+        ("capped", np.array(capped, np.int8), acts),
     )
     variables: dict[str, Any] = {
         name: ("contact_model", values, {"long_name": words}) for name, values, words in of_laws
