@@ -65,8 +65,10 @@ def assessed(subject: Samples, request: Request) -> xr.Dataset:
     gaps = np.unique([*np.linspace(0.0, finite, GAPS), *judged, *own])
     parts = [_interface(subject, index, closings[index], judged[index], gaps, request) for index in places]
     names = xr.Variable("interface", list(subject.interfaces), {"long_name": "buildings on both sides of a gap"})
-    numbers = zip(subject.keys, subject.values, strict=True)
-    values = {f"value_of_{key}": ("sample", of_key, subject.attrs_of(key)) for key, of_key in numbers}
+    values = {}
+    for key, of_key in zip(subject.keys, subject.values, strict=True):
+        about = subject.dataset[key].attrs if key in subject.dataset.variables else {}
+        values[f"value_of_{key}"] = "sample", of_key, {"long_name": f"value of {key}"} | about
     dataset = xr.concat(parts, dim=names, combine_attrs="override").assign_coords(values)
     few = words.of_few(closings[0], request.criterion)
     assumed = [*subject.assumptions, *filter(None, (words.offset_words(subject, index) for index in places))]

@@ -168,11 +168,6 @@ class Samples:
         is_own = not written.get("points") and not written.get("correlations")
         return is_own and written.get("method", SOBOL) == SOBOL
 
-    def attrs_of(self, key: str) -> dict[str, str]:
-        """Unit and words of a number."""
-        about = self.dataset[key].attrs if key in self.dataset.variables else {}
-        return {"long_name": f"value of {key}"} | {str(name): str(value) for name, value in about.items()}
-
     def motions(self, index: int) -> Motions:
         """The motions of an interface in the first sample: their names, recordings and amplitudes.
 

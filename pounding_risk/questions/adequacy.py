@@ -90,17 +90,12 @@ def contact(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
     """Table of the motions with contact against the gap."""
     heads = [head("gap", "m"), "contact in", *_share_heads("P(contact)", assessment)]
     rows = [[number(share.gap, "m", GIVEN), *share_cells(share)] for share in one.contact]
+    partial = [at for at, share in enumerate(one.contact) if 0 < share.count < share.runs]
+    first, last = (max(partial[0] - 1, 0), min(partial[-1] + 2, len(rows))) if partial else (0, len(rows))
+    keep = {*(first + at for at in evenly(last - first, KEPT - 1)), one.contact.index(one.contact_at_gap())}
     note = "from the widest gap that all motions close to the narrowest that none closes"
     caption = f"{one.name}: motions with contact against the gap, motions {one.at}."
-    return [table(caption, heads, rows, keep=_partial(one), note=note), paragraph(BOUNDS)]
-
-
-def _partial(one: InterfaceAssessment) -> list[int]:
-    """Indices of shares from the widest gap that all motions close to the narrowest that none does, and at the gap."""
-    shares = one.contact
-    partial = [at for at, share in enumerate(shares) if 0 < share.count < share.runs]
-    first, last = (max(partial[0] - 1, 0), min(partial[-1] + 2, len(shares))) if partial else (0, len(shares))
-    return sorted({*(first + at for at in evenly(last - first, KEPT - 1)), shares.index(one.contact_at_gap())})
+    return [table(caption, heads, rows, keep=sorted(keep), note=note), paragraph(BOUNDS)]
 
 
 def _share_heads(event: str, assessment: Assessment) -> list[str]:
@@ -244,19 +239,14 @@ def _not_fitted(one: InterfaceAssessment) -> list[Block]:
         if curve.fault and curve.what == "contact" and curve.gap != one.gap:
             others += 1
         elif curve.fault:
-            model = f" under {name_of(curve.contact_model)}" if curve.contact_model else ""
-            faults.setdefault(curve.fault, []).append(f"{curve_words(curve)}{model}")
+            words = f"{'yielding' if curve.what == 'yield' else curve.what}, gap {amount(curve.gap, 'm')['text']}"
+            words += "" if curve.yield_force is None else f", F_E {strength(curve.yield_force, unit=True)['text']}"
+            words += f" under {name_of(curve.contact_model)}" if curve.contact_model else ""
+            faults.setdefault(curve.fault, []).append(words)
     sentences = [f"{'; '.join(which)}: {fault}." for fault, which in faults.items()]
     if others:
         sentences.append(f"contact at {counted(others, 'other gap')}: `assess -o` writes the reason of each.")
     return [paragraph(f"{one.name}, not fitted:"), listing(sentences, mark="")] if sentences else []
-
-
-def curve_words(curve: Fragility) -> str:
-    """What a curve is of, with its gap and F_E."""
-    event = "yielding" if curve.what == "yield" else curve.what
-    words = f"{event}, gap {amount(curve.gap, 'm')['text']}"
-    return words if curve.yield_force is None else f"{words}, F_E {strength(curve.yield_force, unit=True)['text']}"
 
 
 def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
