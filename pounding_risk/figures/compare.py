@@ -28,12 +28,12 @@ from pounding_risk.studies.compare_along import along_finding, check_drawn, is_a
 from pounding_risk.studies.compare_findings import (
     LOW,
     NOTABLE,
+    comparable_laws,
     flip_share,
     furthest,
     index_of_interface,
     interface_names,
     of_interface,
-    peers,
     place_of,
     place_of_interface,
     reach,
@@ -415,7 +415,7 @@ def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str |
 
 def _equal_along(part: xr.Dataset, axis: str) -> set[str]:
     """The laws that are on equal terms at any place."""
-    return {name for place in range(part.sizes[axis]) for name in peers(part.isel({axis: place}))}
+    return {name for place in range(part.sizes[axis]) for name in comparable_laws(part.isel({axis: place}))}
 
 
 def _looks_along(part: xr.Dataset, axis: str) -> dict[str, dict[str, Any]]:
@@ -451,7 +451,7 @@ def _draw_ratios_along(panels: Any, part: xr.Dataset, labels: xr.Dataset, axis: 
 
     def most(output: str) -> tuple[str, float, float]:
         """(Law, its range) where an output is moved furthest at any place, of the laws that the finding is about."""
-        ranges = [furthest(one, output, peers(one) or list(looks)) for one in every_place]
+        ranges = [furthest(one, output, comparable_laws(one) or list(looks)) for one in every_place]
         return max(ranges, key=lambda one: reach(*one[1:]))
 
     outputs, shaded = [], {}

@@ -26,7 +26,7 @@ from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import Interface, oscillators, solve
 from pounding_risk.studies import compare_findings
-from pounding_risk.studies.compare import left_out, on_equal_terms, reference_impacts
+from pounding_risk.studies.compare import models_left_out, on_equal_terms, reference_impacts
 from pounding_risk.studies.impact import impact
 
 ANY = Restitution(0.65)  # the model has no use for it
@@ -259,7 +259,7 @@ def test_compare_says_that_e_is_its_own(capsys, says):
     ratios = one["ratio_median"]
     assert np.isfinite(float(ratios.sel(output="peak contact force")))
     assert np.isnan(float(ratios.sel(output="peak floor acceleration, left")))
-    assert compare_findings.peers(dataset) == []  # neither e nor the force is on equal terms
+    assert compare_findings.comparable_laws(dataset) == []  # neither e nor the force is on equal terms
     figures.reference_figure(dataset)
     edge = [text.get_text() for text in figures.agreement_figure(dataset).axes[1].texts]
     assert edge == [f"{float(ratios.sel(output='peak contact force')):.2g}"]
@@ -269,7 +269,7 @@ def test_compare_says_that_e_is_its_own(capsys, says):
     assert "excluded merged: not asked for" in " ".join(told.split())
     without = scene_of(scene(left="", contact_model="linear", stiffness="5e8 N/m", restitution=0.65))
     assert "distributed_mass" not in on_equal_terms(without, (), None, (None, None)).grid.contact_models
-    assert 'distributed_mass: left without floor_length; write floor_length = "20 m"' in left_out({"": without})
+    assert 'distributed_mass: left without floor_length; write floor_length = "20 m"' in models_left_out({"": without})
     says(refusal(pr.compare, without, laws=["distributed_mass"]))
 
 
