@@ -96,6 +96,7 @@ SLOWER = TrialScene(
     dt=16.0 * USUAL.dt,
 )
 SLOWED: dict[str, Any] = {"one": USUAL, "other": SLOWER, "time": 16.0, "force": 1.0 / 256.0}
+CLOCK = Bound(1e-11, 1e-3, "the clock of a contact rounds with the time since the record began; so do the steps")
 # The error control of laws in δ^1.5 takes its scale of depth from a search good to a tenth: peaks alone.
 OF_HERTZ = Bound(
     1e-11, 10.0, "the steps differ: their scale of depth is a search good to a tenth, corners are stepped over"
@@ -137,12 +138,7 @@ def quiet_before(trial: Trial) -> float:
     return float(np.abs(later[48:] - one).max() + np.abs(later[:48]).max())
 
 
-@GROUP.case(
-    "38b",
-    "48 zeros before the record",
-    "the same peaks",
-    Bound(1e-11, 1e-3, "the clock of a contact rounds with the time since the record began; so do the steps"),
-)
+@GROUP.case("38b", "48 zeros before the record", "the same peaks", CLOCK)
 def quiet_before_contact(trial: Trial) -> float:
     """The same with contact, whose clock rounds otherwise at another time: difference of the peaks."""
     return similar(trial, USUAL, USUAL._replace(ground=np.append(np.zeros(48), USUAL.ground)), PEAKS)
