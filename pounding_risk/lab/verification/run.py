@@ -18,7 +18,7 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
 from pounding_risk.lab.verification import contacts, noise, pulses
-from pounding_risk.lab.verification.case import IN_COUNTS, INPUT, KINDS, Case, Collision, Published, read_case, shipped
+from pounding_risk.lab.verification.case import INPUT, KINDS, Case, Collision, Published, read_case, shipped
 from pounding_risk.lab.verification.measures import MODAL, Solved, force_curve, history
 from pounding_risk.lab.verification.property import Property
 from pounding_risk.motions.read import read_motion
@@ -148,15 +148,15 @@ class Verification(ShortRepr):
             words = ", ".join(f"{count} {word}" for word, count in counts.items())
             sources = counted(len({check.source for check in checks}), "source")
             clauses.append(f"{counted(len(checks), 'published value')} of {sources}: {words}")
-            of_kind = Counter(check.kind for check in self.checks)
-            kinds = [(IN_COUNTS[kind], of_kind[kind]) for kind in KINDS if kind != INPUT and of_kind[kind]]
+            of_kind = Counter(check.kind for check in checks)
+            kinds = [counted(of_kind[name], kind.one, kind.several) for name, kind in KINDS.items() if of_kind[name]]
             if kinds:
-                listed = ", ".join(f"{count} {one if count == 1 else many}" for (one, many), count in kinds)
-                clauses.append(f"by kind: {listed}")
-            if of_kind[INPUT]:
-                far = sum(check.kind == INPUT and check.word == UNACCEPTABLE for check in self.checks)
-                agree = f"{far} of them more than {100.0 * KINDS[INPUT]:.0f} % apart" if far else "not counted"
-                clauses.append(f"{counted(of_kind[INPUT], 'input')} of their cases, {agree}")
+                clauses.append(f"by kind: {', '.join(kinds)}")
+            inputs = [check for check in self.checks if check.kind == INPUT]
+            if inputs:
+                far = sum(check.word == UNACCEPTABLE for check in inputs)
+                agree = f"{far} of them more than {100.0 * KINDS[INPUT].limit:.0f} % apart" if far else "not counted"
+                clauses.append(f"{counted(len(inputs), 'input')} of their cases, {agree}")
         if self.properties:
             holding = len(self.properties) - len(self.failing)
             clauses.append(f"{holding} of {len(self.properties)} published properties hold")
@@ -318,7 +318,7 @@ def _results(case: Case) -> list[Any]:
 
 
 def _check(case: Case, value: Published, moved: tuple[float, ...]) -> Check:
-    ours, printed, limit = moved[-1], value.printed, KINDS[value.kind]
+    ours, printed, limit = moved[-1], value.printed, KINDS[value.kind].limit
     published = printed.value
     # Half a unit of the last of `DIGITS` digits; 0 of zero.
     half = 0.5 * 10.0 ** (floor(log10(abs(published))) - DIGITS + 1) if published else 0.0
