@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import QUIET, STYLES, motion_words, plain, title, wrapped
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
+from pounding_risk.figures.style import QUIET, STYLES, Figure, motion_words, plain, title, wrapped
 
 MOST = 9  # panels: the storeys that yield most
 WIDE = 3  # panels beside each other

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, plain, title, wrapped
+from pounding_risk.figures.style import QUIET, STYLES, Figure, blank, legend_below, plain, title, wrapped
 from pounding_risk.units import SHOWN
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MOST_PANELS = 10
 FEWEST_POINTS = 2  # of a curve that is drawn

@@ -8,9 +8,10 @@ buildings at that instant.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
@@ -23,9 +24,6 @@ from pounding_risk.results.attributes import bumper_lengths, bumper_words
 from pounding_risk.results.check import check_run
 from pounding_risk.results.files import check_target
 from pounding_risk.units import say_in
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Array = NDArray[np.float64]
 RATES = (50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 10.0)  # frames a second; the first of which the page stays small is taken

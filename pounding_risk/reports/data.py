@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.files import checksum
 from pounding_risk.assessment.along import Place, assess_along, usual_place
@@ -24,8 +25,6 @@ from pounding_risk.results.scene_axes import is_drawn_along, with_axes
 from pounding_risk.units import shown
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
 
 NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "status", "simulated")

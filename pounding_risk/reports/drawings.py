@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import xarray as xr
 from numpy.typing import ArrayLike
 
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import check_target, open_results, open_with_axes
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FIGURES = (".png", ".svg", ".pdf")
 Footprints = Mapping[str, ArrayLike | Sequence[ArrayLike]]

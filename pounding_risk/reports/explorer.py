@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.words import listed
 from pounding_risk.assessment.demands import finite_forces
@@ -41,8 +42,6 @@ from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.units import SHOWN, STANDARD_GRAVITY, si
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from pounding_risk.scene.scene_axis import SceneAxis
 
 MOST_CASES = 200_000  # a page of more is slow to open

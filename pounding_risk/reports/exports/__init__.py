@@ -14,6 +14,8 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
+import xarray as xr
+
 from pounding_risk._common.plugins import Registry
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
@@ -29,8 +31,6 @@ __all__ = ["Options", "Written", "export", "formats", "known_format", "write_fil
 FACTS = ("WORDS", "ENDINGS", "SOURCE", "TAKES", "write")  # that a format has
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from pounding_risk.scene.scene import Scene
 
 

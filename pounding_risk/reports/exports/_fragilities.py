@@ -11,7 +11,9 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from math import exp, log
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
+
+import xarray as xr
 
 from pounding_risk.assessment.assess import Assessment, assess
 from pounding_risk.assessment.damage_curves import POUNDING
@@ -23,9 +25,6 @@ from pounding_risk.results.check import kind_of
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import METHODS
 from pounding_risk.units import GAP, STANDARD_GRAVITY, YIELD_FORCE, say
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 KINDS = ("contact", "yield", "damage")
 STATES = {"contact": "contact", "yield": "yielding"}  # limit states of curves that stand alone

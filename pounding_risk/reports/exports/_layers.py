@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import inf, isfinite, nan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
@@ -26,9 +27,6 @@ from pounding_risk.results.variables import NOT_RUN
 from pounding_risk.statistics.proportions import exact_bounds
 from pounding_risk.statistics.required_gap import required_gaps
 from pounding_risk.units import GAP, say
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,9 @@ import warnings
 from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import xarray as xr
 
 from pounding_risk._common.dates import now
 from pounding_risk._common.files import check_target, move_into_place, not_written, partial_of
@@ -21,9 +23,6 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports._layers import Layer, layers_of
 from pounding_risk.reports.exports._styles import style
 from pounding_risk.reports.exports._written import Options, Written
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 WORDS = "layers of buildings and interfaces, for QGIS"
 ENDINGS = (".gpkg",)

@@ -14,9 +14,10 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
@@ -33,9 +34,6 @@ from pounding_risk.results.check import kind_of
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results, one_case
 from pounding_risk.results.variables import NOT_RUN, UNPUSHED
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 WORDS = "demands of each building with and without contact, and fragilities, for pelicun"
 ENDINGS = ("",)

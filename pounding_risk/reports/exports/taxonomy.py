@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import inf, isnan, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import cell, csv_text
@@ -27,9 +28,6 @@ from pounding_risk.scene.sections import written_overrides
 from pounding_risk.streets.inventory import read_inventory
 from pounding_risk.streets.inventory.gem import read_taxonomy, with_found
 from pounding_risk.units import GAP, say, shown
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 WORDS = "each building with its GEM taxonomy string (BP1, BP2, POP) and OED's code of pounding"
 ENDINGS = (".csv",)
