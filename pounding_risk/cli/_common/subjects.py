@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from inspect import Parameter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
 from pounding_risk.cli._common import options as shared
-from pounding_risk.cli._common.options import NONE, argument, option, read_option
+from pounding_risk.cli._common.options import NONE, REQUIRED, Fields, argument, option, read_option
 from pounding_risk.cli.records import _options as options
 from pounding_risk.errors import PoundingError
 
@@ -25,7 +24,6 @@ TREATMENT = {
     "tail": Annotated[str | None, option("Free vibration after each record, at least.", "none")],
     "unit": options.Unit, "dt": options.Step,
 }  # fmt: skip
-Fields = dict[str, tuple[Any, Any]]  # annotation and default of each argument and option, by name
 OVERRIDES: Fields = {"overrides": (shared.Overrides, NONE)}
 SELECT: Fields = {"select": (shared.Select, NONE)}
 
@@ -65,7 +63,6 @@ def _records(values: dict[str, Any]) -> Any:
     return read_subject(values.pop("source"), values.pop("overrides"), treatment)
 
 
-REQUIRED = Parameter.empty
 # By the name that a question gives; without one by the name of the function's first parameter.
 SUBJECTS: dict[str, Subject] = {
     "results": Subject({"results": (shared.Results, REQUIRED), **SELECT}, _results),
