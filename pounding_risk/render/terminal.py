@@ -68,19 +68,11 @@ def _measure_text(value: float, unit: str, digits: int) -> str:
 
 
 def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], sides: str) -> None:
-    """Print columns under their heads; nothing is cut at any width of the terminal.
+    """Print columns under their heads, if any is not empty; nothing is cut at any width of the terminal.
 
+    ``sides`` has a letter for each column: "l" for words, flush left, "r" for numbers, flush right and never broken.
     Where the table is wider than the terminal, heads and cells of words are wrapped. Where that does not suffice, each
     row is printed as a block with one line a column. Piped output is never wrapped.
-
-    Parameters
-    ----------
-    heads : sequence of str
-        One a column; all empty for a table without heads.
-    rows : iterable of sequence of str
-        The cells.
-    sides : str
-        One letter a column: "l" for words, flush left, "r" for numbers, flush right and never broken.
     """
     cells = [list(row) for row in rows]
     columns = []

@@ -32,18 +32,7 @@ _ENTRY = re.compile(r"^(\w+(?:, \w+)*) : .*$")
 
 
 def command_of(declared: Declared) -> Callable[..., None]:
-    """The function of a command, from which typer reads its arguments and options.
-
-    Parameters
-    ----------
-    declared : Declared
-        The question.
-
-    Returns
-    -------
-    callable
-        Takes the command's values by name, runs the question, prints its sheet and writes its files.
-    """
+    """The function of a command, which runs a question, prints its sheet and writes its files."""
     question = Question(declared)
     return with_options(question.run, question.fields(), question.summary)
 
