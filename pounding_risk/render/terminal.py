@@ -207,26 +207,17 @@ def _print_facts(block: Block) -> None:
     print_pairs((name, cell["text"]) for name, cell in block["rows"])
 
 
-def _print_list(block: Block) -> None:
-    for item in block["items"]:
-        print(f"{block['mark']}{item}")
-
-
 def _print_verdict(block: Block) -> None:
     print(f"{block['sentence']}\n")
     print("\n".join(f"  {sentence}" for sentence in block["conclusion"]))
 
 
-def _print_text(block: Block) -> None:
-    print(block["text"])
-
-
 _PRINTERS: dict[str, Callable[[Block], None]] = {
-    "paragraph": _print_text,
-    "heading": _print_text,
+    "paragraph": lambda block: print(block["text"]),
+    "heading": lambda block: print(block["text"]),
     "source": lambda block: print(f"{block['caption']}\n\n{block['text']}"),
     "verdict": _print_verdict,
-    "list": _print_list,
+    "list": lambda block: print("\n".join(f"{block['mark']}{item}" for item in block["items"])),
     "table": _print_table_block,
     "facts": _print_facts,
 }
