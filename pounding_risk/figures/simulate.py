@@ -1,4 +1,4 @@
-"""Figures of isolated impacts and of single runs: the histories of one run, and of two runs compared."""
+"""Figures of isolated impacts and of single runs: the histories of one run, its loops, and two runs compared."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ ABOVE: dict[str, Any] = {  # a legend between two panels, where it covers nothin
     "frameon": False,
 }
 LETTERS = 120  # in a line of that size over the narrowest panel; a key takes eight
+MOST_STOREYS = 9  # panels of loops: the storeys that yield most
 ROOM = 0.018  # of the tallest height: levels closer than this leave room for one number
 
 
@@ -202,6 +203,50 @@ def _energies(axis: style.Axes, run: xr.Dataset) -> None:
         axis.plot(run["time"], values, color=colour, linestyle=dash, linewidth=1.1, label=word)
     axis.set_ylabel("energy [kJ]")
     axis.legend(ncols=4, **ABOVE)
+
+
+def hysteresis_figure(run: xr.Dataset, note: str = "") -> style.Figure:
+    """Shear against drift of each storey that yields, those with the largest ductility first.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A run of `simulate` of a row in which storeys may yield.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        At most nine panels.
+
+    Raises
+    ------
+    PoundingError
+        If no storey of the run may yield.
+    """
+    if "storey_force" not in run:
+        raise PoundingError("hysteresis: no storey of the run may yield; write storey_strengths and inelastic_storeys")
+    ductility = run["storey_ductility"].transpose("building", "storey").values
+    places = [tuple(place) for place in np.argwhere(np.isfinite(ductility))]
+    places.sort(key=lambda place: -ductility[place])
+    drawn = places[:MOST_STOREYS]
+    drifts = 1e3 * run["drift"].transpose("time", "building", "storey").values
+    shears = 1e-3 * run["storey_force"].transpose("time", "building", "storey").values
+    figure, axes = style.wrapped(len(drawn), 3, (0.6, 1.2), (3.4, 2.8))
+    for axis, (building, storey) in zip(axes.flat, drawn, strict=False):
+        axis.axhline(0.0, color=style.QUIET, linewidth=0.6)
+        axis.axvline(0.0, color=style.QUIET, linewidth=0.6)
+        axis.plot(drifts[:, building, storey], shears[:, building, storey], color=style.STYLES[0][0], linewidth=1.0)
+        name = style.plain(str(run["building"].values[building]))
+        axis.set_title(f"{name}, storey {storey + 1}: ductility {ductility[building, storey]:.3g}", fontsize=9)
+        axis.set_xlabel("drift [mm]")
+        axis.set_ylabel("storey shear [kN]")
+    yields = int((ductility[np.isfinite(ductility)] > 1.0).sum())
+    left_out = f"; {len(drawn)} of {len(places)} are drawn" if len(places) > len(drawn) else ""
+    headline = f"{yields} of {len(places)} storeys that may yield do so"
+    style.title(figure, headline, f"{style.plain(style.motion_words(run.attrs))}{left_out}", style.plain(note))
+    return figure
 
 
 def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> style.Figure:

@@ -12,14 +12,13 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import xarray as xr
 
 from pounding_risk._common.plugins import Registry
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.exports._written import Options, Written
 from pounding_risk.reports.files import write_file
 from pounding_risk.results.check import check_dataset, kind_of
 from pounding_risk.results.files import RESULTS, open_with_axes
@@ -32,6 +31,28 @@ FACTS = ("WORDS", "ENDINGS", "SOURCE", "TAKES", "write")  # that a format has
 
 if TYPE_CHECKING:
     from pounding_risk.scene.scene import Scene
+
+
+class Options(NamedTuple):
+    """Options of `export`, as they were read."""
+
+    of: str | None = None  # what fragilities are of
+    gap: float | None = None  # m
+    pga: float | None = None  # m/s2
+    intensity_level: float | str | None = None
+    intensity: str | None = None
+    discrete: bool = False
+    without: bool = False  # without pounding
+    street: Path | None = None  # footprints of a street
+    inventory: Path | None = None  # of the buildings, for their taxonomy
+    method: str | None = None  # by which curves of damage states follow from demands
+
+
+class Written(NamedTuple):
+    """Files of an export, and sentences on what is assumed and left out."""
+
+    files: tuple[Path, ...]
+    notes: tuple[str, ...]
 
 
 def formats() -> Mapping[str, Any]:

@@ -20,7 +20,7 @@ from pounding_risk.assessment.damage_curves import POUNDING
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import Measure, read_measure
-from pounding_risk.reports.exports._written import Options
+from pounding_risk.reports.exports import Options
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import METHODS

@@ -20,8 +20,8 @@ from pounding_risk.assessment.demands import SAME_GAP, motions_of, share_with_lo
 from pounding_risk.assessment.row import RowCase, any_of_building, row_case
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
 from pounding_risk.errors import PoundingError
+from pounding_risk.reports.exports import Options
 from pounding_risk.reports.exports._outlines import Places, nominal_places, street_places
-from pounding_risk.reports.exports._written import Options
 from pounding_risk.results.opened import Results
 from pounding_risk.results.variables import NOT_RUN
 from pounding_risk.statistics.proportions import exact_bounds

@@ -20,9 +20,9 @@ import xarray as xr
 from pounding_risk._common.dates import now
 from pounding_risk._common.files import check_target, move_into_place, not_written, partial_of
 from pounding_risk.errors import PoundingError
+from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports._layers import Layer, layers_of
 from pounding_risk.reports.exports._styles import style
-from pounding_risk.reports.exports._written import Options, Written
 
 WORDS = "layers of buildings and interfaces, for QGIS"
 ENDINGS = (".gpkg",)

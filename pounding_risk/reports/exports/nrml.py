@@ -14,8 +14,8 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 import xarray as xr
 
+from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports._fragilities import TAIL, Fragilities, Function, Model, distinct, fragilities_of
-from pounding_risk.reports.exports._written import Options, Written
 from pounding_risk.reports.files import write_files
 from pounding_risk.statistics.fragility import fragility_curve
 
