@@ -77,7 +77,7 @@ def animate(run: xr.Dataset, out: str | Path) -> Path:
     if run.sizes["time"] < 2:
         raise PoundingError("the run has fewer than two instants; nothing moves")
     for rate in RATES:
-        text = page(_model(run, frames(run, rate)))
+        text = script_page("animation_page", _model(run, frames(run, rate)))
         if len(text.encode("utf-8")) <= LARGEST:
             return write_file(target, text)
     span = float(run["time"][-1] - run["time"][0])
@@ -175,8 +175,3 @@ def _facts(run: xr.Dataset, shown: Frames) -> str:
     points = counted(shown.force.shape[1], "contact point")
     ends = f"{touched} of {points} touch{'es' * (touched == 1)}, with up to {force_text(peak)}"
     return f"{', '.join(facts)}. {ends if touched else 'Nothing touches'}."
-
-
-def page(model: dict[str, Any]) -> str:
-    """The whole page as text. It may run the script it holds, by its checksum, and may fetch nothing."""
-    return script_page("animation_page", model)
