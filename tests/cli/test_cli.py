@@ -20,7 +20,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from commands import rows, run
+from commands import done, rows, run
 from scenes import FRAME, scene_text, single
 
 import pounding_risk
@@ -73,9 +73,7 @@ def test_help_lists_the_commands():
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_explains_its_options(name):
-    result = run(name, "--help")
-    assert result.exit_code == 0
-    assert result.output.startswith(f"Usage: pounding-risk {name} [OPTIONS]")
+    assert done(name, "--help").output.startswith(f"Usage: pounding-risk {name} [OPTIONS]")
     if name in MODULES:
         kind = "group of commands" if name in GROUPS else "command"
         assert (MODULES[name].__doc__ or "").startswith(f"The {kind} `{name}`")
@@ -166,10 +164,9 @@ def test_a_faulty_scene_is_told_whole_and_nothing_is_written(folder):
 
 
 def test_impact_compares_laws():
-    result = run(
+    result = done(
         "impact", "--law", "linear", "--law", "hertz", "--stiffness", "1e8 N/m", "--stiffness", "2.75e9 N/m^1.5"
     )
-    assert result.exit_code == 0, result.stderr
     # k δ: F = v sqrt(k m), δ = v sqrt(m / k), half a period π sqrt(m / k) of contact.
     force, depth, lasts = 0.5 * sqrt(570e8), 0.5 * sqrt(570 / 1e8), pi * sqrt(570 / 1e8)
     # β δ^1.5: the energy 0.4 β δ^2.5 is m v² / 2.
@@ -183,8 +180,7 @@ def test_impact_compares_laws():
 
 
 def test_impact_gives_the_other_kind_of_law_an_equal_peak_force():
-    result = run("impact", "--law", "hertz", "--law", "linear")
-    assert result.exit_code == 0, result.stderr
+    result = done("impact", "--law", "hertz", "--law", "linear")
     _, hertz, linear, note = rows(result.stdout)
     assert hertz[3] == linear[3]
     assert re.fullmatch(r"linear: k = \S+ MN/m, which gives the peak force of hertz without yielding", note[0])
@@ -194,9 +190,7 @@ def test_an_approach_past_the_range_of_a_relation_is_noted():
     """Equation (4) is a fit up to 5 m/s."""
     note = "faster than the range of the restitution relation, which is held at its end there"
     for speed, noted in (("5 m/s", []), ("6 m/s", [f"note: the approach is {note}"])):
-        result = run("impact", "--restitution", "concrete", "--speed", speed)
-        assert result.exit_code == 0, result.stderr
-        assert result.stdout.splitlines()[2:] == noted
+        assert done("impact", "--restitution", "concrete", "--speed", speed).stdout.splitlines()[2:] == noted
     law = ["--set", "interface.contact_model=jankowski", "--set", "interface.restitution=concrete"]
     result = run("simulate", "scene.toml", *law, "--pga", "30 g")
     assert re.search(rf"^note: \d+ contacts are {note}$", result.stdout, re.MULTILINE), result.output
@@ -206,19 +200,17 @@ def test_an_approach_past_the_range_of_a_relation_is_noted():
 
 @pytest.mark.complete
 def test_impact_draws_what_it_printed(folder):
-    result = run("impact", "--law", "hertz", "--figure", "f.svg")
-    assert result.exit_code == 0, result.stderr
+    result = done("impact", "--law", "hertz", "--figure", "f.svg")
     assert "<svg" in Path("f.svg").read_text(encoding="utf-8")
     drawn = Path("f.svg").read_bytes()
     assert not [path for path in folder.iterdir() if "partial" in path.name]
     assert result.stdout.splitlines()[-1] == "written: f.svg"
-    assert run("impact", "--law", "hertz", "--speed", "2 m/s", "--figure", "f.svg").exit_code == 0
+    done("impact", "--law", "hertz", "--speed", "2 m/s", "--figure", "f.svg")
     assert Path("f.svg").read_bytes() != drawn
 
 
 def test_simulate_without_contact():
-    result = run("simulate", "scene.toml", "--gap", "1 m")
-    assert result.stdout.splitlines()[-1] == "no contact"
+    assert run("simulate", "scene.toml", "--gap", "1 m").stdout.splitlines()[-1] == "no contact"
 
 
 def test_an_option_that_is_a_key_of_the_scene_is_told_to_be_one():
@@ -229,8 +221,7 @@ def test_an_option_that_is_a_key_of_the_scene_is_told_to_be_one():
 
 
 def test_scan_writes_and_sums_up(capsys):
-    result = run("scan", "scene.toml", "--workers", "1")
-    assert result.exit_code == 0, result.stderr
+    result = done("scan", "scene.toml", "--workers", "1")
     dataset = pounding_risk.open_results("scene.nc")
     table = rows(result.stdout)
     simulated = int(dataset["simulated"].sum())
@@ -256,8 +247,7 @@ def test_demo_says_what_it_wrote(monkeypatch):
         return {"figure": folder / "paper.png"}
 
     monkeypatch.setitem(sys.modules, "pounding_risk.reports.demo", SimpleNamespace(demo=demo))
-    result = run("demo", "-o", "new/folder")
-    assert result.exit_code == 0, result.stderr
+    result = done("demo", "-o", "new/folder")
     assert result.stdout.splitlines()[0] == "one run"
     assert rows(result.stdout)[1] == ["figure", "new/folder/paper.png"]
 
@@ -418,7 +408,7 @@ def test_a_failed_run_is_told_and_strict_makes_it_status_3(command):
         assert any(sentence in result.output for sentence in sentences), result.output
         assert Path("out.nc").exists()
     Path("out.nc").unlink()
-    assert run(*command, "--strict").exit_code == 0
+    done(*command, "--strict")
 
 
 @pytest.mark.complete
