@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import output
 
 import pounding_risk as pr
 from pounding_risk.models.contact.laws import ViscousElastoplastic
@@ -116,11 +115,8 @@ def test_the_script_runs(name, root, folder):
 
 def run_short(name: str, root: Path, folder: Path) -> str:
     words = SHORT[name][0].replace("FOLDER", str(folder)).replace("ROOT", str(root)).split()
-    command = [sys.executable, str(root / "benchmarks" / f"{name}.py"), *words]
-    environment = {**os.environ, "MPLBACKEND": "Agg", "POUNDING_SHORT_BENCHMARKS": "1"}  # as --short sets it
-    done = subprocess.run(command, capture_output=True, text=True, cwd=folder, env=environment, timeout=300)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    env = {**os.environ, "MPLBACKEND": "Agg", "POUNDING_SHORT_BENCHMARKS": "1"}  # as --short sets it
+    return output(root / "benchmarks" / f"{name}.py", *words, cwd=folder, env=env, timeout=300)
 
 
 def test_baseline_treatments_change_displacement_and_little_else(tmp_path):

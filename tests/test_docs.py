@@ -9,7 +9,6 @@ import os
 import pickle
 import re
 import shlex
-import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
@@ -21,6 +20,7 @@ from typing import Any
 import closed_forms as forms
 import figure_words
 import pytest
+from processes import output
 from sweeps import sweep
 
 import pounding_risk
@@ -394,17 +394,9 @@ def test_the_examples_of_extending_run(tmp_path):
     (tmp_path / "scene.toml").write_text(
         (resources.files("pounding_risk.scene") / "shipped" / "paper.toml").read_text("utf-8")
     )
-    environment = {**os.environ, "PYTHONPATH": str(DOCS.parent), "NUMBA_DISABLE_JIT": "1"}
-    run = subprocess.run(
-        [sys.executable, "-c", EXAMPLES, str(DOCS / "extending.md")],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
-    assert run.returncode == 0, run.stderr
-    assert len(run.stdout.splitlines()) == (DOCS / "extending.md").read_text("utf-8").count("\n## ")
+    page, env = DOCS / "extending.md", {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    printed = output("-c", EXAMPLES, page, cwd=tmp_path, env=env)
+    assert len(printed.splitlines()) == page.read_text("utf-8").count("\n## ")
 
 
 def test_the_table_of_restitution_is_that_of_the_closed_forms():
@@ -484,12 +476,9 @@ def test_the_site_builds_without_a_warning(pages, tmp_path):
     """Every cross reference is resolved, and pages load nothing from the network."""
     for needed in ("sphinx", "furo", "myst_parser", "latex2mathml"):
         pytest.importorskip(needed)
-    environment = {**os.environ, "PYTHONPATH": str(DOCS.parent)}
     (tmp_path / "pages").write_bytes(pickle.dumps(pages))
-    command = [sys.executable, "-c", SPHINX, DOCS, tmp_path / "pages"]
-    command += ["-W", "-n", "-q", "-d", tmp_path / "trees", DOCS, tmp_path / "site"]
-    run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
-    assert run.returncode == 0, run.stderr
+    options = ["-W", "-n", "-q", "-d", tmp_path / "trees", DOCS, tmp_path / "site"]
+    output("-c", SPHINX, DOCS, tmp_path / "pages", *options, timeout=300)
     site = tmp_path / "site"
     page = (site / "theory" / "contact.html").read_text("utf-8")
     assert "<math " in page

@@ -11,7 +11,6 @@ import os
 import pkgutil
 import re
 import signal
-import subprocess
 import sys
 import time
 from importlib import import_module
@@ -21,6 +20,7 @@ from types import SimpleNamespace
 
 import pytest
 from commands import done, rows, run
+from processes import ended, python
 from scenes import FRAME, scene_text, single
 
 import pounding_risk
@@ -32,7 +32,6 @@ from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.questions import declared_questions
 from pounding_risk.render.terminal import engineering
 
-PACKAGE = Path(pounding_risk.__file__).resolve().parent
 MODULES = {
     name: import_module(f"pounding_risk.cli.{name}")
     for _, name, _ in pkgutil.iter_modules(cli.__path__)
@@ -378,18 +377,10 @@ def test_spans_of_time_are_told_as_one_thinks_of_them():
     assert progress.pace(0.0, 10) == "" and progress.pace(1234.5, 0) == ", 1234 a second, about 0 s left"
 
 
-def start(code: str, *words: str) -> subprocess.Popen[str]:
-    """A command in a process of its own, which finds this very package."""
-    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "PYTHONUNBUFFERED": "1"}
-    line = [sys.executable, "-c", code, *words]
-    return subprocess.Popen(line, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
 def test_a_real_process_ends_with_status_2_and_no_traceback():
-    process = start("from pounding_risk.cli import main; main()", "validate", "bad.toml")
-    out, err = process.communicate(timeout=120)
-    assert (process.returncode, out) == (2, "")
-    assert err.startswith("pounding-risk: bad.toml: 3 faults\n") and "Traceback" not in err
+    process = ended("-c", "from pounding_risk.cli import main; main()", "validate", "bad.toml")
+    assert (process.returncode, process.stdout) == (2, "")
+    assert process.stderr.startswith("pounding-risk: bad.toml: 3 faults\n") and "Traceback" not in process.stderr
 
 
 @pytest.mark.complete
@@ -421,7 +412,7 @@ def test_ctrl_c_ends_a_scan_with_status_130_and_the_old_file_in_place(folder):
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     code = f"{heard}; from pounding_risk import cli; from pounding_risk.cli._common import progress"
     code += "; progress.EVERY = 0.0; cli.main()"
-    process = start(code, "scan", "scene.toml", "-o", "r.nc", "--new", *grid)
+    process = python("-u", "-c", code, "scan", "scene.toml", "-o", "r.nc", "--new", *grid)
     assert process.stderr is not None
     said = iter(process.stderr.readline, "")
     assert any(re.match(r"scan: \d+ of 19998 cases \(\d+ %\)", line) for line in said)

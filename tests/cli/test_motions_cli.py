@@ -5,8 +5,6 @@ from __future__ import annotations
 import pkgutil
 import shlex
 import shutil
-import subprocess
-import sys
 from functools import partial
 from pathlib import Path
 
@@ -15,6 +13,7 @@ import numpy as np
 import obspy
 import pytest
 from commands import rows
+from processes import output
 
 from pounding_risk.cli import records
 from pounding_risk.errors import PoundingError
@@ -88,8 +87,7 @@ def test_help_reads_no_record():
         "heavy = ('numpy', 'matplotlib', 'obspy', 'numba', 'xarray', 'scipy')\n"
         "print([name for name in heavy if name in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert done.stdout.strip() == "[]", done.stderr
+    assert output("-c", code).strip() == "[]"
 
 
 def test_a_folder_is_listed_and_what_is_no_record_is_told():
