@@ -24,6 +24,7 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 from lxml.html import document_fromstring
+from made_scan import made_scan
 from matplotlib.patches import StepPatch
 from processes import output
 from sentences import refusal
@@ -51,17 +52,9 @@ STRANGE = 'A <b>pair</b> & "co." #panic("x") $ \\ `code` 1*2_3_'
 
 
 @pytest.fixture(scope="module")
-def made(benchmarks):
-    """The maker of datasets, beside the benchmarks."""
-    from made_scan import made_scan
-
-    return made_scan
-
-
-@pytest.fixture(scope="module")
-def scan(made) -> xr.Dataset:
+def scan() -> xr.Dataset:
     """Twenty-six gaps, so that the table of contact is a long one, and five failed runs."""
-    return made(7, np.linspace(0.0, 0.1, 26), (2e5, 5e5, np.inf), 3, failed=5)
+    return made_scan(7, np.linspace(0.0, 0.1, 26), (2e5, 5e5, np.inf), 3, failed=5)
 
 
 @pytest.fixture(scope="module")
@@ -479,10 +472,10 @@ def test_the_same_dataset_gives_the_same_bytes_without_a_solver(results, html, p
 
 
 @pytest.mark.complete
-def test_another_gap_and_amplitude_may_be_asked_of(made, tmp_path, no_pictures):
+def test_another_gap_and_amplitude_may_be_asked_of(tmp_path, no_pictures):
     """A study of two amplitudes: the tables are those of the one asked for, at the gap asked for."""
     kept = ["record_spectral_acceleration", "period", "record_pga"]
-    weak, strong = made(3, laws=1, seed=1), made(3, laws=1, seed=2)
+    weak, strong = made_scan(3, laws=1, seed=1), made_scan(3, laws=1, seed=2)
     parts = [each.drop_vars(kept).assign_coords(pga=pga) for each, pga in ((weak, 1.0), (strong, 3.0))]
     both = xr.concat(parts, dim="pga", combine_attrs="override").merge(weak[kept])
     for pga, one in ((None, strong), (1.0, weak)):
@@ -505,11 +498,11 @@ def test_letters_that_no_font_has_are_named(built, says):
     assert squeezed("Σ Жук ≤ √") in pdf_text(document.document(strange))
 
 
-def test_a_hazard_curve_adds_rates_and_a_target_its_verdict_and_gaps(made, tmp_path, no_pictures):
+def test_a_hazard_curve_adds_rates_and_a_target_its_verdict_and_gaps(tmp_path, no_pictures):
     """Rates and gaps of the page are those of the assessment, and its table says which gap is that of the target."""
     curve = tmp_path / "hazard.csv"
     curve.write_text("pga [g],return period [years]\n0.02,5\n0.2,100\n0.8,5000\n", encoding="utf-8")
-    scan = made(7, laws=1)
+    scan = made_scan(7, laws=1)
     asked = {"hazard": curve, "target_rate": "20 % in 50 years"}
     text = pr.report(scan, tmp_path / "report.html", **asked).read_text(encoding="utf-8")
     read, (one,) = Page(text), assess(scan, **asked).interfaces
@@ -556,9 +549,9 @@ def test_the_commands_make_the_same_report(scan, tmp_path):
     assert "pounding-risk report results.nc -o report.html" in plain
 
 
-def test_the_command_writes_and_replaces_nothing_unasked(made, tmp_path, monkeypatch, no_pictures):
+def test_the_command_writes_and_replaces_nothing_unasked(tmp_path, monkeypatch, no_pictures):
     monkeypatch.chdir(tmp_path)
-    save(made(2, laws=1), tmp_path / "results.nc")
+    save(made_scan(2, laws=1), tmp_path / "results.nc")
     first = commands.run("report", "results.nc")
     assert (first.exit_code, first.output) == (0, "written: results.html\n")
     again = commands.run("report", "results.nc")
