@@ -284,34 +284,39 @@ class Clock:
         monkeypatch.setattr(progress, "monotonic", lambda: self.now)
 
 
-def test_progress_without_a_terminal_is_a_line_now_and_then(monkeypatch, capsys):
-    clock = Clock(monkeypatch)
-    with progress.ProgressDisplay("scan") as display:
-        for done in range(0, 1001, 100):
-            clock.now = 10.0 + done / 10
-            display(done, 1000)
-    assert capsys.readouterr().err.splitlines() == [
-        "scan: 200 of 1000 cases (20 %), 10 a second, about 80 s left",
-        "scan: 500 of 1000 cases (50 %), 10 a second, about 50 s left",
-        "scan: 800 of 1000 cases (80 %), 10 a second, about 20 s left",
-    ]
+# Reports as (time [s], cases done), the first of a resumed study before any work, and the lines that come of them.
+REPORTED = {
+    "a line now and then": (
+        False,
+        [(10.0 + done / 10, done) for done in range(0, 1001, 100)],
+        [
+            "scan: 200 of 1000 cases (20 %), 10 a second, about 80 s left",
+            "scan: 500 of 1000 cases (50 %), 10 a second, about 50 s left",
+            "scan: 800 of 1000 cases (80 %), 10 a second, about 20 s left",
+        ],
+    ),
+    # What is kept from before took no time now; nor is the first report, which stands for compiling, a speed.
+    "from what is kept": (
+        True,
+        [(0.0, 600), (20.0, 610), (40.0, 650), (80.0, 730)],
+        [
+            "scan: 600 of 1000 cases are kept from before",
+            "scan: 650 of 1000 cases (65 %), 2 a second, about 3 min left",
+            "scan: 730 of 1000 cases (73 %), 2 a second, about 2 min left",
+        ],
+    ),
+    "nothing is kept": (True, [(0.0, 0)], []),
+}
 
 
-def test_progress_of_a_resumed_study_counts_from_what_is_kept(monkeypatch, capsys):
-    """What is kept from before took no time now; nor is the first report, which stands for compiling, a speed."""
+@pytest.mark.parametrize("name", REPORTED)
+def test_progress_without_a_terminal(name, monkeypatch, capsys):
+    resumes, reports, lines = REPORTED[name]
     clock = Clock(monkeypatch)
-    with progress.ProgressDisplay("scan", resumes=True) as display:
-        display(600, 1000)
-        for clock.now, done in ((20.0, 610), (40.0, 650), (80.0, 730)):
+    with progress.ProgressDisplay("scan", resumes=resumes) as display:
+        for clock.now, done in reports:
             display(done, 1000)
-    assert capsys.readouterr().err.splitlines() == [
-        "scan: 600 of 1000 cases are kept from before",
-        "scan: 650 of 1000 cases (65 %), 2 a second, about 3 min left",
-        "scan: 730 of 1000 cases (73 %), 2 a second, about 2 min left",
-    ]
-    with progress.ProgressDisplay("scan", resumes=True) as display:
-        display(0, 1000)
-    assert capsys.readouterr().err == ""
+    assert capsys.readouterr().err.splitlines() == lines
 
 
 def test_time_left_grows_where_nothing_comes_any_more(monkeypatch, capsys):
