@@ -132,9 +132,8 @@ def _ground(axis: style.Axes, run: xr.Dataset) -> None:
         under = run["building_ground_acceleration"].transpose("time", "building").values / STANDARD_GRAVITY
         _largest_lines(axis, time, under, list(map(str, run["building"].values)))
     else:
-        axis.plot(
-            time, run["ground_acceleration"] / STANDARD_GRAVITY, color=style.QUIET, linewidth=0.9, label="along the row"
-        )
+        along = run["ground_acceleration"] / STANDARD_GRAVITY
+        axis.plot(time, along, color=style.QUIET, linewidth=0.9, label="along the row")
     if (second := "ground_acceleration_across") in run:
         axis.plot(time, run[second] / STANDARD_GRAVITY, color=RAISED, linestyle=":", linewidth=0.9, label="across it")
         axis.legend(ncols=2, **ABOVE)
@@ -309,13 +308,10 @@ def _comparison_finding(runs: Sequence[xr.Dataset], parted: float, amounts: list
 
 def parting(first: xr.Dataset, second: xr.Dataset) -> float:
     """Last time up to which two runs have the same relative displacements [s]; NaN where they never part."""
-    times, first_places, second_places = np.intersect1d(
-        first["time"].values, second["time"].values, return_indices=True
-    )
+    times, *places = np.intersect1d(first["time"].values, second["time"].values, return_indices=True)
     one, other = (run["relative_displacement"].transpose("time", "contact_point").values for run in (first, second))
-    differs = np.abs(one[first_places] - other[second_places]).max(axis=1) > SAME * max(
-        np.abs(one).max(), np.abs(other).max()
-    )
+    apart = np.abs(one[places[0]] - other[places[1]]).max(axis=1)
+    differs = apart > SAME * max(np.abs(one).max(), np.abs(other).max())
     return float(times[max(int(differs.argmax()) - 1, 0)]) if differs.any() else float("nan")
 
 

@@ -143,17 +143,11 @@ def export(
         endings = " or ".join(filter(None, module.ENDINGS))
         kind = f"a file that ends in {endings}" if endings else "a folder, a name without an ending"
         raise PoundingError(f"{target}: {to} is {kind}; choose another name")
+    metres = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
+    peak = None if pga is None else si(pga, PGA, "pga")
+    outlines, list_of_buildings = (None if name is None else Path(name) for name in (street, inventory))
     options = Options(
-        of,
-        None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
-        None if pga is None else si(pga, PGA, "pga"),
-        intensity_level,
-        intensity,
-        discrete,
-        without,
-        None if street is None else Path(street),
-        None if inventory is None else Path(inventory),
-        method,
+        of, metres, peak, intensity_level, intensity, discrete, without, outlines, list_of_buildings, method
     )
     stated = [name for name, value in options._asdict().items() if value not in (None, False)]
     if refused := [name for name in stated if name not in module.TAKES]:
