@@ -6,12 +6,13 @@ Each panel is drawn on an axis of its own from an assessment and one of its inte
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
+from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
 from pounding_risk.assessment.fragility import SCALED, Fragility
 from pounding_risk.assessment.rates import rate_lines
 from pounding_risk.assessment.separations.rules import COMBINATIONS
@@ -19,12 +20,9 @@ from pounding_risk.figures import style
 from pounding_risk.motions.levels import say_level
 from pounding_risk.results.amplitudes import intensity_label, intensity_quantity, intensity_shown, own
 from pounding_risk.statistics.fragility import fragility_curve
+from pounding_risk.statistics.proportions import Share
 from pounding_risk.statistics.required_gap import contact_steps, rounded_up
 from pounding_risk.units import GAP, YIELD_FORCE, say_in
-
-if TYPE_CHECKING:
-    from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
-    from pounding_risk.statistics.proportions import Share
 
 Array = NDArray[np.float64]
 

@@ -7,13 +7,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from pounding_risk._common.files import checksum
 from pounding_risk.assessment.along import Place, assess_along, usual_place
+from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
@@ -23,9 +24,6 @@ from pounding_risk.results.files import open_results
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import is_drawn_along, with_axes
 from pounding_risk.units import shown
-
-if TYPE_CHECKING:
-    from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
 
 NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "status", "simulated")
 ADDED = ("peak_closing_free", "record_spectral_acceleration", "building_period")

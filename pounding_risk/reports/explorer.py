@@ -11,7 +11,7 @@ import json
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -38,11 +38,8 @@ from pounding_risk.results.scene_axes import (
     written_values,
 )
 from pounding_risk.results.variables import NOT_RUN, UNPUSHED
-from pounding_risk.scene.scene_axis import SAMPLE
+from pounding_risk.scene.scene_axis import SAMPLE, SceneAxis
 from pounding_risk.units import SHOWN, STANDARD_GRAVITY, si
-
-if TYPE_CHECKING:
-    from pounding_risk.scene.scene_axis import SceneAxis
 
 MOST_CASES = 200_000  # a page of more is slow to open
 COLUMNS = "columns' own"  # F_E where floors never yield and columns have one
