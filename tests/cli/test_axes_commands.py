@@ -13,6 +13,7 @@ from explorer_page import embedded, unpacked
 from uncertain import uncertain_text
 
 import pounding_risk as pr
+from pounding_risk import figures
 from pounding_risk.statistics.required_gap import rounded_up
 
 PLACE = ["--select", "building.left.period=0.5 s", "--select", "interface.restitution=0.8"]
@@ -44,13 +45,10 @@ def test_assess_prints_and_writes_every_place_and_select_the_whole_assessment(fo
     assert "building.left.period = 0.5 s" in one.output and "left | right" in one.output
 
 
-def test_summary_of_some_places(folder):
-    assert "48" in run("summary", folder / "r.nc").output
+def test_summary_tells_what_lies_along_each_axis_and_of_some_places(folder):
     assert "(building.left.period = 0.5 s)" in run("summary", folder / "r.nc", *PLACE[:2]).output
-
-
-def test_summary_tells_what_lies_along_each_axis(folder):
     told = run("summary", folder / "r.nc").output
+    assert "48" in told
     assert re.search(r"^building\.left\.period +0\.3 s, 0\.5 s, 0\.7 s; contact in 100 % of cases$", told, re.MULTILINE)
 
 
@@ -98,10 +96,7 @@ def test_separations_of_one_place(folder):
 def test_the_figure_of_a_scan_of_several_scenes_is_along_the_axes(folder):
     (folder / "q.toml").write_text(pair_text({"building.left.period": ["0.3 s", "0.6 s"]}), encoding="utf-8")
     done("scan", folder / "q.toml", "-o", folder / "q.nc", "--figure", folder / "q.svg")
-    from pounding_risk.figures.along import along_figure
-    from pounding_risk.figures.style import write
-
-    write(along_figure(pr.assess_along(folder / "q.nc")), folder / "own.svg")
+    figures.write(figures.along_figure(pr.assess_along(folder / "q.nc")), folder / "own.svg")
     assert (folder / "q.svg").read_bytes() == (folder / "own.svg").read_bytes()
 
 

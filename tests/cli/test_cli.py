@@ -30,7 +30,6 @@ from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.questions import declared_questions
-from pounding_risk.render.terminal import engineering
 
 MODULES = {
     name: import_module(f"pounding_risk.cli.{name}")
@@ -259,21 +258,6 @@ def test_a_record_is_measured():
     assert [name for name in measures if name.startswith("Sa")] == ["Sa(0.2 s)", "Sa(0.5 s)", "Sa(1 s)", "Sa(2 s)"]
     raw = {row[0]: row[1:] for row in rows(run("records", "info", "CCC-HN1").stdout) if len(row) == 3}
     assert raw["PGA"] == ["0.4698 g", "peak ground acceleration, processed as for a run"]
-
-
-def test_numbers_are_written_as_engineers_do():
-    written = [
-        (450e3, "N", "450 kN"),
-        (0.005, "m", "5 mm"),
-        (4.903325, "m/s2", "0.5 g"),
-        (2.5e5, "N s", "250 kN s"),
-        (12.0, "N s", "12 N s"),
-        (0.00035, "m/s", "0.00035 m/s"),
-        (1307.0, "J", "1.307 kJ"),
-        (float("nan"), "s", "–"),
-        (float("inf"), "N", "inf"),
-    ]
-    assert [engineering(value, unit) for value, unit, _ in written] == [text for *_, text in written]
 
 
 class Clock:

@@ -102,9 +102,18 @@ def column(capsys, values: list[float], unit: str) -> list[str]:
         ([999.0, 1001.0, 5e4], "N s", ["0.999 kN s", "1.001 kN s", "50 kN s"]),
         ([nan, 0.35], "m/s", ["–", "0.35 m/s"]),
         ([0.5], "s", ["0.5 s"]),
+        ([0.005], "m", ["5 mm"]),
+        ([4.903325], "m/s2", ["0.5 g"]),
+        ([2.5e5], "N s", ["250 kN s"]),
+        ([12.0], "N s", ["12 N s"]),
+        ([0.00035], "m/s", ["0.00035 m/s"]),
+        ([1307.0], "J", ["1.307 kJ"]),
+        ([450e3], "N", ["450 kN"]),
+        ([nan], "s", ["–"]),
+        ([inf], "N", ["inf"]),
     ],
 )
-def test_a_column_of_numbers_has_one_unit(capsys, values, unit, cells):
+def test_a_column_of_numbers_has_one_unit_as_engineers_write_it(capsys, values, unit, cells):
     assert column(capsys, values, unit) == cells
 
 
