@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from math import inf, isnan
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from processes import output
 from sentences import refusal
 
 from pounding_risk import units
@@ -184,7 +183,7 @@ def test_pint_is_not_imported_before_it_is_needed():
         "q.parse('1 cm', q.GAP)\n"
         "assert 'pint' in sys.modules"
     )
-    subprocess.run([sys.executable, "-c", code], check=True)
+    output("-c", code)
 
 
 @pytest.mark.complete
@@ -199,7 +198,7 @@ def test_pint_is_found_where_the_command_line_keeps_it_from_other_libraries():
         "assert units.parse('1 cm', units.GAP) == 0.01\n"
         "assert sys.modules['pint'].__name__ == 'pint'"
     )
-    subprocess.run([sys.executable, "-c", code], check=True)
+    output("-c", code)
 
 
 @pytest.mark.parametrize("value", [0.02, "20 mm", "0.02 m"])

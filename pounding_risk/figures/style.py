@@ -18,7 +18,10 @@ from pounding_risk._common.files import write_whole
 from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+else:
+    Axes = Figure = Any  # Matplotlib is imported where a figure is made
 
 STYLES = (("#0072B2", "-"), ("#D55E00", "--"), ("#009E73", "-."), ("#CC79A7", ":"), ("#56B4E9", "-"), ("#E69F00", "--"))
 QUIET = "#555555"

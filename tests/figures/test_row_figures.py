@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 from made_row import STREET, made_row
 from matplotlib.collections import PathCollection, PolyCollection
+from matplotlib.text import Text
 from scenes import scene_text, single
 from sentences import refusal
 from sweeps import sweep
@@ -53,8 +54,6 @@ def case(results) -> RowCase:
 
 def texts(figure) -> str:
     """Everything that is written in a figure, lines joined."""
-    from matplotlib.text import Text
-
     return "\n".join(each.get_text() for each in figure.findobj(Text))
 
 

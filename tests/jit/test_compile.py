@@ -13,8 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interpreted import interpreted
-from processes import PACKAGE, bare_environment, compiled, output, python
+from processes import PACKAGE, bare_environment, compiled, interpreted, output, python
 from sweeps import sweep
 
 import pounding_risk

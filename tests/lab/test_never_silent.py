@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interpreted import interpreted
+from processes import interpreted
 from scenes import rigid, scene_text, storeyed
 
 import pounding_risk as pr

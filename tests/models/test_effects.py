@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from interpreted import interpreted
 from paths import Path, follow_pair
+from processes import interpreted
 from scenes import scene_text, single, storeyed
 from sentences import refusal as refusal_of
 from sweeps import sweep

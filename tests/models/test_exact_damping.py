@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from interpreted import interpreted
-from processes import compiled
+from processes import compiled, interpreted
 from scenes import rigid, scene_text, single
 from scipy.integrate import solve_ivp
 from sentences import refusal

@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from interpreted import interpreted
-from processes import compiled
+from processes import compiled, interpreted
 
 
 class Case(NamedTuple):

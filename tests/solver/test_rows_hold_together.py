@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from interpreted import interpreted
 from oracle_rows import integrate
+from processes import interpreted
 from row_cases import (
     CASES,
     EL_CENTRO,

@@ -10,7 +10,7 @@ import json
 
 import numpy as np
 import pytest
-from interpreted import interpreted
+from processes import interpreted
 from row_cases import EL_CENTRO, PLACES, RIGID, contacts_of, floors, jankowski, meeting, points_of, single, storeys
 from scipy.integrate import solve_ivp
 from sweeps import sweep

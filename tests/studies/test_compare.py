@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from figure_words import words_of
-from interpreted import interpreted
+from processes import interpreted
 from scenes import BOTH, PAIR, TWO_AND_A_WALL, rigid, scene_text
 from scipy.stats import spearmanr
 from sentences import refusal

@@ -5,7 +5,7 @@ from __future__ import annotations
 import commands
 import numpy as np
 import pytest
-from interpreted import interpreted
+from processes import interpreted
 from scenes import BOTH, rigid, scene_text, single, storeyed
 
 import pounding_risk as pr

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pounding_risk._jit.by_address import by_address
 from pounding_risk._jit.compile import kernel, small
+from pounding_risk._jit.memory import by_address
 from pounding_risk.lab.baselines import fixed_step as fixed
 from pounding_risk.lab.baselines.matrices import RowMatrices
 from pounding_risk.lab.baselines.steppers import Contact, Newmark, contact_force, solve_force, uncapped_force
