@@ -418,7 +418,7 @@ def modules_of(file: Path) -> set[str]:
 def test_rivals_share_nothing_with_the_solver_but_laws_and_buildings(file):
     """No kernel of the solver, nothing that reads or draws: a rival that borrowed its events would be none."""
     plain = {"__future__", "collections.abc", "math", "typing", "numpy", "numpy.typing", "scipy.integrate"}
-    plain |= {"pounding_risk._jit.compile", "pounding_risk._jit.by_address", "pounding_risk.lab.baselines"}
+    plain |= {"pounding_risk._jit.compile", "pounding_risk._jit.memory", "pounding_risk.lab.baselines"}
     for module in modules_of(file) - plain:
         assert module.startswith(("pounding_risk.lab.baselines.", "pounding_risk.models.")), module
 
