@@ -26,7 +26,7 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import PEAK, Level, Measure
 from pounding_risk.motions.request import RecordRequest
 from pounding_risk.scene.interfaces import (
-    EQUAL_TERMS,
+    EQUAL_TERMS_EXAMPLE,
     NO_RESTITUTION,
     PARAMETERS,
     interface_name,
@@ -332,8 +332,7 @@ class SceneValues(ShortRepr):
             unit, own = stiffness_quantity(law).unit, stiffness_quantity(known_law(self.stiff_name)).unit
             sentence = (
                 f"{name} takes a stiffness in {unit}, the scene gives one in {own} for {self.stiff_name}; "
-                f'write equal_terms = {{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}} in [[interface]], '
-                "from which it follows"
+                f"write equal_terms = {EQUAL_TERMS_EXAMPLE} in [[interface]], from which it follows"
             )
             raise SceneError(self.source, [sentence])
         values: dict[str, Any] = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
