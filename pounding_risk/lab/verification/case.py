@@ -14,7 +14,7 @@ from importlib.resources import files
 from importlib.util import find_spec
 from math import inf
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pounding_risk import units
 from pounding_risk._common.words import nearest
@@ -133,61 +133,59 @@ def _kind_of_value(absent: str) -> Key:
 class About(Table):
     """The table [case]: what the case is, and where it is published."""
 
-    title: Annotated[str, text("What is computed.", "Mass that falls on an elastic stop", REQUIRED)]
-    source: Annotated[str, text("Author and year, or program and test, in a few words.", "Hertz (1881)", REQUIRED)]
-    citation: Annotated[str, text("The source in full.", "EDF R&D, code_aster, V5.01.108", REQUIRED)]
-    where: Annotated[str, text("Where in the source the values stand.", "table 2, page 34", REQUIRED)]
-    basis: Annotated[
-        str, one_of(BASES, "how a value is known", "Whether the values were read in the source.", '"read"', REQUIRED)
-    ]
-    known: Annotated[str, text("In words: read where, or through which document.", "read in the report", REQUIRED)]
-    kind: Annotated[str, _kind_of_value(REQUIRED)]
-    url: Annotated[str, text("DOI or address.", "https://doi.org/10.1002/eqe.434", "none")] = ""
-    note: Annotated[str, text("What a reader of the comparison should know.", "F_E is not published", "none")] = ""
+    title: str = text("What is computed.", "Mass that falls on an elastic stop").required()
+    source: str = text("Author and year, or program and test, in a few words.", "Hertz (1881)").required()
+    citation: str = text("The source in full.", "EDF R&D, code_aster, V5.01.108").required()
+    where: str = text("Where in the source the values stand.", "table 2, page 34").required()
+    basis: str = one_of(
+        BASES, "how a value is known", "Whether the values were read in the source.", '"read"'
+    ).required()
+    known: str = text("In words: read where, or through which document.", "read in the report").required()
+    kind: str = _kind_of_value(REQUIRED).required()
+    url: str = text("DOI or address.", "https://doi.org/10.1002/eqe.434", "none").defaults_to("")
+    note: str = text("What a reader of the comparison should know.", "F_E is not published", "none").defaults_to("")
 
 
 class PublishedTable(Table):
     """A table [[published]]: one value of the source, and which of ours is compared with it."""
 
-    quantity: Annotated[
-        str, text("Name of our output, or of one of the few quantities of a case.", "peak_contact_force", REQUIRED)
-    ]
-    value: Annotated[str, _quoted("The value as printed, with its unit.", '"9950 N"', REQUIRED)]
-    kind: Annotated[str, _kind_of_value("that of [case]")] = ""
-    uncertainty: Annotated[
-        str, _quoted("Reading error or scatter, in the unit of the value.", '"2 kN"', "half a unit of the last digit")
-    ] = ""
-    factor: Annotated[
-        float,
-        Key(
-            "The source's value is factor × ours + offset, where its axis points the other way.",
-            _factor,
-            "-1",
-            "1",
-            schema={"type": "number"},
-        ),
-    ] = 1.0
-    offset: Annotated[str, _quoted("See factor; where its origin or its clock is another.", '"0.05 m"', "0")] = ""
-    building: Annotated[str, text("Name of the building.", "frame", "the only one")] = ""
-    storey: Annotated[int | None, _whole("storey", "Number of the storey.", "the only one")] = None
-    interface: Annotated[str, text("Name of the interface.", "frame | wall", "the only one")] = ""
-    contact_point: Annotated[int | None, _whole("contact_point", "Number of the contact point.", "the only one")] = None
-    contact: Annotated[int | None, _whole("contact", "Number of the contact, in the order of touches.", "the only")] = (
+    quantity: str = text(
+        "Name of our output, or of one of the few quantities of a case.", "peak_contact_force"
+    ).required()
+    value: str = _quoted("The value as printed, with its unit.", '"9950 N"', REQUIRED).required()
+    kind: str = _kind_of_value("that of [case]").defaults_to("")
+    uncertainty: str = _quoted(
+        "Reading error or scatter, in the unit of the value.", '"2 kN"', "half a unit of the last digit"
+    ).defaults_to("")
+    factor: float = Key(
+        "The source's value is factor × ours + offset, where its axis points the other way.",
+        _factor,
+        "-1",
+        "1",
+        schema={"type": "number"},
+    ).defaults_to(1.0)
+    offset: str = _quoted("See factor; where its origin or its clock is another.", '"0.05 m"', "0").defaults_to("")
+    building: str = text("Name of the building.", "frame", "the only one").defaults_to("")
+    storey: int | None = _whole("storey", "Number of the storey.", "the only one").defaults_to(None)
+    interface: str = text("Name of the interface.", "frame | wall", "the only one").defaults_to("")
+    contact_point: int | None = _whole("contact_point", "Number of the contact point.", "the only one").defaults_to(
         None
     )
-    mode: Annotated[int | None, _whole("mode", "Number of the mode, slowest first.", "required of modes")] = None
-    time: Annotated[float | None, measured(units.TIME, "Time of our run.", '"1.2 s"', "required of histories")] = None
-    since: Annotated[
-        float | None,
-        measured(units.TIME, "Begin of the span that ends at time.", '"4 s"', "required of means over a span"),
-    ] = None
-    penetration: Annotated[
-        float | None, measured(units.GAP, "Penetration, on the way in.", '"0.2 mm"', "required of force")
-    ] = None
-    period: Annotated[
-        float | None, measured(units.PERIOD, "Period of the oscillator.", '"1 s"', "required of spectral values")
-    ] = None
-    note: Annotated[str, text("Why ours may differ.", "fixed steps of 3.5 ms", "none")] = ""
+    contact: int | None = _whole("contact", "Number of the contact, in the order of touches.", "the only").defaults_to(
+        None
+    )
+    mode: int | None = _whole("mode", "Number of the mode, slowest first.", "required of modes").defaults_to(None)
+    time: float | None = measured(units.TIME, "Time of our run.", '"1.2 s"', "required of histories").defaults_to(None)
+    since: float | None = measured(
+        units.TIME, "Begin of the span that ends at time.", '"4 s"', "required of means over a span"
+    ).defaults_to(None)
+    penetration: float | None = measured(
+        units.GAP, "Penetration, on the way in.", '"0.2 mm"', "required of force"
+    ).defaults_to(None)
+    period: float | None = measured(
+        units.PERIOD, "Period of the oscillator.", '"1 s"', "required of spectral values"
+    ).defaults_to(None)
+    note: str = text("Why ours may differ.", "fixed steps of 3.5 ms", "none").defaults_to("")
 
 
 _INTERFACE = Interface.keys()
@@ -196,24 +194,24 @@ _INTERFACE = Interface.keys()
 class ImpactTable(Table):
     """The table [impact]: one collision of two free masses; keys of the contact are those of [[interface]]."""
 
-    mass: Annotated[float, measured(units.MASS, "Mass of the striker.", '"570 kg"', REQUIRED)]
-    speed: Annotated[float, measured(units.SPEED, "Speed of approach.", '"0.5 m/s"', REQUIRED)]
-    contact_model: Annotated[str, _INTERFACE["contact_model"]]
-    other_mass: Annotated[
-        float, measured(units.MASS._replace(open_high=False), "Mass that is struck.", '"290 kg"', '"inf", a wall')
-    ] = inf
-    stiffness: Annotated[Any, _INTERFACE["stiffness"]] = None
-    restitution: Annotated[Any, _INTERFACE["restitution"]] = None
-    yield_force: Annotated[float, _INTERFACE["yield_force"]] = inf
-    plastic_exponent: Annotated[float, _INTERFACE["plastic_exponent"]] = 0.0
-    design_penetration: Annotated[float, _INTERFACE["design_penetration"]] = 0.0
-    floor_length: Annotated[float | None, measured(units.FLOOR_LENGTH, "Of the striker's floor.", '"10 m"', "none")] = (
+    mass: float = measured(units.MASS, "Mass of the striker.", '"570 kg"').required()
+    speed: float = measured(units.SPEED, "Speed of approach.").required()
+    contact_model: str = _INTERFACE["contact_model"].required()
+    other_mass: float = measured(
+        units.MASS._replace(open_high=False), "Mass that is struck.", '"290 kg"', '"inf", a wall'
+    ).defaults_to(inf)
+    stiffness: Any = _INTERFACE["stiffness"].defaults_to(None)
+    restitution: Any = _INTERFACE["restitution"].defaults_to(None)
+    yield_force: float = _INTERFACE["yield_force"].defaults_to(inf)
+    plastic_exponent: float = _INTERFACE["plastic_exponent"].defaults_to(0.0)
+    design_penetration: float = _INTERFACE["design_penetration"].defaults_to(0.0)
+    floor_length: float | None = measured(units.FLOOR_LENGTH, "Of the striker's floor.", '"10 m"', "none").defaults_to(
         None
     )
-    other_floor_length: Annotated[
-        float | None, measured(units.FLOOR_LENGTH, "Of the floor that is struck.", '"20 m"', "none")
-    ] = None
-    wave_speed: Annotated[float, measured(units.WAVE_SPEED, "Of both floors.", '"3500 m/s"', '"3500 m/s"')] = (
+    other_floor_length: float | None = measured(
+        units.FLOOR_LENGTH, "Of the floor that is struck.", absent="none"
+    ).defaults_to(None)
+    wave_speed: float = measured(units.WAVE_SPEED, "Of both floors.", absent='"3500 m/s"').defaults_to(
         CONCRETE_WAVE_SPEED
     )
 
@@ -221,15 +219,12 @@ class ImpactTable(Table):
 class MotionTable(Table):
     """The table [motion]: a recording."""
 
-    components: Annotated[
-        tuple[str, ...],
-        Key(
-            "Both horizontal components, ids of the catalogue.",
-            _components,
-            '["RSN77-164", "RSN77-254"]',
-            schema={"type": "array"},
-        ),
-    ]
+    components: tuple[str, ...] = Key(
+        "Both horizontal components, ids of the catalogue.",
+        _components,
+        '["RSN77-164", "RSN77-254"]',
+        schema={"type": "array"},
+    ).required()
 
 
 # ------------------------------------------------------------------------------------------------ cases
