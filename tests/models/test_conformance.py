@@ -33,6 +33,8 @@ K, BETA, MASS, SPEED = 9.35e7, 2.75e9, 570.0, 0.5  # N/m, N/m^1.5, kg, m/s: conc
 MODELS = tuple(CONTACT_MODELS)
 ASKED = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.8, 0.9)
 Peaks = tuple[float, float, float]
+NO_E, NO_CAP, NO_STIFFNESS = "it is elastic as it is", "it has no yield force", "it has no stiffness that could grow"
+JUMPS = "its velocities jump: no depth, no finite force"
 
 
 class Facts(NamedTuple):
@@ -42,7 +44,7 @@ class Facts(NamedTuple):
     restitution: Callable[[float], float]  # e achieved against a wall from the e asked for, by the published relation
     peaks: Callable[[float], Peaks] | str  # (penetration, force, duration) from the e asked for
     elastic: Any | str  # the law that it is at e = 1
-    uncapped: Any | str  # the law that it is at F_E = ∞
+    uncapped: Any | str = NO_CAP  # the law that it is at F_E = ∞
     stiff: str = ""  # why it does not tend to the instant impulse as its stiffness grows; "" where it does
     between: Callable[[float, float], float] | None = None  # e achieved between two masses, where it depends on them
     behind: Any = None  # the model with left for right, where it has a left and a right
@@ -50,14 +52,6 @@ class Facts(NamedTuple):
     def achieved(self, striker: float, struck: float) -> float:
         """e between two masses, where 0.65 is asked for."""
         return self.between(striker, struck) if self.between else self.restitution(0.65)
-
-
-NO_E, NO_CAP, JUMPS = (
-    "it is elastic as it is",
-    "it has no yield force",
-    "its velocities jump: no depth, no finite force",
-)
-NO_STIFFNESS = "it has no stiffness that could grow"
 
 
 def ratio(e: float) -> float:
@@ -82,50 +76,44 @@ def damped(e_ratio: float, duration: float) -> Peaks:
 
 HERTZ_DEPTH = exact.hertz_impact(BETA, MASS, SPEED)[0]
 FACTS = {
-    "linear": Facts(Linear(K), lambda e: 1.0, lambda e: exact.linear_impact(K, MASS, SPEED), NO_E, NO_CAP),
+    "linear": Facts(Linear(K), lambda e: 1.0, lambda e: exact.linear_impact(K, MASS, SPEED), NO_E),
     "kelvin_voigt": Facts(
         contact.KelvinVoigt(K),
         lambda e: e,
         lambda e: damped(ratio(e), exact.kelvin_voigt_impact(K, MASS, SPEED, ratio(e))[1]),
         Linear(K),
-        NO_CAP,
     ),
     "kelvin_voigt_tension_cut": Facts(
         contact.KelvinVoigtTensionCut(K),
         lambda e: exact.kelvin_voigt_cut_restitution(ratio(e)),
         lambda e: damped(ratio(e), exact.kelvin_voigt_cut_duration(K, MASS, ratio(e))),
         Linear(K),
-        NO_CAP,
     ),
     "modified_kelvin_voigt": Facts(
         contact.ModifiedKelvinVoigt(K),
         lambda e: exact.modified_kelvin_voigt_restitution(modified(e)),
         lambda e: damped(modified(e), exact.modified_kelvin_voigt_duration(K, MASS, modified(e))),
         Linear(K),
-        NO_CAP,
     ),
-    "hertz": Facts(Hertz(BETA), lambda e: 1.0, lambda e: exact.hertz_impact(BETA, MASS, SPEED), NO_E, NO_CAP),
+    "hertz": Facts(Hertz(BETA), lambda e: 1.0, lambda e: exact.hertz_impact(BETA, MASS, SPEED), NO_E),
     "hertz_damp": Facts(
         contact.HertzDamp(BETA),
         lambda e: exact.hertz_damp_restitution(exact.hertz_damp_factor(e)),
         lambda e: exact.hertz_damp_impact(BETA, MASS, SPEED, exact.hertz_damp_factor(e)),
         Hertz(BETA),
-        NO_CAP,
     ),
     "hertz_damp_exact": Facts(
         contact.HertzDampExact(BETA),
         lambda e: e,
         lambda e: exact.hertz_damp_impact(BETA, MASS, SPEED, exact_hertz_damp(e)),
         Hertz(BETA),
-        NO_CAP,
     ),
-    "jankowski": Facts(Jankowski(BETA), jankowski_e, jankowski_peaks, Hertz(BETA), NO_CAP),
+    "jankowski": Facts(Jankowski(BETA), jankowski_e, jankowski_peaks, Hertz(BETA)),
     "bilinear": Facts(
         contact.Bilinear(BETA),
         exact.bilinear_restitution,
         lambda e: exact.bilinear_impact(BETA, MASS, SPEED, exact.bilinear_share(e)),
         Linear(BETA * sqrt(HERTZ_DEPTH)),
-        NO_CAP,
     ),
     "van_mier": Facts(
         contact.VanMier(BETA), lambda e: 1.0, lambda e: exact.hertz_impact(BETA, MASS, SPEED), NO_E, Hertz(BETA)
@@ -134,21 +122,18 @@ FACTS = {
         contact.ViscousElastoplastic(BETA), jankowski_e, jankowski_peaks, Hertz(BETA), Jankowski(BETA)
     ),
     # Its table of one straight line; others have their own tests.
-    "tabulated": Facts(
-        contact.Tabulated(K), lambda e: 1.0, lambda e: exact.linear_impact(K, MASS, SPEED), NO_E, NO_CAP
-    ),
-    "stereomechanical": Facts(Stereomechanical(), lambda e: e, JUMPS, Linear(K), NO_CAP, NO_STIFFNESS),
+    "tabulated": Facts(contact.Tabulated(K), lambda e: 1.0, lambda e: exact.linear_impact(K, MASS, SPEED), NO_E),
+    "stereomechanical": Facts(Stereomechanical(), lambda e: e, JUMPS, Linear(K), stiff=NO_STIFFNESS),
     "distributed_mass": Facts(
         DistributedMass(10.0, 20.0, 3500.0, 3500.0),
         lambda e: 1.0,
         lambda e: (0.0, SPEED * MASS * 3500.0 / 10.0, 2.0 * 10.0 / 3500.0),  # v0 Z, until the wave is back
         "it has its own e, from its floors",
-        NO_CAP,
-        NO_STIFFNESS,
-        lambda striker, struck: exact.bars_restitution((striker, 10.0), (struck, 20.0)),
-        DistributedMass(20.0, 10.0, 3500.0, 3500.0),
+        stiff=NO_STIFFNESS,
+        between=lambda striker, struck: exact.bars_restitution((striker, 10.0), (struck, 20.0)),
+        behind=DistributedMass(20.0, 10.0, 3500.0, 3500.0),
     ),
-    "merged": Facts(instant.Merged(), lambda e: 0.0, JUMPS, "it never rebounds, whatever e", NO_CAP, NO_STIFFNESS),
+    "merged": Facts(instant.Merged(), lambda e: 0.0, JUMPS, "it never rebounds, whatever e", stiff=NO_STIFFNESS),
 }
 
 

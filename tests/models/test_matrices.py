@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from math import pi
 
 import numpy as np
@@ -39,17 +40,6 @@ def modes_of(stiffness: np.ndarray, count: int, **more) -> ModeTable:
 def hall(**more) -> pr.MatrixBuilding:
     keys = {"stiffness_matrix": BENT.tolist(), "floor_masses": MASSES.tolist(), "storey_heights": "4 m"}
     return pr.MatrixBuilding("hall", **keys | more)
-
-
-def test_a_matrix_has_the_modes_of_scipy_and_its_damping_in_each():
-    building = hall(damping=0.03).structure()
-    periods, shapes = known_modes(BENT)
-    frequencies, forms = building.vibration()
-    assert 2.0 * pi / frequencies == pytest.approx(periods, rel=1e-12)  # rounding
-    assert np.abs(forms.T @ np.diag(MASSES) @ shapes) == pytest.approx(np.eye(3), abs=1e-12)
-    mass, damping, _ = building.matrices()
-    assert np.diag(forms.T @ damping @ forms) == pytest.approx(2.0 * 0.03 * frequencies, rel=1e-12)
-    assert mass.tolist() == np.diag(MASSES).tolist()
 
 
 def test_storey_springs_of_a_chain_by_its_matrix_are_its_own():
@@ -219,16 +209,17 @@ def test_masses_at_floors_alone_condense_to_themselves():
     assert np.array_equal(inertia, 5e4 * np.eye(4)) and driven.tolist() == [5e4] * 4
 
 
-def test_a_mass_matrix_has_the_modes_of_scipy_and_its_damping_in_each():
-    building = massed(BOUND, damping=0.03).structure()
-    squares, shapes = scipy.linalg.eigh(BENT, BOUND)
+@pytest.mark.parametrize(("kind", "masses"), [(hall, np.diag(MASSES)), (partial(massed, BOUND), BOUND)])
+def test_a_matrix_has_the_modes_of_scipy_and_its_damping_in_each(kind, masses):
+    building = kind(damping=0.03).structure()
+    squares, shapes = scipy.linalg.eigh(BENT, masses)
     frequencies, forms = building.vibration()
     assert frequencies == pytest.approx(np.sqrt(squares), rel=1e-12)
-    assert np.abs(forms.T @ BOUND @ shapes) == pytest.approx(np.eye(3), abs=1e-12)
+    assert np.abs(forms.T @ masses @ shapes) == pytest.approx(np.eye(3), abs=1e-12)
     mass, damping, _ = building.matrices()
     assert np.diag(forms.T @ damping @ forms) == pytest.approx(2.0 * 0.03 * frequencies, rel=1e-12)
-    assert mass.tolist() == BOUND.tolist() and building.masses == pytest.approx(BOUND.sum(axis=1), rel=1e-14)
-    rayleigh = massed(BOUND, damping_rule="rayleigh").structure()
+    assert mass.tolist() == masses.tolist() and building.masses == pytest.approx(masses.sum(axis=1), rel=1e-14)
+    rayleigh = kind(damping_rule="rayleigh").structure()
     ratios = np.diag(forms.T @ rayleigh.matrices()[1] @ forms) / (2.0 * frequencies)
     assert ratios[[place - 1 for place in rayleigh.damped_modes()]] == pytest.approx(0.05, rel=1e-12)
 

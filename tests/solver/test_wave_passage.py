@@ -29,8 +29,7 @@ from pounding_risk.solver.workspace import SIGNAL, make_workspace
 from pounding_risk.studies import demo
 from pounding_risk.studies.pair_trace import _node_times, energies, histories, relative_displacement
 
-FRAME, SHED = Building("frame", 500e3, 0.5, 0.05), Building("shed", 800e3, 0.31, 0.05)
-ROCK = Building.rigid("rock")
+FRAME, SHED, ROCK = Building("frame", 500e3, 0.5, 0.05), Building("shed", 800e3, 0.31, 0.05), Building.rigid("rock")
 LAG, STEP = 0.043, 0.01  # no multiple of the step
 GROUND = shaking(4.0)[:400]
 # One law, so that one kernel is compiled: with e = 1 and without a cap it is β δ^1.5.
@@ -75,14 +74,8 @@ def test_an_independent_run(case: str):
     found = solve(left, right, Interface(gap, law, WHOLE), GROUND, STEP, supports=supports, rtol=1e-10)
     assert found["status"] == 0 and found["impact_count"] >= 3
     assert known["touches"] == (found["impact_count"] if name == "merged" else 0.0)
-    twins = {
-        "peak_closing": "closing",
-        "peak_opening": "opening",
-        "peak_contact_force": "force",
-        "impulse": "impulse",
-        "peak_displacement_left": "u_left",
-        "peak_displacement_right": "u_right",
-    }
+    twins = {"peak_closing": "closing", "peak_opening": "opening", "peak_contact_force": "force", "impulse": "impulse"}
+    twins |= {f"peak_displacement_{side}": f"u_{side}" for side in ("left", "right")}
     if name == "hertz":  # a jump has no finite acceleration, and a rigid building has that of the record
         moving = [side for side, building in (("left", left), ("right", right)) if not building.is_rigid]
         twins |= {f"peak_floor_acceleration_{side}": f"a_{side}" for side in moving}

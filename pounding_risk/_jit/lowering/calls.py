@@ -36,6 +36,8 @@ def _called(builder, address, kind, arguments):
 
 @intrinsic
 def call_at(typingctx, address, values, row, a, b, c):
+    """The number that the function at an address gives for a row of values and three numbers."""
+
     def codegen(context, builder, signature, arguments):
         row = _row_of(context, builder, signature, arguments)
         return _called(builder, arguments[0], OF_NUMBERS, [row, *arguments[3:]])
@@ -46,6 +48,8 @@ def call_at(typingctx, address, values, row, a, b, c):
 
 @intrinsic
 def call_on(typingctx, address, values, row, slots):
+    """The number that the function at an address gives for a row of values and an array of slots."""
+
     def codegen(context, builder, signature, arguments):
         row = _row_of(context, builder, signature, arguments)
         data = make_array(signature.args[3])(context, builder, arguments[3]).data
@@ -57,12 +61,15 @@ def call_on(typingctx, address, values, row, slots):
 
 @intrinsic
 def leaves_of(typingctx, model):
+    """How many numbers a model holds, known when its caller is compiled."""
     count = _leaves(model)
     return types.intp(model), lambda context, builder, signature, arguments: context.get_constant(types.intp, count)
 
 
 @intrinsic
 def model_at(typingctx, model, numbers, offset):
+    """A model of the given kind, read from the numbers that begin at an offset."""
+
     def codegen(context, builder, signature, arguments):
         def build(part, entry):
             if not isinstance(part, types.BaseTuple):
@@ -81,6 +88,8 @@ def model_at(typingctx, model, numbers, offset):
 
 @intrinsic
 def lay_at(typingctx, model, numbers, offset):
+    """Write the numbers of a model from an offset on, and give their count."""
+
     def codegen(context, builder, signature, arguments):
         start = builder.gep(arguments[1], [arguments[2]])
 
@@ -100,6 +109,8 @@ def lay_at(typingctx, model, numbers, offset):
 
 @intrinsic
 def call_numbers(typingctx, address, numbers, a, b, c):
+    """As `call_at`, the values by their address."""
+
     def codegen(context, builder, signature, arguments):
         return _called(builder, arguments[0], OF_NUMBERS, [_pointer(builder, arguments[1]), *arguments[2:]])
 
@@ -108,6 +119,8 @@ def call_numbers(typingctx, address, numbers, a, b, c):
 
 @intrinsic
 def call_slots(typingctx, address, numbers, slots):
+    """As `call_on`, values and slots by their addresses."""
+
     def codegen(context, builder, signature, arguments):
         return _called(builder, arguments[0], OF_SLOTS, [_pointer(builder, pointer) for pointer in arguments[1:]])
 
@@ -116,6 +129,8 @@ def call_slots(typingctx, address, numbers, slots):
 
 @intrinsic
 def read_slot(typingctx, slots, number):
+    """One of the slots at an address."""
+
     def codegen(context, builder, signature, arguments):
         return builder.load(builder.gep(_pointer(builder, arguments[0]), [arguments[1]]))
 
@@ -124,6 +139,8 @@ def read_slot(typingctx, slots, number):
 
 @intrinsic
 def write_slots(typingctx, slots, values):
+    """Write a tuple of numbers to the slots at an address."""
+
     def codegen(context, builder, signature, arguments):
         start = _pointer(builder, arguments[0])
         for number in range(len(signature.args[1])):
