@@ -22,8 +22,8 @@ from obspy import Trace
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.formats import LARGEST
 
-LARGEST = 256 * 2**20  # bytes; the longest records of the databases have some megabytes
 SHORTEST_STEP, LONGEST_STEP = 1e-6, 1.0  # s; anything else is a damaged header
 LONGEST_NUMBER = 64  # characters; no program writes more, and the search takes the square of them
 START = 8192  # bytes from which a format is recognised
@@ -354,7 +354,7 @@ class Lines:
 
 def channel_code(dt: float, azimuth: float | None, vertical: bool) -> str:
     """The SEED code of a channel: the band by the time step, N for an accelerometer, the direction."""
-    band = "H" if dt <= 1.0 / 80.0 else "B"
+    band = "H" if dt <= 1.0 / 80.0 else "B"  # of the FDSN, from 80 Hz on and below
     directions = {0.0: "N", 90.0: "E", 360.0: "N"}
     direction = "Z" if vertical else directions.get(-1.0 if azimuth is None else azimuth, "")
     return f"{band}N{direction}"

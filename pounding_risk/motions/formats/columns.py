@@ -314,9 +314,7 @@ def _read_columns(
     """One trace in m/s² from plain columns.
 
     ``unit`` and ``dt`` [s] are what the caller knows of a file that does not say it; where both say it, they must
-    agree. A column of times must rise in equal steps: each may be off its place on the line from the first to the last
-    by one unit of the last digit printed (of the most decimals, or of the most significant digits, whichever is
-    coarser), but by no more than a tenth of the step. The time step is then the shortest decimal that fits them.
+    agree. A column of times must rise in equal steps (`step_of_times`).
 
     Raises RecordError, naming file and line, for no unit or time step or two that differ, for what is no column of
     finite numbers, for times that do not fit, fewer than two samples, and another number of them than stated.
