@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 from pounding_risk._common.progress import Progress
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import read, record_sets, scaling
-from pounding_risk.motions.copies import Copy, copies
 from pounding_risk.motions.formats import is_record, split_component
 from pounding_risk.motions.manifest import read_manifest, source_of
 from pounding_risk.motions.motion import Motion
@@ -27,7 +26,9 @@ from pounding_risk.motions.record import (
     GENERATED,
     RAW,
     STATED,
+    Copy,
     Source,
+    copies,
     is_vertical,
     recording,
     recording_words,
