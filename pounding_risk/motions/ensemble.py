@@ -153,34 +153,25 @@ def _in_one_recording(copy: Copy, chosen: list[_Chosen]) -> str:
 
 
 def sources_named(
-    pattern: str,
-    folder: Path,
-    left_out: list[str],
-    *,
-    unit: str | None = None,
-    dt: float | None = None,
-    lenient: bool = False,
+    pattern: str, folder: Path, left_out: list[str], *, lenient: bool = False, **stated: Any
 ) -> Iterator[Source]:
     """Every component of every file that a name, a pattern or a folder stands for.
 
     A grid of sites stands for the motions of all, with a site after "#" for those of one (`sites.event_grid`).
     Files of a folder that are no records are left out, with a sentence in ``left_out``; with ``lenient`` damaged
-    records are too.
+    records are too. ``stated`` are unit and dt [s] of files that do not state theirs, as `open_source` takes them.
     """
     in_folder = (folder / pattern).is_dir()
     for path in matching(folder, pattern):
         file, component = split_component(path)
         if not in_folder and is_grid(file):
-            yield from sources_at(file, component, unit=unit, dt=dt)
+            yield from sources_at(file, component, **stated)
             continue
         if in_folder and not is_record(path):
             left_out += [] if path.suffix.lower() == BESIDE else [f"{path} is not a record"]
             continue
         try:
-            if component:
-                yield open_source(path, unit=unit, dt=dt)
-            else:
-                yield from components(path, unit=unit, dt=dt)
+            yield from [open_source(path, **stated)] if component else components(path, **stated)
         except RecordError as error:
             if not (in_folder and lenient):
                 raise

@@ -205,14 +205,7 @@ def column(name: str, first: int, words: list[str]) -> NDArray[np.float64]:
 
     Raises RecordError, naming the line, for a word that is no finite number.
     """
-    values = [_text.number(word) for word in words]
-    for at, value in enumerate(values):
-        if value is None:
-            raise RecordError(
-                f"{name}, line {first + at + 1}: {quoted(words[at])} is not a finite number; every line after the head "
-                "must hold plain numbers such as -0.0123: repair that line, or fetch the file again"
-            )
-    return np.array(values, dtype=np.float64)
+    return _text.numbers(name, enumerate(words), first, "-0.0123", "every line after the head must hold")
 
 
 def step_of_times(name: str, first: int, words: list[str]) -> tuple[float, float]:
