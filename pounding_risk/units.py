@@ -300,9 +300,13 @@ def share(value: Any, name: str, *, low: float = 0.0, high: float = 1.0) -> floa
 
 def repair(quantity: Quantity) -> str:
     """What to write instead: `write a mass such as "44.36 t"`."""
+    return f"write {article(quantity.words)} such as {written_example(quantity)}"
+
+
+def written_example(quantity: Quantity) -> str:
+    """A value as a scene file has it: text with a unit in quotes, or a plain number."""
     example = quantity.example or EXAMPLES.get(quantity.unit, f"1 {quantity.unit}")
-    quoted = example if quantity.unit == "1" else f'"{example}"'
-    return f"write {article(quantity.words)} such as {quoted}"
+    return example if quantity.unit == "1" else f'"{example}"'
 
 
 def bounds(quantity: Quantity) -> str:

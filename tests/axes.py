@@ -24,18 +24,20 @@ WHEN = ("date_created", "history")
 
 
 def pair_text(axes: dict[str, Any], grid: dict[str, Any] | None = None, **more: Any) -> str:
-    """A pair under a pulse, at two gaps, with these axes."""
-    return scene_text(records=PULSE, grid={"gap": ["10 mm", "60 mm"], **(grid or {}), **axes}, **more)
+    """A pair at two gaps, under a pulse unless ``more`` has other records, with these axes."""
+    return scene_text(grid={"gap": ["10 mm", "60 mm"], **(grid or {}), **axes}, **{"records": PULSE} | more)
 
 
-def row_text(axes: dict[str, Any]) -> str:
-    """A row of storeys, a mass and storeys under a pulse, with these axes."""
+def row_text(axes: dict[str, Any], interfaces: int = 1, **more: Any) -> str:
+    """A row of storeys, a mass and storeys under a pulse, with these axes; so many tables of equal interfaces."""
     buildings = (
         storeyed("A", "200 t", "9e7 N/m", storeys=2),
         single("B", "300 t", "0.5 s", height="3 m"),
         storeyed("C", "150 t", "3e8 N/m", storeys=2),
     )
-    return scene_text(*buildings, records=PULSE, grid={"gap": ["5 mm", "40 mm"], **axes})
+    text = scene_text(*buildings, records=PULSE, grid={"gap": ["5 mm", "40 mm"], **axes}, **more)
+    interface = text[text.index("[[interface]]") : text.index("[records]")]
+    return text.replace(interface, interface * interfaces)
 
 
 def same_scan(one: xr.Dataset, other: xr.Dataset, apart: tuple[str, ...] = ()) -> None:

@@ -15,6 +15,13 @@ def run(*words: object) -> Any:
     return CliRunner().invoke(cli.app, list(map(str, words)), prog_name="pounding-risk")
 
 
+def done(*words: object) -> Any:
+    """What a command prints that must come to its end."""
+    result = run(*words)
+    assert result.exit_code == 0, result.output
+    return result
+
+
 def refused(*words: object) -> str:
     """The sentence of a command that ends with status 2, without a traceback."""
     done = run(*words)

@@ -88,14 +88,6 @@ def root() -> Path:
     return Path(__file__).resolve().parent.parent
 
 
-@pytest.fixture(scope="module")
-def benchmarks(root: Path) -> Iterator[Path]:
-    """Their folder, whose scripts import each other by name, as they do when one of them is run."""
-    sys.path.insert(0, str(root / "benchmarks"))
-    yield root / "benchmarks"
-    sys.path.remove(str(root / "benchmarks"))
-
-
 @contextmanager
 def _locked(path: Path) -> Iterator[None]:
     """Held by one process at a time; a process that ends lets go of it."""

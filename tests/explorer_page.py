@@ -6,12 +6,12 @@ import base64
 import json
 import shutil
 import zlib
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from lxml.html import HTMLParser, document_fromstring
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 DRIVER = shutil.which("chromedriver")
@@ -23,30 +23,14 @@ def needs_browser(test: Any) -> Any:
     return pytest.mark.complete(without(test))
 
 
-class Page(HTMLParser):
+class Page:
     """What stands in a page: scripts' texts by type, the policy, and every attribute that may fetch."""
 
     def __init__(self, text: str):
-        super().__init__(convert_charrefs=True)
-        self.scripts: list[tuple[str, str]] = []
-        self.fetched: list[str] = []
-        self.policy = ""
-        self.tags: list[str] = []
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        told = dict(attrs)
-        self.tags.append(tag)
-        if tag == "script":
-            self.scripts.append((told.get("type") or "", ""))
-        if told.get("http-equiv") == "Content-Security-Policy":
-            self.policy = told["content"] or ""
-        self.fetched += [value or "" for name, value in attrs if name in ("src", "href", "data", "action", "srcset")]
-
-    def handle_data(self, data: str) -> None:
-        if self.tags and self.tags[-1] == "script" and self.cdata_elem:
-            kind, text = self.scripts[-1]
-            self.scripts[-1] = (kind, text + data)
+        root = document_fromstring(text, parser=HTMLParser(huge_tree=True))
+        self.scripts = [(each.get("type", ""), each.text or "") for each in root.iter("script")]
+        (self.policy,) = root.xpath("//*[@http-equiv='Content-Security-Policy']/@content")
+        self.fetched = root.xpath("//@src | //@href | //@data | //@action | //@srcset")
 
 
 def embedded(path: Path) -> dict:

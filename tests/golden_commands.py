@@ -18,6 +18,8 @@ from importlib.resources import files
 from itertools import count
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
+from unittest.mock import patch
 
 from typer.testing import CliRunner
 
@@ -191,33 +193,23 @@ def fixed_surroundings() -> Iterator[None]:
     """A clock that moves by 1/1024 s at each look, which binary numbers hold exactly, a wide screen, one date."""
     import time
 
-    kept = {name: getattr(time, name) for name in ("perf_counter", "process_time", "thread_time")}
-    environment = dict(os.environ)
-    os.environ |= {"COLUMNS": "200", "SOURCE_DATE_EPOCH": "1700000000", "NO_COLOR": "1"}
+    clocks = {name: getattr(time, name) for name in ("perf_counter", "process_time", "thread_time")}
     ticks = count(1)
-    for name in kept:
-        setattr(time, name, lambda: next(ticks) / 1024)
-    taken = [
-        (module, name)
-        for module in list(sys.modules.values())
-        if getattr(module, "__name__", "").startswith("pounding_risk.")
-        for name in kept
-        if getattr(module, name, None) is kept[name]
-    ]
-    for module, name in taken:
-        setattr(module, name, getattr(time, name))
-    try:
-        yield
-    finally:
-        for name, clock in kept.items():
-            setattr(time, name, clock)
-        for module in list(sys.modules.values()):
-            if getattr(module, "__name__", "").startswith("pounding_risk."):
-                for name, clock in kept.items():
-                    if name in vars(module):
-                        setattr(module, name, clock)
-        os.environ.clear()
-        os.environ.update(environment)
+
+    def set_clocks(told: dict[str, Any]) -> None:
+        """In the module of time, and wherever the package has taken them from there."""
+        ours = [module for name, module in list(sys.modules.items()) if name.startswith("pounding_risk.")]
+        for module in (time, *ours):
+            for name in clocks.keys() & vars(module).keys():
+                setattr(module, name, told[name])
+
+    environment = {"COLUMNS": "200", "SOURCE_DATE_EPOCH": "1700000000", "NO_COLOR": "1"}
+    with patch.dict(os.environ, environment):
+        set_clocks(dict.fromkeys(clocks, lambda: next(ticks) / 1024))
+        try:
+            yield
+        finally:
+            set_clocks(clocks)
 
 
 def outputs(folder: Path) -> Iterator[tuple[str, str]]:

@@ -2,8 +2,8 @@
 
 Elements have the deformation x = row of shares · u and the force f that opposes it. Springs yield with kinematic
 hardening, which makes storeys, isolators, links and links that slip; stops act past an offset, which makes contacts and
-hooks, and break; braced dampers have the force k_b y with ẏ = ẋ − (k_b |y| / c)^(1/α) sgn y. The error falls with the
-square of the step, kinks aside.
+hooks, and break; one with an offset of −∞ acts both ways. Braced dampers have the force k_b y with
+ẏ = ẋ − (k_b |y| / c)^(1/α) sgn y. The error falls with the square of the step, kinks aside.
 """
 
 from __future__ import annotations
@@ -59,11 +59,12 @@ def shaken(mass: Array, damping: Array, elements: Elements, ground: Array, step:
         return np.sign(y) * (brace * np.abs(y) / c) ** (1.0 / power)
 
     for number, pull in enumerate(ground):
-        x, past_offset = springs @ now, stops @ now - offset
+        x, reached = springs @ now, stops @ now
+        past_offset = np.where(offset > -inf, reached - offset, reached)
         elastic = np.clip((k - soft) * (x - plastic), -held, held)
         plastic = x - elastic / (k - soft)
-        trial = stiff * np.maximum(past_offset, 0.0)
-        whole *= trial < breaks
+        trial = stiff * np.where(offset > -inf, np.maximum(past_offset, 0.0), past_offset)
+        whole *= np.abs(trial) < breaks
         force = whole * trial
         load = -mass * pull - springs.T @ (soft * x + elastic) - stops.T @ force - dampers.T @ (brace * y)
         past, now = now, inverse @ (load + 2.0 * mass / step**2 * now - before @ past)
@@ -76,7 +77,7 @@ def shaken(mass: Array, damping: Array, elements: Elements, ground: Array, step:
         taken += step * brace * middle * speed(middle)
         for best, value in ((peak, past), (reach, x), (push, force), (largest, brace * y)):
             np.maximum(best, np.abs(value), out=best)
-        np.maximum(far, past_offset + offset, out=far)
+        np.maximum(far, reached, out=far)
     return Motion(
         peak, np.array([reach, np.abs(plastic)]), np.array([far, push, count, 1.0 - whole]), first,
         np.array([largest, taken]),

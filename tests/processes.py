@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,17 +25,35 @@ def bare_environment(**more: str) -> dict[str, str]:
     return {**kept, "PYTHONDONTWRITEBYTECODE": "1", **more}
 
 
-def python(*words: object, **options: Any) -> subprocess.Popen[str]:
-    """A process of Python with this package and the helpers of its tests, whose ends are open."""
-    folders = os.pathsep.join(map(str, (PACKAGE.parent, Path(__file__).parent)))
+def python(*words: object, env: Mapping[str, str] = os.environ, **options: Any) -> subprocess.Popen[str]:
+    """A process of Python with this package and the modules of its tests, whose ends are open."""
+    tests = Path(__file__).parent
+    folders = [PACKAGE.parent, tests, *(folder for folder in tests.iterdir() if folder.is_dir())]
     ends = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
-    command, environment = [sys.executable, *map(str, words)], {**os.environ, "PYTHONPATH": folders}
-    return subprocess.Popen(command, env=environment, text=True, **(ends | options))
+    path = os.pathsep.join([*filter(None, [env.get("PYTHONPATH")]), *map(str, folders)])
+    command = [sys.executable, *map(str, words)]
+    return subprocess.Popen(command, env={**env, "PYTHONPATH": path}, text=True, **(ends | options))
 
 
-def output(*words: object, timeout: float = 120.0, **options: Any) -> str:
-    """What such a process prints, which must succeed."""
+def ended(*words: object, timeout: float = 120.0, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Such a process at its end, with what it printed."""
     process = python(*words, **options)
     out, errors = process.communicate(timeout=timeout)
-    assert process.returncode == 0, errors
-    return out
+    return subprocess.CompletedProcess(words, process.returncode, out, errors)
+
+
+def told(*words: object, **options: Any) -> tuple[str, str]:
+    """What such a process, which must succeed, prints, and what it writes to standard error."""
+    process = ended(*words, **options)
+    assert process.returncode == 0, process.stderr
+    return process.stdout, process.stderr
+
+
+def output(*words: object, **options: Any) -> str:
+    """What such a process prints."""
+    return told(*words, **options)[0]
+
+
+def interpreted(code: str) -> Any:
+    """What code prints with numba switched off, read as JSON."""
+    return json.loads(output("-c", code, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, timeout=300))

@@ -19,9 +19,12 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.read import read_motion
 from pounding_risk.solver import counters
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
 from pounding_risk.solver.row.layout import lay_out
+from pounding_risk.solver.row.model import RowModel
 
 GRAVITY = 9.80665
+LEVELS = np.array([2e6, 5.5e6, 9e6])  # N, the yield forces at which a law without a cap is asked
 SOIL = ("soil_flexibility", (("shear_wave_velocity", 150.0), ("radius", 6.0)))
 YIELDS = ("inelastic_storeys", (("hardening", 0.03),))
 LEANS = ("p_delta", ())
@@ -189,6 +192,24 @@ def by_solver(case: Case, rtol: float = 1e-9) -> Any:
     acceleration, dt = case.shaking.samples()
     row = lay_out(case.chains, points_of(case.meetings), dt)
     return rows.run_row(row, contacts_of(case.meetings), acceleration, rtol=rtol)
+
+
+def cases_of(model: RowModel, law: Any, motion: tuple[np.ndarray, float], rules: Any, rtol: float = 1e-6) -> Cases:
+    """Every case of a row under ``motion`` = (a_g [m/s²] as `RowModel.under` gives it, its step [s]).
+
+    One law at all points, and one restitution or ``rules`` of each; yielding is counted at `LEVELS`.
+    """
+    acceleration, dt = motion
+    free, count = rows.free_response(model.row(dt, acceleration.ndim > 1), acceleration), len(model.points)
+    each = (rules,) * count if isinstance(rules, Restitution) else tuple(rules)
+    driven = Driven(acceleration, dt, float(np.abs(acceleration).max()), free.run)
+    return Cases(model, Mechanics((law,) * count, each, LEVELS), driven, rtol, lambda: free.motion)
+
+
+def limits_of(model: RowModel, gaps: Any, strength: float = math.inf, largest: float = math.inf) -> Limits:
+    """One gap an interface; every point yields at ``strength``."""
+    count = len(model.points)
+    return Limits(np.array(gaps, float)[model.interfaces], np.full(count, strength), np.full(count, largest))
 
 
 def named(run: Any) -> dict[str, np.ndarray]:

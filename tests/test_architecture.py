@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import ast
 import doctest
-import os
 import pkgutil
 import re
-import subprocess
-import sys
 import tomllib
 from importlib import import_module
 from pathlib import Path
@@ -17,6 +14,7 @@ import grimp
 import numpy as np
 import pytest
 from importlinter.cli import EXIT_STATUS_SUCCESS, lint_imports
+from processes import output
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from sweeps import sweep
@@ -161,16 +159,10 @@ def test_each_format_has_its_entry_points(root):
             assert callable(getattr(__import__(module, fromlist=["_"]), function))
 
 
-def python(code: str, **more: str) -> subprocess.CompletedProcess[str]:
-    """Run code in a fresh interpreter that finds this very package."""
-    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), **more}
-    return subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=120)
-
-
 def test_importing_the_package_imports_nothing_heavy():
     heavy = sorted({"matplotlib", "obspy", "numba", "xarray", "pint", "pydantic", "jinja2"})
-    run = python(f"import sys, pounding_risk; print([name for name in {heavy} if name in sys.modules])")
-    assert (run.stdout.strip(), run.returncode) == ("[]", 0), run.stderr
+    code = f"import sys, pounding_risk; print([name for name in {heavy} if name in sys.modules])"
+    assert output("-c", code).strip() == "[]"
 
 
 # What takes long to import. Only what writes or reads a dataset imports those of DATASETS.
@@ -208,12 +200,11 @@ def test_a_command_imports_what_it_needs(line, tmp_path):
         pytest.skip("NUMBA_DISABLE_JIT is set: there is nothing compiled")
     if words[0] == "scan":  # numba imports SciPy where it compiles: once, before
         (tmp_path / "compiled").mkdir()
-        python(code.replace(str(tmp_path), str(tmp_path / "compiled")))
-    run = python(code)
-    assert run.returncode == 0, run.stderr
-    assert run.stdout.strip().splitlines()[-1] == "0 []"
+        output("-c", code.replace(str(tmp_path), str(tmp_path / "compiled")))
+    printed = output("-c", code)
+    assert printed.strip().splitlines()[-1] == "0 []"
     if line == "--help":
-        assert all(word in run.stdout for word in ("demo", "validate", "impact", "simulate", "scan"))
+        assert all(word in printed for word in ("demo", "validate", "impact", "simulate", "scan"))
 
 
 def test_results_open_and_figures_draw_without_numba():
@@ -226,5 +217,4 @@ def test_results_open_and_figures_draw_without_numba():
     assert {"figures", "reports", "assessment.assess"} <= set(names)
     names.append("results.files")
     loads = "\n".join(f"import pounding_risk.{name}" for name in names)
-    run = python(f"import sys\nsys.modules['numba'] = None\n{loads}\nprint('ok')")
-    assert run.stdout.strip() == "ok", run.stderr
+    assert output("-c", f"import sys\nsys.modules['numba'] = None\n{loads}\nprint('ok')").strip() == "ok"

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
+import baseline
+import executors
+import ida
 import numpy as np
 import pytest
+import row_scan
+from processes import output
+from rk4 import solve_rk4
+from scipy_pair import solve_scipy
 
 import pounding_risk as pr
+import records
 from pounding_risk.models.contact.laws import ViscousElastoplastic
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
@@ -21,7 +27,7 @@ DT = 0.01
 PEAKS = ("peak_relative_displacement", "peak_contact_force")
 
 
-pytestmark = [pytest.mark.usefixtures("benchmarks"), pytest.mark.complete]
+pytestmark = pytest.mark.complete
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +47,6 @@ STRENGTHS = pytest.mark.parametrize("yield_force", [np.inf, 4e5])
 @STRENGTHS
 def test_fixed_steps_converge_to_the_solver(ground, yield_force):
     """First order, as touches fall inside steps: the error of each is ten times smaller at a tenth of the step."""
-    from rk4 import solve_rk4
-
     truth = solve(LEFT, RIGHT, interface(yield_force), ground, DT, rtol=1e-11)
     assert truth["impact_count"] >= 3
     for h, error in ((1e-4, 1e-3), (1e-5, 3e-5), (1e-6, 3e-6)):
@@ -54,8 +58,6 @@ def test_fixed_steps_converge_to_the_solver(ground, yield_force):
 
 @STRENGTHS
 def test_scipy_agrees_with_the_solver(ground, yield_force):
-    from scipy_pair import solve_scipy
-
     truth = solve(LEFT, RIGHT, interface(yield_force), ground, DT, rtol=1e-11)
     found = solve_scipy(oscillators(LEFT, RIGHT), interface(yield_force), ground, DT, 1e-10)
     assert found["impact_count"] == truth["impact_count"]
@@ -116,51 +118,42 @@ def test_the_script_runs(name, root, folder):
 
 def run_short(name: str, root: Path, folder: Path) -> str:
     words = SHORT[name][0].replace("FOLDER", str(folder)).replace("ROOT", str(root)).split()
-    command = [sys.executable, str(root / "benchmarks" / f"{name}.py"), *words]
-    environment = {**os.environ, "MPLBACKEND": "Agg", "POUNDING_SHORT_BENCHMARKS": "1"}  # as --short sets it
-    done = subprocess.run(command, capture_output=True, text=True, cwd=folder, env=environment, timeout=300)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    env = {**os.environ, "MPLBACKEND": "Agg", "POUNDING_SHORT_BENCHMARKS": "1"}  # as --short sets it
+    return output(root / "benchmarks" / f"{name}.py", *words, cwd=folder, env=env, timeout=300)
 
 
 def test_baseline_treatments_change_displacement_and_little_else(tmp_path):
     """PGA within 0.3 and PGV within 2.5 % of each other wherever the drift is gone; the chain ends at zero."""
-    from baseline import AS_IT_IS, CHAIN, LEVELLED, SHIFTED, draw, peaks, treated
-
-    motions = treated()
-    table = {name: peaks(motion) for name, motion in motions.items()}
-    assert table[AS_IT_IS][3] == pytest.approx(1221.65, abs=0.1)
-    assert table[LEVELLED][3] == pytest.approx(-1892.0, abs=1.0)
+    motions = baseline.treated()
+    table = {name: baseline.peaks(motion) for name, motion in motions.items()}
+    assert table[baseline.AS_IT_IS][3] == pytest.approx(1221.65, abs=0.1)
+    assert table[baseline.LEVELLED][3] == pytest.approx(-1892.0, abs=1.0)
     settled = [row for row in table.values() if row[2] < 50.0]
     assert len(settled) == 5
     for column, spread in ((0, 0.003), (1, 0.025)):
         values = [row[column] for row in settled]
         assert max(values) < (1.0 + spread) * min(values)
-    assert abs(table[CHAIN][3]) < 0.02 * table[CHAIN][2]
-    assert table[SHIFTED][2] == pytest.approx(45.9, abs=0.1)
-    draw(motions, str(tmp_path / "ridgecrest.png"))
+    assert abs(table[baseline.CHAIN][3]) < 0.02 * table[baseline.CHAIN][2]
+    assert table[baseline.SHIFTED][2] == pytest.approx(45.9, abs=0.1)
+    baseline.draw(motions, str(tmp_path / "ridgecrest.png"))
     assert (tmp_path / "ridgecrest.png").stat().st_size > 50_000
 
 
 @pytest.mark.release
 def test_a_hundred_records_are_read_processed_and_measured(capsys):
-    from records import STAGES, main
-
-    assert main(["--repeats", "1"]) == 0
+    assert records.main(["--repeats", "1"]) == 0
     told = capsys.readouterr().out
     assert told.startswith("100 records, ")
-    assert all(f"| {stage} | " in told for stage in (*STAGES, "in all"))
+    assert all(f"| {stage} | " in told for stage in (*records.STAGES, "in all"))
 
 
 @pytest.mark.release
 def test_rows_are_timed(capsys):
     """A made street is a scene of a row; rows of two buildings are run and told."""
-    from row_scan import block, main, street
-
-    study = block(6, {"names": ["RSN6-180"]})
+    study = row_scan.block(6, {"names": ["RSN6-180"]})
     assert study.is_row and len(study.interfaces) == 5
-    assert street(6) == street(30)[:6], "the same street each day, however much of it"
-    assert main(["--buildings", "0", "--repeats", "1", "--largest", "2"]) == 0
+    assert row_scan.street(6) == row_scan.street(30)[:6], "the same street each day, however much of it"
+    assert row_scan.main(["--buildings", "0", "--repeats", "1", "--largest", "2"]) == 0
     told = capsys.readouterr().out
     assert "| buildings of 4 storeys |" in told and "| storeys of a pair |" in told
     elements = [line.split("|") for line in told.splitlines() if line.startswith(("| storeys alone", "| the first by"))]
@@ -172,9 +165,7 @@ def test_rows_are_timed(capsys):
 @pytest.mark.release
 def test_executors_are_timed(capsys):
     """Every way but the cluster's solves the grid, and is set beside two threads."""
-    from executors import main
-
-    assert main(["--repeats", "1", "--gaps", "2", "--no-dask"]) == 0
+    assert executors.main(["--repeats", "1", "--gaps", "2", "--no-dask"]) == 0
     told = capsys.readouterr().out
     assert told.startswith("800 cases, ")
     assert "| 3 shards, on disk | " in told
@@ -185,8 +176,6 @@ def test_executors_are_timed(capsys):
 @pytest.mark.parametrize(("method", "curves"), [("ida", 8), ("stripes", 6)])
 def test_the_fits_beside_damage_states_agree(frames, method, curves):
     """Capacities by NumPy and stripes, both fitted by SciPy."""
-    import ida
-
     results = pr.damage(frames, method=method)
     known = [
         (state, side)
@@ -202,8 +191,6 @@ def test_the_fits_beside_damage_states_agree(frames, method, curves):
 
 
 @pytest.fixture(scope="module")
-def frames(benchmarks):
+def frames():
     """Two frames of five storeys under six records at six levels, six seconds of each."""
-    import ida
-
     return pr.scan(ida.scene(6, 6).replace('records.window=["0 s", "6 s"]'), check_fraction=0.0)

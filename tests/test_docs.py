@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import ast
-import importlib
 import json
 import os
 import pickle
 import re
 import shlex
-import subprocess
-import sys
 import tomllib
-from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
@@ -20,14 +16,21 @@ from typing import Any
 
 import closed_forms as forms
 import figure_words
+import generate
 import pytest
+import typer
+from commands import done
+from generation.markdown import docstring, plain
+from generation.notebooks import notebook_pages
+from processes import output
 from sweeps import sweep
 
 import pounding_risk
 from pounding_risk._jit.sources import KERNEL_SOURCES
 from pounding_risk.assessment.separations.rules import RULES
+from pounding_risk.cli import app
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
-from pounding_risk.models.contact.laws import SHIPPED
+from pounding_risk.models.contact.laws import SHIPPED, Tabulated
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.restitution import NAMED
 from pounding_risk.models.structures.typologies import TYPOLOGIES
@@ -43,16 +46,7 @@ DOCS = Path(__file__).resolve().parent.parent / "docs"
 
 
 @pytest.fixture(scope="module")
-def generate() -> Iterator[ModuleType]:
-    """docs/generate.py."""
-    path = list(sys.path)
-    sys.path.insert(0, str(DOCS))
-    yield importlib.import_module("generate")
-    sys.path[:] = path
-
-
-@pytest.fixture(scope="module")
-def pages(generate, shared_once) -> dict[str, Any]:
+def pages(shared_once) -> dict[str, Any]:
     """Content of every generated page and picture by its path."""
     return shared_once("pages", generate.pages)
 
@@ -79,7 +73,7 @@ def test_every_scene_key_is_on_its_page(pages):
 
 
 @pytest.mark.complete
-def test_every_output_is_on_its_page(generate, pages):
+def test_every_output_is_on_its_page(pages):
     words = words_of(pages["outputs.md"])
     assert {*RUN, *BUILDING, *(f"{name}_free" for name in BUILDING)} <= words
     dataset = generate.smallest_dataset()
@@ -88,9 +82,6 @@ def test_every_output_is_on_its_page(generate, pages):
 
 @pytest.mark.complete
 def test_every_command_and_option_is_on_its_page(pages):
-    typer = pytest.importorskip("typer")
-    from pounding_risk.cli import app
-
     def walk(command, path):
         for name, inner in getattr(command, "commands", {}).items():
             yield f"{path}{name}", inner
@@ -159,18 +150,15 @@ def test_isolated_impacts_stand_with_their_command_and_figure(pages):
 @pytest.mark.complete
 def test_the_bumper_stands_with_its_loop(pages):
     """The loop of the file beside the page: e is that of the law, the spring's is 1."""
-    from pounding_risk.models.contact.laws import Tabulated
-    from pounding_risk.studies.impact import impact
-
     text = pages["pieces/table-impact.md"]
     achieved = dict(re.findall(r"^(\w+) +– +([01]\.\d{4}) ", text, re.M))
     bumper = Tabulated.from_file(DOCS / "examples" / "bumper.csv")
-    assert achieved == {"tabulated": f"{impact(bumper, 1.5, 5e3).restitution:.4f}", "linear": "1.0000"}
+    assert achieved == {"tabulated": f"{pounding_risk.impact(bumper, 1.5, 5e3).restitution:.4f}", "linear": "1.0000"}
     assert "table of 4 points" in text and pages["table.png"].startswith(b"\x89PNG")
 
 
 @pytest.mark.complete
-def test_notebooks_are_pages_without_results(generate, pages):
+def test_notebooks_are_pages_without_results(pages):
     assert generate.notebooks()
     for path in generate.notebooks():
         page = pages[f"notebooks/{path.stem}.md"]
@@ -181,9 +169,8 @@ def test_notebooks_are_pages_without_results(generate, pages):
 
 
 @pytest.mark.complete
-def test_a_notebook_that_is_run_shows_what_it_prints_and_draws(generate, tmp_path):
+def test_a_notebook_that_is_run_shows_what_it_prints_and_draws(tmp_path):
     import nbformat
-    from generation.notebooks import notebook_pages
 
     drawn = "from matplotlib.figure import Figure\nfigure = Figure()\nfigure.add_subplot().plot([1, 2])\n"
     shown = "from IPython.display import Image, display\nfigure.savefig('a.png')\ndisplay(Image('a.png'))"
@@ -200,7 +187,7 @@ def test_a_notebook_that_is_run_shows_what_it_prints_and_draws(generate, tmp_pat
     assert files["notebooks/some-1.png"].startswith(b"\x89PNG")
 
 
-def test_changed_pages_are_written_and_old_ones_removed(generate, monkeypatch, tmp_path):
+def test_changed_pages_are_written_and_old_ones_removed(monkeypatch, tmp_path):
     monkeypatch.setattr(generate, "pages", lambda run: {"a.md": "one\n", "in/b.md": "two\n"})
     generate.write(tmp_path)
     old = (tmp_path / "a.md").stat().st_mtime_ns
@@ -296,9 +283,6 @@ def test_the_example_of_results_in_python_runs(monkeypatch, tmp_path, capsys):
     "path", sweep([README, *sorted(DOCS.glob("*.md"))], README, DOCS / "start.md"), ids=lambda path: path.stem
 )
 def test_commands_and_options_on_the_pages_are_real(path):
-    typer = pytest.importorskip("typer")
-    from pounding_risk.cli import app
-
     text = path.read_text("utf-8")
     lines = [line for block in blocks(text, "sh") for line in re.split(r"(?<!\\)\n", block)]
     lines += [code for code in re.findall(r"`(pounding-risk [^`\n]+)`", text)]
@@ -314,20 +298,16 @@ def test_commands_and_options_on_the_pages_are_real(path):
 
 def test_the_scene_of_the_readme_is_answered_as_it_says(monkeypatch, tmp_path):
     """Its commands and its Python block run, and the output contains the quoted one, apart from line breaks."""
-    typer_testing = pytest.importorskip("typer.testing")
-    from pounding_risk.cli import app
-
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "400")
     text = README.read_text("utf-8")
     (scene,), (code,), (printed,) = (blocks(text, language) for language in ("toml", "python", "text"))
     Path("scene.toml").write_text(scene, "utf-8")
     (commands,) = (block for block in blocks(text, "sh") if block.startswith("pounding-risk scan scene.toml"))
     for command in commands.splitlines():
-        run = typer_testing.CliRunner().invoke(app, shlex.split(command)[1:], env={"COLUMNS": "400"})
-        assert run.exit_code == 0, run.output
-    output = " ".join(run.output.split())
+        told = " ".join(done(*shlex.split(command)[1:]).output.split())
     for part in printed.split("...\n"):
-        assert " ".join(part.split()) in output
+        assert " ".join(part.split()) in told
     exec(compile(code, "README.md", "exec"), {})
     assert Path("report.html").exists()
 
@@ -394,17 +374,9 @@ def test_the_examples_of_extending_run(tmp_path):
     (tmp_path / "scene.toml").write_text(
         (resources.files("pounding_risk.scene") / "shipped" / "paper.toml").read_text("utf-8")
     )
-    environment = {**os.environ, "PYTHONPATH": str(DOCS.parent), "NUMBA_DISABLE_JIT": "1"}
-    run = subprocess.run(
-        [sys.executable, "-c", EXAMPLES, str(DOCS / "extending.md")],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
-    assert run.returncode == 0, run.stderr
-    assert len(run.stdout.splitlines()) == (DOCS / "extending.md").read_text("utf-8").count("\n## ")
+    page, env = DOCS / "extending.md", {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    printed = output("-c", EXAMPLES, page, cwd=tmp_path, env=env)
+    assert len(printed.splitlines()) == page.read_text("utf-8").count("\n## ")
 
 
 def test_the_table_of_restitution_is_that_of_the_closed_forms():
@@ -435,15 +407,11 @@ def test_the_table_of_restitution_is_that_of_the_closed_forms():
         ("two\n    lines", "two lines"),
     ],
 )
-def test_special_characters_are_escaped(generate, text, shown):
-    from generation.markdown import plain
-
+def test_special_characters_are_escaped(text, shown):
     assert plain(text) == shown
 
 
-def test_a_docstring_keeps_its_formulas_and_examples(generate):
-    from generation.markdown import docstring
-
+def test_a_docstring_keeps_its_formulas_and_examples():
     text = docstring("First.\n\n    a = b\n    c = d_e\n\nThen [m]:\n    e = f\n>>> 1\n1\n")
     assert (
         text
@@ -451,9 +419,7 @@ def test_a_docstring_keeps_its_formulas_and_examples(generate):
     )
 
 
-def test_the_sections_of_a_docstring_are_lists(generate):
-    from generation.markdown import docstring
-
+def test_the_sections_of_a_docstring_are_lists():
     text = docstring(
         "First.\n\nParameters\n----------\na, b : float\n    Masses [kg],\n    both.\nc : {'x', 'y'}, optional\n\n"
         "Returns\n-------\ndict\n    By name.\n\nNotes\n-----\nAs\n\n    a = b\n"
@@ -484,12 +450,9 @@ def test_the_site_builds_without_a_warning(pages, tmp_path):
     """Every cross reference is resolved, and pages load nothing from the network."""
     for needed in ("sphinx", "furo", "myst_parser", "latex2mathml"):
         pytest.importorskip(needed)
-    environment = {**os.environ, "PYTHONPATH": str(DOCS.parent)}
     (tmp_path / "pages").write_bytes(pickle.dumps(pages))
-    command = [sys.executable, "-c", SPHINX, DOCS, tmp_path / "pages"]
-    command += ["-W", "-n", "-q", "-d", tmp_path / "trees", DOCS, tmp_path / "site"]
-    run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
-    assert run.returncode == 0, run.stderr
+    options = ["-W", "-n", "-q", "-d", tmp_path / "trees", DOCS, tmp_path / "site"]
+    output("-c", SPHINX, DOCS, tmp_path / "pages", *options, timeout=300)
     site = tmp_path / "site"
     page = (site / "theory" / "contact.html").read_text("utf-8")
     assert "<math " in page

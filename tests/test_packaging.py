@@ -17,6 +17,7 @@ from pathlib import Path, PureWindowsPath
 
 import obspy
 import pytest
+from processes import output
 
 import pounding_risk
 from pounding_risk.motions import catalogue
@@ -34,8 +35,7 @@ def built(root, tmp_path_factory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("dist")
     for target in ("wheel", "sdist"):
         code = f"from hatchling.build import build_{target} as build\nbuild({str(folder)!r})"
-        done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, timeout=120)
-        assert done.returncode == 0, done.stderr
+        output("-c", code, cwd=root)
     return {"wheel": next(folder.glob("*.whl")), "sdist": next(folder.glob("*.tar.gz"))}
 
 
@@ -96,9 +96,7 @@ def test_the_source_archive_can_be_tested(root, built, version):
 @pytest.mark.complete
 def test_registries_of_packages_take_what_is_built(built):
     """Metadata, description and names, as twine checks them before an upload."""
-    line = [sys.executable, "-m", "twine", "check", "--strict", *map(str, built.values())]
-    done = subprocess.run(line, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0 and done.stdout.count("PASSED") == 2, done.stdout
+    assert output("-m", "twine", "check", "--strict", *built.values()).count("PASSED") == 2
 
 
 @pytest.mark.complete
@@ -187,8 +185,7 @@ def test_the_version_comes_from_the_tag_and_is_there_without_one(root, release, 
         shutil.copy(root / name, tmp_path)
 
     def stated() -> str:
-        line = [sys.executable, "-c", VERSION]
-        return subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=True).stdout.strip()
+        return output("-c", VERSION, cwd=tmp_path).strip()
 
     def git(*words: str) -> None:
         who = ["-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false", "-c", "tag.gpgsign=false"]

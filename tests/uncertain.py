@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from axes import pair_text
+from axes import pair_text, row_text
 from scenes import BOTH, scene_text
 
 from pounding_risk.scene.reader import parse_scene
@@ -28,6 +28,11 @@ def uncertain_text(
     """A pair under a pulse at two gaps, with axes and uncertain numbers, beside which keys of [uncertain] may stand."""
     table = {"samples": samples} | (THREE if numbers is None else numbers)
     return f"{pair_text(axes or {}, **more)}\n{write_toml({'uncertain': table})}"
+
+
+def uncertain_row_text(numbers: dict[str, Any], samples: int, grid: Any = None, interfaces: int = 1) -> str:
+    """`row_text` with uncertain numbers, beside which keys of [uncertain] may stand."""
+    return f"{row_text(grid or {}, interfaces)}\n{write_toml({'uncertain': {'samples': samples} | numbers})}"
 
 
 def uncertain_pulses(

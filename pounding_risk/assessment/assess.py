@@ -11,9 +11,10 @@ from dataclasses import asdict, dataclass, field, replace
 from itertools import combinations
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.short_repr import ShortRepr
@@ -21,7 +22,7 @@ from pounding_risk.assessment.annual_rates import AnnualRate, read_target_rate
 from pounding_risk.assessment.demands import Contact, Motions, contact_of, finite_forces, is_linear, yields_of
 from pounding_risk.assessment.fragility import OWN, STRIPES, ContactMotions, Fragility, shown_as
 from pounding_risk.assessment.gmfs import Fields, Scenario, scenario_of
-from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, rate_of, unusual
+from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, curve_doubts, rate_of
 from pounding_risk.assessment.intensities import Shaking, check_intensity, intensities, shaking_of
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, Criterion, read_criterion
 from pounding_risk.assessment.rates import USUAL, GapForRate, RateCriterion, RateOfGaps, RateVerdict, judge_rate
@@ -39,7 +40,7 @@ from pounding_risk.assessment.sensitivity import (
 from pounding_risk.assessment.separations.table import Comparison, separations_of
 from pounding_risk.assessment.verdict import Verdict, judge
 from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.attributes import isolated_buildings, read_attribute
+from pounding_risk.results.attributes import isolated_buildings
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import open_scan
@@ -48,9 +49,6 @@ from pounding_risk.statistics.fragility import fit, stripes_of
 from pounding_risk.statistics.proportions import Share, numbered, shares
 from pounding_risk.statistics.required_gap import RequiredGap, rounded_up
 from pounding_risk.units import GAP, say, si
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Array = NDArray[np.float64]
 
@@ -298,27 +296,16 @@ def assess(
         hazard=curve.source or curve.name if curve else "",
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
         interfaces=interfaces,
-        notes=(*of_results(opened), *_of_hazard(curve, interfaces)),
+        notes=(*of_results(opened), *curve_doubts(curve, [rate for each in interfaces for rate in each.rates])),
         unused_keys=opened.unused_keys,
-        flags=dict(read_attribute(opened.dataset, "flags", {})),
-        left_out=tuple(read_attribute(opened.dataset, "left_out", [])),
+        flags=opened.flags,
+        left_out=opened.left_out,
         hazard_reading=shaking.reading,
         target_rate=rate.rate if rate else None,
         target_rate_words=rate.words if rate else "",
         gmfs=fields.source if fields else "",
         gmfs_reading=" ".join(fields.reading) if fields else "",
     )
-
-
-def _of_hazard(curve: Hazard | None, interfaces: Sequence[InterfaceAssessment]) -> list[str]:
-    """Sentences on a hazard curve that is unusual, or from which no annual rate follows."""
-    if curve is None:
-        return []
-    rates = [rate for each in interfaces for rate in each.rates if rate.what == "contact"]
-    if not rates or any(not rate.fault for rate in rates):
-        return unusual(curve)
-    why = "; ".join(dict.fromkeys(rate.fault for rate in rates))
-    return [*unusual(curve), f"hazard curve {curve.source or curve.name}: no annual rate of contact follows: {why}"]
 
 
 def _interface(name: str, results: Results, index: int, options: Options, doubts: Sequence[str]) -> InterfaceAssessment:
@@ -459,9 +446,8 @@ def _yield_curves(
                 continue
             im, reached = ims.ravel()[known], failed[known] > 0.0
             fitted = fit(im, reached, numbered(who[known]), shown_as(intensity))
-            about: dict[str, Any] = {"what": "yield", "gap": gap, "yield_force": force, "contact_model": model}
-            about |= {"intensity": intensity, "method": method, "note": ""}
-            yield Fragility(**about, **asdict(fitted), stripes=stripes_of(im, reached))
+            about = "yield", gap, force, model, intensity, method
+            yield Fragility(*about, **asdict(fitted), stripes=stripes_of(im, reached))
 
 
 def plain(value: Any) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,14 +41,11 @@ def dataset_of(curves: Sequence[Curves], motions: Motions, options: Options, cas
     about_levels = ("1", "number of the level, from 1") if common is None else (unit, f"{words} of all motions")
     of_motions = (len(motions.records), len(motions.polarities))
     faults = np.array([[fit.fault for fit in one.fits] for one in curves], dtype=str)
+    thresholds, ims = [one.state.threshold for one in curves], motions.ims.reshape(*of_motions, -1)
     coords = {
         "state": ("state", [one.state.name for one in curves], {"long_name": "state of damage"}),
         "state_words": ("state", [one.state.words for one in curves], {"long_name": "demand that reaches the state"}),
-        "state_threshold": (
-            "state",
-            [one.state.threshold for one in curves],
-            {"long_name": "threshold, in state_unit"},
-        ),
+        "state_threshold": ("state", thresholds, {"long_name": "threshold, in state_unit"}),
         "state_unit": ("state", [one.state.demand.unit for one in curves], {"long_name": "unit of the demand"}),
         "pounding": ("pounding", list(POUNDING), {"long_name": "with contact between buildings, or without any"}),
         "level": ("level", level, described(*about_levels)),
@@ -55,11 +53,7 @@ def dataset_of(curves: Sequence[Curves], motions: Motions, options: Options, cas
         "record": case["record"].variable,
         "polarity": case["polarity"].variable,
         "fault": (BOTH, faults, {"long_name": "why there is no curve"}),
-        "motion_intensity": (
-            ("record", "polarity", "level"),
-            motions.ims.reshape(*of_motions, -1),
-            described(unit, f"{words} of the motion"),
-        ),
+        "motion_intensity": (("record", "polarity", "level"), ims, described(unit, f"{words} of the motion")),
         **{name: case[name].reset_coords(drop=True).variable for name in ("gap", "contact_model", "yield_force")},
     }
     variables = {
@@ -103,37 +97,26 @@ def _of_motions(
             "at_most_the_lowest_level known above_the_highest_level no_run_is_known between_the_level_and_the_one_below"
         ),
     }
+    reached = (np.where(known, ratios, 0.0) >= 1.0).sum(axis=2)
+    falls_back = of_sides(lambda side: side.falls_back.sum())
+    not_again = "motions that reach the state at a level and not at a higher one"
+    over = described("1", "demand over the threshold of the state")
     capacity = "intensity at which the motion first reaches the state, or the level next to it where it is not known"
     variables: dict[str, Any] = {
-        "demand_ratio": (
-            (*by_motion, "level"),
-            ratios.reshape(*shape, -1),
-            described("1", "demand over the threshold of the state"),
-        ),
+        "demand_ratio": ((*by_motion, "level"), ratios.reshape(*shape, -1), over),
         "capacity": (by_motion, of_sides(lambda side: side.values).reshape(shape), described(unit, capacity)),
         "capacity_status": (by_motion, of_sides(lambda side: side.status).reshape(shape), where),
         "runs": (by_level, known.sum(axis=2).astype(np.int32), described("1", "runs that did not fail")),
-        "reached": (
-            by_level,
-            (np.where(known, ratios, 0.0) >= 1.0).sum(axis=2).astype(np.int32),
-            described("1", "runs that reach the state"),
-        ),
-        "falls_back": (
-            BOTH,
-            of_sides(lambda side: side.falls_back.sum()).astype(np.int32),
-            described("1", "motions that reach the state at a level and not at a higher one"),
-        ),
+        "reached": (by_level, reached.astype(np.int32), described("1", "runs that reach the state")),
+        "falls_back": (BOTH, falls_back.astype(np.int32), described("1", not_again)),
     }
     if has_common_levels:
         some = known.any(axis=2)
         filled = np.where(some[:, :, None], ratios, 0.0)
         with np.errstate(all="ignore"):
             shares = np.where(some, np.nanpercentile(filled, PERCENTILES, axis=2), np.nan)
-        variables["demand_percentile"] = (
-            ("percentile", *by_level),
-            shares,
-            described("1", "percentile of the demands over the threshold, of the motions at the level"),
-        )
+        about = described("1", "percentile of the demands over the threshold, of the motions at the level")
+        variables["demand_percentile"] = (("percentile", *by_level), shares, about)
         variables["percentile"] = ("percentile", np.array(PERCENTILES), described("percent", "share of the motions"))
     return variables
 
@@ -145,7 +128,7 @@ def _compared(curves: Sequence[Curves], im: Array, options: Options, unit: str, 
     there = np.array([one.probability(place) for one, place in zip(curves, at, strict=True)])
     ratios = [
         (
-            _ratio(one, options, lambda fit: fit.median, lambda log_median, _: np.exp(log_median)),
+            _ratio(one, options, lambda median, _: median),
             _probability_ratio(one, im, options),
             _probability_ratio(one, np.array([place]), options)[:, 0],
         )
@@ -165,24 +148,17 @@ def _compared(curves: Sequence[Curves], im: Array, options: Options, unit: str, 
 
 def _probability_ratio(one: Curves, im: Array, options: Options) -> Array:
     """At these intensities, (3, intensities); NaN where both probabilities are 0 to the last digit."""
-    return _ratio(
-        one,
-        options,
-        lambda fit: fragility_curve(im, fit.median, fit.dispersion),
-        lambda log_median, dispersion: fragility_curve(im, np.exp(log_median)[:, None], dispersion[:, None]),
-    )
+    return _ratio(one, options, lambda median, beta: fragility_curve(im, median[..., None], beta[..., None]))
 
 
-def _ratio(
-    one: Curves, options: Options, of_fit: Callable[[Any], Any], of_samples: Callable[[Array, Array], Any]
-) -> Any:
-    """With over without pounding, and its bounds from the samples of recordings, (3, ...).
+def _ratio(one: Curves, options: Options, of: Callable[[Array, Array], Array]) -> Any:
+    """With over without pounding of what is ``of`` medians and dispersions, and its bounds from the samples, (3, ...).
 
     Infinite where only the number without pounding is 0, NaN where both are or one is not known.
     """
     with np.errstate(all="ignore"):
-        with_contact, without = (np.asarray(of_fit(fit), dtype=float) for fit in one.fits)
-        sampled = [np.asarray(of_samples(*side.T), dtype=float) for side in one.drawn_alike]
+        with_contact, without = (of(np.asarray(fit.median), np.asarray(fit.dispersion)) for fit in one.fits)
+        sampled = [of(np.exp(side[:, 0]), side[:, 1]) for side in one.drawn_alike]
         return np.array([with_contact / without, *one.bounds(sampled[0] / sampled[1], options.tails)])
 
 
@@ -193,28 +169,13 @@ def _rates(curves: Sequence[Curves], options: Options) -> dict[str, Any]:
         return {}
     rates = [[rate_of(hazard, each, options.confidence) for each in _fragilities(one, options)] for one in curves]
     columns = np.array([[(rate.annual, rate.low, rate.high, rate.missing) for rate in pair] for pair in rates])
+    often = "annual rate at which the state is reached"
     beyond = "share of the rate beyond the ends of the hazard curve, were it continued"
-    ratios = np.array(
-        [
-            _ratio(
-                one,
-                options,
-                lambda fit: float(annual_rate(hazard, fit.median, fit.dispersion)),
-                lambda log_median, dispersion: annual_rate(hazard, np.exp(log_median), dispersion),
-            )
-            for one in curves
-        ]
-    )
+    ratios = np.array([_ratio(one, options, partial(annual_rate, hazard)) for one in curves])
     # Two lower bounds have no ratio.
     ratios[[any(rate.at_least for rate in pair) for pair in rates]] = np.nan
     return {
-        **bounded(
-            "annual_rate",
-            BOTH,
-            np.moveaxis(columns[..., :3], -1, 0),
-            "year-1",
-            "annual rate at which the state is reached",
-        ),
+        **bounded("annual_rate", BOTH, np.moveaxis(columns[..., :3], -1, 0), "year-1", often),
         "annual_rate_missing": (BOTH, columns[..., 3], described("1", beyond)),
         **bounded("annual_rate_ratio", "state", ratios.T, "1", "annual rate with over without pounding"),
     }
@@ -235,6 +196,5 @@ def _in_an_event(curves: Sequence[Curves], options: Options) -> dict[str, Any]:
 
 def _fragilities(one: Curves, options: Options) -> list[Fragility]:
     """Both curves of a state as `rate_of` takes them."""
-    about: dict[str, Any] = {"what": one.state.name, "gap": 0.0, "yield_force": None, "contact_model": None}
-    about |= {"intensity": options.intensity, "method": options.method, "note": "", "stripes": ()}
-    return [Fragility(**about, **asdict(fit)) for fit in one.fits]
+    about = one.state.name, 0.0, None, None, options.intensity, options.method
+    return [Fragility(*about, **asdict(fit)) for fit in one.fits]

@@ -5,7 +5,7 @@ Nothing here runs a case; a dataset on disk is enough.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Hashable, Sequence
 from dataclasses import replace
 from math import inf, nan
 from typing import TYPE_CHECKING, NamedTuple
@@ -77,10 +77,7 @@ def motions_of(results: Results) -> Motions:
     closing = alone = by_amplitude(dataset["peak_closing_free"])
     is_pushed = "impact_count" in dataset and "interior" in dataset["building_position"].values
     if is_pushed:
-        opened = dataset["peak_closing_free"] <= dataset["gap"]
-        reach = dataset["peak_closing"].where((dataset["impact_count"] > 0) & opened)
-        pushed = reach.max([axis for axis in reach.dims if axis not in MOTION_AXES])
-        closing = np.fmax(alone, by_amplitude(pushed))  # NaN without such runs
+        closing = np.fmax(alone, by_amplitude(pushed_closing(dataset, dataset["gap"], MOTION_AXES)))
     turns = len(polarities)
     finite = np.isfinite(by_amplitude(gaps_needed(dataset)))
     return Motions(
@@ -92,6 +89,12 @@ def motions_of(results: Results) -> Motions:
         finite & np.repeat(results.is_shaking, turns)[:, None],
         alone if is_pushed else None,
     )
+
+
+def pushed_closing(part: xr.Dataset, gaps: xr.DataArray, axes: Collection[Hashable]) -> xr.DataArray:
+    """The most that is closed in runs that touch at a gap which is left open alone, along these axes; NaN without."""
+    reach = part["peak_closing"].where((part["impact_count"] > 0) & (part["peak_closing_free"] <= gaps))
+    return reach.max([axis for axis in reach.dims if axis not in axes])
 
 
 def touching(results: Results, motions: Motions, gap: float) -> NDArray[np.bool_]:

@@ -7,7 +7,7 @@ of the motions. Where it is not, from who closes the gap at the intensities that
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,8 +55,8 @@ class Fragility:
     se_dispersion_recordings: float
     correlation: float
     fault: str
-    note: str
-    stripes: tuple[Stripe, ...] = field(repr=False)
+    note: str = ""
+    stripes: tuple[Stripe, ...] = field(default=(), repr=False)
     factor: float = np.nan
     independent: float = np.nan
 
@@ -104,10 +104,9 @@ class ContactMotions(NamedTuple):
             if curve.fault or not scaled.fault:
                 curve, method, note, factor = scaled, SCALED, curve.fault, times
                 independent = np.nan if curve.fault else self.independent
-        about: dict[str, Any] = {"what": "contact", "gap": gap, "yield_force": None, "contact_model": None}
-        about |= {"intensity": self.intensity, "method": method, "note": note, "factor": factor}
+        about = "contact", gap, None, None, self.intensity, method
         stripes = curves.stripes_of(im, touching)
-        return Fragility(**about, **asdict(curve), stripes=stripes, independent=independent)
+        return Fragility(*about, **asdict(curve), note=note, stripes=stripes, factor=factor, independent=independent)
 
     @property
     def unit_capacities(self) -> Array:

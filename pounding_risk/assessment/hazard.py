@@ -6,7 +6,7 @@ years the probability is 1 − exp(−50 λ_f), events being independent of each
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import nan
 
@@ -144,6 +144,17 @@ class Rate:
     fault: str = ""
     missing: float = nan
     at_least: bool = False
+
+
+def curve_doubts(curve: Hazard | None, rates: Sequence[Rate]) -> list[str]:
+    """Sentences on a hazard curve that is unusual, or from which none of these rates of contact follows."""
+    if curve is None:
+        return []
+    faults = [rate.fault for rate in rates if rate.what == "contact"]
+    if not faults or not all(faults):
+        return unusual(curve)
+    why = "; ".join(dict.fromkeys(faults))
+    return [*unusual(curve), f"hazard curve {curve.source or curve.name}: no annual rate of contact follows: {why}"]
 
 
 def rate_of(hazard: Hazard, fragility: Fragility, confidence: float) -> Rate:

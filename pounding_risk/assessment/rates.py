@@ -280,18 +280,13 @@ def _provide(required: GapForRate, criterion: RateCriterion) -> str:
         return f"No gap can be given for {aim}: {required.fault}."
     gap = say(rounded_up(required.gap), GAP, 3)
     least = "at least " if required.at_least else ""
-    sentence = f"Provide {least}{gap} for {aim} ({percent_words(criterion.confidence)} bounds {gap_bounds(required)})"
+    bounds = "none" if isnan(required.low) else f"at least {say(required.low, GAP, 3)}"
+    if isfinite(required.high):
+        bounds = f"{say(required.low, GAP, 3)} to {say(rounded_up(required.high), GAP, 3)}"
+    sentence = f"Provide {least}{gap} for {aim} ({percent_words(criterion.confidence)} bounds {bounds})"
     sentence += f", as {TOO_SHORT}." if required.at_least else "."
     if not isnan(required.counted):
         sentence += (
             f" Counted motion by motion, without a lognormal curve, it is {say(rounded_up(required.counted), GAP, 3)}."
         )
     return sentence
-
-
-def gap_bounds(required: GapForRate) -> str:
-    """Bounds of a gap in words: "118 mm to 176 mm", "at least 118 mm", or "none"."""
-    if isnan(required.low):
-        return "none"
-    low = say(required.low, GAP, 3)
-    return f"{low} to {say(rounded_up(required.high), GAP, 3)}" if isfinite(required.high) else f"at least {low}"

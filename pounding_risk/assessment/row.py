@@ -6,9 +6,10 @@ Read from a dataset of `scan`; nothing here runs a case. Lengths in m, forces in
 from __future__ import annotations
 
 from math import isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk import units
@@ -20,9 +21,6 @@ from pounding_risk.results.files import open_scan
 from pounding_risk.results.opened import Results
 from pounding_risk.results.variables import NOT_RUN, UNPUSHED
 from pounding_risk.units import GAP, YIELD_FORCE, say, say_in, si
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Array = NDArray[np.float64]
 POINT, COLUMN = "contact_point_", "column"

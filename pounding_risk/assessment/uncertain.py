@@ -5,7 +5,8 @@ From the motion without contact of every sample, which a scene is run for, or fr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ from pounding_risk.results.scene_axes import VARIANTS
 from pounding_risk.results.variables import bounded, described
 from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, analysed_clusters, motion_share
-from pounding_risk.statistics.crossed import Analysis, Components
+from pounding_risk.statistics.crossed import Analysis
 from pounding_risk.statistics.fragility import ALONE, Fit
 from pounding_risk.statistics.proportions import exact_bounds
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES
@@ -64,23 +65,20 @@ def assessed(subject: Samples, request: Request) -> xr.Dataset:
     gaps = np.unique([*np.linspace(0.0, finite, GAPS), *judged, *own])
     parts = [_interface(subject, index, closings[index], judged[index], gaps, request) for index in places]
     names = xr.Variable("interface", list(subject.interfaces), {"long_name": "buildings on both sides of a gap"})
-    dataset = xr.concat(parts, dim=names, combine_attrs="override").assign_coords(
-        {
-            f"value_of_{key}": ("sample", values, subject.attrs_of(key))
-            for key, values in zip(subject.keys, subject.values, strict=True)
-        }
-    )
+    values = {}
+    for key, of_key in zip(subject.keys, subject.values, strict=True):
+        about = subject.dataset[key].attrs if key in subject.dataset.variables else {}
+        values[f"value_of_{key}"] = "sample", of_key, {"long_name": f"value of {key}"} | about
+    dataset = xr.concat(parts, dim=names, combine_attrs="override").assign_coords(values)
     few = words.of_few(closings[0], request.criterion)
-    offsets = (words.offset_words(subject, index) for index in places)
+    assumed = [*subject.assumptions, *filter(None, (words.offset_words(subject, index) for index in places))]
     usual = request.criterion.agrees and request.criterion.percentile == USUAL_PERCENTILE
     about = {
         "title": subject.title,
         "asked": f"{request.criterion.words}{USUAL_TARGET if usual else ''}",
         "samples": subject.words,
         "motions": subject.motions_words(request.level),
-        "assumptions": as_text(
-            [*subject.assumptions, *filter(None, offsets), *few, *subject.first_sample.record_doubts]
-        ),
+        "assumptions": as_text([*assumed, *few, *subject.first_sample.record_doubts]),
         **request.criterion._asdict(),
         **created("pounding_risk.uncertainty"),
     }
@@ -154,14 +152,11 @@ def _contact(closings: CrossedClosings, gap: float, gaps: Array, criterion: Crit
     share = closings.of_samples(gap)
     count = int((share > criterion.target).sum())
     bounds = map(float, exact_bounds(count, share.size, criterion.confidence))
+    over_samples = "percentiles over the samples of P(contact) over the motions"
     exceeding = "share of the samples in which P(contact) under these motions exceeds the target"
     return {
         **parts,
-        "contact_probability_of_samples": (
-            ("gap", "sample_percentile"),
-            of_samples,
-            described("1", "percentiles over the samples of P(contact) over the motions"),
-        ),
+        "contact_probability_of_samples": (("gap", "sample_percentile"), of_samples, described("1", over_samples)),
         "contact_probability_of_sample": ("sample", share, described("1", "P(contact) over the motions at the gap")),
         **bounded("samples_over_target", (), (count / share.size, *bounds), "1", exceeding),
     }
@@ -185,15 +180,9 @@ def _required(closings: CrossedClosings, percentiles: tuple[float, ...], confide
 
 def _variances(analysis: Analysis, unit: str, confidence: float, parts: tuple[str, ...]) -> dict[str, Any]:
     """Standard deviations by what they come from, with bounds, and each as a share of the variance."""
-    of: dict[str, Callable[[Components], Any]] = {
-        "parameters": lambda components: components.samples,
-        "parameters and interaction": lambda components: components.samples,
-        "motions": lambda components: components.motions,
-        "interaction": lambda components: components.interaction,
-        "total": lambda components: components.total,
-    }
-    bounds = np.sqrt([analysis.variance_bounds(of[name], confidence) for name in parts])
-    variances = np.maximum([of[name](analysis.all) for name in parts[:-1]], 0.0)
+    of = [attrgetter("samples" if name.startswith("parameters") else name) for name in parts]  # a field of `Components`
+    bounds = np.sqrt([analysis.variance_bounds(part, confidence) for part in of])
+    variances = np.maximum([part(analysis.all) for part in of[:-1]], 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         shares = np.append(variances / variances.sum(), 1.0)
     whose = "of the logarithm of what is closed" if unit == "1" else "of the output"

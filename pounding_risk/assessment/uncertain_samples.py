@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
-from pounding_risk.assessment.demands import Motions, motions_of
+from pounding_risk.assessment.demands import Motions, motions_of, pushed_closing
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
@@ -168,11 +168,6 @@ class Samples:
         is_own = not written.get("points") and not written.get("correlations")
         return is_own and written.get("method", SOBOL) == SOBOL
 
-    def attrs_of(self, key: str) -> dict[str, str]:
-        """Unit and words of a number."""
-        about = self.dataset[key].attrs if key in self.dataset.variables else {}
-        return {"long_name": f"value of {key}"} | {str(name): str(value) for name, value in about.items()}
-
     def motions(self, index: int) -> Motions:
         """The motions of an interface in the first sample: their names, recordings and amplitudes.
 
@@ -267,17 +262,12 @@ class Samples:
             # As `demands.motions_of`: the closing of a motion in which a storey collapses is that up to there.
             sides = dataset["peak_displacement_free"].isel(building=[index, index + 1])
             moved = sides.max("building", skipna=False)
-            if SAMPLE not in moved.dims:
-                moved = moved.expand_dims({SAMPLE: one.sizes[SAMPLE]})
             finite &= np.isfinite(_by_sample(moved, self.level(level)))
         alone = np.where(finite, closing, np.inf)
         if "impact_count" not in dataset or not self.is_inner(index):
             return alone
-        # As `demands.motions_of`: the most that is closed in runs that touch at a gap which is left open alone.
         gaps = one["interface_gap"] if "interface_gap" in one.variables else one["gap"]
-        reach = one["peak_closing"].where((one["impact_count"] > 0) & (one["peak_closing_free"] <= gaps))
-        cases = (SAMPLE, "record", "polarity", amplitude_axis(one))
-        pushed = reach.max([axis for axis in reach.dims if axis not in cases])
+        pushed = pushed_closing(one, gaps, (SAMPLE, "record", "polarity", amplitude_axis(one)))
         return np.fmax(alone, _by_sample(pushed, self.level(level)))
 
     def is_inner(self, index: int) -> bool:
@@ -288,15 +278,10 @@ class Samples:
         """The outputs of each sample by name: those of the closing, and another of the dataset that is requested."""
         design = None if self.design_dataset is None else self.closing_of(self.design_dataset, index, request.level)
         about = gap, request.criterion.percentile
-        outputs = {
-            name: Output(
-                np.asarray(kind.of(closings.closing, *about)),
-                kind.unit,
-                kind.words,
-                None if design is None else np.asarray(kind.of(design, *about)),
-            )
-            for name, kind in KINDS_OF_OUTPUT[self.is_drawn].items()
-        }
+        outputs = {}
+        for name, kind in KINDS_OF_OUTPUT[self.is_drawn].items():
+            values, designed = (None if one is None else kind.of(one, *about) for one in (closings.closing, design))
+            outputs[name] = Output(np.asarray(values), kind.unit, kind.words, designed)
         if request.output is not None and request.output not in outputs:
             outputs[request.output] = self._other_output(index, request.output, request.level)
         return outputs
@@ -353,17 +338,13 @@ class Samples:
             three = np.column_stack([ends[:, 0], np.full(len(ends), values[0]), ends[:, 1]])
             words = f"{kind.words}, the number at a quantile and all others at their medians"
             parts[f"{name}_moved"] = (("uncertain_number", "quantile"), three, described(kind.unit, words))
-        nominal = np.sort(closing[0])
-        parts["closing_at_medians"] = (
-            "motion",
-            nominal,
-            described("m", "what each motion closes with all numbers at their medians, rising"),
-        )
-        return parts
+        about = described("m", "what each motion closes with all numbers at their medians, rising")
+        return parts | {"closing_at_medians": ("motion", np.sort(closing[0]), about)}
 
 
 def _by_sample(values: xr.DataArray, level: int) -> Array:
-    """Values as (samples, motions) at one amplitude, or (samples, 1); the largest over any other axis."""
+    """Values at one amplitude as (samples, motions), (samples, 1), or one row for all; the largest over other axes."""
+    values = values if SAMPLE in values.dims else values.expand_dims(SAMPLE)
     values = values.isel({axis: level for axis in (PGA_AXIS, LEVEL_AXIS) if axis in values.dims})
     axes = [axis for axis in (SAMPLE, "record", "polarity") if axis in values.dims]
     others = [axis for axis in values.dims if axis not in axes]

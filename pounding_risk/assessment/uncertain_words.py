@@ -27,6 +27,7 @@ OUTPUT_WORDS = {
     "contact": "whether there is contact",
     "log_closing": "the logarithm of the closing",
 }
+LESS_SCATTER = " less the scatter of the gap"
 WIDE = 0.2  # bounds of shares, above which there are too few samples or points
 MOSTLY = 0.6  # of the variance of the bounds, from which one side is named
 
@@ -47,7 +48,9 @@ def verdict_of(
     joint = ", " if closings.is_drawn else " × "
     who = f"{counted(len(closings.closing), 'sample')}{joint}{subject.motions_words(level)}"
     bounds = f"{100 * criterion.confidence:g} % bounds {share_words(low)} to {share_words(high)}"
-    where = judged_words(gap, subject.gap_deviation(index), "a ")
+    deviation, where = subject.gap_deviation(index), f"a gap of {say(gap, GAP, 3)}"
+    if deviation > 0.0:  # where gaps are uncertain the nominal one, from which that of a sample departs
+        where = f"a nominal gap of {say(gap, GAP, 3)} plus its scatter (deviation {say(deviation, GAP, 2)})"
     finding = f"{word.capitalize()}: over {who} P(contact) at {where} is {share_words(share)} ({bounds})"
     target = f"the target of {percent_words(criterion.target)}"
     if len(sides) > 1:
@@ -56,13 +59,6 @@ def verdict_of(
     if word == DEPENDS:
         return word, f"{finding}. These bounds lie on both sides of {target}."
     return word, f"{finding}, {'within' if word == ADEQUATE else 'above'} {target} throughout."
-
-
-def judged_words(gap: float, deviation: float, article: str = "") -> str:
-    """A gap that is judged in words; where gaps are uncertain the nominal one, from which that of a sample departs."""
-    if not deviation > 0.0:
-        return f"{article}gap of {say(gap, GAP, 3)}"
-    return f"{article}nominal gap of {say(gap, GAP, 3)} plus its scatter (deviation {say(deviation, GAP, 2)})"
 
 
 def gap_scatter(part: xr.Dataset) -> float:
@@ -141,7 +137,7 @@ def parts_words(part: xr.Dataset) -> str:
 
 def closing_words(part: xr.Dataset) -> str:
     """What the variance is split of, where it is that of closings."""
-    return "the closing without contact" + " less the scatter of the gap" * (gap_scatter(part) > 0.0)
+    return "the closing without contact" + LESS_SCATTER * (gap_scatter(part) > 0.0)
 
 
 def narrowing(part: xr.Dataset, closings: CrossedClosings, gap: float, criterion: Criterion) -> list[str]:
@@ -236,7 +232,7 @@ def _dispersion(part: xr.Dataset) -> Iterator[str]:
     left = float(np.sqrt(max(deviation["total"] ** 2 - gone, 0.0)))
     name = str(part["uncertain_number"].values[lead])
     total, narrowed = f"{deviation['total']:.2g}", f"{left:.2g}"
-    whose = "the closing" + " less the scatter of the gap" * (gap_scatter(part) > 0.0)
+    whose = "the closing" + LESS_SCATTER * (gap_scatter(part) > 0.0)
     change = f"fall to {narrowed}" if narrowed != total else "hardly change"
     yield (
         f"The total dispersion of {whose}, {total}, would {change} were {name} known; "

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from os.path import relpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from pounding_risk._common.words import listed
+from pounding_risk.cli._common import options as shared
 from pounding_risk.cli._common.files import announce, check_folder
-from pounding_risk.cli._common.options import NONE, argument, option, read_option, read_optional
 from pounding_risk.errors import PoundingError
 from pounding_risk.render.terminal import engineering, print_notes, print_table
 
@@ -21,102 +20,99 @@ if TYPE_CHECKING:
     from pounding_risk.streets.scenes import Contact
 
 ORDER = 210
+HELP = """Rows and scenes from a street's table or footprints.
+
+Columns of a CSV, or properties of footprints (GeoJSON, GeoPackage, FlatGeobuf, GeoParquet), each with its unit as
+in "height [m]": name, street, height, storeys, typology, period, damping, floor mass (or floor area and floor
+load), gap to the building on the right, and in a CSV left wall and right wall. Attributes of OpenStreetMap and
+Overture are read as they are. What is missing is filled by the rules below, and listed.
+"""
 
 
-def block(
-    street: Annotated[
-        Path, argument("STREET", "Table of a street (.csv), or footprints (.geojson, .gpkg, .fgb, .parquet).")
-    ],
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Folder for a scene a row.", show_default="none is written")
-    ] = None,
-    record: Annotated[list[str], option("A record of the scenes; repeat for several.", "all horizontal ones")] = NONE,
-    sites: Annotated[
-        Path | None, option("EventGrid.csv: motions of the site nearest to each row, in place of records.", "none")
-    ] = None,
-    unit: Annotated[str | None, option("Unit of the motions of --sites, g or m/s^2.", "as the files say")] = None,
-    pga: Annotated[str | None, option("Scale the records to it.", "as recorded")] = None,
-    limit: Annotated[str, option("Gap from which on buildings are no neighbours.")] = "1 m",
-    gap: Annotated[str, option("Gap of neighbours without one.")] = "0 mm",
-    storey_height: Annotated[str, option("Where only the height or the storeys are given.")] = "3 m",
-    typology: Annotated[str, option("Typology of buildings without one.")] = "masonry",
-    floor_load: Annotated[str, option("Weight of a floor, for its mass.")] = "10 kN/m^2",
-    floor_area: Annotated[str | None, option("Area of floors without one.", "it must be given")] = None,
-    floor_depth: Annotated[
-        str, option("Depth of floors without one; floors that overlap in height meet floor to floor.")
-    ] = "0.25 m",
-    storeys: Annotated[
-        int | None, typer.Option("--storeys", help="Of buildings without height and storeys.", show_default="a fault")
-    ] = None,
-    chain: Annotated[str, option("Storeys of the typology, or hazus.")] = "typology",
-    code_level: Annotated[str, option("Code of storeys by hazus: high, moderate, low, pre.")] = "moderate",
-    least_facing: Annotated[
-        str | None, option('Share of the shorter front over which neighbours face each other, "10 %".', "any")
-    ] = None,
-    metres: Annotated[bool, typer.Option("--metres", help="Coordinates are metres, not degrees.")] = False,
-    resolution: Annotated[
-        str | None,
-        option('Measured gaps are uniform within it, "0.5 m".', "what the file says, such as its last decimal"),
-    ] = None,
-    layer: Annotated[str | None, option("Layer of a GeoPackage.", "its only one of polygons")] = None,
-    within: Annotated[
-        str | None,
-        option('Only buildings in "west, south, east, north" in degrees, or in the polygons of a file.', "all"),
-    ] = None,
-    inventory: Annotated[
-        Path | None,
-        option("Values of the buildings of a map: OED, R2D, OpenQuake, or a street's .csv.", "those of the map"),
-    ] = None,
-    samples: Annotated[
-        int | None, typer.Option("--samples", help="Samples of uncertain gaps.", show_default="64")
-    ] = None,
-    axis: Annotated[str | None, option('Direction of the street from north, "30 deg".', "its walls'")] = None,
-    contact_model: Annotated[str, option("Contact model of every interface.")] = "jankowski",
-    stiffness: Annotated[str, option("Its β or k; `advise` says which.")] = "8e10 N/m^1.5",
-    restitution: Annotated[str, option("e, or concrete.")] = "0.65",
-    yield_force: Annotated[str | None, option("F_E of floor against floor.", "no yielding")] = None,
-    column_yield_force: Annotated[str | None, option("F_E of floor against column.", "no yielding")] = None,
-    tolerance: Annotated[
-        str | None, option("Levels of floors that meet may differ by it.", "by the floors' depth")
-    ] = None,
-) -> None:
-    """Rows and scenes from a street's table or footprints.
+def _of(kind: Any, help: str, default: Any = None, absence: str | None = None, flags: tuple[str, ...] = ()) -> Any:
+    """An option of a kind, with its default, or with words on what holds in its ``absence``."""
+    return Annotated[kind if default is not None else kind | None, shared.option(help, absence, *flags)], default
 
-    Columns of a CSV, or properties of footprints (GeoJSON, GeoPackage, FlatGeobuf, GeoParquet), each with its unit as
-    in "height [m]": name, street, height, storeys, typology, period, damping, floor mass (or floor area and floor
-    load), gap to the building on the right, and in a CSV left wall and right wall. Attributes of OpenStreetMap and
-    Overture are read as they are. What is missing is filled by the rules below, and listed.
-    """
+
+OPTIONS: shared.Fields = {
+    "street": (
+        Annotated[
+            Path,
+            shared.argument("STREET", "Table of a street (.csv), or footprints (.geojson, .gpkg, .fgb, .parquet)."),
+        ],
+        shared.REQUIRED,
+    ),
+    "out": _of(Path, "Folder for a scene a row.", None, "none is written", ("--out", "-o")),
+    "record": _of(list[str], "A record of the scenes; repeat for several.", shared.NONE, "all horizontal ones"),
+    "sites": _of(Path, "EventGrid.csv: motions of the site nearest to each row, in place of records.", absence="none"),
+    "unit": _of(str, "Unit of the motions of --sites, g or m/s^2.", absence="as the files say"),
+    "pga": _of(str, "Scale the records to it.", absence="as recorded"),
+    "limit": _of(str, "Gap from which on buildings are no neighbours.", "1 m"),
+    "gap": _of(str, "Gap of neighbours without one.", "0 mm"),
+    "storey_height": _of(str, "Where only the height or the storeys are given.", "3 m"),
+    "typology": _of(str, "Typology of buildings without one.", "masonry"),
+    "floor_load": _of(str, "Weight of a floor, for its mass.", "10 kN/m^2"),
+    "floor_area": _of(str, "Area of floors without one.", absence="it must be given"),
+    "floor_depth": _of(
+        str, "Depth of floors without one; floors that overlap in height meet floor to floor.", "0.25 m"
+    ),
+    "storeys": _of(int, "Of buildings without height and storeys.", absence="a fault"),
+    "chain": _of(str, "Storeys of the typology, or hazus.", "typology"),
+    "code_level": _of(str, "Code of storeys by hazus: high, moderate, low, pre.", "moderate"),
+    "least_facing": _of(
+        str, 'Share of the shorter front over which neighbours face each other, "10 %".', absence="any"
+    ),
+    "metres": _of(bool, "Coordinates are metres, not degrees.", False, flags=("--metres",)),
+    "resolution": _of(
+        str, 'Measured gaps are uniform within it, "0.5 m".', absence="what the file says, such as its last decimal"
+    ),
+    "layer": _of(str, "Layer of a GeoPackage.", absence="its only one of polygons"),
+    "within": _of(
+        str, 'Only buildings in "west, south, east, north" in degrees, or in the polygons of a file.', absence="all"
+    ),
+    "inventory": _of(
+        Path,
+        "Values of the buildings of a map: OED, R2D, OpenQuake, or a street's .csv.",
+        absence="those of the map",
+    ),
+    "samples": _of(int, "Samples of uncertain gaps.", absence="64"),
+    "axis": _of(str, 'Direction of the street from north, "30 deg".', absence="its walls'"),
+    "contact_model": _of(str, "Contact model of every interface.", "jankowski"),
+    "stiffness": _of(str, "Its β or k; `advise` says which.", "8e10 N/m^1.5"),
+    "restitution": _of(str, "e, or concrete.", "0.65"),
+    "yield_force": _of(str, "F_E of floor against floor.", absence="no yielding"),
+    "column_yield_force": _of(str, "F_E of floor against column.", absence="no yielding"),
+    "tolerance": _of(str, "Levels of floors that meet may differ by it.", absence="by the floors' depth"),
+}
+AS_THEY_ARE = ("typology", "metres", "storeys", "chain", "code_level")  # of the rules
+NUMBERS = ("storey_height", "floor_load", "floor_area", "floor_depth", "gap", "limit", "axis", "resolution")
+OF_RECORDS = ("record", "sites", "unit", "pga", "samples")
+
+
+def _run(values: dict[str, Any]) -> None:
+    """Print the rows of a street, and write a scene for each where a folder is given."""
+    out, record, samples, tolerance = (values[name] for name in ("out", "record", "samples", "tolerance"))
     if out is not None:
         check_folder(out)
-    from pounding_risk.streets.defaults import Rules
+    from pounding_risk.streets.defaults import RANGES, Rules
     from pounding_risk.streets.rows import read_block, write_block
     from pounding_risk.streets.scenes import Contact
     from pounding_risk.units import GAP, parse, share
 
-    rules = Rules(
-        typology=typology,
-        least_facing=0.0 if least_facing is None else share(least_facing, "--least-facing"),
-        metres=metres,
-        storeys=storeys,
-        chain=chain,
-        code_level=code_level,
-        **_numbers_of_rules(
-            storey_height=storey_height,
-            floor_load=floor_load,
-            floor_area=floor_area,
-            floor_depth=floor_depth,
-            gap=gap,
-            limit=limit,
-            axis=axis,
-            resolution=resolution,
-        ),
-    )
-    tables = _tables(out, record, sites, unit, pga, samples)
-    contact = Contact(contact_model, stiffness, _restitution(restitution), yield_force, column_yield_force, tolerance)
+    facing = values["least_facing"]
+    chosen = {name: values[name] for name in AS_THEY_ARE}
+    chosen["least_facing"] = 0.0 if facing is None else share(facing, "--least-facing")
+    chosen |= {
+        name: shared.read_optional(f"--{name.replace('_', '-')}", values[name], RANGES[name]) for name in NUMBERS
+    }
+    rules = Rules(**chosen)
+    tables = _tables(out, *(values[name] for name in OF_RECORDS))
+    contact = Contact(**{name: values[name] for name in Contact._fields})
+    with suppress(ValueError):  # a number as a scene file has it; otherwise the name of a relation
+        contact = contact._replace(restitution=float(values["restitution"]))
     _check_contact(contact)
     _check_records(record)
-    rows = read_block(street, rules, layer=layer, within=within, inventory=inventory)
+    rows = read_block(values["street"], rules, **{name: values[name] for name in ("layer", "within", "inventory")})
     if samples is not None and not rows.resolution.size > 0.0:
         raise PoundingError("--samples: no gap of this street is uncertain; state --resolution, or leave it out")
     print_block(rows, None if tolerance is None else parse(tolerance, GAP))
@@ -129,11 +125,7 @@ def block(
             print_notes([f"{names} in {out}: not of this street, or of an earlier run; *.toml reads these too"])
 
 
-def _numbers_of_rules(**texts: str | None) -> dict[str, Any]:
-    """The rules that are numbers, by name, from the texts of their options."""
-    from pounding_risk.streets.defaults import RANGES
-
-    return {name: read_optional(f"--{name.replace('_', '-')}", text, RANGES[name]) for name, text in texts.items()}
+block = shared.with_options(_run, OPTIONS, HELP)
 
 
 def _tables(
@@ -142,7 +134,7 @@ def _tables(
     """What stands in every scene beside its buildings and contact; raises PoundingError for options that contradict."""
     from pounding_risk.units import PGA
 
-    read_optional("--pga", pga, PGA)
+    shared.read_optional("--pga", pga, PGA)
     tables: dict[str, Any] = {} if pga is None else {"records": {"pga": pga}}
     if sites is not None:
         tables["records"] = _of_sites(sites, out, unit, {"--record": bool(records), "--pga": pga is not None})
@@ -168,14 +160,6 @@ def _of_sites(sites: Path, out: Path | None, unit: str | None, others: Mapping[s
     return {"sites": seen_from_scenes, **({} if unit is None else {"unit": unit})}
 
 
-def _restitution(text: str) -> str | float:
-    """The coefficient of restitution as a scene file has it: a number, or the name of a relation."""
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
 def _check_contact(contact: Contact) -> None:
     """Raise PoundingError, which names the option, for a value that no scene takes."""
     from pounding_risk.models.contact.laws import LAWS, stiffness_quantity
@@ -194,14 +178,14 @@ def _check_contact(contact: Contact) -> None:
             "write contact_model and table into the scenes"
         )
     if contact.stiffness is not None:
-        read_option("--stiffness", contact.stiffness, stiffness_quantity(law))
+        shared.read_option("--stiffness", contact.stiffness, stiffness_quantity(law))
     restitution_of(str(contact.restitution))
     for name, text, quantity in (
         ("--yield-force", contact.yield_force, YIELD_FORCE),
         ("--column-yield-force", contact.column_yield_force, YIELD_FORCE),
         ("--tolerance", contact.tolerance, GAP),
     ):
-        read_optional(name, text, quantity)
+        shared.read_optional(name, text, quantity)
 
 
 def _check_records(records: Sequence[str]) -> None:

@@ -20,21 +20,14 @@ ORDER = 30
 USUAL_LAW = {"N/m": ("k", "linear"), "N/m^1.5": ("β", "jankowski")}
 
 
-class Floors(NamedTuple):
-    """Lengths and wave speed of the two floors that collide, for laws that need them."""
-
-    length: float  # m, of the striker's; 0 where none is given
-    other_length: float  # m
-    wave_speed: float  # m/s, of both
-
-
 class Collision(NamedTuple):
     """A collision, from which the stiffness of some laws follows."""
 
     speed: float  # m/s
     mass: float  # kg, reduced
     restitution: Any
-    floors: Floors
+    floor_lengths: tuple[float, float]  # m, of the striker's and of that which is struck; 0 where none is given
+    wave_speed: float  # m/s, of both floors
     is_wall: bool  # the body that is struck is fixed
     table: Any = None  # of tabulated forces
 
@@ -67,12 +60,11 @@ def impact(
     capacity = read_option("--yield-force", yield_force, YIELD_FORCE)
     rule = restitution_of(restitution)
     reduced_mass = 1.0 / (1.0 / masses[0] + 1.0 / masses[1])
-    floors = Floors(
-        read_optional("--floor-length", floor_length, FLOOR_LENGTH) or 0.0,
-        read_optional("--other-floor-length", other_floor_length, FLOOR_LENGTH) or 0.0,
-        read_option("--wave-speed", wave_speed, WAVE_SPEED),
-    )
-    collision = Collision(approach, reduced_mass, rule, floors, masses[1] == inf, _table(table, unloading_stiffness))
+    given = (("--floor-length", floor_length), ("--other-floor-length", other_floor_length))
+    length, other = (read_optional(option, text, FLOOR_LENGTH) or 0.0 for option, text in given)
+    waves, is_wall = read_option("--wave-speed", wave_speed, WAVE_SPEED), masses[1] == inf
+    force_table = _table(table, unloading_stiffness)
+    collision = Collision(approach, reduced_mass, rule, (length, other), waves, is_wall, force_table)
     laws, notes = contact_laws(law, stiffness, collision, relation)
     impacts = [run(contact, approach, *masses, restitution=rule, yield_force=capacity) for contact in laws]
     print_impacts(impacts, laws, 0.5 * reduced_mass * approach**2)
@@ -86,7 +78,7 @@ def impact(
 
 def print_impacts(impacts: Sequence[Impact], laws: Sequence[Any], energy: float) -> None:
     """Print a line for each law; ``energy`` is that of the approach [J]."""
-    heads = ("law", "e asked", "e achieved", "peak force", "penetration", "duration", "energy lost")
+    heads = ("law", "e requested", "e achieved", "peak force", "penetration", "duration", "energy lost")
     rows = [
         (
             result.law,
@@ -166,14 +158,11 @@ def contact_laws(
 
 def _floor_law(name: str, law: Any, collision: Collision) -> Any:
     """A model of colliding floors; raises PoundingError where a length is missing."""
-    floors = collision.floors
-    for name_of_option, length, is_needed in (
-        ("--floor-length", floors.length, True),
-        ("--other-floor-length", floors.other_length, not collision.is_wall),
-    ):
-        if is_needed and not length:
-            raise PoundingError(f'{name} needs the length of the floors; write {name_of_option} "20 m"')
-    return law(floors.length, floors.other_length, floors.wave_speed, floors.wave_speed)
+    length, other = collision.floor_lengths
+    if not length or not (other or collision.is_wall):
+        missing = "--other-floor-length" if length else "--floor-length"
+        raise PoundingError(f'{name} needs the length of the floors; write {missing} "20 m"')
+    return law(length, other, collision.wave_speed, collision.wave_speed)
 
 
 def _table(path: str | None, unloading_stiffness: str | None) -> Any:

@@ -38,7 +38,11 @@ def models(context: typer.Context) -> None:
     print_table(("effect", "options", "acts on", "where it is from"), effects, "llll")
     print()
     heads = ("typology", "period in s, h in m", "mode shape", "yields at, in g", "verified")
-    typologies = [_typology(kind) for kind in TYPOLOGIES.values()]
+    typologies = [
+        (kind.name, kind.period_words, kind.shape_words, kind.yield_words, "yes" if kind.code.verified else "NO",
+         f"{kind.words}; {kind.code.reference}; {kind.code.source}")
+        for kind in TYPOLOGIES.values()
+    ]  # fmt: skip
     print_table((*heads, "where it is from"), typologies, "llllll")
     if plugins := list(_plugins(context)):
         print()
@@ -93,12 +97,6 @@ def _effect(name: str, effect: Any) -> tuple[str, ...]:
     laws = " and ".join(["yielding", *effect.needs])
     acts_on = "the ground" if acts_on_ground(name) else "the buildings" if acts_on_buildings(name) else laws
     return name, ", ".join(options) or "–", acts_on, f"{_first_line(effect)} {effect.reference}"
-
-
-def _typology(kind: Any) -> tuple[str, ...]:
-    """Cells of a typology."""
-    facts = kind.name, kind.period_words, kind.shape_words, kind.yield_words
-    return *facts, "yes" if kind.code.verified else "NO", f"{kind.words}; {kind.code.reference}; {kind.code.source}"
 
 
 def _first_line(kind: type) -> str:

@@ -12,18 +12,8 @@ from typing import Annotated, Any
 
 import typer
 
+from pounding_risk.cli._common import options as shared
 from pounding_risk.cli._common.files import draw, out_or
-from pounding_risk.cli._common.options import (
-    NONE,
-    RUN_FAILED,
-    Figure,
-    Overrides,
-    Scene,
-    Strict,
-    Workers,
-    option,
-    out_option,
-)
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli.validate import print_plan
 from pounding_risk.errors import PoundingError
@@ -38,23 +28,25 @@ AGAIN = "to make the same study again, --new to replace it whatever it is, or -o
 
 
 def scan(
-    scene: Scene,
-    out: Annotated[Path | None, out_option("Results", ".nc", ".zarr", absence="SCENE.nc")] = None,
-    overrides: Overrides = NONE,
-    samples: Annotated[int | None, option("Of the uncertain numbers, in place of the scene's.", min=0)] = None,
+    scene: shared.Scene,
+    out: Annotated[Path | None, shared.out_option("Results", ".nc", ".zarr", absence="SCENE.nc")] = None,
+    overrides: shared.Overrides = shared.NONE,
+    samples: Annotated[int | None, shared.option("Of the uncertain numbers, in place of the scene's.", min=0)] = None,
     screening: Annotated[
         bool, typer.Option("--screening/--no-screening", help="Leave out runs whose answer is known exactly.")
     ] = True,
-    check_fraction: Annotated[float, option("Share of the runs to make again at a tighter tolerance, 0 to 1.")] = 0.01,
-    workers: Workers = None,
+    check_fraction: Annotated[
+        float, shared.option("Share of the runs to make again at a tighter tolerance, 0 to 1.")
+    ] = 0.01,
+    workers: shared.Workers = None,
     plan: Annotated[bool, typer.Option("--plan", help="Say what it would take, and run nothing.")] = False,
-    shard: Annotated[str | None, option("Do one part of N, such as 2/8.", metavar="I/N")] = None,
-    scheduler: Annotated[str | None, option("Of a Dask cluster that does the work.", metavar="ADDRESS")] = None,
+    shard: Annotated[str | None, shared.option("Do one part of N, such as 2/8.", metavar="I/N")] = None,
+    scheduler: Annotated[str | None, shared.option("Of a Dask cluster that does the work.", metavar="ADDRESS")] = None,
     new: Annotated[
         bool, typer.Option("--new", help="Discard what an earlier start has kept, and replace other results.")
     ] = False,
-    figure: Figure = None,
-    strict: Strict = False,
+    figure: shared.Figure = None,
+    strict: shared.Strict = False,
 ) -> None:
     """Run a scene's whole grid and write one dataset.
 
@@ -95,7 +87,7 @@ def scan(
     print_scan(dataset, perf_counter() - start, target, progress.n_earlier)
     draw(figure, "of_results.results_figure", dataset)
     if strict and failures(dataset):
-        raise typer.Exit(RUN_FAILED)
+        raise typer.Exit(shared.RUN_FAILED)
 
 
 def _executor(scheduler: str | None, workers: int | None) -> Any:

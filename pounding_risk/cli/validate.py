@@ -25,17 +25,10 @@ def print_plan(plan: Plan) -> None:
     """Print the summary of a scene, a table of its records, and notes on both."""
     print_pairs(plan.summary())
     print()
-    rows = [
-        (
-            record.name,
-            record.event,
-            record.state,
-            f"{record.duration:.4g} s",
-            f"{record.dt:.4g} s",
-            engineering(record.pga, "m/s2"),
-        )
-        for record in plan.records
-    ]
+    rows = []
+    for record in plan.records:
+        times = f"{record.duration:.4g} s", f"{record.dt:.4g} s"
+        rows.append((record.name, record.event, record.state, *times, engineering(record.pga, "m/s2")))
     print_table(("record", "event", "as found", "duration", "dt", "PGA"), rows, "lllrrr")
     print_notes((*of_records({record.name: record.flags for record in plan.records}), *plan.notes))
     print_left_out(plan.left_out)

@@ -18,7 +18,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.results.attributes import versions_of
 
 if TYPE_CHECKING:
-    from distributed import Client, Future, as_completed
+    from distributed import Client, Future
 
     from pounding_risk.ensemble.job import Job
 
@@ -106,16 +106,12 @@ class Dask:
     def _check_versions(self) -> None:
         """Check the workers that are there; those that join later are checked with their first chunk."""
         versions: Any = self._client.get_versions(packages=list(ALIKE))
-        ours = versions["client"]["packages"]
+
+        def installed(machine: Mapping[str, Any]) -> dict[str, str]:
+            return {name: machine["packages"][name] or "not installed" for name in ALIKE}
+
         for address, worker in versions["workers"].items():
-            theirs = worker["packages"]
-            check_alike(
-                address, {name: _version(theirs[name]) for name in ALIKE}, {n: _version(ours[n]) for n in ALIKE}
-            )
-
-
-def _version(version: str | None) -> str:
-    return version or "not installed"
+            check_alike(address, installed(worker), installed(versions["client"]))
 
 
 def check_alike(where: str, theirs: Mapping[str, str], ours: Mapping[str, str]) -> None:
@@ -160,18 +156,18 @@ class ClusterRun:
     """The chunks of one run that are submitted to the cluster."""
 
     def __init__(self, client: Client, pending: Pending, keep: Keep, patience: float = inf):
+        from distributed import as_completed
+
         self.client, self.pending, self.keep = client, pending, keep
         self.patience, self.last_worker = patience, monotonic()  # s without a worker; when there was one
         self.submitted: dict[Future, range] = {}
-        self.finished: as_completed | None = None
+        self.finished = as_completed([], loop=client.loop, with_results=True, raise_errors=False)
         self.being_kept: Solved | None = None
         self.payload: Future | None = None  # the pickled input of the job
         self.room, self.looked = 0, -LOOK
 
     def start(self, job: Job, make: Make | None) -> None:
         """Submit the input, once for all chunks and as a task, which Dask repeats where its worker is lost."""
-        from distributed import as_completed
-
         payload = pickle.dumps(job.scan_input)
         digest = hashlib.sha256(payload).hexdigest()
         self.key = JobKey(digest, make, _versions(), _prepared(job), _laws(job.scan_input))
@@ -179,7 +175,6 @@ class ClusterRun:
             # Records are large, and go to the scheduler once.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
             self.payload = self.client.submit(_unchanged, payload, key=f"pounding-order-{self.key.digest}")
-        self.finished = as_completed([], loop=self.client.loop, with_results=True, raise_errors=False)
         self._submit()
 
     def collect(self) -> None:
@@ -193,7 +188,7 @@ class ClusterRun:
         """Keep the chunks that are finished; also, once more, the chunk whose keeping was interrupted."""
         if self.being_kept is not None:
             self.keep(*self.being_kept)
-        while self.finished is not None and self.finished.has_ready():
+        while self.finished.has_ready():
             future, solved = next(self.finished)
             if isinstance(solved, Solved):
                 del self.submitted[future]
@@ -217,7 +212,6 @@ class ClusterRun:
                 return
             future = self.client.submit(_solve, self.payload, self.key, batches, self.pending.mean, pure=False)
             self.submitted[future] = batches
-            assert self.finished is not None, "submitted before the start"
             self.finished.add(future)
 
     def _count_workers(self) -> None:
@@ -239,7 +233,6 @@ class ClusterRun:
         self.room = AHEAD * threads
 
     def _keep_next(self) -> None:
-        assert self.finished is not None, "collected before the start"
         while not self.finished.has_ready():
             sleep(TICK)
             if monotonic() - self.looked > LOOK:

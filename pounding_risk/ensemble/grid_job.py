@@ -22,16 +22,7 @@ from pounding_risk.ensemble.tolerance_check import check_variables, drawn, not_r
 from pounding_risk.models.ground import accelerations
 from pounding_risk.motions.levels import driven
 from pounding_risk.motions.motion import Motion
-from pounding_risk.results.labels import (
-    OUTCOME,
-    attributes,
-    case_variable,
-    ground_widenings,
-    numbers_of,
-    places_of,
-    skeleton,
-    status_variable,
-)
+from pounding_risk.results import labels
 from pounding_risk.results.layout import AMPLITUDE, AXES, CaseVariable, Slab, Template, bytes_per_case, slabs
 from pounding_risk.results.tolerance_check import tighter
 from pounding_risk.results.variables import own_dims
@@ -164,7 +155,6 @@ class GridJob(Job):
         return self.peaks[key]
 
     def law_at(self, batch: int) -> int:
-        """Index of the contact model that a batch needs."""
         return batch // self.shape[-2] % self.shape[-3]
 
     def solve(self, batches: range, stop: Callable[[], bool] = never) -> Chunk | None:
@@ -204,17 +194,17 @@ class GridJob(Job):
 
     def coordinates(self, whole: bool = False) -> dict[str, Any]:
         """Interfaces, contact points, buildings and storeys, with facts on each; as `labels.places_of`."""
-        places = places_of(self.study, *self._places, whole=whole)
+        places = labels.places_of(self.study, *self._places, whole=whole)
         if not whole:
             return places
         key = "widenings", self.study.supports  # computed once for all scenes with equal grounds
         if key not in self.peaks:
-            self.peaks[key] = ground_widenings(self.study, self.scan_input.motions)
+            self.peaks[key] = labels.ground_widenings(self.study, self.scan_input.motions)
         return places | self.peaks[key]
 
     def numbers(self) -> dict[str, str]:
         """Attributes that differ along an axis of another number of the scene."""
-        return numbers_of(self.study, self._laws)
+        return labels.numbers_of(self.study, self._laws)
 
     @property
     def check_names(self) -> tuple[str, ...]:
@@ -223,20 +213,19 @@ class GridJob(Job):
 
     @cached_property
     def template(self) -> Template:
-        """The dataset without the values of its cases."""
         study, motions = self.study, self.scan_input.motions
         values = self.free_values()
         free = {name: (output, values[name]) for name, output in self.free_outputs(study).items()}
-        whole = skeleton(study, motions, free, self.coordinates())
-        whole = whole.assign_attrs(attributes(study, motions, self._laws, self.solver))
+        whole = labels.skeleton(study, motions, free, self.coordinates())
+        whole = whole.assign_attrs(labels.attributes(study, motions, self._laws, self.solver))
         checks = check_variables(study.rtol)
         return Template(whole, self.variables(study) | {name: checks[name] for name in self.check_names}, self.shape)
 
     @classmethod
     def variables(cls, study: Scene) -> dict[str, CaseVariable]:
         """Every case variable of a study, except those of the tolerance check."""
-        cases = {name: case_variable(name, output) for name, output in cls.outputs(study).items()}
-        return cases | OUTCOME | {"status": status_variable(cls.endings(study))}
+        cases = {name: labels.case_variable(name, output) for name, output in cls.outputs(study).items()}
+        return cases | labels.OUTCOME | {"status": labels.status_variable(cls.endings(study))}
 
     @classmethod
     def endings(cls, study: Scene) -> dict[int, str]:

@@ -112,11 +112,8 @@ def record_of(name: str, record: Mapping[str, Any], samples: str, processing: Se
 def program_of(installed: Mapping[str, Any], source: str) -> dict[str, str]:
     """The versions of Python and of `LIBRARIES` among these, and the digest of a source."""
     python = ".".join(str(installed.get("python", "")).split(".")[:2])
-    return {
-        "python": python,
-        **{name: str(installed[name]) for name in LIBRARIES if name in installed},
-        "source": source,
-    }
+    libraries = {name: str(installed[name]) for name in LIBRARIES if name in installed}
+    return {"python": python, **libraries, "source": source}
 
 
 def package_digest() -> str:

@@ -19,7 +19,7 @@ from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.grid_job import Array, Place
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.row_grid import model_of
-from pounding_risk.ensemble.row_job import MOTIONS, RowJob
+from pounding_risk.ensemble.row_job import MOTIONS, RowJob, grid_gaps
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.layout import Slab
 from pounding_risk.results.variables import UNPUSHED, UNPUSHED_SENTENCE
@@ -122,20 +122,15 @@ def _paths(study: Scene, model: RowModel, motion: Motion) -> list[Path]:
     return paths
 
 
-class KnownCases:
+class KnownCases(NamedTuple):
     """Every case of one motion, of which none is run; as `Cases`."""
 
-    def __init__(self, free: RowRun):
-        self.free = free
+    free: RowRun
 
     def in_parts(self, limits: Limits) -> tuple[RowRun, list[Answered]]:
         """The motion without contact, whose status says where contact would follow; there are no runs."""
-        return self.whole(limits), []
-
-    def whole(self, limits: Limits) -> RowRun:
-        """As `in_parts`, without the runs."""
         closes = self.free.status == COMPLETE and bool((self.free.points[:, HIGHEST] > limits.gaps).any())
-        return self.free._replace(status=UNPUSHED) if closes else self.free
+        return (self.free._replace(status=UNPUSHED) if closes else self.free), []
 
 
 class KnownJob(RowJob):
@@ -148,7 +143,7 @@ class KnownJob(RowJob):
     @classmethod
     def closing(cls, study: Scene) -> Callable[[Motion], tuple[Array, Any]]:
         respond, model = super().closing(study), model_of(study)
-        gaps = model.gaps(np.array([study.interface_gaps(gap) for gap in study.grid.gaps]))
+        gaps = grid_gaps(study, model)
 
         def respond_known(motion: Motion) -> tuple[Array, Any]:
             closed, (response, under) = respond(motion)

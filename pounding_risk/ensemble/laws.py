@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from typing import Any
 
 from pounding_risk.errors import SceneError
@@ -20,22 +21,12 @@ def laws_of(study: Scene) -> tuple[Any, ...]:
 def law_of(study: Scene, name: str) -> Any:
     """One contact law of the scene with its effects; raises as `check_reach`."""
     check_reach(study, (name,))
-    return with_effects(_calibrated(study, name), study.effects)
-
-
-def _calibrated(study: Scene, name: str) -> Any:
-    terms = study.equal_terms
-    if not study.needs_equal_terms(name) or terms is None:
-        return study.law(name)
-    stiffness = equal_stiffness(
-        lambda value: study.law(name, value),
-        study.law(study.stiff_name),
-        terms.speed,
-        study.striking_mass,
-        study.restitution,
-        terms.same,
-    )
-    return study.law(name, stiffness)
+    terms, stiffness = study.equal_terms, None
+    if study.needs_equal_terms(name) and terms is not None:
+        stiff, mass = study.law(study.stiff_name), study.striking_mass
+        with_value = partial(study.law, name)
+        stiffness = equal_stiffness(with_value, stiff, terms.speed, mass, study.restitution, terms.same)
+    return with_effects(study.law(name, stiffness), study.effects)
 
 
 def beyond_reach(study: Scene, names: Iterable[str]) -> str:

@@ -36,6 +36,12 @@ OF_BUILDINGS: dict[str, Any] = {
 }
 
 
+def respond_alone(study: Scene, motion: Motion) -> Free:
+    """The response of a pair to a motion without contact."""
+    pair, initial = oscillators(*study.pair), initial_state(*study.pair)
+    return free_response(pair, motion.acceleration, motion.dt, study.supports, initial, motion.own_grounds)
+
+
 class PairJob(GridJob):
     """The grid of two single masses that meet mass to mass. Raises as `laws.law_of`."""
 
@@ -79,20 +85,17 @@ class PairJob(GridJob):
 
     @classmethod
     def closing(cls, study: Scene) -> Callable[[Motion], tuple[Array, Free]]:
-        pair, supports, gaps = oscillators(*study.pair), study.supports, np.array(study.grid.gaps)
-        initial = initial_state(*study.pair)
+        gaps = np.array(study.grid.gaps)
 
         def respond(motion: Motion) -> tuple[Array, Free]:
-            free = free_response(pair, motion.acceleration, motion.dt, supports, initial, motion.own_grounds)
+            free = respond_alone(study, motion)
             return free.high[:, 0].max() - gaps, free
 
         return respond
 
     def free(self, motion: Place) -> Free:
         def respond() -> Free:
-            ground = self.ground(motion)
-            supports, own = self.study.supports, ground.own_grounds
-            free = free_response(self.pair, ground.acceleration, ground.dt, supports, self.initial, own)
+            free = respond_alone(self.study, self.ground(motion))
             self.peaks[self.free_key, motion] = free.high.max(axis=0), free.low.min(axis=0)
             return free
 
@@ -117,11 +120,7 @@ class PairJob(GridJob):
         return {RAW: raw, HOW: how}, made(raw, how)
 
     def _sweep(
-        self,
-        slab: Slab,
-        strengths: slice,
-        how_exact: tuple[float, bool],
-        out: tuple[Array, NDArray[np.int8]],
+        self, slab: Slab, strengths: slice, how_exact: tuple[float, bool], out: tuple[Array, NDArray[np.int8]]
     ) -> None:
         """Fill ``out`` (raw columns, whether each case was simulated); ``how_exact`` = (rtol, screening)."""
         rtol, screening = how_exact
@@ -162,7 +161,6 @@ class PairWriter:
         self._check = AtLeastOne()
 
     def values(self, batches: range, chunk: Chunk) -> Chunk:
-        """Every case variable of these batches."""
         job, raw = self._job, chunk[RAW]
         pgas = self._pgas[np.arange(batches.start, batches.stop) // (job.batches // len(self._pgas))]
         variables = {
@@ -177,7 +175,6 @@ class PairWriter:
         return variables
 
     def finish(self) -> Finish:
-        """The repeated run of one case, where no case was drawn."""
         return Finish({}, self._check.patches(self._job))
 
 

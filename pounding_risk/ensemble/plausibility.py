@@ -25,7 +25,8 @@ from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, short
 from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.known_motions import has_known_motion, known_motion_notes
-from pounding_risk.scene.scene import Axes, Scene
+from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.values import Axes
 from pounding_risk.scene.variants import Variants
 from pounding_risk.units import FLOOR_MASS, GAP, PERIOD, PGA, STANDARD_GRAVITY, STOREY_HEIGHT, TIME, Quantity, say
 
@@ -37,63 +38,53 @@ SHARE_OF_WEIGHT = Quantity("1", 0.0, float("inf"), "strength over weight")
 
 
 class Usual(NamedTuple):
-    """A usual range in SI, its source, and the most likely mistake for a number below or above it."""
+    """A usual range in SI, its source, and the most likely mistake for a number below it, and above."""
 
     quantity: Quantity
-    low: float
-    high: float
+    range: tuple[float, float]
     source: str
-    below: str
-    above: str
+    slips: tuple[str, str]
 
 
 USUAL = {
     "mass of a floor": Usual(
         FLOOR_MASS,
-        5e3,
-        5e7,
+        (5e3, 5e7),
         "a floor of 20 m² at 250 kg/m², and a tower of 50 000 t as one mass",
-        "kg written for t?",
-        "t written for kg?",
+        ("kg written for t?", "t written for kg?"),
     ),
     # Shorter periods represent walls, such as 0.007 s of the masonry in Khatiwada et al. (2011), and are no mistake.
     "period": Usual(
         PERIOD,
-        0.0,
-        12.1,
+        (0.0, 12.1),
         "0.0724 h^0.8 for a steel frame of h = 600 m (ASCE 7-16, equation 12.8-7)",
-        "",
-        "a decimal point lost, or ms written as s?",
+        ("", "a decimal point lost, or ms written as s?"),
     ),
     "storey height": Usual(
         STOREY_HEIGHT,
-        0.5,
-        15.0,
+        (0.5, 15.0),
         "from below the slab of an isolated building to a hall",
-        "mm or cm written for m?",
-        "a decimal point lost?",
+        ("mm or cm written for m?", "a decimal point lost?"),
     ),
     "strength of a storey over the weight above": Usual(
         SHARE_OF_WEIGHT,
-        0.005,
-        10.0,
+        (0.005, 10.0),
         "half a percent of the weight is less than any code's base shear, ten times it more than walls hold",
-        "kN written for MN, or N for kN?",
-        "MN written for kN?",
+        ("kN written for MN, or N for kN?", "MN written for kN?"),
     ),
     "gap": Usual(
-        GAP, 0.0, 2.0, "two buildings of 50 m that lean by 2 % towards each other", "", "m written for mm or cm?"
+        GAP, (0.0, 2.0), "two buildings of 50 m that lean by 2 % towards each other", ("", "m written for mm or cm?")
     ),
     "PGA as recorded": Usual(
         PGA,
-        0.039 * STANDARD_GRAVITY,
-        2.0 * STANDARD_GRAVITY,
+        (0.039 * STANDARD_GRAVITY, 2.0 * STANDARD_GRAVITY),
         "0.039 g is the least of intensity V (Wald et al. 1999, table 1), and few records exceed 2 g",
-        "cm/s² read as mm/s², or a weak record?",
-        "m/s² read as g?",
+        ("cm/s² read as mm/s², or a weak record?", "m/s² read as g?"),
     ),
-    "PGA after scaling": Usual(PGA, 0.0, 2.0 * STANDARD_GRAVITY, "few records exceed 2 g", "", "levels too high?"),
-    "PGA asked for": Usual(PGA, 0.0, 2.0 * STANDARD_GRAVITY, "few records exceed 2 g", "", "m/s² or % written as g?"),
+    "PGA after scaling": Usual(PGA, (0.0, 2.0 * STANDARD_GRAVITY), "few records exceed 2 g", ("", "levels too high?")),
+    "PGA asked for": Usual(
+        PGA, (0.0, 2.0 * STANDARD_GRAVITY), "few records exceed 2 g", ("", "m/s² or % written as g?")
+    ),
 }
 # Of the periods of steel frames, 0.0724 h^0.8 with the height in m (ASCE 7-16, equation 12.8-7): a wall, and a building
 # that is much softer than any frame.
@@ -110,25 +101,17 @@ UNIT_CHECKED = "check the unit"  # ends the flag of a motion whose unit another 
 
 
 def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
-    """A sentence on the site that the motions of a scene are of, and for each unusual number of both.
+    """A sentence on the site of the motions of a scene, and one for each unusual number of both.
 
-    Parameters
-    ----------
-    study : Scene
-        The scene.
-    motions : iterable of Motion
-        Its motions, before polarity and the grid's amplitudes.
-
-    Returns
-    -------
-    tuple of str
-        The site and its distance; the number, the usual range with its source, and the likely mistake.
+    It has the number, the usual range with its source, and the likely mistake. The motions are those before polarity
+    and the grid's amplitudes.
     """
     read = tuple(motions)
+    sites = dict.fromkeys(filter(None, (site_of(motion.record) for motion in read)))
     stiffnesses = () if has_known_motion(study) else _of_stiffnesses(study)  # no contact is run
     of_scene = *_of_buildings(study), *_of_gaps(study), *stiffnesses
     of_motions = *_of_motions(study, read), *_of_grounds(study, read), *known_motion_notes(study, read)
-    return (*_of_sites(read), *of_scene, *of_motions)
+    return (*(f"the motions are those of {site}" for site in sites), *of_scene, *of_motions)
 
 
 def notes_along(study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
@@ -153,17 +136,7 @@ def _of_varied_loads(scenes: Sequence[Scene]) -> Iterator[str]:
 def with_ranges(notes: Iterable[str], study: Scene) -> list[str]:
     """Notes of the places along a scene's axes; those that differ in numbers alone are one, from least to most.
 
-    Parameters
-    ----------
-    notes : iterable of str
-        Those of each place.
-    study : Scene
-        The scene, whose buildings may have names with digits.
-
-    Returns
-    -------
-    list of str
-        Each sentence once, with "0.03 to 0.05" in place of a number that is not the same in all of them.
+    It has "0.03 to 0.05" in place of a number that is not the same in all. Names of buildings may have digits.
     """
     alike: dict[tuple[str, ...], list[list[str]]] = {}
     for note in dict.fromkeys(notes):
@@ -175,9 +148,7 @@ def with_ranges(notes: Iterable[str], study: Scene) -> list[str]:
         alike.setdefault((whose + colon + first, *pairs[1::2]), []).append(pairs[::2])
     merged = []
     for (first, *texts), rows in alike.items():
-        columns = [
-            sorted(set(column), key=lambda text: float(text.replace(",", ""))) for column in zip(*rows, strict=True)
-        ]
+        columns = [sorted(set(column), key=_value) for column in zip(*rows, strict=True)]
         ranges = [" to ".join(dict.fromkeys((column[0], column[-1]))) for column in columns]
         merged.append(first + "".join(map(add, ranges, texts)))
     return [words.translate(SHOWN_DIGITS) for words in merged]
@@ -191,19 +162,14 @@ def _value(number: str) -> float:
 # --- the input --------------------------------------------------------------------------------------------
 
 
-def _of_sites(motions: Iterable[Motion]) -> Iterator[str]:
-    """The site of the motions, where they are those of a grid."""
-    sites = dict.fromkeys(filter(None, (site_of(motion.record) for motion in motions)))
-    yield from (f"the motions are those of {site}" for site in sites)
-
-
 def _unusual(what: str, values: Mapping[str, float]) -> Iterator[str]:
     """A sentence for each value, given with its name, outside the range of `USUAL`."""
     usual = USUAL[what]
     for whose, value in values.items():
-        if not isfinite(value) or usual.low <= value <= usual.high:
+        low, high = usual.range
+        if not isfinite(value) or low <= value <= high:
             continue
-        limit, side, slip = (usual.low, "more", usual.below) if value < usual.low else (usual.high, "less", usual.above)
+        limit, side, slip = (low, "more", usual.slips[0]) if value < low else (high, "less", usual.slips[1])
         words = f"{say(value, usual.quantity)}, usually {say(limit, usual.quantity)} or {side}"
         yield f"{whose}: {what} {words} ({usual.source}); {slip}"
 
@@ -246,7 +212,7 @@ def _of_storeys(building: Any) -> Iterator[str]:
     yield from _unusual("storey height", _ends(dict(zip(storeys, heights, strict=True))))
     if not _is_part(building):
         yield from _unusual("strength of a storey over the weight above", _ends(dict(list(shares.items())[isolators:])))
-    if len(heights) < 2 or isolators or building.period > USUAL["period"].high:
+    if len(heights) < 2 or isolators or building.period > USUAL["period"].range[1]:
         return
     of_frame = 0.0724 * sum(heights) ** 0.8
     low, high = (share * of_frame for share in PERIODS_OF_HEIGHT)
@@ -307,27 +273,12 @@ def _of_stiffnesses(study: Scene) -> Iterator[str]:
 
 
 def contact_duration(stiffness: float, unit: str, mass: float, speed: float = SPEED) -> float:
-    """Duration of the contact of two masses without damping and without yielding [s].
+    """Time from touch to parting [s] of two masses without damping and without yielding.
 
-    Parameters
-    ----------
-    stiffness : float
-        k [N/m] of F = k δ: t = π √(m/k), half of a period; or β [N/m^1.5] of F = β δ^1.5: t = 3.2181 (m v²/β)^(2/5) / v
-        (Goldsmith 1960, Impact, section 4.2, after Hertz).
-    unit : str
-        "N/m" or "N/m^1.5".
-    mass : float
-        m1 m2 / (m1 + m2) [kg].
-    speed : float
-        Approach speed [m/s].
+    Of the stiffness k [N/m] in F = k δ it is π √(m/k), half of a period; of β [N/m^1.5] in F = β δ^1.5 it is 3.2181 (m
+    v²/β)^(2/5) / v (Goldsmith 1960, Impact, section 4.2, after Hertz), v the approach speed [m/s]. ``mass`` is m1 m2 /
+    (m1 + m2) [kg]. Damping changes it by 13 % at most where e is 0.5 or more.
 
-    Returns
-    -------
-    float
-        The time from touch to parting [s]; damping changes it by 13 % at most where e is 0.5 or more.
-
-    Examples
-    --------
     >>> round(contact_duration(4.0, "N/m", 1.0), 4)
     1.5708
     """
@@ -353,11 +304,11 @@ def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
     if any(motion.record.get("factor", 1.0) != 1.0 for motion in motions):
         return
     motions = tuple(motion for motion in motions if not motion.record.get(STILL))
-    usual = USUAL["PGA as recorded"]
+    low, high = USUAL["PGA as recorded"].range
     # Not those whose unit a flag of theirs already questions.
     sure = [motion for motion in motions if not any(flag.endswith(UNIT_CHECKED) for flag in motion.flags)]
-    weak = [(motion.pga, motion.name) for motion in sure if motion.pga < usual.low]
-    strong = [(motion.pga, motion.name) for motion in sure if motion.pga > usual.high]
+    weak = [(motion.pga, motion.name) for motion in sure if motion.pga < low]
+    strong = [(motion.pga, motion.name) for motion in sure if motion.pga > high]
     for unusual, most in ((weak, min), (strong, max)):
         if unusual:
             pga, name = most(unusual, key=itemgetter(0))
@@ -369,15 +320,11 @@ def _of_levels(grid: Axes, motions: tuple[Motion, ...]) -> Iterator[str]:
     """A note on the strongest PGA of motions that are scaled to levels of another measure."""
     values = grid.measure.of(motions)
     largest = max(level for level in grid.levels if level is not None)
-    at = Level(grid.measure, largest).words
-    peaks = {
-        f"{motion.name} at {at}": motion.pga * largest / value
-        for motion, value in zip(motions, values, strict=True)
-        if value > 0.0
-    }
+    moving = [(motion, value) for motion, value in zip(motions, values, strict=True) if value > 0.0]
+    peaks = {motion.name: motion.pga * largest / value for motion, value in moving}
     if peaks:
         name = max(peaks, key=peaks.__getitem__)
-        yield from _unusual("PGA after scaling", {name: peaks[name]})
+        yield from _unusual("PGA after scaling", {f"{name} at {Level(grid.measure, largest).words}": peaks[name]})
 
 
 def _of_grounds(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:

@@ -13,10 +13,10 @@ from pounding_risk.errors import SceneError
 from pounding_risk.models.contact.impulsive import is_instant, only_in_pairs
 from pounding_risk.models.contact.law import snake_case
 from pounding_risk.models.structures.mdof import chain_of
+from pounding_risk.scene.assembly import between_walls
 from pounding_risk.scene.interfaces import known_law
-from pounding_risk.scene.scene import Scene, between_walls
-from pounding_risk.solver.row.cases import Mechanics
-from pounding_risk.solver.row.grid import RowGrid
+from pounding_risk.scene.scene import Scene
+from pounding_risk.solver.row.cases import Mechanics, RowGrid
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import frame_of
 
@@ -49,9 +49,7 @@ def mechanics_of(study: Scene, model: RowModel, name: str, levels: Array) -> Mec
             laws[place] = halved(laws[place], study)
     rules = [interface.restitution.rule for interface in study.interfaces]
     return Mechanics(
-        tuple(laws[place] for place in model.interfaces),
-        tuple(rules[place] for place in model.interfaces),
-        levels,
+        tuple(laws[place] for place in model.interfaces), tuple(rules[place] for place in model.interfaces), levels
     )
 
 

@@ -28,20 +28,10 @@ from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
 from pounding_risk.solver.pair.grid import KNOWN, SIMULATED
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row import outputs as row_outputs
 from pounding_risk.solver.row.api import HIGHEST, FreeResponse, RowRun
 from pounding_risk.solver.row.cases import Answered, Cases, Driven
 from pounding_risk.solver.row.model import RowModel
-from pounding_risk.solver.row.outputs import (
-    Outputs,
-    Variable,
-    closing,
-    frame_of,
-    moving_outputs,
-    moving_variables,
-    outputs,
-    variables,
-    with_bumpers,
-)
 
 MOTIONS = 128  # of which the peaks without contact are kept
 CASES = 16  # motions under a contact model that are kept, with the runs that their cases share
@@ -60,6 +50,11 @@ LEAST_RESPONSES = 4
 def responses_held(size: float) -> int:
     """Of how many motions the states without contact are kept, at so many bytes each."""
     return int(min(max(RESPONSE_BYTES / size, LEAST_RESPONSES), MOTIONS))
+
+
+def grid_gaps(study: Scene, model: RowModel) -> Array:
+    """The gap at each contact point of a row, by gap of the grid [m]."""
+    return model.gaps(np.array([study.interface_gaps(gap) for gap in study.grid.gaps]))
 
 
 def respond_alone(model: RowModel, motion: Motion) -> tuple[FreeResponse, NDArray[Any]]:
@@ -94,31 +89,31 @@ class RowJob(GridJob):
         return repr((study.buildings, alone, study.points, study.links))
 
     @classmethod
-    def outputs(cls, study: Scene) -> dict[str, Variable]:
-        every = variables(frame_of(model_of(study)))
+    def outputs(cls, study: Scene) -> dict[str, row_outputs.Variable]:
+        every = row_outputs.variables(row_outputs.frame_of(model_of(study)))
         if study.bumpers:
             for name in CLOSINGS:
                 every[name] = every[name]._replace(words=every[name].words + WITH_BUMPERS)
         return every
 
     @classmethod
-    def free_outputs(cls, study: Scene) -> dict[str, Variable]:
+    def free_outputs(cls, study: Scene) -> dict[str, row_outputs.Variable]:
         every = cls.outputs(study)
         closings = {name: every[name] for name in CLOSINGS}
-        return moving_variables(frame_of(model_of(study))) | closings
+        return row_outputs.moving_variables(row_outputs.frame_of(model_of(study))) | closings
 
     @classmethod
     def endings(cls, study: Scene) -> dict[int, str]:
-        return STATUS_SENTENCES if frame_of(model_of(study)).has_laws else super().endings(study)
+        return STATUS_SENTENCES if row_outputs.frame_of(model_of(study)).has_laws else super().endings(study)
 
     @classmethod
     def sizes(cls, study: Scene) -> Sizes:
-        return cls.sizes_along(study, frame_of(model_of(study)).sizes)
+        return cls.sizes_along(study, row_outputs.frame_of(model_of(study)).sizes)
 
     @classmethod
     def closing(cls, study: Scene) -> Callable[[Motion], tuple[Array, Any]]:
         model = model_of(study)
-        gaps = model.gaps(np.array([study.interface_gaps(gap) for gap in study.grid.gaps]))
+        gaps = grid_gaps(study, model)
 
         def respond(motion: Motion) -> tuple[Array, Any]:
             response, under = respond_alone(model, motion)
@@ -189,7 +184,7 @@ class RowJob(GridJob):
         sizes = self.grid.frame.sizes
         chunk: Chunk = {
             name: np.zeros((count, self.width, *(sizes[dim] for dim in variable.dims)), kept_as(variable.whole))
-            for name, variable in variables(self.grid.frame).items()
+            for name, variable in row_outputs.variables(self.grid.frame).items()
         }
         return chunk | {STATUS: np.zeros((count, self.width), np.int8)}
 
@@ -208,18 +203,20 @@ class RowJob(GridJob):
         run = stacked(runs)
         chunk[STATUS][slab.batches] = run.status
         pga = self.free(slab.motion).pga
-        every = outputs(run, self.grid.yield_forces, pga, self.grid.frame)
-        for name, values in with_bumpers(every, self.grid.frame).items():
+        every = row_outputs.outputs(run, self.grid.yield_forces, pga, self.grid.frame)
+        for name, values in row_outputs.with_bumpers(every, self.grid.frame).items():
             chunk[name][slab.batches] = values
         return answers
 
-    def repeated(self, slab: Slab, strength: int, rtol: float) -> tuple[int, Outputs]:
+    def repeated(self, slab: Slab, strength: int, rtol: float) -> tuple[int, row_outputs.Outputs]:
         """The whole row at once."""
         run = self.cases(slab.motion, slab.law, rtol).whole(self.grid.limits(slab.gaps.start, strength))
-        every = outputs(run, self.grid.yield_forces[strength], 0.0, self.grid.frame)
-        return run.status, with_bumpers(every, self.grid.frame)
+        every = row_outputs.outputs(run, self.grid.yield_forces[strength], 0.0, self.grid.frame)
+        return run.status, row_outputs.with_bumpers(every, self.grid.frame)
 
-    def moves(self, chunk: Chunk, places: NDArray[np.bool_], second: list[tuple[int, Outputs]]) -> dict[str, Array]:
+    def moves(
+        self, chunk: Chunk, places: NDArray[np.bool_], second: list[tuple[int, row_outputs.Outputs]]
+    ) -> dict[str, Array]:
         """The change of a run is the largest over its interfaces."""
         failed = np.array([status != COMPLETE for status, _ in second], dtype=bool)
         names = (*RELATIVE, *COUNTED)
@@ -230,15 +227,15 @@ class RowJob(GridJob):
     def free_values(self) -> dict[str, Array]:
         every = [self._peaks(motion) for motion in np.ndindex(self.motions_shape)]
         stacks = {name: np.array([values[name] for values in every]) for name in every[0]}
-        stacks = with_bumpers(stacks, self.grid.frame)
+        stacks = row_outputs.with_bumpers(stacks, self.grid.frame)
         return {name: stack.reshape(*self.motions_shape, *stack.shape[1:]) for name, stack in stacks.items()}
 
     def _peaks(self, motion: Place) -> dict[str, Array]:
         """Outputs of a motion without contact."""
         if (self.free_key, motion) not in self.peaks:
             driven, frame = self.free(motion), self.grid.frame
-            closings = dict(zip(CLOSINGS, closing(driven.free, frame), strict=True))
-            self.peaks[self.free_key, motion] = moving_outputs(driven.free, driven.pga, frame) | closings
+            closings = dict(zip(CLOSINGS, row_outputs.closing(driven.free, frame), strict=True))
+            self.peaks[self.free_key, motion] = row_outputs.moving_outputs(driven.free, driven.pga, frame) | closings
         return self.peaks[self.free_key, motion]
 
     def writer(self) -> RowWriter:
@@ -259,7 +256,6 @@ class RowWriter:
         self._check = AtLeastOne()
 
     def values(self, batches: range, chunk: Chunk) -> Chunk:
-        """Every case variable of these batches."""
         job = self._job
         how = np.full((len(batches), job.width), SIMULATED, dtype=np.int8)
         if job.scan_input.screening:
@@ -268,7 +264,7 @@ class RowWriter:
                 if batch % job.shape[-2] == 0:  # the first gap of another motion or contact model
                     self._seen.clear()
                 self._count_parts(chunk[KEYS][place], chunk[ANSWERS][place], how[place])
-        answers = {name: chunk[name] for name in (*variables(job.grid.frame), STATUS)} | {HOW: how}
+        answers = {name: chunk[name] for name in (*row_outputs.variables(job.grid.frame), STATUS)} | {HOW: how}
         if job.check_names:
             own = how == SIMULATED
             for name, none in not_recomputed(how.shape).items():
@@ -290,7 +286,6 @@ class RowWriter:
                 how[level] |= SIMULATED if is_new else KNOWN
 
     def finish(self) -> Finish:
-        """The count of parts, and the repeated run of one case, where no case was drawn."""
         counts = dict(self._parts)
         return Finish({"parts": as_text(counts)}, self._check.patches(self._job), counts)
 

@@ -49,24 +49,25 @@ class ShardDone(NamedTuple):
     folder: Path  # the checkpoint
 
 
+class RunOptions(NamedTuple):
+    """How the runs of a scene are made, as `scan` takes it."""
+
+    executor: Executor
+    screening: bool = True
+    check_fraction: float = 0.0
+    progress: Progress | None = None
+    command: str = ""
+
+
 class Scan:
     """A scan that is ready to run: its job, the attributes of its dataset, and its executor.
 
     The ``ensemble`` of motions is that of the scene, unless one is given.
     """
 
-    def __init__(
-        self,
-        study: Scene | str | Path,
-        *,
-        screening: bool,
-        check_fraction: float,
-        executor: Executor,
-        progress: Progress | None,
-        command: str = "",
-        ensemble: MotionEnsemble | None = None,
-    ):
-        check_fraction = check_share(check_fraction)
+    def __init__(self, study: Scene | str | Path, options: RunOptions, ensemble: MotionEnsemble | None = None):
+        self.executor, self.progress, self.command = options.executor, options.progress, options.command
+        screening, check_fraction = options.screening, check_share(options.check_fraction)
         self.study = as_scene(study)
         ensemble = gathered(self.study) if ensemble is None else ensemble
         motions = len(ensemble.motions)
@@ -76,11 +77,10 @@ class Scan:
         self.job = job_of(ScanInput(self.study, ensemble.motions, screening, check_fraction))
         if isinstance(self.job, VariantJob):
             check_scenes(self.job.variants, ensemble.motions)
-        self.command, self.executor, self.progress = command, executor, progress
         self.known: list[range] = []  # batches that a finished scan of fewer samples has
         self.attrs: dict[str, Any] = provenance(self.study, ensemble.motions, screening, check_fraction)
-        if command:
-            self.attrs["command"] = command
+        if self.command:
+            self.attrs["command"] = self.command
         if notes := () if self.study.axes else of_input(self.study, ensemble.motions):
             self.attrs["notes"] = as_text(list(notes))
         if ensemble.left_out:
@@ -250,14 +250,8 @@ def scan(
         At Ctrl-C, with what is kept; it is a KeyboardInterrupt.
     """
     target = None if out is None else _target(out)
-    one = Scan(
-        study,
-        screening=screening,
-        check_fraction=check_fraction,
-        executor=executor or Threads(workers or cpu_count() or 1),
-        progress=progress,
-        command=command,
-    )
+    executor = executor or Threads(workers or cpu_count() or 1)
+    one = Scan(study, RunOptions(executor, screening, check_fraction, progress, command))
     if target is None:
         return one.in_memory()
     one.check_room(target)
@@ -321,14 +315,8 @@ def scan_shard(
         For a shard that does not exist, and as `scan`, which raises other errors too.
     """
     target, which = _target(out), read_shard(shard)
-    one = Scan(
-        study,
-        screening=screening,
-        check_fraction=check_fraction,
-        executor=executor or Threads(workers or cpu_count() or 1),
-        progress=progress,
-        command=command,
-    )
+    executor = executor or Threads(workers or cpu_count() or 1)
+    one = Scan(study, RunOptions(executor, screening, check_fraction, progress, command))
     one.check_room(target)
     wanted = merged(shard_batches(one.job.batches, which))
     with one.checkpoint(target, new=False, shared=True) as checkpoint:

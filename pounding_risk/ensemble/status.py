@@ -15,18 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk.ensemble.checkpoint import folder as checkpoint
 from pounding_risk.ensemble.checkpoint.chunks import batches_of
-from pounding_risk.ensemble.checkpoint.folder import (
-    CHUNKS,
-    LOCK,
-    LOG,
-    SUFFIX,
-    check_ours,
-    entries_of,
-    folder_of,
-    read_lines,
-    read_study,
-)
 from pounding_risk.ensemble.checkpoint.lock import Holder, running
 from pounding_risk.ensemble.chunks import merged
 
@@ -86,10 +76,10 @@ def status(path: str | Path) -> Status:
         Where the folder is not that of a scan.
     """
     target = Path(path)
-    folder = target if target.suffix == SUFFIX else folder_of(target)
+    folder = checkpoint.folder_of(target)
     results = [file for suffix in (".nc", ".zarr") if (file := folder.with_suffix(suffix)).exists()]
-    check_ours(folder)
-    study = read_study(folder)
+    checkpoint.check_ours(folder)
+    study = checkpoint.read_study(folder)
     if study is None:
         return _without_study(target, folder, results)
     return _of_study(target, folder, study, results)
@@ -99,14 +89,15 @@ def _without_study(asked: Path, folder: Path, results: Sequence[Path]) -> Status
     if asked in results or (asked == folder and results):
         note = f"{results[0] if asked == folder else asked} is whole; no folder {folder.name} describes its run"
         return Status(asked, COMPLETE, note=note)
-    command = shlex.join(["pounding-risk", "scan", "SCENE", "-o", str(folder.with_suffix(".nc"))])
+    scene = str(asked) if asked.suffix == ".toml" else "SCENE"
+    command = shlex.join(["pounding-risk", "scan", scene, "-o", str(folder.with_suffix(".nc"))])
     return Status(asked, NOT_BEGUN, go_on=command, note=f"there is no study in {folder}")
 
 
 def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequence[Path]) -> Status:
     parts, size = _parts(folder)
-    log = list(read_lines(folder / LOG))
-    holders = running(folder / LOCK)
+    log = list(checkpoint.read_lines(folder / checkpoint.LOG))
+    holders = running(folder / checkpoint.LOCK)
     # Shards by their names where the log has them.
     named = {str(line["shard"]) for line in log if "shard" in line}
     shared = {(line["host"], line["pid"]) for line in log if line["event"] == "start" and line.get("shared")}
@@ -141,7 +132,7 @@ def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequenc
 def _parts(folder: Path) -> tuple[list[range], int]:
     """The batches of the chunk files, and the bytes of these; files that a run removes meanwhile do not count."""
     spans, size = [], 0
-    for entry in entries_of(folder / CHUNKS):
+    for entry in checkpoint.entries_of(folder / checkpoint.CHUNKS):
         if (batches := batches_of(entry.name)) is not None:
             with suppress(FileNotFoundError):
                 size += entry.stat().st_size

@@ -8,7 +8,7 @@ Ctrl-C would wait for kernels that may run for minutes.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from itertools import groupby, islice
 from math import ceil
 from queue import Empty, SimpleQueue
@@ -103,10 +103,13 @@ class Pending:
         self._runs: list[Run] = []
         self._firsts: dict[int, int] = {}  # first batch of each contact model that nobody has begun
         for span in sorted(batches, key=lambda span: span.start):
-            for run in _by_law(span, law_at):
-                is_first = self._firsts.setdefault(run.law, run.start) == run.start
-                if run.start + is_first < run.stop:
-                    self._runs.append(run._replace(start=run.start + is_first))
+            start = span.start
+            for law, alike in groupby(map(law_at, span)):
+                stop = start + sum(1 for _ in alike)
+                is_first = self._firsts.setdefault(law, start) == start
+                if start + is_first < stop:
+                    self._runs.append(Run(start + is_first, stop, law))
+                start = stop
         self.left = len(self._firsts) + sum(run.stop - run.start for run in self._runs)  # not handed out
         self._length = length
         self._longest = max(1, int(CHUNK_BYTES // bytes_per_batch)) if bytes_per_batch else self.left
@@ -192,14 +195,6 @@ class Pending:
         return batches
 
 
-def _by_law(batches: range, law_at: Callable[[int], int]) -> Iterator[Run]:
-    start = batches.start
-    for law, alike in groupby(map(law_at, batches)):
-        stop = start + sum(1 for _ in alike)
-        yield Run(start, stop, law)
-        start = stop
-
-
 class Threads:
     """Executor with threads of this process; the compiled kernels release the interpreter.
 
@@ -227,7 +222,8 @@ class Threads:
         pending.shared_by(self.workers)
         run = ThreadedRun(job, pending, self.workers)
         try:
-            run.start()
+            for number in range(min(self.workers, run.expected)):
+                Thread(target=run.work, name=f"{WORKER}{number + 1}", daemon=True).start()
             run.hand_over(keep)
         except KeyboardInterrupt:
             run.stopped.set()
@@ -241,18 +237,13 @@ class ThreadedRun:
     """The threads of one run, and the queue through which the calling thread receives their chunks."""
 
     def __init__(self, job: Job, pending: Pending, workers: int):
-        self.job, self.pending, self.workers = job, pending, workers
+        self.job, self.pending = job, pending
         self.expected = pending.left  # batches whose results have not been kept
         self.stopped = Event()
         self.finished: SimpleQueue[Solved | BaseException] = SimpleQueue()
         self.being_kept: Solved | None = None
         # Chunks that are being solved or wait for the disk: they do not pile up in memory where the disk is slow.
         self.room = Semaphore(2 * workers + 1)
-
-    def start(self) -> None:
-        """Start the worker threads, which take batches from the queue."""
-        for number in range(min(self.workers, self.expected)):
-            Thread(target=self._work, name=f"{WORKER}{number + 1}", daemon=True).start()
 
     def hand_over(self, keep: Keep) -> None:
         """Pass every chunk to ``keep`` as it is finished, until all are; raises what a thread raised."""
@@ -284,7 +275,7 @@ class ThreadedRun:
         self.expected -= len(solved.batches)
         self.room.release()
 
-    def _work(self) -> None:
+    def work(self) -> None:
         """Solve ranges of the pending batches until all are solved or the run is stopped."""
         try:
             while not (self.stopped.is_set() or self.pending.is_done):

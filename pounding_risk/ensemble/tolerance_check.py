@@ -88,10 +88,8 @@ def check_variables(rtol: float) -> dict[str, CaseVariable]:
 
 def not_recomputed(shape: tuple[int, int]) -> Chunk:
     """The variables of `check_variables` for so many (batches, yield forces), none of them repeated."""
-    return {
-        SENSITIVE: np.full(shape, -1, dtype=np.int8),
-        **{f"{CHANGE}{name}": np.full(shape, np.nan) for name in (*RELATIVE, *COUNTED)},
-    }
+    changes = {f"{CHANGE}{name}": np.full(shape, np.nan) for name in (*RELATIVE, *COUNTED)}
+    return {SENSITIVE: np.full(shape, -1, dtype=np.int8), **changes}
 
 
 def recomputed(places: NDArray[np.bool_], moves: Mapping[str, np.ndarray], rtol: float) -> Chunk:

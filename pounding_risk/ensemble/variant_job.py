@@ -127,7 +127,6 @@ class VariantJob(Job):
         return blake2b("".join(ends).encode(), digest_size=16).hexdigest()
 
     def law_at(self, batch: int) -> int:
-        """Index of the contact model that a batch needs."""
         return self._first.law_at(batch % self.each)
 
     def pieces(self, batches: range) -> Iterator[tuple[int, range, slice]]:
@@ -140,7 +139,6 @@ class VariantJob(Job):
             start += count
 
     def solve(self, batches: range, stop: Callable[[], bool] = never) -> Chunk | None:
-        """Results of these batches, place by place."""
         chunks: list[Chunk] = []
         for number, own, _ in self.pieces(batches):
             chunk = self.job(number).solve(own, stop)
@@ -169,8 +167,8 @@ class VariantJob(Job):
             skeleton = skeleton.assign({name: variable})
         own = self._first.coordinates(whole=True)
         for name, (along, values) in gathered.coords.differing().items():
-            dims = (*(names[axis] for axis in along), *_dims(own[name][0]))
-            variable = Variable(dims, values, own[name][2])
+            dims, _, about = own[name]
+            variable = Variable((*(names[axis] for axis in along), *dims), values, about)
             skeleton = skeleton.assign_coords({name: variable.isel(one_place, missing_dims="ignore")})
         skeleton.attrs = self._attributes(dict(base.skeleton.attrs), gathered)
         return Template(skeleton, base.cases, self.shape, names)
@@ -238,11 +236,6 @@ def _leaves(study: Scene) -> dict[str, Any]:
     return {_path_text(path): leaf for path, leaf in leaves_of(study.resolved())}
 
 
-def _dims(given: Any) -> tuple[str, ...]:
-    """Dimensions as xarray takes them: a name, or several."""
-    return (given,) if isinstance(given, str) else tuple(given)
-
-
 class VariantWriter:
     """The writers of all scenes, one after the other; see `job.DatasetWriter`."""
 
@@ -255,7 +248,6 @@ class VariantWriter:
         self._parts: Counter[str] = Counter()
 
     def values(self, batches: range, chunk: Chunk) -> Chunk:
-        """Every case variable of these batches."""
         written: list[Chunk] = []
         for number, own, where in self._job.pieces(batches):
             if number != self._number:

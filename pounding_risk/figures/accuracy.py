@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
-from pounding_risk.figures.style import QUIET, beside, blank, legend_below, logarithmic, message, title
+from pounding_risk.figures.style import QUIET, Figure, beside, blank, legend_below, logarithmic, message, title
 from pounding_risk.lab.accuracy_findings import EVENT, OUTPUTS, summed_up
 from pounding_risk.results.tolerance_check import COUNTED
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 COLOURS = ("#0072B2", "#D55E00", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9")

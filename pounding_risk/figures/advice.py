@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.figures.style import QUIET, STYLES, beside, blank, legend_below, message, plain, title
+from pounding_risk.figures.style import QUIET, STYLES, Figure, beside, blank, legend_below, message, plain, title
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from pounding_risk.studies.advice import Advice
     from pounding_risk.studies.advice_stiffness import StiffnessRange
 

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk.assessment.along import along_finding, idle_words, is_along, value_words
 from pounding_risk.assessment.options import percent_words
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import MEANING, blank, contact_styles, plain, share_bar, title
+from pounding_risk.figures.style import MEANING, Figure, blank, contact_styles, plain, share_bar, title
 from pounding_risk.results.attributes import read_attribute
 from pounding_risk.units import GAP, SHOWN, say, unknown
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 MOST_LINES = 4  # values of a second axis that are drawn as lines; more as a map
 CONTOURS = 6  # of the gap required

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk.assessment.amplification import (
     OUTPUTS,
@@ -15,12 +16,8 @@ from pounding_risk.assessment.amplification import (
 )
 from pounding_risk.assessment.spectra import motions_words, usual_percentile
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import blank, contact_styles, hatch, plain, ratio_axis, title
+from pounding_risk.figures.style import Figure, blank, contact_styles, hatch, plain, ratio_axis, title
 from pounding_risk.results.check import check_kind
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 EDGES = (0.5, 0.7, 0.8, 0.9, 0.97, 1.03, 1.1, 1.25, 1.5, 2.0, 3.0)  # of the shades; the middle one is no change
 SECTIONS = 4  # gaps along which sections are drawn

@@ -6,42 +6,27 @@ Each panel is drawn on an axis of its own from an assessment and one of its inte
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
+from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
 from pounding_risk.assessment.fragility import SCALED, Fragility
 from pounding_risk.assessment.rates import rate_lines
 from pounding_risk.assessment.separations.rules import COMBINATIONS
-from pounding_risk.figures.style import (
-    MEANING,
-    QUIET,
-    STYLES,
-    blank,
-    force_words,
-    law_words,
-    legend_under,
-    message,
-    strength_styles,
-    title,
-)
+from pounding_risk.figures import style
 from pounding_risk.motions.levels import say_level
 from pounding_risk.results.amplitudes import intensity_label, intensity_quantity, intensity_shown, own
 from pounding_risk.statistics.fragility import fragility_curve
+from pounding_risk.statistics.proportions import Share
 from pounding_risk.statistics.required_gap import contact_steps, rounded_up
 from pounding_risk.units import GAP, YIELD_FORCE, say_in
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
-    from pounding_risk.statistics.proportions import Share
-
 Array = NDArray[np.float64]
 
-MOTIONS, REQUIRED = MEANING["motions"], MEANING["required gap"]
+MOTIONS, REQUIRED = style.MEANING["motions"], style.MEANING["required gap"]
 POINTS = 400
 ROOM = 1.15  # of the axis of gaps, beyond what is drawn on it
 MOST_EMPTY = 2.0  # times what the motions need: a rule that requires more stands beyond the axis
@@ -53,7 +38,7 @@ MOST_NAMED = 2  # interfaces whose findings stand in the title
 VERDICT_WORDS = {"depends": "not settled"}
 
 
-def assessment_figure(assessment: Assessment, note: str = "") -> Figure:
+def assessment_figure(assessment: Assessment, note: str = "") -> style.Figure:
     """P(contact) against the gap, fragilities at the gap, and with a hazard curve the rate of contact against the gap.
 
     One row for each interface.
@@ -72,7 +57,7 @@ def assessment_figure(assessment: Assessment, note: str = "") -> Figure:
     """
     panels = [draw_contact, draw_fragilities, *([draw_rates] if assessment.hazard_rows else [])]
     rows, columns = len(assessment.interfaces), len(panels)
-    figure, axes = blank(rows, columns, (6.5 * columns, 1.0 + 5.0 * rows))
+    figure, axes = style.blank(rows, columns, (6.5 * columns, 1.0 + 5.0 * rows))
     for line, one in zip(axes, assessment.interfaces, strict=True):
         for axis, draw in zip(line, panels, strict=True):
             draw(axis, assessment, one)
@@ -82,7 +67,7 @@ def assessment_figure(assessment: Assessment, note: str = "") -> Figure:
     findings = "; ".join(_finding(one, rows > 1) for one in assessment.interfaces)
     motions = f"{counted(first.verdict.motions, 'motion')} of {counted(first.verdict.recordings, 'recording')}"
     condition = f"{assessment.title}: {motions} {first.at}"
-    title(figure, findings if rows <= MOST_NAMED else _counted(assessment), condition, note)
+    style.title(figure, findings if rows <= MOST_NAMED else _counted(assessment), condition, note)
     return figure
 
 
@@ -121,8 +106,8 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     axis.fill_between(edges, *bounds, step="post", color=MOTIONS, alpha=0.15, linewidth=0.0, label=words)
     axis.stairs(steps.probability, edges, baseline=None, color=MOTIONS, linewidth=1.8, label="motions that close it")
     words = f"target {assessment.target:g}"
-    axis.axhline(assessment.target, color=MEANING["target"], linestyle=":", linewidth=1.2, label=words)
-    axis.axvline(1e3 * one.gap, color=MEANING["gap"], linewidth=1.4, label=f"the gap, {own(one.gap, GAP)}")
+    axis.axhline(assessment.target, color=style.MEANING["target"], linestyle=":", linewidth=1.2, label=words)
+    axis.axvline(1e3 * one.gap, color=style.MEANING["gap"], linewidth=1.4, label=f"the gap, {own(one.gap, GAP)}")
     for gap, dash, height in zip(required, ("--", "-."), (1.04, 1.0), strict=False):
         bar = "bar: bounds" if gap.bounded else "bar: bounds, none above"
         words = f"required by {gap.percentile:g} %: {say_in(gap.provided, 'mm', 3)} ({bar})"
@@ -137,9 +122,9 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
         label = f"{name.upper()}: {say_in(rules[name], 'mm', 3)} of the motions' peaks{bumpers}"
         label += ", beyond the axis" if is_beyond else ""
         place, shape = (widest, ">") if is_beyond else (rules[name], marker)
-        axis.plot(1e3 * place, 1.08, shape, color=MEANING["rule"], markersize=6, clip_on=False, label=label)
+        axis.plot(1e3 * place, 1.08, shape, color=style.MEANING["rule"], markersize=6, clip_on=False, label=label)
     axis.set(xlabel="gap [mm]", ylabel="P(contact) [1]", xlim=(0.0, 1e3 * widest), ylim=(0.0, 1.12))
-    legend_under(axis, 2)
+    style.legend_under(axis, 2)
 
 
 def draw_fragilities(axis: Any, assessment: Assessment, one: InterfaceAssessment) -> None:
@@ -149,16 +134,16 @@ def draw_fragilities(axis: Any, assessment: Assessment, one: InterfaceAssessment
     yields = _some_yield_curves(every, one.own_model)
     if yields:
         some = f", {len(yields)} of {len(every)} curves" if len(every) > len(yields) else ""
-        axis.set_title(f"yielding: {law_words(str(yields[0].contact_model))}{some}", fontsize=9.5)
+        axis.set_title(f"yielding: {style.law_words(str(yields[0].contact_model))}{some}", fontsize=9.5)
     drawn = [curve for curve in (contact, *yields) if not curve.fault]
     what = "P(contact), P(yield) [1]" if any(curve.what == "yield" for curve in drawn) else "P(contact) [1]"
     axis.set(xlabel=intensity_label(assessment.intensity), ylabel=what, ylim=(-0.03, 1.12))
     if not drawn:
-        return message(axis, f"No fragility at this gap: {contact.fault}")
+        return style.message(axis, f"No fragility at this gap: {contact.fault}")
     _, size = intensity_shown(assessment.intensity)
     most = max(max(curve.median * np.exp(2.2 * curve.dispersion), curve.stripes[-1].im) for curve in drawn)
     im = np.linspace(most / POINTS, most, POINTS)
-    for curve, look in zip(drawn, STYLES, strict=False):
+    for curve, look in zip(drawn, style.STYLES, strict=False):
         _draw_curve(axis, im, curve, look)
     # Intensities at which motions close the gap, where the curve is from scaling and in the measure of the amplitude.
     is_own = contact.intensity == one.intensity
@@ -169,7 +154,7 @@ def draw_fragilities(axis: Any, assessment: Assessment, one: InterfaceAssessment
     if assessment.hazard_rows:
         _draw_hazard(axis, assessment, one)
     axis.set_xlim(0.0, most * size)
-    legend_under(axis, 1)
+    style.legend_under(axis, 1)
 
 
 def _some_yield_curves(yields: list[Fragility], model: str) -> list[Fragility]:
@@ -217,7 +202,7 @@ def _draw_hazard(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
         if curve.what == "contact" and curve.gap == one.gap and not rate.fault:
             words += f": contact in 50 years {'at least ' if rate.at_least else ''}{100.0 * rate.fifty_years:.2g} %"
             words += f", about {100.0 * rate.missing:.0f} % of contacts beyond it" if rate.at_least else ""
-    axis.axvspan(*ends, ymin=0.0, ymax=0.03, color=QUIET, alpha=0.6, linewidth=0.0, label=words)
+    axis.axvspan(*ends, ymin=0.0, ymax=0.03, color=style.QUIET, alpha=0.6, linewidth=0.0, label=words)
 
 
 def draw_rates(axis: Any, assessment: Assessment, one: InterfaceAssessment) -> None:
@@ -227,16 +212,16 @@ def draw_rates(axis: Any, assessment: Assessment, one: InterfaceAssessment) -> N
     axis.set(xlabel="gap [mm]", ylabel="rate of contact [1/year]")
     if not lines.gaps.size:
         fault = next((gap.fault for gap in one.gaps_for_rates if gap.fault), "no fragility of contact")
-        return message(axis, f"No rate of contact: {fault}")
+        return style.message(axis, f"No rate of contact: {fault}")
     words = f"{100 * assessment.confidence:g} % bounds, of the motions alone"
     axis.fill_between(1e3 * lines.gaps, lines.low, lines.high, color=MOTIONS, alpha=0.15, linewidth=0.0, label=words)
     words = f"contact, under {assessment.hazard}"
     axis.plot(1e3 * lines.gaps, lines.annual, color=MOTIONS, linewidth=1.8, label=words)
     axis.set_yscale("log")
-    axis.axvline(1e3 * one.gap, color=MEANING["gap"], linewidth=1.4, label=f"the gap, {own(one.gap, GAP)}")
+    axis.axvline(1e3 * one.gap, color=style.MEANING["gap"], linewidth=1.4, label=f"the gap, {own(one.gap, GAP)}")
     if assessment.target_rate is not None:
         words = f"target {assessment.target_rate_words}"
-        axis.axhline(assessment.target_rate, color=MEANING["target"], linestyle=":", linewidth=1.4, label=words)
+        axis.axhline(assessment.target_rate, color=style.MEANING["target"], linestyle=":", linewidth=1.4, label=words)
     bars = [gap for gap in required if gap.rate == assessment.target_rate]
     for number, gap in enumerate(required):
         colour, size = (REQUIRED, 8) if gap in bars else (MOTIONS, 5)
@@ -252,7 +237,7 @@ def draw_rates(axis: Any, assessment: Assessment, one: InterfaceAssessment) -> N
     axis.set_xlim(0.0, 1e3 * widest)
     axis.set_ylim(0.5 * lines.annual[shown].min(initial=required[-1].rate if required else np.inf), None)
     axis.secondary_yaxis("right", functions=(_inverse, _inverse)).set_ylabel("return period [years]")
-    legend_under(axis, 2)
+    style.legend_under(axis, 2)
 
 
 def _inverse(values: Array) -> Array:
@@ -271,16 +256,16 @@ def drawn_forces(shares: Sequence[Share]) -> list[float]:
 def draw_yielding(axis: Any, shares: Sequence[Share], gap: float) -> None:
     """P(yield) with bounds against the gap, a line for each of some yield forces, and a mark at the assessed gap."""
     forces = drawn_forces(shares)
-    for force, (colour, dash) in zip(forces, strength_styles(len(forces)), strict=True):
+    for force, (colour, dash) in zip(forces, style.strength_styles(len(forces)), strict=True):
         same = [share for share in shares if share.yield_force == force]
         gaps = 1e3 * np.array([share.gap for share in same])
         # Marks where it was counted; between them the line only leads the eye.
-        marker, words = "o" if len(gaps) <= FEW else "", "columns' own" if np.isinf(force) else force_words(force)
+        marker, words = "o" if len(gaps) <= FEW else "", "columns' own" if np.isinf(force) else style.force_words(force)
         look = {"color": colour, "linestyle": dash, "marker": marker, "markersize": 4, "linewidth": 1.8}
         axis.plot(gaps, [share.probability for share in same], label=words, **look)
         if len(forces) <= 3:
             bounds = np.array([(share.low_recordings, share.high_recordings) for share in same]).T
             axis.fill_between(gaps, *bounds, color=colour, alpha=0.15, linewidth=0.0)
-    axis.axvline(1e3 * gap, color=MEANING["gap"], linewidth=1.4, label=f"the gap, {own(gap, GAP)}")
+    axis.axvline(1e3 * gap, color=style.MEANING["gap"], linewidth=1.4, label=f"the gap, {own(gap, GAP)}")
     axis.set(xlabel="gap [mm]", ylabel="P(reaching $F_E$) [1]", ylim=(-0.03, 1.03))
-    legend_under(axis, 3)
+    style.legend_under(axis, 3)

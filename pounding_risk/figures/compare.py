@@ -2,51 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
 
 from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures import style
 from pounding_risk.figures.along import is_number, label_side, shown_values
-from pounding_risk.figures.style import (
-    QUIET,
-    STYLES,
-    blank,
-    force_words,
-    joined,
-    legend_under,
-    logarithmic,
-    message,
-    motion_words,
-    plain,
-    styles,
-    title,
-)
 from pounding_risk.results.scene_axes import at_one_place, axes_of, open_axes
+from pounding_risk.studies import compare_findings as findings
 from pounding_risk.studies.compare_along import along_finding, check_drawn, is_along, widest_along
-from pounding_risk.studies.compare_findings import (
-    LOW,
-    NOTABLE,
-    flip_share,
-    furthest,
-    index_of_interface,
-    interface_names,
-    of_interface,
-    peers,
-    place_of,
-    place_of_interface,
-    reach,
-    times_words,
-    which_interface,
-    with_terms_of_its_own,
-)
 from pounding_risk.units import rounded, say_in
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-    from numpy.typing import ArrayLike
 
 Laws = list[tuple[str, str]]  # (name, kind), from the top down
 # Colour, marker and dash of a kind of law.
@@ -58,7 +27,10 @@ KINDS = {
 }
 PANELS = ("peak relative displacement", "peak contact force", "impact count", "peak floor acceleration")
 RANKED = (("peak relative displacement", "displacement"), ("peak contact force", "force"))
-JUDGED = (("displacement", f"displacement off by > {100 * NOTABLE:.0f} %"), ("yield exceedance", "yielding or not"))
+JUDGED = (
+    ("displacement", f"displacement off by > {100 * findings.NOTABLE:.0f} %"),
+    ("yield exceedance", "yielding or not"),
+)
 TICKS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0, 10.0)
 WIDE_TICKS = (0.1, 0.3, 1.0, 3.0, 10.0)
 FEWEST_TICKS, MOST_TICKS = 3, 6  # more labels than that run into each other in the panels
@@ -72,7 +44,7 @@ MOST_SHADED = 4  # laws whose ranges are all drawn along an axis; of more that o
 MOST_MARKED = 12  # places along an axis that are marked on a line
 
 
-def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None = None) -> Figure:
+def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None = None) -> style.Figure:
     """Contact models against the baseline: ratios of outputs, changed conclusions, ranks, and one typical history.
 
     Parameters
@@ -100,14 +72,14 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     laws = _laws(dataset)
     height = ROW_HEIGHT * max(len(laws), FEWEST_ROWS)
     heights = (height, 2.4) if "history" in dataset else (height,)
-    figure, axes = blank(len(heights), 6, (15.0, 1.2 + sum(heights)), height_ratios=heights)
+    figure, axes = style.blank(len(heights), 6, (15.0, 1.2 + sum(heights)), height_ratios=heights)
     # A law with terms of its own may lie beyond the scale.
     shown = dataset.isel(output=[str(name).partition(",")[0] in PANELS for name in dataset["output"].values])
-    shown = shown.isel(contact_model=~with_terms_of_its_own(dataset))
+    shown = shown.isel(contact_model=~findings.with_terms_of_its_own(dataset))
     limits = ratio_limits(shown["ratio_low"].values, shown["ratio_high"].values)
     for axis, panel in zip(axes[0, :4], PANELS, strict=True):
         _ratios(axis, dataset, panel, (laws, limits))
-        logarithmic(axis, "x", *limits, ratio_ticks(limits))  # one scale: what hardly moves looks so
+        style.logarithmic(axis, "x", *limits, ratio_ticks(limits))  # one scale: what hardly moves looks so
     _flips(axes[0, 4], dataset, laws)
     _ranks(axes[0, 5], dataset, laws)
     for axis in axes[0, 1:]:
@@ -117,21 +89,21 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     axes[0, 0].set_yticks(range(len(laws)), labels, fontsize=9)
     axes[0, 0].get_yticklabels()[0].set_fontweight("bold")
     if "history" in dataset:
-        _history(joined(figure, axes[1]), dataset, laws)
+        _history(style.joined(figure, axes[1]), dataset, laws)
     cases = counted(dataset["impact_count"].size // len(laws), "case")
     terms = (
         f"{dataset.attrs['title']}; {cases} a law; same {terms_words(dataset)}; "
-        f"ratios: median and {LOW:g}-{100 - LOW:g} % of the cases with contact"
+        f"ratios: median and {findings.LOW:g}-{100 - findings.LOW:g} % of the cases with contact"
     )
-    title(figure, str(dataset.attrs["finding"]), "; ".join(filter(None, (which, terms))), note)
+    style.title(figure, str(dataset.attrs["finding"]), "; ".join(filter(None, (which, terms))), note)
     return figure
 
 
 def _at_interface(dataset: xr.Dataset, interface: str | None) -> tuple[str, xr.Dataset]:
     """Words on the interface that is drawn, and its part of a comparison at one place."""
     dataset = at_one_place(dataset, "the comparison")
-    index = place_of_interface(dataset, interface)
-    return which_interface(dataset, index), of_interface(dataset, index)
+    index = findings.place_of_interface(dataset, interface)
+    return findings.which_interface(dataset, index), findings.of_interface(dataset, index)
 
 
 def _laws(dataset: xr.Dataset) -> Laws:
@@ -139,7 +111,7 @@ def _laws(dataset: xr.Dataset) -> Laws:
     baseline = str(dataset.attrs["baseline"])
     laws = []
     names = map(str, dataset["contact_model"].values)
-    facts = dataset["dissipates"].values, dataset["capped"].values, with_terms_of_its_own(dataset)
+    facts = dataset["dissipates"].values, dataset["capped"].values, findings.with_terms_of_its_own(dataset)
     for name, damped, capped, is_own in zip(names, *facts, strict=True):
         kind = "elastic" if not damped else "dissipates, yields" if capped else "dissipates"
         laws.append((name, "e and force its own" if is_own else kind))
@@ -164,8 +136,8 @@ def _rows(axis: Any, laws: Laws, words: str, below: str) -> None:
 
 def ratio_limits(lows: ArrayLike, highs: ArrayLike) -> tuple[float, float]:
     """Ends of a scale on which ratios are shown: within 0.1 to 10, and not closer to 1 than twice `NOTABLE`."""
-    low = float(np.nanmin(lows, initial=1.0 - 2.0 * NOTABLE))
-    high = float(np.nanmax(highs, initial=1.0 + 2.0 * NOTABLE))
+    low = float(np.nanmin(lows, initial=1.0 - 2.0 * findings.NOTABLE))
+    high = float(np.nanmax(highs, initial=1.0 + 2.0 * findings.NOTABLE))
     return max(low, TICKS[0]) / 1.06, min(high, TICKS[-1]) * 1.06
 
 
@@ -192,7 +164,7 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple
     laws, limits = shown
     outputs = [str(name) for name in dataset["output"].values if str(name).partition(",")[0] == panel]
     _rows(axis, laws, panel, "over the baseline's [1]")
-    axis.axvspan(1.0 - NOTABLE, 1.0 + NOTABLE, color="#e4e4e4", linewidth=0.0, zorder=0)
+    axis.axvspan(1.0 - findings.NOTABLE, 1.0 + findings.NOTABLE, color="#e4e4e4", linewidth=0.0, zorder=0)
     axis.axvline(1.0, color="black", linewidth=0.9)
     for row, (name, kind) in enumerate(laws):
         colour, marker, _ = KINDS[kind]
@@ -216,7 +188,7 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple
     if len(outputs) > 1:
         for output, face in zip(outputs, ("black", "white"), strict=True):
             axis.plot([], [], "o", color="black", markerfacecolor=face, label=output.partition(", ")[2])
-        legend_under(axis, 1)
+        style.legend_under(axis, 1)
 
 
 def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
@@ -225,13 +197,13 @@ def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     names = [name for name, _ in laws]
     largest = 10.0
     for number, (conclusion, words) in enumerate(JUDGED):
-        shares = 100.0 * flip_share(dataset, conclusion, names)
+        shares = 100.0 * findings.flip_share(dataset, conclusion, names)
         hatch, shade = (("", "#777777"), ("////", "white"))[number]
         heights = np.arange(len(laws)) + (number - 0.5) * 0.36
         axis.barh(heights, np.nan_to_num(shares), 0.32, color=shade, edgecolor="#444444", hatch=hatch, label=words)
         largest = max(largest, float(np.nanmax(shares, initial=0.0)))
     axis.set_xlim(0.0, 1.12 * largest)
-    legend_under(axis, 1)
+    style.legend_under(axis, 1)
 
 
 def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
@@ -244,33 +216,35 @@ def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
         axis.plot(values, heights, "od"[number], color="black", markerfacecolor=face, markersize=5.5, label=words)
     ranks = dataset["rank_agreement"].sel(output=[output for output, _ in RANKED]).values
     if np.isnan(ranks).all():
-        message(axis, "not ranked: fewer than three motions with contact", 14)
+        style.message(axis, "not ranked: fewer than three motions with contact", 14)
     lowest = min(0.8, float(np.nanmin(ranks, initial=1.0)) - 0.05)
     axis.set_xlim(lowest, 1.0 + 0.05 * (1.0 - lowest))
-    legend_under(axis, 1)
+    style.legend_under(axis, 1)
 
 
 def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     """Draw the relative displacement of one case under every law, where they differ most; the baseline in black."""
     history = dataset["history"]
-    facts, baseline = history.attrs, place_of(dataset, str(dataset.attrs["baseline"]))
+    facts, baseline = history.attrs, findings.place_of(dataset, str(dataset.attrs["baseline"]))
     time, values = dataset["time"].values, history.values * 1e3
     difference = np.nanmax(np.abs(values - values[baseline]), axis=0)
     start = min(max(time[int(difference.argmax())] - 0.4 * SHOWN, 0.0), max(time[-1] - SHOWN, 0.0))
     shown = (time >= start) & (time <= start + SHOWN)
     labelled: set[str] = set()
     for name, kind in laws[1:]:
-        at, (colour, _, dash) = place_of(dataset, name), KINDS[kind]
+        at, (colour, _, dash) = findings.place_of(dataset, name), KINDS[kind]
         label = "" if kind in labelled else kind
         labelled.add(kind)
         axis.plot(time[shown], values[at, shown], color=colour, linestyle=dash, linewidth=1.0, label=label)
     axis.plot(time[shown], values[baseline, shown], color="black", linewidth=1.8, label=laws[0][0], zorder=2.5)
     low, high = axis.get_ylim()
     axis.set_ylim(low, high + 0.22 * (high - low))  # room for the legend
-    axis.axhline(facts["gap"] * 1e3, color=QUIET, linestyle=":", linewidth=1.2, label="gap")
+    axis.axhline(facts["gap"] * 1e3, color=style.QUIET, linestyle=":", linewidth=1.2, label="gap")
     axis.set(xlabel="time [s]", ylabel="relative\ndisplacement [mm]", xlim=(start, min(start + SHOWN, time[-1])))
     peaks = np.nanmax(np.abs(values), axis=1)
-    case = f"gap {say_in(facts['gap'], 'mm', 6)}, {force_words(facts['yield_force'])}, {motion_words(facts)}"
+    case = (
+        f"gap {say_in(facts['gap'], 'mm', 6)}, {style.force_words(facts['yield_force'])}, {style.motion_words(facts)}"
+    )
     point = str(facts.get("contact_point", ""))
     where = "Peaks" if point == facts.get("interface", "") else f"{facts['interface']}, floors {point}: peaks"
     words = f"{where} of {peaks.min():.1f} to {peaks.max():.1f} mm in a case of median spread: {case}"
@@ -278,7 +252,7 @@ def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     axis.legend(fontsize=8, loc="upper right", ncols=len(labelled) + 2, handlelength=2.6)
 
 
-def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None = None) -> Figure:
+def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None = None) -> style.Figure:
     """Force against time and against penetration of the reference impact, one row for each unit of stiffness.
 
     Parameters
@@ -303,11 +277,11 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     which, dataset = _at_interface(dataset, interface)
     names = [str(name) for name in dataset["contact_model"].values]
     units = [unit for unit in FAMILIES if unit in dataset["stiffness_unit"].values]
-    figure, axes = blank(len(units), 2, (11.5, 1.4 + 3.3 * len(units)), sharex="col", sharey=True)
+    figure, axes = style.blank(len(units), 2, (11.5, 1.4 + 3.3 * len(units)), sharex="col", sharey=True)
     for row, unit in enumerate(units):
         drawn = [index for index in range(len(names)) if dataset["stiffness_unit"].values[index] == unit]
         widths = np.linspace(3.2, 1.4, len(drawn))  # lines that lie on one another show: the first is the widest
-        for index, width, (colour, dash) in zip(drawn, widths, styles(len(drawn)), strict=True):
+        for index, width, (colour, dash) in zip(drawn, widths, style.styles(len(drawn)), strict=True):
             law = dataset.isel(contact_model=index)
             look = {"color": colour, "linestyle": dash, "linewidth": width}
             force = law["impact_force"].values / 1e6
@@ -328,7 +302,7 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
         f"{say_in(float(dataset['reduced_mass']), 't')} against a wall, same {terms_words(dataset)}, without yielding"
     )
     curves = dataset.isel(contact_model=np.isin(dataset["stiffness_unit"].values, units))
-    title(figure, _reference_finding(curves), "; ".join(filter(None, (which, blow, without_force))), note)
+    style.title(figure, _reference_finding(curves), "; ".join(filter(None, (which, blow, without_force))), note)
     return figure
 
 
@@ -348,7 +322,7 @@ def _reference_finding(dataset: xr.Dataset) -> str:
     return f"{finding}; e achieved {np.nanmin(e):.3f} to {np.nanmax(e):.3f} where {required:.3g} is required"
 
 
-def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str | None = None) -> Figure:
+def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str | None = None) -> style.Figure:
     """Contact models against the baseline along one axis of numbers of the scene: a line for each model.
 
     Parameters
@@ -375,13 +349,13 @@ def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str |
         raise PoundingError("the comparison has one place along axes of numbers; draw it with agreement_figure")
     check_drawn(open_axes(dataset), "figure")
     (axis,) = open_axes(dataset)
-    names = interface_names(dataset)
-    index = widest_along(dataset) if interface is None else index_of_interface(names, interface)
+    names = findings.interface_names(dataset)
+    index = widest_along(dataset) if interface is None else findings.index_of_interface(names, interface)
     others = {one.name: 0 for one in axes_of(dataset) if one.name != axis.name and one.name in dataset.dims}
-    part = of_interface(dataset.isel(others), index)
+    part = findings.of_interface(dataset.isel(others), index)
     labels = part[list(axis.keys)]
     labels = labels.drop_vars([name for name in labels.coords if name not in axis.keys])
-    figure, panels = blank(2, 3, (14.5, 7.4))
+    figure, panels = style.blank(2, 3, (14.5, 7.4))
     shades_all = _draw_ratios_along(panels.flat[:4], part, labels, axis.name)
     baseline = str(dataset.attrs["baseline"])
     conclusion, words = JUDGED[0]
@@ -406,24 +380,26 @@ def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str |
     where = f"interface {names[index]} of {len(names)}" if len(names) > 1 else ""
     caption = (
         f"{dataset.attrs['title']}; {counted(runs, 'case')} a law at each place; same {terms_words(dataset)} at each; "
-        f"ratios to {baseline}: median, shaded {LOW:g}-{100 - LOW:g} % of the cases with contact"
+        f"ratios to {baseline}: median, shaded {findings.LOW:g}-{100 - findings.LOW:g} % of the cases with contact"
         f"{'' if shades_all else ', of the law that goes furthest'}"
     )
-    title(figure, plain(along_finding(dataset)), plain("; ".join(filter(None, (where, caption)))), note)
+    style.title(
+        figure, style.plain(along_finding(dataset)), style.plain("; ".join(filter(None, (where, caption)))), note
+    )
     return figure
 
 
 def _equal_along(part: xr.Dataset, axis: str) -> set[str]:
     """The laws that are on equal terms at any place."""
-    return {name for place in range(part.sizes[axis]) for name in peers(part.isel({axis: place}))}
+    return {name for place in range(part.sizes[axis]) for name in findings.comparable_laws(part.isel({axis: place}))}
 
 
 def _looks_along(part: xr.Dataset, axis: str) -> dict[str, dict[str, Any]]:
     """Look of every law beside the baseline; that of one which cannot be on equal terms is thin."""
     names = [str(name) for name in part["contact_model"].values if str(name) != part.attrs["baseline"]]
     equal, looks = _equal_along(part, axis), {}
-    for number, (name, (colour, dash)) in enumerate(zip(names, styles(len(names)), strict=True)):
-        marker = MARKERS[number // len(STYLES) % len(MARKERS)]
+    for number, (name, (colour, dash)) in enumerate(zip(names, style.styles(len(names)), strict=True)):
+        marker = MARKERS[number // len(style.STYLES) % len(MARKERS)]
         width = 1.6 if name in equal else 0.8
         looks[name] = {"color": colour, "linestyle": dash, "marker": marker, "linewidth": width}
     return looks
@@ -451,23 +427,28 @@ def _draw_ratios_along(panels: Any, part: xr.Dataset, labels: xr.Dataset, axis: 
 
     def most(output: str) -> tuple[str, float, float]:
         """(Law, its range) where an output is moved furthest at any place, of the laws that the finding is about."""
-        ranges = [furthest(one, output, peers(one) or list(looks)) for one in every_place]
-        return max(ranges, key=lambda one: reach(*one[1:]))
+        ranges = [findings.furthest(one, output, findings.comparable_laws(one) or list(looks)) for one in every_place]
+        return max(ranges, key=lambda one: findings.reach(*one[1:]))
 
     outputs, shaded = [], {}
     for words in PANELS:
         known = [str(name) for name in part["output"].values if str(name).partition(",")[0] == words]
-        output = max(known, key=lambda name: reach(*most(name)[1:]))
+        output = max(known, key=lambda name: findings.reach(*most(name)[1:]))
         outputs.append(output)
         shaded[output] = [name for name in looks if name in equal] if shades_all else [most(output)[0]]
     # A law with terms of its own may lie beyond the scale.
-    medians = part["ratio_median"].isel(contact_model=~with_terms_of_its_own(part)).sel(output=outputs).values.ravel()
+    medians = (
+        part["ratio_median"]
+        .isel(contact_model=~findings.with_terms_of_its_own(part))
+        .sel(output=outputs)
+        .values.ravel()
+    )
     ranges = [part.sel(output=output, contact_model=laws) for output, laws in shaded.items()]
     lows, highs = ([one[f"ratio_{end}"].values.ravel() for one in ranges] for end in ("low", "high"))
     limits = ratio_limits(np.concatenate([medians, *lows]), np.concatenate([medians, *highs]))
     places, _ = shown_values(labels, axis)
     for panel, output in zip(panels, outputs, strict=True):
-        panel.axhspan(1.0 - NOTABLE, 1.0 + NOTABLE, color="#e4e4e4", linewidth=0.0, zorder=0)
+        panel.axhspan(1.0 - findings.NOTABLE, 1.0 + findings.NOTABLE, color="#e4e4e4", linewidth=0.0, zorder=0)
         panel.axhline(1.0, color="black", linewidth=1.6, label=f"{part.attrs['baseline']}, the baseline")
         beyond = []
         for name, look in looks.items():
@@ -480,10 +461,10 @@ def _draw_ratios_along(panels: Any, part: xr.Dataset, labels: xr.Dataset, axis: 
             _draw_line(panel, cell["ratio_median"], labels, look, name + ", not on equal terms" * (name not in equal))
             low, high = float(cell["ratio_median"].min()), float(cell["ratio_median"].max())
             if high > limits[1] or low < limits[0]:
-                beyond.append(f"beyond: {name}, {times_words(low, high)}")
+                beyond.append(f"beyond: {name}, {findings.times_words(low, high)}")
         words = "\n".join(beyond)
-        panel.text(0.98, 0.97, words, transform=panel.transAxes, ha="right", va="top", fontsize=8, color=QUIET)
-        logarithmic(panel, "y", *limits, ratio_ticks(limits))
+        panel.text(0.98, 0.97, words, transform=panel.transAxes, ha="right", va="top", fontsize=8, color=style.QUIET)
+        style.logarithmic(panel, "y", *limits, ratio_ticks(limits))
         panel.set_title(output, fontsize=9.5)
         panel.set_ylabel("over the baseline's [1]", fontsize=9)
     return shades_all

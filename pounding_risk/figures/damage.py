@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.damage_words import METHOD_WORDS, case_words, finding
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import QUIET, blank, logarithmic, plain, styles, title
+from pounding_risk.figures.style import QUIET, Figure, blank, logarithmic, plain, styles, title
 from pounding_risk.results.amplitudes import intensity_label, intensity_shown
 from pounding_risk.results.check import check_kind
 from pounding_risk.units import SHOWN
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 MARKS = ("o", "s", "^", "D", "v", "P")  # of states, beside their colours, for print
 LEAST = 0.01  # probability without pounding, below which a ratio is of the curves' tails alone

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
-from pounding_risk.figures.style import QUIET, STYLES, beside, blank, title
+from pounding_risk.figures.style import QUIET, STYLES, Figure, beside, blank, title
 from pounding_risk.lab.effects_findings import COMPARED, acted_on, changes, yielding_cases
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 PANELS = (
     *("peak_relative_displacement", "peak_contact_force", "impact_count"),

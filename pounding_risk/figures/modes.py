@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pounding_risk.figures.style import QUIET, message, plain, styles, title, wrapped
+from pounding_risk.figures.style import QUIET, Figure, message, plain, styles, title, wrapped
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from matplotlib.figure import Figure
-
     from pounding_risk.studies.modes import Modes
 
 MOST_MODES = 3

@@ -8,14 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pounding_risk.errors import PoundingError, RecordError
-from pounding_risk.figures.style import STYLES, beside, blank, joined, logarithmic, plain, styles, title
+from pounding_risk.figures.style import STYLES, Axes, Figure, beside, blank, joined, logarithmic, plain, styles, title
 from pounding_risk.motions.record import RAW, lowest_usable
 from pounding_risk.units import STANDARD_GRAVITY, rounded
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from pounding_risk.motions.motion import Motion
     from pounding_risk.motions.processing.signals import Samples
     from pounding_risk.motions.selection import Selection

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from inspect import signature
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import xarray as xr
 
 from pounding_risk import figures
 from pounding_risk._common.words import nearest
@@ -13,13 +15,10 @@ from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures.style import Figure
 from pounding_risk.results.check import check_labels, check_run, check_scan, kind_of, missing_named
 from pounding_risk.results.scene_axes import at_one_place, is_drawn_along, with_axes
 from pounding_risk.units import shown
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 # Names of the figures of each call's datasets, the usual one first. `NAME_figure` of this folder draws it: of the
 # dataset, or of its subject. `pounding-risk draw --figure NAME=FILE` draws any of them.

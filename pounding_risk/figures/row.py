@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,25 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.row import BuildingShape, RowCase, any_of_building, force_text, share_of_building
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import (
-    QUIET,
-    STYLES,
-    beside,
-    blank,
-    force_words,
-    law_words,
-    legend_below,
-    plain,
-    share_bar,
-    title,
-)
+from pounding_risk.figures import style
 from pounding_risk.motions.levels import PEAK
 from pounding_risk.results.attributes import bumper_lengths, bumper_words, finite, isolated_of, of_structure
 from pounding_risk.results.opened import Results
 from pounding_risk.units import MISSING, STANDARD_GRAVITY, say_in
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -42,7 +28,7 @@ ROUND = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)  # by which gaps are drawn la
 ON_A_LINE = 8  # buildings; a longer row is drawn in several lines
 CROWDED = 8  # contact points of an interface; of more, only some have their numbers written
 MARKERS = {"floor": "o", "column": "D"}
-RAISED = STYLES[1][0]
+RAISED = style.STYLES[1][0]
 # In plan.
 Rings = tuple[Array, ...]  # of one building, corners (n, 2) [m]
 Key = tuple[int, str]  # the row's number and the building's name
@@ -58,7 +44,7 @@ DARK = 0.55  # from which share on the letters are white
 # By storey.
 MOST_BUILDINGS = 6  # of one figure
 BAND = (16.0, 84.0)
-WITHOUT, WITH = STYLES[0], STYLES[1]
+WITHOUT, WITH = style.STYLES[0], style.STYLES[1]
 
 
 class Quantity(NamedTuple):
@@ -94,7 +80,7 @@ class _Line(NamedTuple):
     gap_scale: float
 
 
-def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> Figure:
+def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> style.Figure:
     """A row in elevation, with the share of the motions that bring contact at each contact point.
 
     Heights are to scale, widths are nominal and gaps drawn larger by the factor that is stated. At each contact point
@@ -119,23 +105,25 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> F
     tallest = max(building.height for building in case.buildings)
     across = max(line.last - line.first + 1 for line in lines)
     size = (max(8.6, 1.5 + 1.75 * across), 1.6 + len(lines) * (1.5 + min(max(0.16 * tallest, 2.0), 5.5)))
-    figure, axes = blank(len(lines), 1, size)
+    figure, axes = style.blank(len(lines), 1, size)
     picture: Any = None
     for axis, line in zip(axes[:, 0], lines, strict=True):
         picture = _draw_line(axis, case, line, tallest)
         axis.set_xlim(-1.0, max(line.walls[-1] for line in lines) + WIDTH + 1.0)
-    share_bar(figure, picture, axes, "share of the motions with contact", 30.0 * len(lines))
+    style.share_bar(figure, picture, axes, "share of the motions with contact", 30.0 * len(lines))
     if titled:
         _headed(figure, "Share of the motions with contact at each contact point", [case], note)
     _elevation_legend(figure, case)
     return figure
 
 
-def _headed(figure: Figure, headline: str, cases: Sequence[RowCase], note: str) -> None:
+def _headed(figure: style.Figure, headline: str, cases: Sequence[RowCase], note: str) -> None:
     """Title and caption of a figure of one row or several, with the cell of the grid."""
     every = cases[0]._replace(gaps=tuple(gap for case in cases for gap in case.gaps))
     subject = f"{len(cases)} rows" if len(cases) > 1 else every.results.attrs["title"]
-    title(figure, headline, plain(f"{subject}: {where_words(every)}").replace("F_E", "$F_E$"), plain(note))
+    style.title(
+        figure, headline, style.plain(f"{subject}: {where_words(every)}").replace("F_E", "$F_E$"), style.plain(note)
+    )
 
 
 def where_words(case: RowCase) -> str:
@@ -152,8 +140,8 @@ def where_words(case: RowCase) -> str:
         columns = f" (of columns {others[0]}{several} kN)" if others else ""
     words = [
         f"gap{'s' * (len(gaps) > 1)} {ends} mm",
-        f"{force_words(force).replace('$F_E$', 'F_E')}{columns}",
-        law_words(str(results["contact_model"].values)),
+        f"{style.force_words(force).replace('$F_E$', 'F_E')}{columns}",
+        style.law_words(str(results["contact_model"].values)),
         f"{case.motions} motion{'s' if case.motions > 1 else ''}",
     ]
     amplitudes = Results(results).amplitudes
@@ -225,7 +213,7 @@ def outline(axis: Any, building: BuildingShape, wall: float) -> None:
     for level in building.levels[:-1]:
         axis.plot([wall, wall + WIDTH], [level, level], color="#9a9a9a", linewidth=0.9)
     label = f"{building.name}\n{'rigid, ' if building.is_rigid else ''}{building.position}"
-    beside(axis, plain(label), (wall + WIDTH / 2, 0.0), (0, -4), 8)
+    style.beside(axis, style.plain(label), (wall + WIDTH / 2, 0.0), (0, -4), 8)
 
 
 def _draw_interface(axis: Any, case: RowCase, line: _Line, at: int) -> float:
@@ -246,11 +234,11 @@ def _draw_interface(axis: Any, case: RowCase, line: _Line, at: int) -> float:
         box = {"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6}
         for words, sign in ((_share(touch.contact), -1.0), (right, 1.0)):
             look = {"color": RAISED if sign > 0 and is_yielding else "black", "bbox": box, "zorder": 6}
-            beside(axis, words, (middle + sign * half, point.level), (7 * sign, 0), 6.8, **look)
+            style.beside(axis, words, (middle + sign * half, point.level), (7 * sign, 0), 6.8, **look)
     top = max(case.buildings[at].height, case.buildings[at + 1].height)
     bumpers = _draw_bumpers(axis, case, line, at, points)
     words = f"{say_in(case.gaps[at], 'mm', 3)}{bumpers}\n{_share(case.touches[at].contact)}"
-    beside(axis, words, (middle, top), (0, 5), 8, fontweight="bold", color=QUIET)
+    style.beside(axis, words, (middle, top), (0, 5), 8, fontweight="bold", color=style.QUIET)
     return middle
 
 
@@ -272,7 +260,7 @@ def _share(share: float) -> str:
     return MISSING if np.isnan(share) else f"{100 * share:.0f} %"
 
 
-def _elevation_legend(figure: Figure, case: RowCase) -> None:
+def _elevation_legend(figure: style.Figure, case: RowCase) -> None:
     from matplotlib.lines import Line2D
 
     look: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "#dddddd", "markersize": 7}
@@ -288,16 +276,16 @@ def _elevation_legend(figure: Figure, case: RowCase) -> None:
     is_known = np.isfinite(case.results["building_height"].values)
     if not is_known.all():
         whose = " and ".join(map(str, case.results["building"].values[~is_known]))
-        caption += f"\nno height is given of {plain(whose)}: the one drawn is nominal"
+        caption += f"\nno height is given of {style.plain(whose)}: the one drawn is nominal"
     linked = [name for at, name in enumerate(case.interfaces) if Results(case.results).has_link(at)]
     if linked:
         where = between(linked[0]) if len(linked) == 1 else counted(len(linked), "pair") + " of neighbours"
-        caption += f"\nsprings or dampers join {plain(where)}; they are not drawn"
+        caption += f"\nsprings or dampers join {style.plain(where)}; they are not drawn"
     if len(case.meetings) < len(case.points):
         caption += "\nboth ends of the faces of floors that rotate are one point"
     if any(bumper_lengths(case.results)):
         caption += "\nbumpers are drawn on the left face, to the scale of gaps"
-    legend_below(figure, handles, 3, caption)
+    style.legend_below(figure, handles, 3, caption)
 
 
 def plan_figure(
@@ -306,7 +294,7 @@ def plan_figure(
     note: str = "",
     *,
     titled: bool = True,
-) -> Figure:
+) -> style.Figure:
     """Street plan of rows: shares of the motions in which each building touches a neighbour, and in which one yields.
 
     Parameters
@@ -339,24 +327,24 @@ def plan_figure(
     every = np.concatenate([ring for rings in corners.values() for ring in rings])
     span = np.ptp(every, axis=0)
     flat = bool(span[0] > 2.6 * span[1])
-    figure, axes = blank(*((2, 1) if flat else (1, 2)), _size(span, flat))
+    figure, axes = style.blank(*((2, 1) if flat else (1, 2)), _size(span, flat))
     picture: Any = None
     for axis, (name, words) in zip(axes.flat, PANELS, strict=True):
         picture = _draw_plan(axis, cases, corners, name)
         axis.set_title(words, fontsize=10, loc="left")
-    share_bar(figure, picture, axes, "share of the motions")
+    style.share_bar(figure, picture, axes, "share of the motions")
     if titled:
         _headed(figure, "Share of the motions in which each building is struck", cases, note)
     count = sum(len(case.buildings) for case in cases)
     handles = []
     if count <= LABELLED:
-        look: dict[str, Any] = {"facecolor": "white", "edgecolor": QUIET}
+        look: dict[str, Any] = {"facecolor": "white", "edgecolor": style.QUIET}
         names = ["0 %" if most == 0.0 else f"to {100 * most:.0f} %" for most, _ in HATCHES]
         handles = [Patch(hatch=2 * marks, label=name, **look) for (_, marks), name in zip(HATCHES, names, strict=True)]
     if len(corners) > count:
         handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="in no row"))
     if handles:
-        legend_below(figure, handles, len(handles))
+        style.legend_below(figure, handles, len(handles))
     return figure
 
 
@@ -446,10 +434,12 @@ def _label(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> N
     box = {"facecolor": "#1a2c4e" if is_dark else "#ffffff", "edgecolor": "none", "pad": 1.0, "alpha": 0.75}
     look: dict[str, Any] = {"color": "white" if is_dark else "black", "bbox": box, "ha": "center", "va": "center"}
     turned = 90 if deep > (1.0 if crowded else 1.8) * wide else 0
-    axis.annotate(plain(words), rings[0].mean(axis=0), fontsize=7.5, rotation=turned, **look)
+    axis.annotate(style.plain(words), rings[0].mean(axis=0), fontsize=7.5, rotation=turned, **look)
 
 
-def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = "", *, titled: bool = True) -> Figure:
+def profiles_figure(
+    case: RowCase, buildings: Sequence[str] = (), note: str = "", *, titled: bool = True
+) -> style.Figure:
     """Storey profiles with and without contact: median and middle 68 % of the motions in which a building touches.
 
     Levels of contact are marked on the side where the neighbour stands.
@@ -479,7 +469,9 @@ def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = ""
     chosen = _chosen_buildings(case, buildings) if rows else []
     if not chosen:
         raise PoundingError("no building has storeys; profiles need floor_masses, or a height and storeys")
-    figure, axes = blank(len(rows), len(chosen), (1.6 + 2.3 * max(len(chosen), 3), 1.8 + 2.9 * len(rows)), sharey="row")
+    figure, axes = style.blank(
+        len(rows), len(chosen), (1.6 + 2.3 * max(len(chosen), 3), 1.8 + 2.9 * len(rows)), sharey="row"
+    )
     for row, name in enumerate(rows):
         for column, at in enumerate(chosen):
             _draw_profile(axes[row, column], case, at, name)
@@ -490,7 +482,7 @@ def profiles_figure(case: RowCase, buildings: Sequence[str] = (), note: str = ""
         motions = f"{shown.motions} of {counted(case.motions, 'motion')}" if shown.motions else "no contact"
         building = case.buildings[at]
         motions += "; storey 1: its isolators" * (building.name in isolated_of(case.results))
-        axes[0, column].set_title(plain(f"{building.name} ({building.position})\n{motions}"), fontsize=9.5)
+        axes[0, column].set_title(style.plain(f"{building.name} ({building.position})\n{motions}"), fontsize=9.5)
     if titled:
         _headed(figure, "Storeys with and without contact", [case], note)
     _profiles_legend(figure)
@@ -586,10 +578,10 @@ def _draw_profile(axis: Any, case: RowCase, building: int, name: str) -> None:
                 place, point.level, marker, transform=axis.get_yaxis_transform(), color="black", markerfacecolor=face,
                 markersize=6, clip_on=False, zorder=5,
             )  # fmt: skip
-            axis.axhline(point.level, color=QUIET, linestyle=":", linewidth=0.7, zorder=0)
+            axis.axhline(point.level, color=style.QUIET, linestyle=":", linewidth=0.7, zorder=0)
 
 
-def _profiles_legend(figure: Figure) -> None:
+def _profiles_legend(figure: style.Figure) -> None:
     from matplotlib.lines import Line2D
 
     lines: list[dict[str, Any]] = [
@@ -602,4 +594,4 @@ def _profiles_legend(figure: Figure) -> None:
         Line2D([], [], label="level of contact", **mark),
         Line2D([], [], label="never touched there", markerfacecolor="white", **mark),
     ]
-    legend_below(figure, handles, 4)
+    style.legend_below(figure, handles, 4)

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import MEANING, QUIET, blank, law_words, plain, styles, title
+from pounding_risk.figures.style import MEANING, QUIET, Axes, Figure, blank, law_words, plain, styles, title
 from pounding_risk.results.attributes import read_attribute
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import at_one_place
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 MOST_RECORDS = 6  # that have a panel or a line of their own; more are put together as percentiles
 PERCENTILES = (16.0, 50.0, 84.0)

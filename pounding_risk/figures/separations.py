@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import cycle
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from pounding_risk.assessment.separations.rules import COMBINATIONS, DERIVED, READ
 from pounding_risk.assessment.separations.table import CodeTable, Comparison
-from pounding_risk.figures.style import MEANING, RULE_MARKS_WORDS, blank, rule_mark, title
+from pounding_risk.figures.style import MEANING, RULE_MARKS_WORDS, Figure, blank, rule_mark, title
 from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.units import say_in
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MOST_NAMES = 48  # motions that are named below the axis; more are not
 MARKS = (("^", "-"), ("s", "--"), ("D", "-."))  # of ABS, SRSS and CQC, then again

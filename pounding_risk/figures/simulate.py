@@ -1,36 +1,19 @@
-"""Figures of isolated impacts and of single runs: the histories of one run, and of two runs compared."""
+"""Figures of isolated impacts and of single runs: the histories of one run, its loops, and two runs compared."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures import style
 from pounding_risk.figures.row import MARKERS, RAISED, WIDTH, gap_scale, outline
-from pounding_risk.figures.style import (
-    QUIET,
-    STYLES,
-    beside,
-    blank,
-    force_words,
-    law_words,
-    legend_below,
-    message,
-    motion_words,
-    plain,
-    styles,
-    title,
-)
 from pounding_risk.results.attributes import bumper_lengths, bumper_words
 from pounding_risk.units import STANDARD_GRAVITY, say_in
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 SAME = 1e-9  # of the peak: histories closer than this are the same
 NAMED = 6  # lines of a panel with a colour and a name of their own; the others are grey
@@ -44,10 +27,11 @@ ABOVE: dict[str, Any] = {  # a legend between two panels, where it covers nothin
     "frameon": False,
 }
 LETTERS = 120  # in a line of that size over the narrowest panel; a key takes eight
+MOST_STOREYS = 9  # panels of loops: the storeys that yield most
 ROOM = 0.018  # of the tallest height: levels closer than this leave room for one number
 
 
-def impact_figure(impacts: Sequence[Any], note: str = "") -> Figure:
+def impact_figure(impacts: Sequence[Any], note: str = "") -> style.Figure:
     """Force against time and against penetration of isolated impacts.
 
     Parameters
@@ -62,18 +46,18 @@ def impact_figure(impacts: Sequence[Any], note: str = "") -> Figure:
     matplotlib.figure.Figure
         Two panels.
     """
-    figure, axes = blank(1, 2, (10.0, 4.8), sharey=True)
+    figure, axes = style.blank(1, 2, (10.0, 4.8), sharey=True)
     labels = [_impact_label(impact, impacts) for impact in impacts]
     # Lines that lie on one another show: the first is the widest.
     widths = np.linspace(3.0, 1.4, len(impacts)) if len(impacts) > 1 else [2.0]
-    for (colour, dash), width, impact, label in zip(styles(len(impacts)), widths, impacts, labels, strict=True):
+    for (colour, dash), width, impact, label in zip(style.styles(len(impacts)), widths, impacts, labels, strict=True):
         look = {"color": colour, "linestyle": dash, "linewidth": width}
         axes[0, 0].plot(impact.time * 1e3, impact.force / 1e3, label=label, **look)
         axes[0, 1].plot(impact.penetration * 1e3, impact.force / 1e3, **look)
     axes[0, 0].set(xlabel="time since the touch [ms]", ylabel="contact force [kN]")
     axes[0, 1].set(xlabel="penetration [mm]")
-    title(figure, "Contact force of isolated impacts", note)
-    legend_below(figure, axes[0, 0].get_legend_handles_labels()[0], min(2, len(impacts)))
+    style.title(figure, "Contact force of isolated impacts", note)
+    style.legend_below(figure, axes[0, 0].get_legend_handles_labels()[0], min(2, len(impacts)))
     return figure
 
 
@@ -89,7 +73,7 @@ def _impact_label(impact: Any, impacts: Sequence[Any]) -> str:
     return f"{', '.join(parts)}: {e_words} {impact.restitution:.2f}"
 
 
-def simulation_figure(run: xr.Dataset, note: str = "", absolute: bool = False) -> Figure:
+def simulation_figure(run: xr.Dataset, note: str = "", absolute: bool = False) -> style.Figure:
     """One run over time: ground motion, motion, contact forces, and energies where the run has them.
 
     Of two buildings with one floor each the motion is their relative displacement, with the gap and the contacts. Of
@@ -127,7 +111,7 @@ def simulation_figure(run: xr.Dataset, note: str = "", absolute: bool = False) -
         tallest = max(building.height for building in building_shapes(run))
         panels.append((_row_peaks, 3.2 + min(max(0.12 * tallest, 1.6), 5.0)))
     heights = [height for _, height in panels]
-    figure, axes = blank(len(panels), 1, (wide, 0.9 + sum(heights)), height_ratios=heights)
+    figure, axes = style.blank(len(panels), 1, (wide, 0.9 + sum(heights)), height_ratios=heights)
     for (draw, _), axis in zip(panels, axes[:, 0], strict=True):
         draw(axis, run)
     for axis in axes[:count, 0]:
@@ -137,33 +121,34 @@ def simulation_figure(run: xr.Dataset, note: str = "", absolute: bool = False) -
     axes[count - 1, 0].set_xlabel("time [s]")
     status = str(run.attrs["status"])
     headline = "Response over time" if status == "complete" else f"The run is not complete: {status}"
-    title(figure, headline, _run_words(run), plain(note))
+    style.title(figure, headline, _run_words(run), style.plain(note))
     return figure
 
 
-def _ground(axis: Axes, run: xr.Dataset) -> None:
+def _ground(axis: style.Axes, run: xr.Dataset) -> None:
     """Draw the ground acceleration, under each building where it differs."""
     time = run["time"].values
     if "building_ground_acceleration" in run:
         under = run["building_ground_acceleration"].transpose("time", "building").values / STANDARD_GRAVITY
         _largest_lines(axis, time, under, list(map(str, run["building"].values)))
     else:
-        axis.plot(
-            time, run["ground_acceleration"] / STANDARD_GRAVITY, color=QUIET, linewidth=0.9, label="along the row"
-        )
+        along = run["ground_acceleration"] / STANDARD_GRAVITY
+        axis.plot(time, along, color=style.QUIET, linewidth=0.9, label="along the row")
     if (second := "ground_acceleration_across") in run:
         axis.plot(time, run[second] / STANDARD_GRAVITY, color=RAISED, linestyle=":", linewidth=0.9, label="across it")
         axis.legend(ncols=2, **ABOVE)
     axis.set_ylabel("ground\nacceleration [g]")
 
 
-def _closing(axis: Axes, run: xr.Dataset) -> None:
+def _closing(axis: style.Axes, run: xr.Dataset) -> None:
     """Draw the relative displacement, the gap as a line and every contact as a grey band."""
-    axis.plot(run["time"], run["relative_displacement"].isel(contact_point=0) * 1e3, color=STYLES[0][0], linewidth=1.1)
+    axis.plot(
+        run["time"], run["relative_displacement"].isel(contact_point=0) * 1e3, color=style.STYLES[0][0], linewidth=1.1
+    )
     bumper = float(run["interface_bumper"][0]) if "interface_bumper" in run.coords else 0.0
     gap = (float(run["interface_gap"][0]) - bumper) * 1e3
     label = f"gap {gap:.6g} mm{' clear of the bumpers' if bumper else ''}"
-    axis.axhline(gap, color=STYLES[1][0], linestyle="--", linewidth=1.2, label=label)
+    axis.axhline(gap, color=style.STYLES[1][0], linestyle="--", linewidth=1.2, label=label)
     spans = zip(run["contact_start"].values, run["contact_end"].values, strict=True)
     for index, (start, end) in enumerate(spans):
         axis.axvspan(start, end, color="#bbbbbb", linewidth=0.0, zorder=0.5, label="" if index else "in contact")
@@ -171,13 +156,13 @@ def _closing(axis: Axes, run: xr.Dataset) -> None:
     axis.legend(ncols=2, **ABOVE)
 
 
-def _roofs(axis: Axes, run: xr.Dataset) -> None:
+def _roofs(axis: style.Axes, run: xr.Dataset) -> None:
     """Draw the displacement of the roof of each building."""
     _largest_lines(axis, run["time"].values, 1e3 * roofs_of(run), list(map(str, run["building"].values)))
     axis.set_ylabel("roof relative to\nits ground [mm]")
 
 
-def _in_space(axis: Axes, run: xr.Dataset) -> None:
+def _in_space(axis: style.Axes, run: xr.Dataset) -> None:
     """Draw the displacement in space of each roof, and dotted that of the ground under it; once of one ground.
 
     Grounds that differ have the colours of the buildings on them.
@@ -188,16 +173,16 @@ def _in_space(axis: Axes, run: xr.Dataset) -> None:
     storeys = run["building_storeys"].values.astype(int)
     colours = _largest_lines(axis, time, np.where(storeys > 0, 1e3 * roofs, ground), names)
     if (ground == ground[:, :1]).all():
-        axis.plot(time, ground[:, 0], color=QUIET, linestyle=":", linewidth=0.9, label="ground")
+        axis.plot(time, ground[:, 0], color=style.QUIET, linestyle=":", linewidth=0.9, label="ground")
     else:
         for number, line in enumerate(ground.T):
             axis.plot(time, line, color=colours.get(number, OTHERS), linestyle=":", linewidth=0.9)
-        axis.plot([], [], color=QUIET, linestyle=":", linewidth=0.9, label="the ground under it")
+        axis.plot([], [], color=style.QUIET, linestyle=":", linewidth=0.9, label="the ground under it")
     _legend_above(axis)
     axis.set_ylabel("displacement\nin space [mm]")
 
 
-def _forces(axis: Axes, run: xr.Dataset) -> None:
+def _forces(axis: style.Axes, run: xr.Dataset) -> None:
     """Draw the force at each contact point that touches."""
     pushed = run["contact_force"].transpose("time", "contact_point").values
     touched = np.flatnonzero(np.nan_to_num(pushed).max(axis=0) > 0.0)
@@ -208,18 +193,62 @@ def _forces(axis: Axes, run: xr.Dataset) -> None:
     axis.set_ylabel("contact\nforce [kN]")
 
 
-def _energies(axis: Axes, run: xr.Dataset) -> None:
+def _energies(axis: style.Axes, run: xr.Dataset) -> None:
     """Draw where the energy from the ground has gone."""
     kinds = ("ground", "damping", "contact", "held")
     words = ("from the ground", "to structural damping", "to contact", "kinetic and strain")
-    for (colour, dash), kind, word in zip(styles(4), kinds, words, strict=True):
+    for (colour, dash), kind, word in zip(style.styles(4), kinds, words, strict=True):
         values = run[f"energy_{kind}"] / 1e3
         axis.plot(run["time"], values, color=colour, linestyle=dash, linewidth=1.1, label=word)
     axis.set_ylabel("energy [kJ]")
     axis.legend(ncols=4, **ABOVE)
 
 
-def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
+def hysteresis_figure(run: xr.Dataset, note: str = "") -> style.Figure:
+    """Shear against drift of each storey that yields, those with the largest ductility first.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A run of `simulate` of a row in which storeys may yield.
+    note : str
+        Added to the caption.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        At most nine panels.
+
+    Raises
+    ------
+    PoundingError
+        If no storey of the run may yield.
+    """
+    if "storey_force" not in run:
+        raise PoundingError("hysteresis: no storey of the run may yield; write storey_strengths and inelastic_storeys")
+    ductility = run["storey_ductility"].transpose("building", "storey").values
+    places = [tuple(place) for place in np.argwhere(np.isfinite(ductility))]
+    places.sort(key=lambda place: -ductility[place])
+    drawn = places[:MOST_STOREYS]
+    drifts = 1e3 * run["drift"].transpose("time", "building", "storey").values
+    shears = 1e-3 * run["storey_force"].transpose("time", "building", "storey").values
+    figure, axes = style.wrapped(len(drawn), 3, (0.6, 1.2), (3.4, 2.8))
+    for axis, (building, storey) in zip(axes.flat, drawn, strict=False):
+        axis.axhline(0.0, color=style.QUIET, linewidth=0.6)
+        axis.axvline(0.0, color=style.QUIET, linewidth=0.6)
+        axis.plot(drifts[:, building, storey], shears[:, building, storey], color=style.STYLES[0][0], linewidth=1.0)
+        name = style.plain(str(run["building"].values[building]))
+        axis.set_title(f"{name}, storey {storey + 1}: ductility {ductility[building, storey]:.3g}", fontsize=9)
+        axis.set_xlabel("drift [mm]")
+        axis.set_ylabel("storey shear [kN]")
+    yields = int((ductility[np.isfinite(ductility)] > 1.0).sum())
+    left_out = f"; {len(drawn)} of {len(places)} are drawn" if len(places) > len(drawn) else ""
+    headline = f"{yields} of {len(places)} storeys that may yield do so"
+    style.title(figure, headline, f"{style.plain(style.motion_words(run.attrs))}{left_out}", style.plain(note))
+    return figure
+
+
+def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> style.Figure:
     """Relative displacement and contact force of two runs of one scene, with the time at which they part.
 
     Of several contact points the one with the largest force is shown.
@@ -241,29 +270,30 @@ def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> Figure:
     several, parted = runs[0].sizes["contact_point"] > 1, parting(*runs)
     runs = [run.isel(contact_point=point) for run in runs]
     first = runs[0]
-    figure, axes = blank(2, 1, (9.0, 6.4), sharex=True, height_ratios=(2.0, 1.0))
+    figure, axes = style.blank(2, 1, (9.0, 6.4), sharex=True, height_ratios=(2.0, 1.0))
     peaks = []
-    for (colour, dash), run in zip(styles(2), runs, strict=True):
+    for (colour, dash), run in zip(style.styles(2), runs, strict=True):
         at = int(np.abs(run["relative_displacement"].values).argmax())
         time, value = float(run["time"][at]), float(run["relative_displacement"][at])
         peaks.append(abs(value) * 1e3)
-        label = f"{law_words(run.attrs['contact_model'])}, {force_words(float(run['contact_point_yield_force']))}"
+        force = style.force_words(float(run["contact_point_yield_force"]))
+        label = f"{style.law_words(run.attrs['contact_model'])}, {force}"
         axes[0, 0].plot(run["time"], run["relative_displacement"] * 1e3, color=colour, linestyle=dash, label=label)
         axes[1, 0].plot(run["time"], run["contact_force"] / 1e3, color=colour, linestyle=dash, linewidth=0.9)
         axes[0, 0].plot(time, value * 1e3, marker="o", markersize=6, color=colour, markerfacecolor="white")
-        beside(axes[0, 0], f"{abs(value) * 1e3:.2f} mm", (time, value * 1e3), (9, 0), 9, color=colour)
+        style.beside(axes[0, 0], f"{abs(value) * 1e3:.2f} mm", (time, value * 1e3), (9, 0), 9, color=colour)
     if np.isfinite(parted):
         for panel in axes[:, 0]:
-            panel.axvline(parted, color=QUIET, linewidth=0.9, linestyle=":")
-        look: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "va": "top", "color": QUIET}
-        beside(axes[0, 0], f"they differ from {parted:.2f} s on", (parted, 0.97), (-4, 0), 9, **look)
+            panel.axvline(parted, color=style.QUIET, linewidth=0.9, linestyle=":")
+        look: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "va": "top", "color": style.QUIET}
+        style.beside(axes[0, 0], f"they differ from {parted:.2f} s on", (parted, 0.97), (-4, 0), 9, **look)
     axes[0, 0].set_ylabel("relative displacement [mm]\n(positive: towards contact)")
     axes[0, 0].legend(fontsize=8.5, loc="lower left", handlelength=3.0)
     axes[1, 0].set(xlabel="time [s]", ylabel="contact force [kN]", xlim=(0.0, float(first["time"].max())))
     here = f"; {first['contact_point'].item()}" if several else ""
     gap = float(first["interface_gap"][int(first["contact_point_interface"])])
-    where = f"{first.attrs['title']}{here}; gap {say_in(gap, 'mm', 6)}; {motion_words(first.attrs)}"
-    title(figure, _comparison_finding(runs, parted, peaks), where, note)
+    where = f"{first.attrs['title']}{here}; gap {say_in(gap, 'mm', 6)}; {style.motion_words(first.attrs)}"
+    style.title(figure, _comparison_finding(runs, parted, peaks), where, note)
     return figure
 
 
@@ -271,20 +301,17 @@ def _comparison_finding(runs: Sequence[xr.Dataset], parted: float, amounts: list
     if np.isnan(parted):
         return f"Identical throughout: peak {amounts[0]:.2f} mm"
     yields = np.isfinite(runs[1]["first_yield_time"].values).any()
-    cause = "yielding" if yields else law_words(runs[1].attrs["contact_model"])
+    cause = "yielding" if yields else style.law_words(runs[1].attrs["contact_model"])
     word = "lowers" if amounts[1] < amounts[0] else "raises"
     return f"Identical until {parted:.2f} s; {cause} {word} the peak from {amounts[0]:.2f} to {amounts[1]:.2f} mm"
 
 
 def parting(first: xr.Dataset, second: xr.Dataset) -> float:
     """Last time up to which two runs have the same relative displacements [s]; NaN where they never part."""
-    times, first_places, second_places = np.intersect1d(
-        first["time"].values, second["time"].values, return_indices=True
-    )
+    times, *places = np.intersect1d(first["time"].values, second["time"].values, return_indices=True)
     one, other = (run["relative_displacement"].transpose("time", "contact_point").values for run in (first, second))
-    differs = np.abs(one[first_places] - other[second_places]).max(axis=1) > SAME * max(
-        np.abs(one).max(), np.abs(other).max()
-    )
+    apart = np.abs(one[places[0]] - other[places[1]]).max(axis=1)
+    differs = apart > SAME * max(np.abs(one).max(), np.abs(other).max())
     return float(times[max(int(differs.argmax()) - 1, 0)]) if differs.any() else float("nan")
 
 
@@ -308,7 +335,7 @@ def _at_points(run: xr.Dataset, name: str) -> np.ndarray:
 def _run_words(run: xr.Dataset) -> str:
     """What was run: title, contact model, yield forces, gaps, motion and effects."""
     forces, gaps = np.unique(run["contact_point_yield_force"].values), np.unique(run["interface_gap"].values)
-    force = force_words(float(forces[0]))
+    force = style.force_words(float(forces[0]))
     if forces.size > 1:
         ends = [f"{one / 1e3:.0f}" if np.isfinite(one) else r"$\infty$" for one in (forces[0], forces[-1])]
         force = f"$F_E$ = {' to '.join(ends)} kN"
@@ -316,8 +343,11 @@ def _run_words(run: xr.Dataset) -> str:
     if bumpers := bumper_words(bumper_lengths(run)):
         gap += f" with {bumpers}"
     effects = f", with {run.attrs['effects']}" if run.attrs.get("effects") else ""
-    model, motion = plain(law_words(run.attrs["contact_model"])), plain(f"{motion_words(run.attrs)}{effects}")
-    return f"{plain(run.attrs['title'])}: {model}, {force}, {gap}, {motion}"
+    model, motion = (
+        style.plain(style.law_words(run.attrs["contact_model"])),
+        style.plain(f"{style.motion_words(run.attrs)}{effects}"),
+    )
+    return f"{style.plain(run.attrs['title'])}: {model}, {force}, {gap}, {motion}"
 
 
 def _largest_lines(
@@ -333,13 +363,13 @@ def _largest_lines(
     for index, at in enumerate(order[NAMED:]):
         label = None if index else f"{len(names) - NAMED} others"
         axis.plot(time, values[:, at], color=OTHERS, linewidth=0.6, zorder=1.5, label=label)
-    for (colour, dash), at in zip(styles(NAMED), order, strict=False):
-        axis.plot(time, values[:, at], color=colour, linestyle=dash, linewidth=1.0, label=plain(names[at]))
+    for (colour, dash), at in zip(style.styles(NAMED), order, strict=False):
+        axis.plot(time, values[:, at], color=colour, linestyle=dash, linewidth=1.0, label=style.plain(names[at]))
     if any(names):
         _legend_above(axis)
     elif not names:
-        message(axis, nothing)
-    return {int(at): colour for (colour, _), at in zip(styles(NAMED), order, strict=False)}
+        style.message(axis, nothing)
+    return {int(at): colour for (colour, _), at in zip(style.styles(NAMED), order, strict=False)}
 
 
 def _legend_above(axis: Any) -> None:
@@ -360,7 +390,7 @@ def _row_peaks(axis: Any, run: xr.Dataset) -> None:
     for wall, building, peak in zip(walls, buildings, roofs, strict=True):
         outline(axis, building, wall)
         if not building.is_rigid:
-            beside(axis, f"{peak:.3g} mm", (wall + WIDTH / 2, building.height), (0, 3), 8)
+            style.beside(axis, f"{peak:.3g} mm", (wall + WIDTH / 2, building.height), (0, 3), 8)
     _contact_points(axis, run, walls[:-1] + WIDTH + 0.5 * scale * gaps, [building.height for building in buildings])
     axis.axhline(0.0, color="black", linewidth=1.4)
     axis.set(xlim=(-1.0, walls[-1] + WIDTH + 1.0), ylim=(-0.01 * tallest, 1.12 * tallest), ylabel="height [m]")
@@ -385,7 +415,7 @@ def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: li
         level = level if np.isfinite(level) else min(heights[interface : interface + 2])
         # What touches with no force that lasts, where velocities jump, has the colour of the least.
         share = max(peaks[at] / (peaks.max() or 1.0), 1e-9) if counts[at] > 0 else 0.0
-        look: dict[str, Any] = {"c": "white", "s": 22.0, "edgecolors": QUIET, "linewidths": 0.7}
+        look: dict[str, Any] = {"c": "white", "s": 22.0, "edgecolors": style.QUIET, "linewidths": 0.7}
         if share > 0.0:
             look = {"c": [share], "cmap": "cividis_r", "vmin": 0.0, "vmax": 1.0, "s": 46.0}
             look |= {"edgecolors": RAISED, "linewidths": 2.2} if yields[at] else {"edgecolors": "black"}
@@ -398,4 +428,4 @@ def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: li
             force = f"{force_text(float(peaks[at]))}, " if peaks[at] > 0.0 else ""
             box = {"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
             words = f"{force}{int(counts[at])}×"
-            beside(axis, words, (middles[interface], level), (7, 0), 6.8, zorder=6, bbox=box)
+            style.beside(axis, words, (middles[interface], level), (7, 0), 6.8, zorder=6, bbox=box)

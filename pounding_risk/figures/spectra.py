@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.spectra import (
@@ -17,12 +18,8 @@ from pounding_risk.assessment.spectra import (
     usual_percentile,
 )
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import ROUND, STYLES, blank, hatch, ratio_axis, title
+from pounding_risk.figures.style import ROUND, STYLES, Figure, blank, hatch, ratio_axis, title
 from pounding_risk.results.check import check_kind
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 RATIOS = (0.5, 0.8, 0.95)  # of the periods, along which sections are drawn
 BANDS = (0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4)  # of a ratio, one shade each

@@ -18,7 +18,10 @@ from pounding_risk._common.files import write_whole
 from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+else:
+    Axes = Figure = Any  # Matplotlib is imported where a figure is made
 
 STYLES = (("#0072B2", "-"), ("#D55E00", "--"), ("#009E73", "-."), ("#CC79A7", ":"), ("#56B4E9", "-"), ("#E69F00", "--"))
 QUIET = "#555555"
@@ -35,6 +38,9 @@ RULE_MARKS = {"derived": "full", "clause read": "full", "quoted": "left", "from 
 RULE_MARKS_WORDS = "full marks: clause read, or derived; half: quoted; open: from memory"
 LETTERS_AN_INCH = 11.0  # of a title in 11 points; a mean letter of DejaVu Sans is 0.55 of its size wide
 CAPTION_SIZE = 8.5  # points
+# The space between a number and its unit, at which no line ends.
+UNIT_OF_NUMBER = re.compile(r"(?<=\d) (?=(?:%|[mck]?m|m?s|[kM]?N|[kM]?J|m/s2?|m/s²|g|kg|t|Hz|years?)(?![\w/]))")
+TIE = "\u00a0"
 ROUND = [digit * 10.0**power for power in range(-14, 10) for digit in (1.0, 2.0, 5.0)]  # ticks and contours
 # Metadata of the day and of the program, which are left out, by suffix.
 NAMELESS: dict[str, dict[str, None]] = {
@@ -114,7 +120,7 @@ def title(figure: Figure, headline: str, condition: str, note: str = "") -> None
         Words of the user, such as what is assumed.
     """
     letters = int(figure.get_figwidth() * LETTERS_AN_INCH)
-    clauses = headline.replace("\n", " ").split("; ")
+    clauses = UNIT_OF_NUMBER.sub(TIE, headline.replace("\n", " ")).split("; ")
     count = 1
     while count < len(clauses) and len(wrap("; ".join(clauses[: count + 1]), letters)) <= 2:
         count += 1
@@ -125,10 +131,11 @@ def title(figure: Figure, headline: str, condition: str, note: str = "") -> None
 
 
 def in_lines(text: str, most: int) -> str:
-    """The text in the fewest lines of at most so many letters, all about as long."""
-    lines = len(wrap(text, most))
-    fits = (width for width in range(max(1, len(text) // max(lines, 1)), most) if len(wrap(text, width)) <= lines)
-    return fill(text, next(fits, most))
+    """The text in the fewest lines of at most so many letters, all about as long; numbers stay beside their units."""
+    tied = UNIT_OF_NUMBER.sub(TIE, text)
+    lines = len(wrap(tied, most))
+    fits = (width for width in range(max(1, len(text) // max(lines, 1)), most) if len(wrap(tied, width)) <= lines)
+    return fill(tied, next(fits, most)).replace(TIE, " ")
 
 
 def write(figure: Figure, path: str | Path, dpi: float = 120.0) -> Path:

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.options import percent_words
 from pounding_risk.assessment.uncertain_words import OUTPUT_WORDS, gap_scatter, indices_words
-from pounding_risk.figures.style import MEANING, QUIET, STYLES, blank, plain, title
+from pounding_risk.figures.style import MEANING, QUIET, STYLES, Figure, blank, plain, title
 from pounding_risk.results.check import check_kind
 from pounding_risk.statistics.sobol import LEAST_SAMPLES
 from pounding_risk.units import say_in
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 BANDS = ((5.0, 95.0, 0.18), (16.0, 84.0, 0.32))  # percentiles over the samples, and how dark
 LEAST_SHOWN, MOST_SHOWN = -0.25, 1.25  # of shares, whose bounds may lie further out
@@ -141,9 +138,12 @@ def _draw_indices(axis: Any, part: xr.Dataset) -> None:
 
 
 def _short(name: Any) -> str:
-    """An address on two lines where it is long."""
-    first, _, rest = plain(str(name)).partition(".")
-    return f"{first}\n{rest}" if len(str(name)) > 16 and rest else plain(str(name))
+    """An address on two lines where it is long: the table and its name on the first, the key on the second."""
+    parts = plain(str(name)).split(".")
+    of_table = min(len(parts) - 1, 2)
+    if len(str(name)) <= 16 or not of_table:
+        return ".".join(parts)
+    return ".".join(parts[:of_table]) + "\n" + ".".join(parts[of_table:])
 
 
 def _draw_tornado(axis: Any, part: xr.Dataset) -> None:

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from pounding_risk.figures.style import QUIET, STYLES, blank, legend_below, plain, title, wrapped
+from pounding_risk.figures.style import QUIET, STYLES, Figure, blank, legend_below, plain, title, wrapped
 from pounding_risk.units import SHOWN
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MOST_PANELS = 10
 FEWEST_POINTS = 2  # of a curve that is drawn
@@ -169,17 +166,13 @@ def _draw_series(axis: Any, item: Any, number: int) -> Any:
     dash: Any = STYLES[number][1] if number < len(STYLES) else FURTHER_DASHES[number % len(FURTHER_DASHES)]
     if item.look == "points":
         spread = None if item.low is None else [item.y - item.low, item.high - item.y]
-        look = {"color": colour, "marker": POINT_MARKS[number % len(POINT_MARKS)], "markerfacecolor": "none"}
-        return axis.errorbar(
-            *(item.x, item.y),
-            yerr=spread,
-            linestyle="",
-            capsize=3.0,
-            zorder=3,
-            markersize=6.0,
-            label=item.label,
-            **look,
-        )
+        look: dict[str, Any] = {
+            "color": colour,
+            "marker": POINT_MARKS[number % len(POINT_MARKS)],
+            "markerfacecolor": "none",
+        }
+        look |= {"linestyle": "", "capsize": 3.0, "zorder": 3, "markersize": 6.0}
+        return axis.errorbar(item.x, item.y, yerr=spread, label=item.label, **look)
     if item.look == "band":
         axis.fill_between(item.x, item.low, item.high, color=colour, alpha=0.2, linewidth=0.0)
     return axis.plot(item.x, item.y, color=colour, linestyle=dash, linewidth=1.5, label=item.label)[0]

@@ -22,20 +22,9 @@ import xarray as xr
 
 from pounding_risk.ensemble.replacing import check_replaceable_scene
 from pounding_risk.errors import PoundingError
+from pounding_risk.lab import accuracy_findings as findings
 from pounding_risk.lab.accuracy_bench import FIXED, REFERENCE, Bench, Outcome, bench_of
-from pounding_risk.lab.accuracy_findings import (
-    COUNT,
-    EVENT,
-    FIRST,
-    FORCE,
-    GAP,
-    LEVELS,
-    OUTPUTS,
-    REACH,
-    errors_of,
-    finding,
-    times_to_reach,
-)
+from pounding_risk.lab.accuracy_findings import COUNT, EVENT, FIRST, FORCE, GAP, LEVELS, OUTPUTS, REACH
 from pounding_risk.lab.accuracy_opensees import hindrance, opensees_outcome
 from pounding_risk.lab.baselines.solve_ivp import GaveUp
 from pounding_risk.results.attributes import as_text, versions
@@ -153,9 +142,8 @@ def accuracy(
     compile_time = process_time() - begun
     reference = bench.event(REFERENCE).values
     if capped := int(_capped(bench, reference).any(axis=1).sum()):
-        left_out.append(
-            f"peak contact force of {capped} of {bench.size} cases: the law caps it at F_E, which every method finds"
-        )
+        words = "the law caps it at F_E, which every method finds"
+        left_out.append(f"peak contact force of {capped} of {bench.size} cases: {words}")
     if lost := int(np.isnan(reference[..., REACH]).any(axis=1).sum()):
         left_out.append(f"{lost} of {bench.size} cases: the reference ends before the record, as storeys collapse")
     outcomes = run_settings(
@@ -163,7 +151,7 @@ def accuracy(
     )
     dataset = _dataset(study, bench, outcomes, reference)
     facts = {"left_out": as_text(left_out), "reference": _reference_words(dataset), "compile_seconds": compile_time}
-    return saved(dataset, "accuracy", target, finding=finding(dataset), **facts)
+    return saved(dataset, "accuracy", target, finding=findings.finding(dataset), **facts)
 
 
 def run_settings(
@@ -230,9 +218,8 @@ def _far_behind(bench: Bench, reference: np.ndarray, outcomes: dict[Setting, lis
     ratio = outcomes[setting][0].seconds / outcomes[TIGHTEST][0].seconds if TIGHTEST in outcomes else 0.0
     if setting.method in (EVENT, CHECK) or ratio < FAR:
         return ""
-    own, best = (
-        np.fmax.reduce(_errors(bench, one, outcomes[one][0], reference), axis=0) for one in (setting, TIGHTEST)
-    )
+    errors = (_errors(bench, one, outcomes[one][0], reference) for one in (setting, TIGHTEST))
+    own, best = (np.fmax.reduce(of_cases, axis=0) for of_cases in errors)
     if (own < best).any():  # false for NaN, an output that the method does not have
         return ""
     return f"{setting.words} takes {ratio:.0f} times as long as {TIGHTEST.words}, with no smaller error in any output"
@@ -268,26 +255,20 @@ def _dataset(study: Scene, bench: Bench, by_setting: dict[Setting, Outcome], ref
         "level": ("level", list(LEVELS), {"long_name": "error level"}),
         "solver": list(dict.fromkeys(setting.method for setting in settings)),
     }
+    of_error = described("1", "error against the reference, the largest of the interfaces")
+    of_residual = described("1", "largest energy residual of a run; NaN where the method keeps no account")
     variables = {
-        "error": (
-            ("setting", "case", "output"),
-            errors,
-            described("1", "error against the reference, the largest of the interfaces"),
-        ),
+        "error": (("setting", "case", "output"), errors, of_error),
         "value": (("setting", *ANSWER), np.stack([o.values for o in outcomes]), {"long_name": "answer"}),
         "reference": (ANSWER, reference, {"long_name": f"event-driven solver at rtol {REFERENCE:g}"}),
         "time": (("setting", "output"), times, described("s", "processor time per run")),
         "steps_per_contact": ("setting", [o.steps for o in outcomes], described("1", "steps per contact")),
-        "energy_residual": (
-            "setting",
-            [o.residual for o in outcomes],
-            described("1", "largest energy residual of a run; NaN where the method keeps no account"),
-        ),
+        "energy_residual": ("setting", [o.residual for o in outcomes], of_residual),
     }
     dataset = xr.Dataset(variables, coords=coords)
-    reach = np.array([[times_to_reach(dataset, name, output) for output in OUTPUTS] for name in coords["solver"]])
+    reach = [[findings.times_to_reach(dataset, name, output) for output in OUTPUTS] for name in coords["solver"]]
     words = "time per run at which every case is within the error level; NaN where that is not reached"
-    dataset["time_to_reach"] = (("solver", "output", "level"), reach, described("s", words))
+    dataset["time_to_reach"] = (("solver", "output", "level"), np.array(reach), described("s", words))
     return dataset.assign_attrs(
         Conventions=CONVENTIONS,
         title=study.name,
@@ -300,7 +281,7 @@ def _dataset(study: Scene, bench: Bench, by_setting: dict[Setting, Outcome], ref
 
 def _errors(bench: Bench, setting: Setting, outcome: Outcome, reference: np.ndarray) -> np.ndarray:
     """Errors of a setting (cases, outputs): of each case the largest of its interfaces; NaN where there is none."""
-    errors = errors_of(outcome.values, reference.copy())
+    errors = findings.errors_of(outcome.values, reference.copy())
     if setting.method in GENERAL:
         # SciPy runs some cases only: what was not run has no error.
         errors[np.isnan(outcome.values[..., REACH])] = nan
@@ -314,13 +295,8 @@ def _errors(bench: Bench, setting: Setting, outcome: Outcome, reference: np.ndar
 
 def _capped(bench: Bench, reference: np.ndarray) -> np.ndarray:
     """True where the peak force is a yield force, (cases, interfaces): it is so by any method, however inaccurate."""
-    strengths = (case.yield_forces for case in bench.point_cases())
-    return np.array(
-        [
-            np.isclose(forces[:, None], own, rtol=AT_CAP, atol=0.0).any(axis=1)
-            for forces, own in zip(reference[..., FORCE], strengths, strict=True)
-        ]
-    )
+    pairs = zip(reference[..., FORCE, None], (case.yield_forces for case in bench.point_cases()), strict=True)
+    return np.array([np.isclose(forces, own, rtol=AT_CAP, atol=0.0).any(axis=1) for forces, own in pairs])
 
 
 def _reference_words(dataset: xr.Dataset) -> str:

@@ -48,12 +48,7 @@ Array = NDArray[np.float64]
 Timed = tuple[Array, float]  # answers, and the processor time that they took [s]
 FIXED = {"Newmark average acceleration": "newmark", "central difference": "central_difference", "Runge-Kutta 4": "rk4"}
 REFERENCE = 1e-12  # rtol of the event-driven reference
-OWN_GROUNDS = "ground of a building's own"
-INITIAL_STATES = "initial displacement or velocity"  # what the other methods do not begin with
 NAMES = tuple(OUTPUTS)[:5]  # outputs of a run; the gap required is that of the motion without contact
-ROTATING = "floors that rotate"
-TWO_COMPONENTS = "floors that move across the row"
-MASS_MATRIX = "mass_matrix"
 LAWS_OF_LINKS = "link_strength, link_slack, link_breaking_force, link_exponent or link_brace_stiffness"
 OPEN = 1e3  # m: a gap that stays open, and leaves SciPy's root search a finite number
 
@@ -160,8 +155,8 @@ class Bench:
             inelastic = ["inelastic_storeys"] if "inelastic_storeys" in dict(study.effects) else []
             only += inelastic + ["isolation"] * any(getattr(one, "isolators", None) for one in study.buildings)
         only += [LAWS_OF_LINKS] if any(link.law for link in study.links) else []
-        only += [ROTATING] if any(chain.twists for chain in self.chains) else []
-        return ", ".join([*only, *([self.opensees_lacks] if self.opensees_lacks else [])])
+        only += ["floors that rotate"] if any(chain.twists for chain in self.chains) else []
+        return ", ".join(filter(None, [*only, self.opensees_lacks]))
 
     @property
     def opensees_lacks(self) -> str:
@@ -170,11 +165,13 @@ class Bench:
         only = [effect.name for effect in study.effects if not acts_on_buildings(effect.name)]
         laws = {name: known_law(name) for name in study.model_names}
         only += [name for name, law in laws.items() if is_path_dependent(law) or is_instant(law)]
-        only += [INITIAL_STATES] if any(np.any(chain.initial) for chain in self.chains) else []
-        only += [TWO_COMPONENTS] if any(chain.moves_across for chain in self.chains) else []
-        only += [MASS_MATRIX] if any(chain.inertia.size for chain in self.chains) else []
-        only += [OWN_GROUNDS] if any(building.support != SHARED for building in study.buildings) else []
-        return ", ".join(only)
+        of_buildings = {
+            "initial displacement or velocity": any(np.any(chain.initial) for chain in self.chains),
+            "floors that move across the row": any(chain.moves_across for chain in self.chains),
+            "mass_matrix": any(chain.inertia.size for chain in self.chains),
+            "ground of a building's own": any(building.support != SHARED for building in study.buildings),
+        }
+        return ", ".join([*only, *(words for words, is_there in of_buildings.items() if is_there)])
 
     @property
     def size(self) -> int:
@@ -219,7 +216,6 @@ class Bench:
         for each in self.driven:
             self.free_event(each._replace(motion=each.motion.first(3)))
         short = self.driven[0]._replace(motion=self.driven[0].motion.first(3))
-        self.free_event(short)
         for law in range(len(self.study.grid.contact_models)):
             self.run_event(short, law, self.limits[:1], REFERENCE)
             for method in () if self.event_only else FIXED.values():

@@ -402,11 +402,8 @@ def opensees_outcome(bench: Bench, dt: float) -> Outcome:
     for number, case in enumerate(cases):
         peaks = solve(bench, case, steps[case.motion])
         seconds += peaks.seconds
-        for output, points in (
-            (REACH, peaks.relative_displacement),
-            (FORCE, peaks.contact_force),
-            (YIELDS, peaks.contact_force >= case.yield_forces),
-        ):
+        by_point = peaks.relative_displacement, peaks.contact_force, peaks.contact_force >= case.yield_forces
+        for output, points in zip((REACH, FORCE, YIELDS), by_point, strict=True):
             values[number, :, output] = bench.of_interfaces(np.maximum, points)
         values[number, :, GAP] = required[case.motion]
     times = seconds / len(cases), free_seconds / len(bench.motions)

@@ -1,4 +1,4 @@
-"""Blocks of `assess`: required gaps, contact, yielding, response, influences and fragilities of each interface.
+"""Blocks of `assess`: gaps, contact, yielding, response, influences, fragilities and code rules of each interface.
 
 Every function gives one part, which the command and the report put in their own order.
 """
@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.options import NO_BOUND, NO_LOWER, NO_UPPER
 from pounding_risk.assessment.sensitivity import NEVER, force_words
+from pounding_risk.assessment.separations.rules import FROM_MEMORY, ONE_GROUND, OWN_PEAKS, QUOTED_ONLY, RATIONAL, SHARED
+from pounding_risk.assessment.separations.table import Comparison, short_in
 from pounding_risk.render.sheet import (
     KEPT,
     MISSING,
@@ -18,14 +20,17 @@ from pounding_risk.render.sheet import (
     Cell,
     Row,
     amount,
-    between,
     count,
     evenly,
     head,
+    joined,
     listing,
+    middle,
     name_of,
     number,
+    out_of,
     paragraph,
+    probability,
     strength,
     table,
 )
@@ -33,7 +38,7 @@ from pounding_risk.results.amplitudes import intensity_unit, intensity_words
 from pounding_risk.statistics.required_gap import RequiredGap, rounded_up
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
     from pounding_risk.assessment.fragility import Fragility
@@ -44,6 +49,7 @@ if TYPE_CHECKING:
 
 GIVEN = 6  # digits of values that a user has given
 BOUNDS = "Bounds take every motion for independent; those by recording count components and polarities together."
+DOUBTS = (FROM_MEMORY, QUOTED_ONLY, ONE_GROUND)  # of code rules; stated above their table
 KEYS = {"yield_force": "F_E", "contact_model": "contact model", "polarity": "polarity"}
 
 
@@ -85,17 +91,12 @@ def contact(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
     """Table of the motions with contact against the gap."""
     heads = [head("gap", "m"), "contact in", *_share_heads("P(contact)", assessment)]
     rows = [[number(share.gap, "m", GIVEN), *share_cells(share)] for share in one.contact]
+    partial = [at for at, share in enumerate(one.contact) if 0 < share.count < share.runs]
+    first, last = (max(partial[0] - 1, 0), min(partial[-1] + 2, len(rows))) if partial else (0, len(rows))
+    keep = {*(first + at for at in evenly(last - first, KEPT - 1)), one.contact.index(one.contact_at_gap())}
     note = "from the widest gap that all motions close to the narrowest that none closes"
     caption = f"{one.name}: motions with contact against the gap, motions {one.at}."
-    return [table(caption, heads, rows, keep=_partial(one), note=note), paragraph(BOUNDS)]
-
-
-def _partial(one: InterfaceAssessment) -> list[int]:
-    """Indices of shares from the widest gap that all motions close to the narrowest that none does, and at the gap."""
-    shares = one.contact
-    partial = [at for at, share in enumerate(shares) if 0 < share.count < share.runs]
-    first, last = (max(partial[0] - 1, 0), min(partial[-1] + 2, len(shares))) if partial else (0, len(shares))
-    return sorted({*(first + at for at in evenly(last - first, KEPT - 1)), shares.index(one.contact_at_gap())})
+    return [table(caption, heads, rows, keep=sorted(keep), note=note), paragraph(BOUNDS)]
 
 
 def _share_heads(event: str, assessment: Assessment) -> list[str]:
@@ -106,8 +107,8 @@ def _share_heads(event: str, assessment: Assessment) -> list[str]:
 def share_cells(share: Share) -> list[Cell]:
     """Count, runs, probability [%] and its bounds [%] by motion and by recording."""
     bounds = [(share.low, share.high), (share.low_recordings, share.high_recordings)]
-    cells = [between(*ends, "%", 3) for ends in bounds]
-    return [count(share.count), count(share.runs), number(share.probability, "%", 3), *cells]
+    cells = [joined(*map(probability, ends)) for ends in bounds]
+    return [count(share.count), count(share.runs), probability(share.probability), *cells]
 
 
 def yielding(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
@@ -239,16 +240,60 @@ def _not_fitted(one: InterfaceAssessment) -> list[Block]:
         if curve.fault and curve.what == "contact" and curve.gap != one.gap:
             others += 1
         elif curve.fault:
-            model = f" under {name_of(curve.contact_model)}" if curve.contact_model else ""
-            faults.setdefault(curve.fault, []).append(f"{curve_words(curve)}{model}")
+            words = f"{'yielding' if curve.what == 'yield' else curve.what}, gap {amount(curve.gap, 'm')['text']}"
+            words += "" if curve.yield_force is None else f", F_E {strength(curve.yield_force, unit=True)['text']}"
+            words += f" under {name_of(curve.contact_model)}" if curve.contact_model else ""
+            faults.setdefault(curve.fault, []).append(words)
     sentences = [f"{'; '.join(which)}: {fault}." for fault, which in faults.items()]
     if others:
         sentences.append(f"contact at {counted(others, 'other gap')}: `assess -o` writes the reason of each.")
     return [paragraph(f"{one.name}, not fitted:"), listing(sentences, mark="")] if sentences else []
 
 
-def curve_words(curve: Fragility) -> str:
-    """What a curve is of, with its gap and F_E."""
-    event = "yielding" if curve.what == "yield" else curve.what
-    words = f"{event}, gap {amount(curve.gap, 'm')['text']}"
-    return words if curve.yield_force is None else f"{words}, F_E {strength(curve.yield_force, unit=True)['text']}"
+def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
+    """What the rules of building codes require, motion by motion, over the gap that the motion needs."""
+    bumper = max((rule.bumper for rule in one.separations), default=0.0)
+    motions = sum(closing > bumper for closing in one.closing)
+    compared = [at for at, rule in enumerate(one.separations) if rule.exceeded is not None]
+    notes = [rule.row.note for rule in one.separations]
+    # The parts that every note of a separation has are written once, above the table.
+    parts = [rule.row.note.split("; ") for rule in one.separations if rule.row.separation is not None]
+    common = [part for part in parts[0] if all(part in others for others in parts)] if parts else []
+    sentences = [
+        short_in(one.separations, motions),
+        *(f"Everywhere {note}" for note in common if note not in DOUBTS),
+        *(SHARED[doubt] for doubt in DOUBTS if any(doubt in note for note in notes)),
+        RATIONAL,
+        "Insufficient for: motions that need more than the rule requires from them",
+        "`separations` lists who quotes the clauses, and applies the rules to design displacements",
+    ]
+    heads = ["rule", "clause", "text of the clause", head("median", "m"), head(f"{percentile:g} %", "m")]
+    heads += ["rule / gap required: median (16 to 84 %)", "insufficient for", f"gap / rule at {percentile:g} %", "note"]
+    rows = [_rule_cells(rule, one.gap, motions, common) for rule in one.separations]
+    caption = f"{one.name}: separations that rules require, {OWN_PEAKS}."
+    return [
+        paragraph(" ".join(f"{sentence}." for sentence in sentences)),
+        table(caption, heads, rows, keep=compared or None, note="those that give a separation" if compared else ""),
+    ]
+
+
+def _rule_cells(rule: Comparison, gap: float, motions: int, common: Sequence[str]) -> Row:
+    row = rule.row
+    elsewhere = {*common, *DOUBTS}  # above the table, and in its column of texts
+    note = "; ".join(part for part in row.note.split("; ") if part not in elsewhere) or MISSING
+    over = number((gap - rule.bumper) / rule.upper, digits=3) if rule.exceeded is not None and rule.upper else MISSING
+    return [row.title, row.clause, row.verification, *compared(rule, motions), over, note]
+
+
+def compared(rule: Comparison, motions: int) -> Row:
+    """Separations of a rule, their ratio to the gap needed, and for how many motions the rule is insufficient."""
+    if rule.exceeded is None:
+        return [length(rule.row.separation), MISSING, MISSING, MISSING]
+    low, median, high = (value or 0.0 for value in (rule.ratio_low, rule.ratio_median, rule.ratio_high))
+    short = out_of(round(rule.exceeded * motions), motions)
+    return [number(rule.middle, "m"), number(rule.upper, "m"), middle((low, median, high), "1"), short]
+
+
+def length(value: float | None) -> Cell | str:
+    """A length [m] in the unit of the column's head; – for none."""
+    return MISSING if value is None else number(value, "m")

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from pounding_risk.render.sheet import Block, Row, amount, listing, milliseconds, paragraph, source, table
-from pounding_risk.studies.advice import FACTORS, LITTLE, MUCH, OUTPUTS
-
-if TYPE_CHECKING:
-    from pounding_risk.studies.advice import Advice
-    from pounding_risk.studies.advice_stiffness import StiffnessRange
+from pounding_risk.studies.advice import FACTORS, LITTLE, MUCH, OUTPUTS, Advice
+from pounding_risk.studies.advice_stiffness import StiffnessRange
 
 ORDER = 65
 FUNCTION = "studies.advice"

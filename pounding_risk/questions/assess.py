@@ -6,19 +6,18 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import xarray as xr
 
 from pounding_risk.assessment.along import IDLE as IDLE_AXES
-from pounding_risk.assessment.along import OWN
-from pounding_risk.assessment.assess import plain
+from pounding_risk.assessment.along import OWN, assess_along
+from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess, plain
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions import adequacy, rates
 from pounding_risk.questions._declaration import text_file
 from pounding_risk.questions.along import sheet as along_sheet
 from pounding_risk.questions.notes import of_records
-from pounding_risk.questions.rules import rules
 from pounding_risk.questions.setback import ASSUMED, setbacks
 from pounding_risk.questions.setback import sheet as setback_sheet
 from pounding_risk.render.sheet import KEPT, MISSING, Block, count, head, heading, listing, number, paragraph, table
@@ -26,10 +25,6 @@ from pounding_risk.results.attributes import name_of
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.scene_axes import check_one_place, open_axes
 from pounding_risk.scene.scene_axis import SAMPLE
-
-if TYPE_CHECKING:
-    from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
-
 
 ORDER = 130
 FUNCTION = "assessment.assess"
@@ -53,8 +48,6 @@ def answer(results: Any, *, setback: bool = False, **options: Any) -> Any:
     if setback:
         return setbacks(results, **options)
     if not axes:
-        from pounding_risk.assessment.assess import assess
-
         return assess(results, **options)
     of_places = [name for name in ("hazard", "gmfs") if name in options]
     if axes == [SAMPLE]:
@@ -67,8 +60,6 @@ def answer(results: Any, *, setback: bool = False, **options: Any) -> Any:
         return uncertainty(results, **options)
     if of_places or "intensity" in options:
         check_one_place(results, name_of(results))
-    from pounding_risk.assessment.along import assess_along
-
     return assess_along(results, **options)
 
 
@@ -147,7 +138,7 @@ def gaps(assessment: Assessment) -> list[Block]:
             *rates.annual_rates(assessment, one),
             *rates.scenario(assessment, one),
             *rates.gaps_for_rates(assessment, one),
-            *rules(assessment.percentile, one),
+            *adequacy.rules(assessment.percentile, one),
         ]
     excluded = (f"excluded: {sentence}" for sentence in assessment.left_out)
     notes = [*assessment.unused_keys, *excluded, *of_records(assessment.flags)]

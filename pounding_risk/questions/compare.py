@@ -32,11 +32,11 @@ from pounding_risk.studies.compare_findings import (
     AT_SOME,
     FIRST_TWO,
     at_interface,
+    comparable_laws,
     furthest,
     index_of_interface,
     interface_names,
     of_interface,
-    peers,
     place_of_interface,
     which_interface,
     with_terms_of_its_own,
@@ -122,7 +122,7 @@ def _facts(comparison: xr.Dataset, of_interface: xr.Dataset, where: str = "") ->
 
 def _interfaces(comparison: xr.Dataset) -> Block:
     heads = ["interface", head("reduced mass", "kg"), "cases with contact"]
-    names = peers(comparison)
+    names = comparable_laws(comparison)
     rows: list[Row] = []
     for index, interface in enumerate(interface_names(comparison)):
         part = of_interface(comparison, index)

@@ -12,7 +12,7 @@ import json
 from io import StringIO
 from math import isnan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -28,6 +28,7 @@ from pounding_risk.assessment.hazard import COVERED, Hazard, HazardSpectrum
 from pounding_risk.assessment.intensities import check_intensity, intensities, shaking_of
 from pounding_risk.assessment.options import USUAL_CONFIDENCE
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures.damage import damage_figure
 from pounding_risk.questions._declaration import text_file
 from pounding_risk.questions.rates import AT_LEAST, at_least
 from pounding_risk.render.sheet import Block, Row, count, figure, head, listing, number, paragraph, table, with_bounds
@@ -41,9 +42,6 @@ from pounding_risk.results.variables import NOT_RUN
 from pounding_risk.statistics.damage_fits import METHODS, bootstrap_weights
 from pounding_risk.statistics.proportions import numbered
 from pounding_risk.units import GAP, say, share, shown, si
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ORDER = 137
 FIGURES = {"": "damage.damage_figure", "ida": "damage.ida_figure"}
@@ -217,19 +215,13 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
     caption = f"Fragility of each damage state with pounding and without, and the ratio; {case}"
     return [
         paragraph(f"{finding(dataset)}."),
-        figure("damage", lambda: _figure(dataset), f"{caption}.", f"{finding(dataset)}."),
+        figure("damage", lambda: damage_figure(dataset), f"{caption}.", f"{finding(dataset)}."),
         _curves(dataset, case),
         _ratios(dataset),
         *([_rates(dataset)] if "annual_rate" in dataset else []),
         *([_events(dataset)] if "event_probability" in dataset else []),
         listing(json.loads(dataset.attrs["assumptions"])),
     ]
-
-
-def _figure(dataset: xr.Dataset) -> Figure:
-    from pounding_risk.figures.damage import damage_figure
-
-    return damage_figure(dataset)
 
 
 def _curves(dataset: xr.Dataset, case: str) -> Block:

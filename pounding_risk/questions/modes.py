@@ -14,7 +14,7 @@ ORDER = 110
 FUNCTION = "studies.modes"
 FIGURES = {"": "modes.modes_figure"}
 SHOWN_SHARE = 0.99  # of the mass; further modes are left out
-HEADS = ("building", "mode", "period [s]", "participation", "share of the mass [%]", "of all so far [%]", "damping [%]")
+HEADS = ("building", "mode", "period [s]", "participation", "effective mass [%]", "cumulative [%]", "damping [%]")
 
 
 class ModesOfScene(NamedTuple):

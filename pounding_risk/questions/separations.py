@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from pounding_risk.assessment.options import percentile_of
+from pounding_risk.assessment.separations import table as code
 from pounding_risk.assessment.separations.rules import (
     FROM_MEMORY,
     NOT_REDUCED,
@@ -19,15 +21,19 @@ from pounding_risk.assessment.separations.rules import (
     SUPERSEDED,
     Site,
 )
+from pounding_risk.assessment.separations.table import CodeTable, SeparationRow
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import Option
-from pounding_risk.questions.rules import Row, compared, length
+from pounding_risk.questions.adequacy import Row, compared, length
 from pounding_risk.render.sheet import MISSING, Block, Cell, count, facts, head, heading, number, paragraph, table
+from pounding_risk.results.attributes import name_of
+from pounding_risk.results.check import check_scan
+from pounding_risk.results.files import open_results
+from pounding_risk.results.opened import Results
+from pounding_risk.results.scene_axes import with_axes
+from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.statistics.separations import white_noise_correlation
 from pounding_risk.units import DAMPING, PERIOD, PGA, Quantity, parse, si
-
-if TYPE_CHECKING:
-    from pounding_risk.assessment.separations.table import CodeTable, SeparationRow
 
 ORDER = 120
 FIGURES = {"": "separations.separations_figure"}
@@ -131,22 +137,12 @@ def separations(
     PoundingError
         For a number out of its range, and for what is given once or has no side.
     """
-    from pounding_risk.assessment.options import percentile_of
-    from pounding_risk.assessment.separations import table as code
-    from pounding_risk.results.attributes import name_of
-    from pounding_risk.results.check import check_scan
-    from pounding_risk.results.files import open_results
-    from pounding_risk.results.opened import Results
-    from pounding_risk.results.scene_axes import with_axes
-
     if results is None and not (displacement or behaviour_factor or period or damping):
         return None
     site = _site(height, behaviour_factor, factor, ground)
     site = site._replace(aligned=aligned, alike=alike, zone=zone, intensity=intensity, structure=structure)
     if results is None:
-        from pounding_risk.assessment.separations.table import DISPLACEMENT
-
-        allowed = DISPLACEMENT._replace(low=0.0, open_high=True)
+        allowed = code.DISPLACEMENT._replace(low=0.0, open_high=True)
         displacements = _by_side("displacement", displacement, allowed, BOTH_DISPLACEMENTS)
         moving = _moving(period, damping)
         return Given(
@@ -166,8 +162,6 @@ def separations(
 
 def check(given: Mapping[str, Any]) -> None:
     """Raise PoundingError for options that do not go together, and for numbers out of their range."""
-    from pounding_risk.assessment.options import percentile_of
-
     if "percentile" in given:
         percentile_of(given["percentile"])
     height, behaviour, factor = (given.get(name) or () for name in ("height", "behaviour_factor", "factor"))
@@ -364,8 +358,6 @@ def _of_periods(given: Given) -> list[str]:
 
 def _beside(one: CodeTable) -> list[Block]:
     """Each rule beside what the motions need, then the finding."""
-    from pounding_risk.statistics.required_gap import rounded_up
-
     share = f"{one.percentile:g} %"
     heads = ["rule", "text", head("median", "m"), head(share, "m"), "over the gap needed", "insufficient for", "note"]
     rows = [

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from pounding_risk.render.sheet import Block, count, facts, listing, table, worded
-from pounding_risk.results.summary import IN_RECHECKS
-
-if TYPE_CHECKING:
-    from pounding_risk.results.summary import Summary
+from pounding_risk.results.summary import IN_RECHECKS, Summary
 
 ORDER = 190
 FUNCTION = "results.summary"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -23,6 +23,7 @@ from pounding_risk.assessment.uncertain_words import (
     samples_words,
 )
 from pounding_risk.errors import PoundingError
+from pounding_risk.figures.uncertainty import uncertainty_figure
 from pounding_risk.questions._declaration import Option
 from pounding_risk.questions.adequacy import enough
 from pounding_risk.questions.notes import of_records
@@ -46,9 +47,6 @@ from pounding_risk.render.sheet import (
 from pounding_risk.results.files import save
 from pounding_risk.scene.scene import Scene
 from pounding_risk.units import GAP, si
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ORDER = 135
 SUBJECT = "scene or results"
@@ -190,13 +188,7 @@ def sheet(dataset: xr.Dataset, *, tornado: bool = False) -> list[Block]:
     notes = [*json.loads(dataset.attrs["assumptions"])]
     notes += [f"excluded: {words}" for words in json.loads(dataset.attrs.get("left_out", "[]"))]
     notes += of_records(json.loads(dataset.attrs.get("flags", "{}")))
-    return [*blocks, figure("uncertainty", lambda: _figure(dataset), words, words), listing(notes)]
-
-
-def _figure(dataset: xr.Dataset) -> Figure:
-    from pounding_risk.figures.uncertainty import uncertainty_figure
-
-    return uncertainty_figure(dataset)
+    return [*blocks, figure("uncertainty", lambda: uncertainty_figure(dataset), words, words), listing(notes)]
 
 
 def _of_interface(part: xr.Dataset) -> Iterator[Block]:

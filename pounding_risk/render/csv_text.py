@@ -15,19 +15,11 @@ LEAST = "at least "  # before a number that is only a lower bound
 
 
 def csv_text(blocks: Iterable[Block]) -> str:
-    """The tables and facts of a sheet as CSV text.
+    """The tables and facts of a sheet as CSV text: a row with the caption of each, its heads, its rows, an empty row.
 
-    Parameters
-    ----------
-    blocks : iterable of Block
-        A sheet. Figures and text are left to the other renderers.
-
-    Returns
-    -------
-    str
-        For each table a row with its caption, its heads, its rows, and an empty row. A number stands unrounded in the
-        unit of its head, or before its own where the rows of a column have several, after "at least" where it is only
-        a lower bound; a range or what is no single number as the terminal shows it; what is not known is empty.
+    A number stands unrounded in the unit of its head, or before its own where the rows of a column have several, after
+    "at least" where it is only a lower bound; a range or what is no single number as the terminal shows it; what is not
+    known is empty. Figures and text are left to the other renderers.
     """
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")

@@ -68,19 +68,11 @@ def _measure_text(value: float, unit: str, digits: int) -> str:
 
 
 def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], sides: str) -> None:
-    """Print columns under their heads; nothing is cut at any width of the terminal.
+    """Print columns under their heads, if any is not empty; nothing is cut at any width of the terminal.
 
+    ``sides`` has a letter for each column: "l" for words, flush left, "r" for numbers, flush right and never broken.
     Where the table is wider than the terminal, heads and cells of words are wrapped. Where that does not suffice, each
     row is printed as a block with one line a column. Piped output is never wrapped.
-
-    Parameters
-    ----------
-    heads : sequence of str
-        One a column; all empty for a table without heads.
-    rows : iterable of sequence of str
-        The cells.
-    sides : str
-        One letter a column: "l" for words, flush left, "r" for numbers, flush right and never broken.
     """
     cells = [list(row) for row in rows]
     columns = []
@@ -215,26 +207,17 @@ def _print_facts(block: Block) -> None:
     print_pairs((name, cell["text"]) for name, cell in block["rows"])
 
 
-def _print_list(block: Block) -> None:
-    for item in block["items"]:
-        print(f"{block['mark']}{item}")
-
-
 def _print_verdict(block: Block) -> None:
     print(f"{block['sentence']}\n")
     print("\n".join(f"  {sentence}" for sentence in block["conclusion"]))
 
 
-def _print_text(block: Block) -> None:
-    print(block["text"])
-
-
 _PRINTERS: dict[str, Callable[[Block], None]] = {
-    "paragraph": _print_text,
-    "heading": _print_text,
+    "paragraph": lambda block: print(block["text"]),
+    "heading": lambda block: print(block["text"]),
     "source": lambda block: print(f"{block['caption']}\n\n{block['text']}"),
     "verdict": _print_verdict,
-    "list": _print_list,
+    "list": lambda block: print("\n".join(f"{block['mark']}{item}" for item in block["items"])),
     "table": _print_table_block,
     "facts": _print_facts,
 }

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import xarray as xr
 
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import check_target
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @missing_named()

@@ -8,9 +8,10 @@ buildings at that instant.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
@@ -23,9 +24,6 @@ from pounding_risk.results.attributes import bumper_lengths, bumper_words
 from pounding_risk.results.check import check_run
 from pounding_risk.results.files import check_target
 from pounding_risk.units import say_in
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Array = NDArray[np.float64]
 RATES = (50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 10.0)  # frames a second; the first of which the page stays small is taken
@@ -79,7 +77,7 @@ def animate(run: xr.Dataset, out: str | Path) -> Path:
     if run.sizes["time"] < 2:
         raise PoundingError("the run has fewer than two instants; nothing moves")
     for rate in RATES:
-        text = page(_model(run, frames(run, rate)))
+        text = script_page("animation_page", _model(run, frames(run, rate)))
         if len(text.encode("utf-8")) <= LARGEST:
             return write_file(target, text)
     span = float(run["time"][-1] - run["time"][0])
@@ -177,8 +175,3 @@ def _facts(run: xr.Dataset, shown: Frames) -> str:
     points = counted(shown.force.shape[1], "contact point")
     ends = f"{touched} of {points} touch{'es' * (touched == 1)}, with up to {force_text(peak)}"
     return f"{', '.join(facts)}. {ends if touched else 'Nothing touches'}."
-
-
-def page(model: dict[str, Any]) -> str:
-    """The whole page as text. It may run the script it holds, by its checksum, and may fetch nothing."""
-    return script_page("animation_page", model)

@@ -7,12 +7,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.files import checksum
 from pounding_risk.assessment.along import Place, assess_along, usual_place
+from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
@@ -22,11 +24,6 @@ from pounding_risk.results.files import open_results
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import is_drawn_along, with_axes
 from pounding_risk.units import shown
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
 
 NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "status", "simulated")
 ADDED = ("peak_closing_free", "record_spectral_acceleration", "building_period")
@@ -122,7 +119,7 @@ class ReportData:
             self.results,
             gap=gaps.pop() if len(gaps) == 1 else None,
             contact_model=self.law,
-            yield_force=self.yield_force,
+            yield_force=Results(self.results).scene_force,
             intensity_level=self.assessment.interfaces[0].amplitude,
         )
 
@@ -139,11 +136,6 @@ class ReportData:
     def records(self) -> dict[str, dict[str, Any]]:
         """Facts on each record, by its name."""
         return {entry["name"]: entry for entry in self.facts("records", [])}
-
-    @property
-    def yield_force(self) -> float:
-        """The yield force of the grid that is nearest to the scene's own [N]; inf where that never yields."""
-        return Results(self.results).scene_force
 
     @property
     def law(self) -> str:
@@ -201,9 +193,10 @@ def _check(dataset: xr.Dataset, whose: str) -> None:
     """Raise PoundingError for what is no dataset of `scan`, for one of an older version, and for a damaged one."""
     missing = [name for name in NEEDED if name not in dataset]
     if missing or "scene_resolved" not in dataset.attrs:
-        kind = _kind_beside(dataset)
-        what = f"a dataset of `pounding-risk {kind}`" if kind else f"a dataset without {', '.join(missing) or 'scene'}"
-        repair = f": name the scan first, and this one with --with {whose}" if kind else ""
+        what, repair = f"a dataset without {', '.join(missing) or 'scene'}", ""
+        if (kind := kind_of(dataset)) in BESIDE:
+            what = f"a dataset of `pounding-risk {kind}`"
+            repair = f": name the scan first, and this one with --with {whose}"
         raise PoundingError(f"{whose}: is {what}; a report is written from what `pounding-risk scan` writes{repair}")
     late = [name for name in ADDED if name not in dataset.variables]
     if late:
@@ -212,12 +205,6 @@ def _check(dataset: xr.Dataset, whose: str) -> None:
         )
     attributes = ("records", "processing", "versions", "rtol", "scene", "restitution")
     check_scan(dataset, whose, names=(*AXES_OF_CASES, *USED), attrs=attributes)
-
-
-def _kind_beside(dataset: xr.Dataset) -> str:
-    """The call that made a dataset beside a scan; "" where none of `BESIDE` did."""
-    kind = kind_of(dataset)
-    return kind if kind in BESIDE else ""
 
 
 def companions(also: Iterable[xr.Dataset | str | Path]) -> dict[str, xr.Dataset]:
@@ -229,8 +216,8 @@ def companions(also: Iterable[xr.Dataset | str | Path]) -> dict[str, xr.Dataset]
             dataset = open_results(result).assign_attrs(file=whose, sha256=checksum(Path(result)))
         else:
             whose, dataset = "a dataset", result
-        kind = _kind_beside(dataset)
-        if not kind:
+        kind = kind_of(dataset)
+        if kind not in BESIDE:
             raise PoundingError(f"{whose}: was written by none of {', '.join(BESIDE)}; leave it out")
         if kind in datasets:
             raise PoundingError(f"{whose}: is the second dataset of `pounding-risk {kind}`; name one of each kind")

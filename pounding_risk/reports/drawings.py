@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import xarray as xr
 from numpy.typing import ArrayLike
 
+from pounding_risk import figures
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import check_target, open_results, open_with_axes
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FIGURES = (".png", ".svg", ".pdf")
 Footprints = Mapping[str, ArrayLike | Sequence[ArrayLike]]
@@ -90,8 +89,6 @@ def draw(
         raise PoundingError(f"{len(listed)} datasets are given: only a plan shows several rows; name one dataset")
     written = []
     if named:
-        from pounding_risk import figures
-
         dataset = open_results(listed[0]) if isinstance(listed[0], str | Path) else listed[0]
         pictures = {name: figures.results_figure(dataset, name) for name in named}
         written = [figures.write(pictures[name], target) for name, target in named.items()]
@@ -103,8 +100,6 @@ def draw(
 
         written.append(animate(opened[0], moving))
     if targets:
-        from pounding_risk import figures
-
         case: dict[str, Any] = {"gap": gap, "contact_model": contact_model, "yield_force": yield_force}
         cases = [row_case(one, **case, pga=pga, intensity_level=intensity_level) for one in opened]
         footprints = footprints_of(street, cases) if isinstance(street, str | Path) and plan is not None else street

@@ -11,9 +11,10 @@ import json
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.words import listed
 from pounding_risk.assessment.demands import finite_forces
@@ -22,7 +23,7 @@ from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say
 from pounding_risk.reports.files import write_file
 from pounding_risk.reports.html import packed, script_page
 from pounding_risk.results import check as form
-from pounding_risk.results.attributes import bumper_words, flags_of, gaps_needed, isolated_of
+from pounding_risk.results.attributes import bumper_words, flags_of, gaps_needed, isolated_notes
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.files import check_target, open_results
 from pounding_risk.results.grid_values import axis_words
@@ -37,13 +38,8 @@ from pounding_risk.results.scene_axes import (
     written_values,
 )
 from pounding_risk.results.variables import NOT_RUN, UNPUSHED
-from pounding_risk.scene.scene_axis import SAMPLE
+from pounding_risk.scene.scene_axis import SAMPLE, SceneAxis
 from pounding_risk.units import SHOWN, STANDARD_GRAVITY, si
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from pounding_risk.scene.scene_axis import SceneAxis
 
 MOST_CASES = 200_000  # a page of more is slow to open
 COLUMNS = "columns' own"  # F_E where floors never yield and columns have one
@@ -115,15 +111,15 @@ def view(
     levels = [si(level, amplitudes.measure.quantity, name) for level in (*pgas, *intensity_levels)]
     part = chosen(dataset, {"record": records, "contact_model": contact_models, amplitudes.axis: levels}, source)
     _check_size(part, source)
-    return write_file(target, page(page_model(part), row_pictures(part)))
+    plotly = _plotly()
+    page = script_page("explorer_page", page_model(part), plotly, plotly=plotly, pictures=row_pictures(part))
+    return write_file(target, page)
 
 
 def check_scan(dataset: xr.Dataset, source: str) -> None:
     """Raise PoundingError unless the dataset is what `scan` writes."""
-    missing = [name for name in ("status", "impact_count") if name not in dataset] or [
-        name for name in MAP if name not in dataset.coords
-    ]
-    if missing:
+    missing = [name for name in ("status", "impact_count") if name not in dataset]
+    if missing := missing or [name for name in MAP if name not in dataset.coords]:
         raise PoundingError(
             f"{source}: has no {missing[0]}, so it is not a scan's results; `pounding-risk scan SCENE -o results.nc` "
             "writes such a file"
@@ -221,11 +217,8 @@ def _profiles(dataset: xr.Dataset, axes: Sequence[str]) -> dict[str, Any] | None
         "levels": levels,
         "points": [[int(at), float(level)] for at, level in points if np.isfinite(level)],
         "quantities": [
-            {
-                "of_storey": of_storey,
-                "struck": _variable(dataset[name], deep),
-                "free": _variable(dataset[f"{name}_free"], deep),
-            }
+            {"of_storey": of_storey}
+            | {kind: _variable(dataset[name + ending], deep) for kind, ending in (("struck", ""), ("free", "_free"))}
             for name, of_storey in PROFILES.items()
             if name in dataset and f"{name}_free" in dataset
         ],
@@ -366,8 +359,7 @@ def _facts_of_places(dataset: xr.Dataset) -> list[str]:
         sentences.append(f"The gap is {whose} {'their' if varied else 'its'} own.")
     if "column" in dataset.get("contact_point_kind", np.empty(0)):
         sentences.append("The yield force is that of floors that meet; columns keep their own.")
-    if isolated := isolated_of(dataset):
-        sentences.append(f"Storey 1 of {' and '.join(isolated)} is its isolators, which peak drift counts.")
+    sentences += isolated_notes(dataset)
     if any(name in dataset for name in PROFILES) and not _has_profiles(dataset):
         sentences.append(
             "Storey profiles are left out, there are too many; choose fewer records or models to see them."
@@ -394,11 +386,6 @@ def row_pictures(dataset: xr.Dataset) -> str:
     drawings = [f"<figure>{svg_text(draw(case))}</figure>" for draw in (elevation_figure, plan_figure)]
     heading = '<h2 id="row-head">The row, over all motions: the scene\'s own gap and yield force</h2>'
     return "\n".join(['<section id="row" aria-labelledby="row-head">', heading, *drawings, "</section>"])
-
-
-def page(model: Mapping[str, Any], pictures: str = "") -> str:
-    """The whole page as text, ``pictures`` below. It may run the scripts it holds, by checksum, and fetch nothing."""
-    return script_page("explorer_page", model, _plotly(), plotly=_plotly(), pictures=pictures)
 
 
 def _plotly() -> str:

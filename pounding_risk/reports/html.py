@@ -84,11 +84,6 @@ def packed(values: np.ndarray, kind: str) -> str:
 def _template() -> Template:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    environment: Any = Environment(
-        loader=PackageLoader("pounding_risk.reports", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("report.html.j2")
+    settings: dict[str, Any] = {"autoescape": True, "undefined": StrictUndefined, "trim_blocks": True}
+    loader = PackageLoader("pounding_risk.reports", ".")
+    return Environment(loader=loader, lstrip_blocks=True, **settings).get_template("report.html.j2")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import font_files
+from pounding_risk.render.sheet import Block
 
 if TYPE_CHECKING:
     from pounding_risk.reports.document import Document
@@ -45,13 +46,8 @@ def _compiled(typst: Any, template: Path) -> bytes:
     problem = ""
     for system in (False, True):
         try:
-            return typst.compile(
-                template,
-                root=template.parent,
-                font_paths=[template.parent / FONTS],
-                ignore_system_fonts=not system,
-                pdf_standards="ua-1",
-            )
+            fonts: dict[str, Any] = {"font_paths": [template.parent / FONTS], "ignore_system_fonts": not system}
+            return typst.compile(template, root=template.parent, pdf_standards="ua-1", **fonts)
         except typst.TypstError as error:
             if "could not be displayed" not in str(error):
                 raise
@@ -63,14 +59,13 @@ def _compiled(typst: Any, template: Path) -> bytes:
 
 def _with_files(model: Document, root: Path) -> Document:
     """The model with its figures as files beside the template."""
-    sections = []
-    for section in model["sections"]:
-        blocks = []
-        for block in section["blocks"]:
-            if block["kind"] == "figure":
-                file = f"{block['name']}.svg"
-                (root / file).write_text(block["svg"], encoding="utf-8")
-                block = {**{key: value for key, value in block.items() if key != "svg"}, "file": file}
-            blocks.append(block)
-        sections.append({**section, "blocks": blocks})
+
+    def with_file(block: Block) -> Block:
+        if block["kind"] != "figure":
+            return block
+        file = f"{block['name']}.svg"
+        (root / file).write_text(block["svg"], encoding="utf-8")
+        return {**{key: value for key, value in block.items() if key != "svg"}, "file": file}
+
+    sections = [{**section, "blocks": list(map(with_file, section["blocks"]))} for section in model["sections"]]
     return {**model, "sections": sections}

@@ -76,10 +76,8 @@ def tables_of(text: str) -> dict[str, Any]:
 
 def has_own_grounds(scene: Mapping[str, Any]) -> bool:
     """True where the tables of a scene, every value stated, put its buildings on unlike grounds."""
-    grounds = [
-        {key: value for key, value in building.items() if key.startswith("ground_")}
-        for building in scene.get("building", [])
-    ]
+    buildings = [building.items() for building in scene.get("building", [])]
+    grounds = [{key: value for key, value in keys if key.startswith("ground_")} for keys in buildings]
     return "wave_passage" in scene.get("effects", {}) or any(ground != grounds[0] for ground in grounds)
 
 
@@ -158,6 +156,12 @@ def isolated_of(case: xr.Dataset) -> list[str]:
     return isolated_buildings(tables_of(str(case.attrs.get("scene_resolved", ""))))
 
 
+def isolated_notes(case: xr.Dataset) -> list[str]:
+    """What the output `peak_drift` counts of the buildings of a dataset that stand on isolators."""
+    isolated = isolated_of(case)
+    return [f"Storey 1 of {' and '.join(isolated)} is its isolators, which peak drift counts."] if isolated else []
+
+
 def gaps_needed(dataset: xr.Dataset) -> xr.DataArray:
     """`peak_closing_free`, NaN for motions without a finite response, such as those in which a storey collapses.
 
@@ -191,15 +195,18 @@ def no_response(dataset: xr.Dataset, of: str = "") -> str:
 
 def has_laws_of_links(scene: Mapping[str, Any]) -> bool:
     """True where links of a scene slip, are slack, break, or have dampers of a power law."""
-    tables = [*scene.get("interface", []), scene.get("grid", {}), scene.get("uncertain", {})]
     laws = ("link_strength", "link_slack", "link_breaking_force", "link_exponent", "link_brace_stiffness")
-    return any(name.endswith(laws) for table in tables for name in table)
+    return _has_key(scene, "interface", laws)
 
 
 def has_initial_motion(scene: Mapping[str, Any]) -> bool:
     """True where buildings of a scene, or the ground below them, are displaced or move when the motion begins."""
-    tables = [*scene.get("building", []), scene.get("grid", {}), scene.get("uncertain", {})]
-    keys = ("initial_displacement", "initial_velocity", "ground_velocity")
+    return _has_key(scene, "building", ("initial_displacement", "initial_velocity", "ground_velocity"))
+
+
+def _has_key(scene: Mapping[str, Any], section: str, keys: tuple[str, ...]) -> bool:
+    """True where tables of a section have one of these keys, or its addresses in the grid or uncertain numbers do."""
+    tables = [*scene.get(section, []), scene.get("grid", {}), scene.get("uncertain", {})]
     return any(name.endswith(keys) for table in tables for name in table)
 
 

@@ -146,23 +146,10 @@ def missing_named() -> Iterator[None]:
 
 
 def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), attrs: Iterable[str] = ()) -> None:
-    """Check that a dataset is what `scan` writes, as far as it is declared here.
+    """Raise PoundingError, with a sentence for each fault, unless a dataset is what `scan` writes, as declared here.
 
-    Parameters
-    ----------
-    dataset
-        In memory or on disk; values of cases are not read.
-    whose
-        How a sentence names it, such as its file.
-    names
-        Variables and coordinates that cannot be done without.
-    attrs
-        Attributes that cannot be done without.
-
-    Raises
-    ------
-    PoundingError
-        With a sentence for each fault.
+    ``whose`` names it in the sentence; variables, coordinates and attributes of these names must be there. Values of
+    cases are not read.
     """
     faults = [*_missing(dataset, names, attrs), *_form_faults(dataset), *_attribute_faults(dataset)]
     # What is looked at next relies on dimensions and kinds of values.
@@ -192,12 +179,8 @@ def check_dataset(results: xr.Dataset, whose: str = "") -> None:
         raise PoundingError(
             f"{whose}: has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
         )
-    check_scan(
-        results,
-        whose,
-        names=(*AXES_OF_CASES, "building", "building_period", "building_damping"),
-        attrs=("records", "title"),
-    )
+    names = (*AXES_OF_CASES, "building", "building_period", "building_damping")
+    check_scan(results, whose, names=names, attrs=("records", "title"))
     damping = results["building_damping"]
     if bool((np.isfinite(results["building_period"]) & ~((damping >= 0.0) & (damping <= 1.0))).any()):
         raise PoundingError(f"{whose}: a building that has a period has no damping from 0 to 1; {REPAIR}")

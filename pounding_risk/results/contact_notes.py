@@ -105,7 +105,7 @@ def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[s
     """A note for each interface at which cases go deeper than the last point of its table of forces."""
     if not tabulated or "peak_closing" not in results.variables:
         return
-    from pounding_risk.scene.scene import OF_EACH_INTERFACE
+    from pounding_risk.scene.values import OF_EACH_INTERFACE
 
     for place, between in tabulated.items():
         labels = (TABULATED, OF_EACH_INTERFACE) if between["contact_model"] == TABULATED else (TABULATED,)
@@ -114,9 +114,8 @@ def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[s
             continue
         end, count, deepest = parse(between["table"]["penetration"][-1], GAP), 0, 0.0
         closing = results["peak_closing"].isel(interface=place, contact_model=chosen)
-        gaps = (
-            results["interface_gap"].isel(interface=place) if "interface_gap" in results.variables else results["gap"]
-        )
+        own = "interface_gap" in results.variables
+        gaps = results["interface_gap"].isel(interface=place) if own else results["gap"]
         for at, gap in enumerate(gaps.values):
             depth = closing.isel(gap=at).values - gap
             count += int((depth > end).sum())

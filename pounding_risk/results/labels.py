@@ -22,13 +22,14 @@ from pounding_risk.motions.scaling import peak_velocities
 from pounding_risk.results.attributes import as_text, versions
 from pounding_risk.results.check import DATASET_VERSION, VERSION
 from pounding_risk.results.layout import AMPLITUDE, CaseVariable, axes_by
-from pounding_risk.results.variables import described, own_dims
+from pounding_risk.results.variables import coordinates, described, own_dims
 from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import said_restitution
 from pounding_risk.scene.notes import level_notes, unused_keys
-from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene, plugins_of
+from pounding_risk.scene.scene import Scene, plugins_of
 from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.scene.uncertain import DrawnMotions
+from pounding_risk.scene.values import OF_EACH_INTERFACE
 from pounding_risk.solver.counters import USUAL_SENTENCES
 
 if TYPE_CHECKING:
@@ -78,12 +79,12 @@ def places_of(study: Scene, gaps: Array, yield_forces: Array, whole: bool = Fals
     coords = building_coordinates(study.buildings) | place_coordinates(study.buildings, study.points, yield_forces)
     coords |= bumper_coordinate(study)
     if whole or (gaps != np.array(study.grid.gaps)[:, None]).any():
-        words = "clear distance at rest of each interface; the axis gap is that of "
         of_axis = study.gridded_interface or "the scene's first one"
-        coords["interface_gap"] = (("gap", "interface"), gaps, described("m", words + of_axis))
+        words = f"clear distance at rest of each interface; the axis gap is that of {of_axis}"
+        coords |= coordinates({"interface_gap": (gaps, words)})
     if OF_EACH_INTERFACE in study.grid.contact_models:
         names = [interface.contact_model for interface in study.interfaces]
-        coords["interface_contact_model"] = ("interface", names, {"long_name": "contact model of the interface"})
+        coords["interface_contact_model"] = (("interface",), names, {"long_name": "contact model of the interface"})
     return coords
 
 
@@ -93,22 +94,27 @@ def place_coordinates(buildings: Sequence[Any], points: Sequence[Point], yield_f
     ``buildings`` are `Building` or `Storeys`, ``yield_forces`` [N] those of the grid at each contact point.
     """
     names = [building.name for building in buildings]
-    forces = described("N", "yield force F_E at the contact point; inf never yields")
-    return {
-        "interface": (
-            "interface",
-            [f"{left} | {right}" for left, right in pairwise(names)],
-            {"long_name": "neighbours, left | right"},
-        ),
-        "contact_point": (
-            "contact_point",
-            [_label(point, names) for point in points],
-            {"long_name": "contact point: the floors at which two neighbours meet, left | right"},
-        ),
-        **_of_points(points),
-        "contact_point_yield_force": (("yield_force", "contact_point"), yield_forces, forces),
-        **_of_buildings(buildings),
+    interfaces = [f"{left} | {right}" for left, right in pairwise(names)]
+    labels = [_label(point, names) for point in points]
+    facts = {
+        "interface": "index of the contact point's interface, from 0",
+        "level": "level above the ground; NaN where not known",
+        "kind": "kind of contact point: two floors, or a floor and a column",
+        "left_floor": "floor of the left building",
+        "right_floor": "floor of the right building",
     }
+    of_points = {
+        f"contact_point_{fact}": ([getattr(point, fact) for point in points], words) for fact, words in facts.items()
+    }
+    return coordinates(
+        {
+            "interface": (interfaces, "neighbours, left | right"),
+            "contact_point": (labels, "contact point: the floors at which two neighbours meet, left | right"),
+            **of_points,
+            "contact_point_yield_force": (yield_forces, "yield force F_E at the contact point; inf never yields"),
+            **_of_buildings(buildings),
+        }
+    )
 
 
 def bumper_coordinate(study: Scene) -> dict[str, Any]:
@@ -116,17 +122,16 @@ def bumper_coordinate(study: Scene) -> dict[str, Any]:
     if not study.bumpers:
         return {}
     words = "length of the bumpers in the gap, counted in closings of the gap"
-    return {"interface_bumper": ("interface", list(study.bumpers), described("m", words))}
+    return coordinates({"interface_bumper": (list(study.bumpers), words)})
 
 
 def building_coordinates(buildings: Sequence[Any]) -> dict[str, Any]:
     """Mass, first period and damping of each building; NaN for a rigid one."""
-    facts = {"mass": ("kg", "mass"), "period": ("s", "first period of vibration"), "damping": ("1", "damping ratio")}
-    coords = {}
-    for name, (unit, words) in facts.items():
+    given = {}
+    for name, words in (("mass", "mass"), ("period", "first period of vibration"), ("damping", "damping ratio")):
         values = [np.nan if building.is_rigid else getattr(building, name) for building in buildings]
-        coords[f"building_{name}"] = ("building", values, described(unit, f"{words} of the building"))
-    return coords
+        given[f"building_{name}"] = values, f"{words} of the building"
+    return coordinates(given)
 
 
 def _label(point: Point, names: Sequence[str]) -> str:
@@ -136,21 +141,7 @@ def _label(point: Point, names: Sequence[str]) -> str:
     return f"{left} {point.left_floor:.3g} | {right} {point.right_floor:.3g}{across}"
 
 
-def _of_points(points: Sequence[Point]) -> dict[str, Any]:
-    facts = {
-        "interface": {"long_name": "index of the contact point's interface, from 0"},
-        "level": described("m", "level above the ground; NaN where not known"),
-        "kind": {"long_name": "kind of contact point: two floors, or a floor and a column"},
-        "left_floor": described("1", "floor of the left building"),
-        "right_floor": described("1", "floor of the right building"),
-    }
-    return {
-        f"contact_point_{name}": ("contact_point", [getattr(point, name) for point in points], attrs)
-        for name, attrs in facts.items()
-    }
-
-
-def _of_buildings(buildings: Sequence[Any]) -> dict[str, Any]:
+def _of_buildings(buildings: Sequence[Any]) -> dict[str, tuple[Any, str]]:
     """Facts on each building and its storeys; NaN where a rigid one, or one without storeys, has no such value."""
     # A single mass counts as one storey.
     storeys = [0 if one.is_rigid else len(getattr(one, "masses", (one.mass,))) for one in buildings]
@@ -160,19 +151,11 @@ def _of_buildings(buildings: Sequence[Any]) -> dict[str, Any]:
         levels[place, : len(own_levels)] = own_levels
     heights = [building.height if building.height > 0.0 else np.nan for building in buildings]
     return {
-        "building_height": ("building", heights, described("m", "level of the roof; NaN where not given")),
-        "building_storeys": ("building", storeys, described("1", "storeys; a rigid building has none")),
-        "building_position": (
-            "building",
-            positions(len(buildings)),
-            {"long_name": "position of the building in the row: end or interior"},
-        ),
-        "storey": ("storey", np.arange(levels.shape[1]) + 1, described("1", "storey, from the ground up")),
-        "floor_level": (
-            ("building", "storey"),
-            levels,
-            described("m", "level of the floor above the storey; NaN where not given"),
-        ),
+        "building_height": (heights, "level of the roof; NaN where not given"),
+        "building_storeys": (storeys, "storeys; a rigid building has none"),
+        "building_position": (positions(len(buildings)), "position of the building in the row: end or interior"),
+        "storey": (np.arange(levels.shape[1]) + 1, "storey, from the ground up"),
+        "floor_level": (levels, "level of the floor above the storey; NaN where not given"),
     }
 
 
@@ -231,14 +214,8 @@ def with_drawn_motions(
 ) -> xr.Dataset:
     """A dataset along samples with the facts on the motion of each in place of its axes of records and polarities.
 
-    ``record`` and ``polarity`` are then labels along ``sample``, and so is what is known of a record.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        With one place along its axes ``record`` and ``polarity``, where it has them.
-    motions : tuple of Motion
-        All from which those of ``drawn`` are drawn.
+    ``record`` and ``polarity`` are then labels along ``sample``, and so is what is known of a record. The dataset has
+    one place along these axes, where it has them; ``motions`` are all from which those of ``drawn`` are drawn.
     """
     import xarray as xr
 
@@ -273,30 +250,26 @@ def case_coordinates(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
     def about(key: str) -> list[str]:
         return [str(motion.record.get(key, "")) for motion in motions]
 
-    grid = study.grid
-    return {
-        "record": ("record", [motion.name for motion in motions], {"long_name": "ground motion"}),
-        "polarity": ("polarity", list(study.records.polarities), {"long_name": "sign of the ground motion"}),
-        grid.measure.axis: (
-            grid.measure.axis,
-            [np.nan if level is None else level for level in grid.levels],
-            measure_attributes(grid.measure),
-        ),
-        "contact_model": ("contact_model", list(grid.contact_models), {"long_name": "contact law"}),
-        "gap": ("gap", list(grid.gaps), described("m", "clear distance at rest")),
-        "yield_force": ("yield_force", list(grid.yield_forces), described("N", "yield force F_E; inf never yields")),
-        "building": (
-            "building",
-            [building.name for building in study.buildings],
-            {"long_name": "building, left to right"},
-        ),
-        "period": ("period", PERIODS, described("s", "period of an oscillator")),
-        "record_event": ("record", about("event"), {"long_name": "earthquake that the record is of"}),
-        "record_sha256": ("record", about("sha256"), {"long_name": "checksum of the record's file"}),
+    grid, axis = study.grid, study.grid.measure.axis
+    levels = [np.nan if level is None else level for level in grid.levels]
+    axes: dict[str, tuple[Any, str]] = {
+        "record": ([motion.name for motion in motions], "ground motion"),
+        "polarity": (list(study.records.polarities), "sign of the ground motion"),
+    }
+    others = {
+        "contact_model": (list(grid.contact_models), "contact law"),
+        "gap": (list(grid.gaps), "clear distance at rest"),
+        "yield_force": (list(grid.yield_forces), "yield force F_E; inf never yields"),
+        "building": ([building.name for building in study.buildings], "building, left to right"),
+        "period": (PERIODS, "period of an oscillator"),
+        "record_event": (about("event"), "earthquake that the record is of"),
+        "record_sha256": (about("sha256"), "checksum of the record's file"),
         **_known_of_records(motions),
         **_amplitudes_felt(study, motions),
-        **(ground_widenings(study, motions) if study.supports else {}),
     }
+    amplitudes = {axis: (axis, levels, measure_attributes(grid.measure))}
+    widenings = ground_widenings(study, motions) if study.supports else {}
+    return coordinates(axes) | amplitudes | coordinates(others, axis) | widenings
 
 
 def measure_attributes(measure: Measure) -> dict[str, Any]:
@@ -308,51 +281,37 @@ def measure_attributes(measure: Measure) -> dict[str, Any]:
     return about | {"measure": measure.name, **of_oscillators}
 
 
-def _known_of_records(motions: tuple[Motion, ...]) -> dict[str, Any]:
+def _known_of_records(motions: tuple[Motion, ...]) -> dict[str, tuple[Any, str]]:
     """Magnitude, distance, vs30 and recording of each record; NaN where not known."""
-    facts = {
-        "magnitude": ("magnitude", described("1", "magnitude of the earthquake that the record is of")),
-        "distance": (
-            "distance_km",
-            described("km", "distance of the station from the earthquake, of the kind that the catalogue states"),
-        ),
-        "vs30": ("vs30", described("m/s", "mean shear-wave velocity of the upper 30 m under the record's station")),
-    }
-    coords: dict[str, Any] = {
-        f"record_{name}": ("record", [_number(motion.record.get(key)) for motion in motions], attrs)
-        for name, (key, attrs) in facts.items()
-    }
+
+    def known(key: str) -> list[float]:
+        values = [motion.record.get(key) for motion in motions]
+        return [np.nan if value in (None, "") else float(value) for value in values]
+
     numbers = recording_numbers([motion.record for motion in motions], [motion.name for motion in motions])
-    words = "number of the recording that the record is a component or a copy of, from 0"
-    of_velocity = "peak ground velocity of the record, from rest, at the peak acceleration `record_pga`"
-    return coords | {
-        "record_recording": ("record", numbers, described("1", words)),
-        "record_pgv": ("record", peak_velocities(motions), described("m/s", of_velocity)),
+    station = "distance of the station from the earthquake, of the kind that the catalogue states"
+    recording = "number of the recording that the record is a component or a copy of, from 0"
+    velocity = "peak ground velocity of the record, from rest, at the peak acceleration `record_pga`"
+    return {
+        "record_magnitude": (known("magnitude"), "magnitude of the earthquake that the record is of"),
+        "record_distance": (known("distance_km"), station),
+        "record_vs30": (known("vs30"), "mean shear-wave velocity of the upper 30 m under the record's station"),
+        "record_recording": (numbers, recording),
+        "record_pgv": (peak_velocities(motions), velocity),
     }
 
 
-def _number(value: Any) -> float:
-    return np.nan if value in (None, "") else float(value)
-
-
-def _amplitudes_felt(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
+def _amplitudes_felt(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tuple[Any, str]]:
     """PGA of each record before and after scaling to the grid's amplitude, and the factor of all scaling together."""
     peaks = np.array([motion.pga for motion in motions])
     factors = np.array([motion.record.get("factor", 1.0) for motion in motions])
     felt, grown = _felt(study, motions, peaks)
-    axis = study.grid.measure.axis
-    before = (
-        "peak acceleration of the record after processing and scaling by the scene, before the amplitude of the grid"
-    )
+    before = "after processing and scaling by the scene, before the amplitude of the grid"
     factor = "factor on the processed record, of scaling by the scene and by the amplitude of the grid together"
     return {
-        "record_pga": ("record", peaks, described("m/s2", before)),
-        "record_pga_felt": (
-            ("record", axis),
-            felt,
-            described("m/s2", "peak ground acceleration that the buildings felt, after every scaling"),
-        ),
-        "record_scale_factor": (("record", axis), factors[:, None] * grown, described("1", factor)),
+        "record_pga": (peaks, f"peak acceleration of the record {before}"),
+        "record_pga_felt": (felt, "peak ground acceleration that the buildings felt, after every scaling"),
+        "record_scale_factor": (factors[:, None] * grown, factor),
     }
 
 
@@ -371,16 +330,15 @@ def _felt(study: Scene, motions: tuple[Motion, ...], peaks: Array) -> tuple[Arra
 def ground_widenings(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
     """How far the grounds part at each interface under each record, before the amplitude of the grid."""
     partings = [parting(study, motion) for motion in motions]
+    largest = np.array([each.largest for each in partings]).reshape(len(motions), -1)
+    end = np.array([each.end for each in partings]).reshape(len(motions), -1)
     before = "x_right - x_left of the grounds under neighbours, before the amplitude of the grid"
-    values = {"largest": f"largest size of {before}", "end": f"{before}: at the end of the run"}
-    return {
-        f"record_ground_widening_{name}": (
-            ("record", "interface"),
-            np.array([getattr(parted, name) for parted in partings]).reshape(len(motions), -1),
-            described("m", words),
-        )
-        for name, words in values.items()
-    }
+    return coordinates(
+        {
+            "record_ground_widening_largest": (largest, f"largest size of {before}"),
+            "record_ground_widening_end": (end, f"{before}: at the end of the run"),
+        }
+    )
 
 
 def sources_of(study: Scene, laws: Iterable[Any]) -> list[str]:

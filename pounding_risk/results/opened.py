@@ -60,6 +60,16 @@ class Results:
         return tuple(map(str, read_attribute(self.dataset, "unused_keys", [])))
 
     @property
+    def flags(self) -> dict[str, list[str]]:
+        """Notes on each record."""
+        return dict(read_attribute(self.dataset, "flags", {}))
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Files of records that were excluded, and why."""
+        return tuple(read_attribute(self.dataset, "left_out", []))
+
+    @property
     def level_notes(self) -> dict[str, Any]:
         """Notes on the amplitudes, by interface."""
         return dict(read_attribute(self.dataset, "level_notes", {}))

@@ -95,9 +95,7 @@ def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) 
 
 def _options(results: xr.Dataset, path: Path) -> tuple[bool, float]:
     options = read_attribute(results, "options", {})
-    screening, fraction = (
-        options.get(key) if isinstance(options, dict) else None for key in ("screening", "check_fraction")
-    )
+    screening, fraction = (options.get(key) for key in ("screening", "check_fraction"))
     if not isinstance(screening, bool) or isinstance(fraction, bool) or not isinstance(fraction, int | float):
         raise PoundingError(
             f"{path}: the attribute options holds no screening and check_fraction: the file was changed since; run its "
@@ -133,11 +131,8 @@ def _folder(raw: Mapping[str, Any], attrs: Mapping[str, Any], path: Path, folder
             return place
     looked = " nor ".join(str(place.resolve()) for place in dict.fromkeys(places))
     records = table(raw, "records")
-    what = (
-        records.get("manifest")
-        or records.get("sites")
-        or ", ".join(dict.fromkeys(name for _, name in named_files(raw)))
-    )
+    names = dict.fromkeys(name for _, name in named_files(raw))
+    what = records.get("manifest") or records.get("sites") or ", ".join(names)
     raise PoundingError(
         f"{path}: its scene takes records from {what}, and they are not all in {looked}; name the folder of the scene "
         "with --folder, or folder= in Python"
@@ -188,8 +183,6 @@ def _changes(before: Mapping[str, str], after: Mapping[str, str]) -> Iterator[st
         if name not in after:
             yield f"{name} was among them and is not; put its file back"
         elif after[name] != checksum:
-            yield (
-                f"{name}: the sha256 of its file was {checksum[:SHOWN]}..., is {after[name][:SHOWN]}...; put the file "
-                "of then back"
-            )
+            was, now = checksum[:SHOWN], after[name][:SHOWN]
+            yield f"{name}: the sha256 of its file was {was}..., is {now}...; put the file of then back"
     yield from (f"{name} was not among them; take its file away" for name in after if name not in before)

@@ -15,16 +15,9 @@ from numpy.typing import NDArray
 
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results import accessor as accessor  # registers it with xarray
+from pounding_risk.results import labels
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.check import DATASET_VERSION, VERSION
-from pounding_risk.results.labels import (
-    building_coordinates,
-    bumper_coordinate,
-    case_variable,
-    place_coordinates,
-    plugin_attributes,
-    sources_of,
-)
 from pounding_risk.results.variables import described
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
@@ -125,11 +118,11 @@ def run_dataset(study: Scene, case: Case, trace: Trace) -> xr.Dataset:
         "yield_force": case.yield_force,
         "pga": case.motion.pga,
         "effects": ", ".join(effect.name for effect in study.effects),
-        "references": "; ".join(sources_of(study, [trace.law])),
+        "references": "; ".join(labels.sources_of(study, [trace.law])),
         "status": STATUS_SENTENCES[trace.status],
         "processing": as_text(list(case.motion.processing)),
         "scene_resolved": study.to_toml(),
-        **plugin_attributes(study),
+        **labels.plugin_attributes(study),
     }
     return xr.Dataset(run_variables(trace, coords["contact_point"][1]), coords, attrs)
 
@@ -145,7 +138,7 @@ def run_variables(trace: Trace, point_names: Sequence[str]) -> dict[str, Any]:
                 values = np.where(known.reshape(-1, *[1] * (values.ndim - 1)), values, np.nan)
             data[name] = (dims, values, described(unit, words))
     for name, (output, value) in trace.outputs.items():
-        dims, dtype, about = case_variable(name, output)
+        dims, dtype, about = labels.case_variable(name, output)
         data[name] = (dims, np.asarray(value).astype(dtype), dict(about))
     for name, (unit, words) in CONTACTS.items():
         if name in trace.contacts:
@@ -163,12 +156,12 @@ def run_coordinates(study: Scene, case: Case, time: Array) -> dict[str, Any]:
         for link in sorted(study.links)
     ]
     return {
-        **building_coordinates(buildings),
-        **place_coordinates(buildings, study.points, forces),
+        **labels.building_coordinates(buildings),
+        **labels.place_coordinates(buildings, study.points, forces),
         **({"link": ("link", names, {"long_name": "link, by the floors at its ends"})} if names else {}),
         "contact_point_yield_force": ("contact_point", forces[0], described("N", "yield force F_E")),
         "interface_gap": ("interface", list(case.gaps), described("m", "clear distance at rest")),
-        **bumper_coordinate(study),
+        **labels.bumper_coordinate(study),
         "building": ("building", [one.name for one in buildings], {"long_name": "building, left to right"}),
         "time": ("time", time, described("s", "time since the start of the record")),
     }

@@ -59,10 +59,10 @@ def axis_text(axes: Sequence[SceneAxis]) -> str:
 
 def axes_of(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
     """The axes of other numbers of the scene that a dataset was made with; none of another dataset."""
-    return read_scene_axes(dataset, _axis)
+    return read_scene_axes(dataset, _axis_of_entry)
 
 
-def _axis(entry: Any) -> SceneAxis:
+def _axis_of_entry(entry: Any) -> SceneAxis:
     """An axis of the attribute; raises ValueError or, as what it is made of, another error where it is damaged."""
     keys, values, dimension = entry["keys"], entry["values"], entry.get("dimension", "")
     is_sound = (
@@ -108,7 +108,9 @@ def _label_faults(dataset: xr.Dataset, axes: Sequence[SceneAxis]) -> Iterator[st
             may_be = [known[place : place + 1] if whole else known for place in range(variable.size)]
             pairs = zip(variable.values.tolist(), may_be, strict=True)
             is_text = variable.dtype.kind in "UOT"
-            if is_text != isinstance(known[0], str) or not all(any(_equal(k, v) for k in among) for v, among in pairs):
+            if is_text != isinstance(known[0], str) or not all(
+                any(_is_label(k, v) for k in among) for v, among in pairs
+            ):
                 yield f"the labels {name} are not those of the attribute {SCENE_AXES}"
             elif str(variable.attrs.get("units")) != str(labels.unit):
                 yield f"the labels {name} are in {variable.attrs.get('units')!r}, not in {labels.unit!r}"
@@ -123,16 +125,16 @@ def _variant_faults(variants: Mapping[str, list[Any]], shape: tuple[int, ...]) -
                 continue
             name, along, values = entry
             is_along = isinstance(along, list) and all(type(axis) is int and 0 <= axis < len(shape) for axis in along)
-            if not is_along or not _has_shape(values, [shape[axis] for axis in along]):
+            if not is_along or not _lies_along(values, [shape[axis] for axis in along]):
                 yield f"the attribute {VARIANTS} has values of {name} that do not lie along its axes"
 
 
-def _has_shape(values: Any, shape: Sequence[int]) -> bool:
+def _lies_along(values: Any, shape: Sequence[int]) -> bool:
     """True for lists in lists of these lengths."""
     if not shape:
         return True
     first, *rest = shape
-    return isinstance(values, list) and len(values) == first and all(_has_shape(value, rest) for value in values)
+    return isinstance(values, list) and len(values) == first and all(_lies_along(value, rest) for value in values)
 
 
 def variants_of(dataset: xr.Dataset) -> dict[str, list[Any]]:
@@ -177,9 +179,11 @@ def own_places(dataset: xr.Dataset) -> dict[str, int]:
             for key in axis.keys:
                 (path, *_) = override(deepcopy(tables), f"{key}=0", known, "")
                 own[key] = labels_of([reduce(getitem, path, tables)]).values[0]
-        labels = {key: _values(dataset, key) for key in own}
+        labels = {key: _labels_along(dataset, key) for key in own}
         for place in range(dataset.sizes[axis.name] if len(own) == len(axis.keys) else 0):
-            if all(type(labels[key][place]) is type(own[key]) and _equal(labels[key][place], own[key]) for key in own):
+            if all(
+                type(labels[key][place]) is type(own[key]) and _is_label(labels[key][place], own[key]) for key in own
+            ):
                 places[axis.name] = place
                 break
     return places
@@ -237,9 +241,9 @@ def check_one_place(dataset: xr.Dataset, source: str = "the dataset") -> None:
     if not axes:
         return
     has = "; ".join(along_words(dataset))
-    choices = {axis.name: _written(dataset, axis.name, _values(dataset, axis.name)[0]) for axis in axes}
+    choices = {axis.name: _label_with_unit(dataset, axis.name, _labels_along(dataset, axis.name)[0]) for axis in axes}
     options = " ".join(f"--select '{name}={value}'" for name, value in choices.items())
-    labels = ", ".join(f'"{axis.name}": {_values(dataset, axis.name)[0]!r}' for axis in axes)
+    labels = ", ".join(f'"{axis.name}": {_labels_along(dataset, axis.name)[0]!r}' for axis in axes)
     raise PoundingError(
         f"{source}: has cases along {has}; this is of one value of each: choose with {options}, in Python with "
         f"results.sel({{{labels}}})"
@@ -266,17 +270,17 @@ def at_one_place(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset
     chosen = dataset.isel({axis.name: 0 for axis in axes if axis.name in dataset.dims})
     chosen = chosen.drop_vars([key for axis in axes for key in axis.names if key in chosen.variables])
     try:
-        chosen.attrs = _attributes(dataset, axes, places)
+        chosen.attrs = _attributes_of_scene(dataset, axes, places)
     except (TypeError, ValueError, LookupError, AttributeError, RecursionError):  # of tables that are none too
         raise PoundingError(
             f"{source}: the attributes {VARIANTS} and scene_resolved cannot be read together: the file was damaged or "
             "changed since it was written"
         ) from None
-    chosen = _of_one_motion(chosen) if is_drawn else chosen
+    chosen = _under_its_motion(chosen) if is_drawn else chosen
     return _with_drawn_gap(chosen) if any(axis.dimension and has_gap(axis.keys) for axis in axes) else chosen
 
 
-def _of_one_motion(chosen: xr.Dataset) -> xr.Dataset:
+def _under_its_motion(chosen: xr.Dataset) -> xr.Dataset:
     """The dataset of one sample whose motion was drawn.
 
     Its record and polarity are labels without an axis, as of a dataset of all motions of which one was selected. Where
@@ -314,18 +318,18 @@ def _place_of_label(dataset: xr.Dataset, axis: SceneAxis, source: str) -> int:
     labels = axis.labels()
     own = {key: np.atleast_1d(dataset[key].values)[0] for key in axis.names if key in dataset.variables}
     for place in range(axis.size):
-        if all(_equal(labels[key].values[place], value) for key, value in own.items()):
+        if all(_is_label(labels[key].values[place], value) for key, value in own.items()):
             return place
     raise PoundingError(f"{source}: {axis.name} has a value that is none of the scan's: the dataset was changed")
 
 
-def _equal(value: Any, other: Any) -> bool:
+def _is_label(value: Any, other: Any) -> bool:
     if isinstance(value, str):
         return value == str(other)
     return bool(value == other or isclose(value, float(other), rel_tol=NEAR))
 
 
-def _attributes(dataset: xr.Dataset, axes: Sequence[SceneAxis], places: Sequence[int]) -> dict[str, Any]:
+def _attributes_of_scene(dataset: xr.Dataset, axes: Sequence[SceneAxis], places: Sequence[int]) -> dict[str, Any]:
     """The attributes of a scan of the scene at a place along every axis."""
     attrs = {str(name): value for name, value in dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)}
     variants = variants_of(dataset)
@@ -338,7 +342,7 @@ def _attributes(dataset: xr.Dataset, axes: Sequence[SceneAxis], places: Sequence
             tables.get("grid", {}).pop(key, None)
         tables.pop(UNCERTAIN, None)
         for path, along, values in variants.get("tables", ()):
-            _set(tables, json.loads(path), at_places(along, values, places))
+            _set_scene_value(tables, json.loads(path), at_places(along, values, places))
         attrs["scene_resolved"] = write_toml(tables)
         attrs["scene_sha256"] = sha256(attrs["scene_resolved"].encode()).hexdigest()
     attrs["overrides"] = as_text([*json.loads(attrs.get("overrides", "[]")), *overrides_at(axes, places)])
@@ -352,7 +356,7 @@ def at_places(along: Sequence[int], values: Any, places: Sequence[int]) -> Any:
     return values
 
 
-def _set(tables: Any, path: Sequence[Any], value: Any) -> None:
+def _set_scene_value(tables: Any, path: Sequence[Any], value: Any) -> None:
     """Set a value in nested tables by its path, or remove it where it is None."""
     *above, last = path
     table = reduce(getitem, above, tables)
@@ -368,28 +372,11 @@ def _set(tables: Any, path: Sequence[Any], value: Any) -> None:
 def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     """The dataset with every axis of its cases and places; unchanged where none is missing, or it is not of `scan`.
 
-    At one value along each axis of another number of the scene it is that of the scene which has these values.
-
-    Where some interfaces of a row were selected, the contact points are those of these alone.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A dataset of `scan`, or what ``sel`` or ``isel`` left of one.
-    source : str
-        The name of the dataset in error messages.
-
-    Returns
-    -------
-    xarray.Dataset
-        With axes of length 1 where values were selected.
-
-    Raises
-    ------
-    PoundingError
-        Where the label of an axis is lost (``drop=True``), where there are several values along an axis of another
-        number of the scene, where the buildings or interfaces that are left do not stand side by side, and for a
-        dataset of another version.
+    Axes are of length 1 where ``sel`` or ``isel`` took one value. At one value along each axis of another number of the
+    scene it is the dataset of the scene which has these values. Where some interfaces of a row were selected, the
+    contact points are those of these alone. Raises PoundingError where the label of an axis is lost (``drop=True``),
+    where there are several values along an axis of another number of the scene, where the buildings or interfaces that
+    are left do not stand side by side, and for a dataset of another version.
     """
     if not hasattr(dataset, "data_vars"):
         raise PoundingError(
@@ -420,7 +407,7 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     bare = dataset.drop_vars(missing)
     changed: dict[Any, Any] = {}
     for name, variable in bare.variables.items():
-        added = [dim for dim in missing if dim in _dims_of(str(name), name in bare.coords)]
+        added = [dim for dim in missing if dim in _dims_of_output(str(name), name in bare.coords)]
         sizes: dict[Any, int] = dict.fromkeys(added, 1) | dict(variable.sizes)
         ordered = dict.fromkeys([*(dim for dim in (*axes, *PLACES) if dim in sizes), *variable.dims])
         changed[name] = variable.set_dims({dim: sizes[dim] for dim in ordered}) if added else variable
@@ -429,7 +416,7 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     return _with_own_points(bare.assign({name: changed[name] for name in bare.data_vars}).assign_coords(coords))
 
 
-def _dims_of(name: str, is_coordinate: bool) -> tuple[str, ...]:
+def _dims_of_output(name: str, is_coordinate: bool) -> tuple[str, ...]:
     """The dimensions of a variable of this name; those of one that is not declared are axes of cases."""
     declared = (VARIABLES | COORDINATES).get(name)
     if declared is not None:
@@ -491,7 +478,7 @@ def selected(dataset: xr.Dataset, choices: Sequence[str], source: str = "the dat
             known = [name for one in axes_of(dataset) for name in one.names]
             has = f"it has {', '.join(known)}" if known else "it has none"
             raise PoundingError(f"--select {key}: {source} has no such axis{nearest(key, known)}; {has}")
-        place = _place(dataset, key, right.strip())
+        place = _place_of_choice(dataset, key, right.strip())
         dataset = dataset.isel({axis.name: [place]} if axis.name in dataset.dims else {})
     return dataset
 
@@ -512,9 +499,9 @@ def title_at(dataset: xr.Dataset, choices: Sequence[str]) -> xr.Dataset:
     return dataset.assign_attrs(title=f"{dataset.attrs.get('title', '')} ({words})")
 
 
-def _place(dataset: xr.Dataset, key: str, text: str) -> int:
+def _place_of_choice(dataset: xr.Dataset, key: str, text: str) -> int:
     """Index along a dimension of the value that is asked for."""
-    values, unit = _values(dataset, key), dataset[key].attrs.get("units")
+    values, unit = _labels_along(dataset, key), dataset[key].attrs.get("units")
     value: Any = text.strip("\"'")
     if unit is not None:
         try:
@@ -525,7 +512,7 @@ def _place(dataset: xr.Dataset, key: str, text: str) -> int:
                 value = parse(value, quantity)
             except QuantityError as error:
                 raise PoundingError(f"--select {key}: {error}") from None
-    places = [place for place, known in enumerate(values) if _equal(known, value)]
+    places = [place for place, known in enumerate(values) if _is_label(known, value)]
     if not places:
         raise PoundingError(
             f"--select {key}: {text} is none of its values; it has {words_of_values(dataset, key, value)}"
@@ -535,13 +522,13 @@ def _place(dataset: xr.Dataset, key: str, text: str) -> int:
     return places[0]
 
 
-def _values(dataset: xr.Dataset, key: str) -> list[Any]:
+def _labels_along(dataset: xr.Dataset, key: str) -> list[Any]:
     return np.atleast_1d(dataset[key].values).tolist()
 
 
 def words_of_values(dataset: xr.Dataset, key: str, near: Any = None) -> str:
     """The values of an axis: all where they are few, otherwise how many, the ends, and those next to one."""
-    values, words = _values(dataset, key), written_values(dataset, key)
+    values, words = _labels_along(dataset, key), written_values(dataset, key)
     ends = short_list(words, FEW)
     if len(words) <= FEW or not isinstance(near, float):
         return ends
@@ -551,10 +538,10 @@ def words_of_values(dataset: xr.Dataset, key: str, near: Any = None) -> str:
 
 def written_values(dataset: xr.Dataset, key: str) -> list[str]:
     """The values of a key along its axis, with their unit."""
-    return [_written(dataset, key, value) for value in _values(dataset, key)]
+    return [_label_with_unit(dataset, key, value) for value in _labels_along(dataset, key)]
 
 
-def _written(dataset: xr.Dataset, key: str, value: Any) -> str:
+def _label_with_unit(dataset: xr.Dataset, key: str, value: Any) -> str:
     """A value of an axis with its unit."""
     unit = str(dataset[key].attrs.get("units", "1"))
     number = str(value) if isinstance(value, str) else f"{value:.10g}"

@@ -9,9 +9,9 @@ netCDF is used from the calling thread, by one thread of a process at a time.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ from pounding_risk.results.zarr_metadata import ZARR_MARK
 AGAIN = "free space and run the same command again, without --new: the chunks are kept"
 
 
-class Blockwise(ABC):
+class Blockwise(AbstractContextManager["Blockwise"]):
     """A store: collects batches in blocks, and refuses to be finished while batches are missing.
 
     Use it as a context manager: leaving it before it is finished abandons it.
@@ -78,9 +78,6 @@ class Blockwise(ABC):
         if self._open:
             self._open = False
             self._remove()
-
-    def __enter__(self) -> Blockwise:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.abandon()
@@ -197,6 +194,12 @@ class OnDisk(Blockwise):
     @abstractmethod
     def _begin(self) -> None: ...
 
+    def _chunked(self, name: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
+        """The dimensions of a case variable, and the lengths of a block along them."""
+        template, dims = self.template, (*self.template.dims, *self.template.cases[name].dims)
+        block = {axis: part.stop for axis, part in place(template, self._blocks[0]).items()}
+        return dims, tuple(block.get(dim, template.skeleton.sizes[dim]) for dim in dims)
+
     def _put(self, block: range, name: str, values: np.ndarray) -> None:
         slices, sizes = self._where(block, name)
         self._arrays[name][slices] = values.reshape(sizes)
@@ -230,12 +233,7 @@ class Netcdf(OnDisk):
 
     def _create(self, name: str) -> None:
         """Create a variable with the attributes that xarray would give it."""
-        declared = self.template.cases[name]
-        dims = (*self.template.dims, *declared.dims)
-        sizes = dict(
-            zip(self.template.dims, (part.stop for part in place(self.template, self._blocks[0]).values()), strict=True)
-        )
-        chunk = tuple(sizes.get(dim, self.template.skeleton.sizes[dim]) for dim in dims)
+        declared, (dims, chunk) = self.template.cases[name], self._chunked(name)
         variable = self._file.createVariable(
             name,
             declared.dtype,
@@ -301,12 +299,10 @@ class Zarr(OnDisk):
         import zarr
 
         template = self.template
-        block = {axis: part.stop for axis, part in place(template, self._blocks[0]).items()} if template.cases else {}
         skeleton = template.skeleton.drop_encoding()
         dataset, encoding = skeleton, {}
         for name, variable in template.cases.items():
-            dims = (*template.dims, *variable.dims)
-            chunk = tuple(block.get(dim, skeleton.sizes[dim]) for dim in dims)
+            dims, chunk = self._chunked(name)
             empty = dask.array.zeros(tuple(skeleton.sizes[dim] for dim in dims), dtype=variable.dtype, chunks=chunk)
             dataset = dataset.assign({name: (dims, empty, dict(variable.attrs))})
             encoding[name] = {"chunks": chunk}

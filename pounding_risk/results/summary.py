@@ -18,7 +18,7 @@ import xarray as xr
 
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.attributes import flags_of
+from pounding_risk.results.attributes import flags_of, isolated_notes
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import reading, stream_results
@@ -101,7 +101,7 @@ def _summary(dataset: xr.Dataset, whose: str) -> Summary:
     spreads = _spreads(dataset, template)
     units = {name: str(template.cases[name].attrs.get("units", "1")) for name in spreads}
     title = str(dataset.attrs.get("title", ""))
-    notes, along = of_results(Results(dataset)), tuple(_along(dataset))
+    notes, along = (*of_results(Results(dataset)), *isolated_notes(dataset)), tuple(_along(dataset))
     return Summary(title, counted(dataset), dict(findings(dataset)), units, spreads, notes, along)
 
 
@@ -115,10 +115,8 @@ def _along(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
             for place in range(dataset.sizes[axis.name])
         ]
         ends = " to ".join(dict.fromkeys(f"{100.0 * end:.3g} %" for end in (min(shares), max(shares))))
-        yield (
-            axis.name,
-            f"{values}; " + ("no output depends on it" if axis.name in idle else f"contact in {ends} of cases"),
-        )
+        effect = "no output depends on it" if axis.name in idle else f"contact in {ends} of cases"
+        yield axis.name, f"{values}; {effect}"
 
 
 def counted(dataset: xr.Dataset) -> dict[str, int]:

@@ -54,7 +54,12 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
     if not checked:
         return
     rtol = float(dataset.attrs["rtol"])
-    moves = [*_moves(changes), *(f"{WORDS[name]} changes in {count or 'none'}" for name, count in moved.items())]
+    moves = []
+    for name, finite in changes.items():
+        if (values := np.concatenate(finite)).size:
+            median, largest = (rounded(float(value), 1) for value in (np.median(values), values.max()))
+            moves.append(f"{WORDS[name]} moves by {median} (median), {largest} (largest)")
+    moves += [f"{WORDS[name]} changes in {count or 'none'}" for name, count in moved.items()]
     yield "recomputed", f"{checked} of {counted(simulated, 'run')} at rtol {tighter(rtol):g}: " + "; ".join(moves)
     if sensitive:
         yield (
@@ -62,11 +67,3 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
             f"{sensitive} of these {checked}: an answer moves by more than rtol {rtol:g}, or a count changes; see the "
             "variable 'sensitive', and whether a tighter rtol settles them",
         )
-
-
-def _moves(changes: dict[str, list[np.ndarray]]) -> Iterator[str]:
-    for name, finite in changes.items():
-        values = np.concatenate(finite)
-        if values.size:
-            median, largest = (rounded(float(value), 1) for value in (np.median(values), values.max()))
-            yield f"{WORDS[name]} moves by {median} (median), {largest} (largest)"

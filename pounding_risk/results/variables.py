@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
-from pounding_risk.motions.levels import LEVEL_AXIS
+from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE
 
@@ -73,15 +73,12 @@ VARIABLES: dict[str, Declared] = {
     **_declared(("record", "period"), {"m/s2": "record_spectral_acceleration"}),
     **_declared(AXES, {"": "status simulated sensitive"}, WHOLE),
 }
-COORDINATES: dict[str, Declared] = {
-    axis: Declared((axis,), None, TEXT)
-    for axis in ("record", "polarity", "contact_model", "building", "interface", "contact_point")
-}
-COORDINATES |= {
-    axis: Declared((axis,), unit)
-    for axis, unit in {"pga": "m/s2", "gap": "m", "yield_force": "N", "period": "s"}.items()
-}
-COORDINATES |= {
+NAMED = ("record", "polarity", "contact_model", "building", "interface", "contact_point")
+COORDINATES: dict[str, Declared] = {axis: Declared((axis,), None, TEXT) for axis in NAMED} | {
+    "pga": Declared(("pga",), "m/s2"),
+    "gap": Declared(("gap",), "m"),
+    "yield_force": Declared(("yield_force",), "N"),
+    "period": Declared(("period",), "s"),
     LEVEL_AXIS: Declared((LEVEL_AXIS,)),  # in the unit of the measure
     "storey": Declared(("storey",), "1", WHOLE),
     **_declared(("record",), {"": "record_event record_sha256"}, TEXT),
@@ -117,6 +114,19 @@ PLACES = ("interface", "contact_point", "building", "storey")  # where a variabl
 def own_dims(name: str) -> tuple[str, ...]:
     """The dimensions of a variable or coordinate of this table beside the axes of the cases."""
     return tuple(dim for dim in (VARIABLES | COORDINATES)[name].dims if dim not in AXES)
+
+
+def coordinates(given: Mapping[str, tuple[Any, str]], amplitudes: str = PGA_AXIS) -> dict[str, Any]:
+    """Coordinates as xarray takes them, from values and words: dimensions and units are those declared here.
+
+    ``amplitudes`` is the axis of the amplitudes.
+    """
+    coords = {}
+    for name, (values, words) in given.items():
+        dims, unit, _ = COORDINATES[name]
+        about = {"long_name": words} if unit is None else described(unit, words)
+        coords[name] = (tuple(amplitudes if dim == PGA_AXIS else dim for dim in dims), values, about)
+    return coords
 
 
 def described(unit: str, words: str) -> dict[str, str]:

@@ -45,16 +45,8 @@ def is_zarr_of_ours(path: Path) -> bool:
 def check_store(path: Path) -> None:
     """Check everything that the metadata of a store could make a library do; no chunk is read.
 
-    Parameters
-    ----------
-    path
-        Folder of the store.
-
-    Raises
-    ------
-    PoundingError
-        Where the folder holds anything but plain files in one folder a variable, where metadata cannot be read, and
-        where they name a codec or a type that this package does not write; the sentence names the variable.
+    Raises PoundingError where the folder holds anything but plain files in one folder a variable, where metadata cannot
+    be read, and where they name a codec or a type that this package does not write.
     """
     if not is_zarr_of_ours(path):
         raise PoundingError(f"{path}: is no Zarr store of pounding-risk; name what scan or convert wrote")

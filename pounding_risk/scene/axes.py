@@ -24,6 +24,7 @@ from pounding_risk.scene.plan import PlanTable
 from pounding_risk.scene.scene_axis import NO_UNIT, UNCERTAIN, SceneAxis, alone, has_gap, labels_of
 from pounding_risk.scene.tables import Grid
 from pounding_risk.scene.toml import Fault, KeyPath
+from pounding_risk.scene.values import SceneValues
 from pounding_risk.units import Quantity, parse, shown, si
 
 VARIED = ("building", "interface", "effects")  # sections whose numbers may be axes
@@ -352,9 +353,8 @@ IN_GRID = {
     "the contact models of the grid": "write contact_model = [...] in [grid] instead",
     OF_PERIODS: "motions are scaled once for all cases: write them in s, or run one scene for each",
 }
-OfScene = Any  # a `Scene`, whose module imports this one
 # What all scenes of one grid have in common.
-COMMON: dict[str, Callable[[OfScene], Any]] = {
+COMMON: dict[str, Callable[[SceneValues], Any]] = {
     OF_GAPS[0]: lambda scene: scene.grid.gaps,
     "the yield forces of the grid": lambda scene: scene.grid.yield_forces,
     "the contact models of the grid": lambda scene: (scene.grid.contact_models, scene.model_names),
@@ -376,7 +376,7 @@ COMMON: dict[str, Callable[[OfScene], Any]] = {
 }
 
 
-def unlike(study: OfScene, other: OfScene) -> Iterator[tuple[str, str]]:
+def unlike(study: SceneValues, other: SceneValues) -> Iterator[tuple[str, str]]:
     """What all scenes of one grid must have in common and these have not: what it is, and the repair."""
     draws_gap = study.uncertain is not None and has_gap(study.uncertain.keys)
     for what, of_scene in COMMON.items():
@@ -384,7 +384,9 @@ def unlike(study: OfScene, other: OfScene) -> Iterator[tuple[str, str]]:
             yield what, IN_GRID.get(what, "run one scene for each")
 
 
-def axis_faults(study: OfScene, placed: Sequence[Placed], make: Callable[[Sequence[str]], OfScene]) -> Iterator[Fault]:
+def axis_faults(
+    study: SceneValues, placed: Sequence[Placed], make: Callable[[Sequence[str]], SceneValues]
+) -> Iterator[Fault]:
     """A fault for each value along an axis that the scene cannot have; ``make`` gives the scene with values set."""
     paths = {one.axis.name: one.path for one in placed}
     for axis, place, overrides in alone([one.axis for one in placed]):
@@ -417,7 +419,7 @@ def axis_faults(study: OfScene, placed: Sequence[Placed], make: Callable[[Sequen
             return  # the other values do the same
 
 
-def _without_effect(study: OfScene, made: OfScene) -> Iterator[str]:
+def _without_effect(study: SceneValues, made: SceneValues) -> Iterator[str]:
     """What the interfaces have otherwise than in the scene, and the cases of the grid have not."""
     own, others = ([between.gap for between in scene.interfaces] for scene in (study, made))
     gaps = zip(study.grid.gaps, made.grid.gaps, strict=True)

@@ -5,8 +5,9 @@ from dataclasses import replace
 from functools import cache
 from inspect import get_annotations
 from math import inf
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
+from pounding_risk import units
 from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
 from pounding_risk.models.structures.sdof import Building
@@ -14,7 +15,6 @@ from pounding_risk.models.structures.storeys import DAMPING_RULES, MOST_STOREYS,
 from pounding_risk.scene.hysteresis import HYSTERESIS, HysteresisTable
 from pounding_risk.scene.isolation import ISOLATION, Isolation
 from pounding_risk.scene.keys import (
-    REQUIRED,
     Key,
     Number,
     Section,
@@ -28,27 +28,10 @@ from pounding_risk.scene.keys import (
     one_of,
     one_or_more,
     text,
+    whole_from,
 )
 from pounding_risk.scene.toml import Fault
-from pounding_risk.units import (
-    COLUMN_STRENGTH,
-    DAMPING,
-    FLOOR_MASS,
-    GROUND_DELAY,
-    GROUND_FACTOR,
-    GROUND_VELOCITY,
-    HEIGHT,
-    INITIAL_DISPLACEMENT,
-    INITIAL_VELOCITY,
-    MASS,
-    PERIOD,
-    STIFFNESS,
-    STOREY_HEIGHT,
-    STOREY_STRENGTH,
-    Quantity,
-    exact,
-    shown,
-)
+from pounding_risk.units import Quantity, exact, shown
 
 INITIAL = ("initial_displacement", "initial_velocity")
 LISTS = ("floor_masses", "storey_stiffnesses", "storey_heights", "storey_strengths")
@@ -60,10 +43,10 @@ IN_STRUCTURES = dict(zip(LISTS, ("masses", "stiffnesses", "heights", "strengths"
 # A wave takes 0.29 ms through a metre of concrete, so that no building, of 4 h / c, vibrates faster than in 0.1 ms; and
 # what weighs less than a kilogram is none. The work of a run grows with both, without end.
 LEAST_PERIOD = 1e-4  # s
-BUILDING_PERIOD = PERIOD._replace(low=LEAST_PERIOD, open_low=False)
-BUILDING_MASS = MASS._replace(low=1.0, open_low=False)
+BUILDING_PERIOD = units.PERIOD._replace(low=LEAST_PERIOD, open_low=False)
+BUILDING_MASS = units.MASS._replace(low=1.0, open_low=False)
 HISTORY_EXAMPLE = '["my/frame_RSN6.csv", "my/frame_RSN753.csv"]'
-LEAST_FLOOR_MASS = FLOOR_MASS._replace(low=1.0, open_low=False)
+LEAST_FLOOR_MASS = units.FLOOR_MASS._replace(low=1.0, open_low=False)
 MISSING_STIFFNESSES = (
     'missing; write storey_stiffnesses = "40 MN/m" for all storeys, a list with one for each, or period = "0.8 s" in '
     "their place"
@@ -91,104 +74,67 @@ def _storeyed(quantity: Quantity, words: str, example: str, absent: str, missing
     return Key(meaning, read, example, absent, missing, write, {"type": ["string", "array"], **facts(quantity)})
 
 
-def _storey_count(value: Any, number: Number) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST_STOREYS:
-        raise Unreadable(
-            f"{shown(value)} is not a count of storeys; write a whole number from 1 to {MOST_STOREYS}, such as 5"
-        )
-    return value
-
-
 # Keys of some kinds of building; those of all stand in `AnyBuilding`, those of one in its class.
-Mass = Annotated[
-    float,
-    measured(
-        BUILDING_MASS,
-        "Its mass.",
-        '"44.36 t"',
-        "required, unless rigid or of storeys",
-        'missing; write mass = "44.36 t", or rigid = true',
-    ),
-]
-Period = Annotated[
-    float,
-    measured(
-        BUILDING_PERIOD,
-        "Its natural period, on rigid ground and without P-Δ; or write stiffness. Storeys are scaled to it.",
-        '"0.208 s"',
-        "required, unless stiffness, storeys or rigid",
-    ),
-]
-Damping = Annotated[float, measured(DAMPING, "Its viscous damping, as a ratio of critical.", "0.05", "0.05")]
-Height = Annotated[
-    float,
-    measured(
-        HEIGHT,
-        "Height of its roof above the ground: level of a single mass, or what storeys are generated from.",
-        '"12 m"',
-        "a single mass or wall is as tall as its neighbour",
-        'missing; write height = "12 m", of the roof above the ground',
-    ),
-]
-StoreyCount = Annotated[
-    int,
-    Key(
-        "How many storeys, where no list says it.",
-        _storey_count,
-        "4",
-        "as many as the lists have values",
-        schema={"type": "integer"},
-    ),
-]
-DampingRule = Annotated[
-    str,
-    one_of(
-        DAMPING_RULES,
-        "a rule of damping",
-        "How storeys are damped: the same ratio in every mode, by mass and stiffness, or by stiffness alone.",
-        '"rayleigh"',
-        f'"{DAMPING_RULES[0]}"',
-    ),
-]
-FloorMasses = Annotated[
-    tuple[float, ...] | float,
-    _storeyed(
-        LEAST_FLOOR_MASS,
-        "Mass of each floor, in place of mass",
-        '["210 t", "210 t", "180 t"]',
-        "a single mass",
-        'missing; write floor_masses = "44 t" for all floors, or a list with one value for each',
-    ),
-]
-StoreyStiffnesses = Annotated[
-    tuple[float, ...] | float,
-    _storeyed(
-        STIFFNESS,
-        "Lateral stiffness of each storey; beside period their ratios count alone. Of a building by a matrix or modes "
-        "the part of it that yields, with storey_strengths",
-        '"350 MN/m"',
-        "a single mass; beside period those by which the first mode grows in proportion to height",
-        MISSING_STIFFNESSES,
-    ),
-]
-StoreyStrengths = Annotated[
-    tuple[float, ...] | float,
-    _storeyed(
-        STOREY_STRENGTH, "Yield shear of each storey, for inelastic_storeys", '"1400 kN"', "storeys stay elastic"
-    ),
-]
-StoreyHeights = Annotated[
-    tuple[float, ...] | float,
-    _storeyed(
-        STOREY_HEIGHT,
-        "Height of each storey",
-        '["4 m", "3 m", "3 m"]',
-        "a single mass",
-        'missing; write storey_heights = "3 m" for all storeys, or a list with one value for each',
-    ),
-]
-Isolated = Annotated[Isolation | None, ISOLATION]
-Rigid = Annotated[bool, flag("rigid", "true for a wall that moves with the ground.")]
+MASS = measured(
+    BUILDING_MASS,
+    "Its mass.",
+    absent="required, unless rigid or of storeys",
+    missing='missing; write mass = "44.36 t", or rigid = true',
+)
+PERIOD = measured(
+    BUILDING_PERIOD,
+    "Its natural period, on rigid ground and without P-Δ; or write stiffness. Storeys are scaled to it.",
+    absent="required, unless stiffness, storeys or rigid",
+)
+DAMPING = measured(units.DAMPING, "Its viscous damping, as a ratio of critical.", absent="0.05")
+HEIGHT = measured(
+    units.HEIGHT,
+    "Height of its roof above the ground: level of a single mass, or what storeys are generated from.",
+    absent="a single mass or wall is as tall as its neighbour",
+    missing='missing; write height = "12 m", of the roof above the ground',
+)
+NO_COUNT = f"is not a count of storeys; write a whole number from 1 to {MOST_STOREYS}, such as 5"
+STOREYS = Key(
+    "How many storeys, where no list says it.",
+    lambda value, number: whole_from(value, 1, MOST_STOREYS, NO_COUNT),
+    "4",
+    "as many as the lists have values",
+    schema={"type": "integer"},
+)
+DAMPING_RULE = one_of(
+    DAMPING_RULES,
+    "a rule of damping",
+    "How storeys are damped: the same ratio in every mode, by mass and stiffness, or by stiffness alone.",
+    '"rayleigh"',
+    f'"{DAMPING_RULES[0]}"',
+)
+FLOOR_MASSES = _storeyed(
+    LEAST_FLOOR_MASS,
+    "Mass of each floor, in place of mass",
+    '["210 t", "210 t", "180 t"]',
+    "a single mass",
+    'missing; write floor_masses = "44 t" for all floors, or a list with one value for each',
+)
+STOREY_STIFFNESSES = _storeyed(
+    units.STIFFNESS,
+    "Lateral stiffness of each storey; beside period their ratios count alone. Of a building by a matrix or modes "
+    "the part of it that yields, with storey_strengths",
+    '"350 MN/m"',
+    "a single mass; beside period those by which the first mode grows in proportion to height",
+    MISSING_STIFFNESSES,
+)
+STOREY_STRENGTHS = _storeyed(
+    units.STOREY_STRENGTH, "Yield shear of each storey, for inelastic_storeys", '"1400 kN"', "storeys stay elastic"
+)
+STOREY_HEIGHTS = _storeyed(
+    units.STOREY_HEIGHT,
+    "Height of each storey",
+    '["4 m", "3 m", "3 m"]',
+    "a single mass",
+    'missing; write storey_heights = "3 m" for all storeys, or a list with one value for each',
+)
+
+RIGID = flag("rigid", "true for a wall that moves with the ground.")
 
 
 def wrong_lengths(keys: Section, names: Iterable[str], count: int, stated: str) -> Iterator[Fault]:
@@ -221,59 +167,40 @@ class AnyBuilding(Table):
     # Keys that a structure does not hold: others of it say the same, and the depth is written beside it.
     implied: ClassVar[frozenset[str]] = frozenset({"rigid", "floor_depth"})
 
-    name: Annotated[str, text("What tables and figures call the building; each has its own.", "frame", REQUIRED)]
-    floor_depth: Annotated[
-        float | None,
-        measured(
-            FLOOR_DEPTH,
-            "Depth of its floors below their levels; with it floors of neighbours that overlap in height meet floor to "
-            "floor, others meet columns.",
-            '"0.3 m"',
-            "0.25 m, a slab of 6 m span (ACI 318-19, table 7.3.1.1: span / 24); a quarter of the lowest storey at most",
-        ),
-    ] = None
-    rigid: Rigid = False
-    ground_factor: Annotated[
-        float,
-        measured(
-            GROUND_FACTOR,
-            "Factor on the ground motion under it: -1 reverses it, 0 is ground that does not shake.",
-            "-1.0",
-            "1",
-        ),
-    ] = 1.0
-    ground_delay: Annotated[
-        float,
-        measured(
-            GROUND_DELAY,
-            "How much later the ground motion reaches it than the building that is reached first, which has none. A "
-            "run lasts until the last building has had the whole motion.",
-            '"0.1 s"',
-            "at once",
-        ),
-    ] = 0.0
-    ground_velocity: Annotated[
-        float,
-        measured(
-            GROUND_VELOCITY,
-            "Velocity of the ground under it when the record begins; initial displacement and velocity are relative "
-            "to it.",
-            '"0.1 m/s"',
-            "ground that rests",
-        ),
-    ] = 0.0
-    ground_record: Annotated[
-        tuple[str, ...],
-        one_or_more(
-            'names no record; write a file, such as "my/record.AT2", an id of the catalogue, a generated motion, or a '
-            "list with one of these for each record of the scene",
-            "A record of its own under it: a file, an id of the catalogue or a generated motion as text, for all "
-            "records of the scene, or a list with one for each of them. It is processed as they are, and scaled by the "
-            "factor of the record that it stands beside.",
-            '"my/other_station.AT2"',
-            "the records of the scene",
-        ),
-    ] = ()
+    name: str = text("What tables and figures call the building; each has its own.", "frame").required()
+    floor_depth: float | None = measured(
+        FLOOR_DEPTH,
+        "Depth of its floors below their levels; with it floors of neighbours that overlap in height meet floor to "
+        "floor, others meet columns.",
+        '"0.3 m"',
+        "0.25 m, a slab of 6 m span (ACI 318-19, table 7.3.1.1: span / 24); a quarter of the lowest storey at most",
+    ).defaults_to(None)
+    rigid: bool = RIGID.defaults_to(False)
+    ground_factor: float = measured(
+        units.GROUND_FACTOR,
+        "Factor on the ground motion under it: -1 reverses it, 0 is ground that does not shake.",
+        absent="1",
+    ).defaults_to(1.0)
+    ground_delay: float = measured(
+        units.GROUND_DELAY,
+        "How much later the ground motion reaches it than the building that is reached first, which has none. A "
+        "run lasts until the last building has had the whole motion.",
+        absent="at once",
+    ).defaults_to(0.0)
+    ground_velocity: float = measured(
+        units.GROUND_VELOCITY,
+        "Velocity of the ground under it when the record begins; initial displacement and velocity are relative to it.",
+        absent="ground that rests",
+    ).defaults_to(0.0)
+    ground_record: tuple[str, ...] = one_or_more(
+        'names no record; write a file, such as "my/record.AT2", an id of the catalogue, a generated motion, or a '
+        "list with one of these for each record of the scene",
+        "A record of its own under it: a file, an id of the catalogue or a generated motion as text, for all "
+        "records of the scene, or a list with one for each of them. It is processed as they are, and scaled by the "
+        "factor of the record that it stands beside.",
+        '"my/other_station.AT2"',
+        "the records of the scene",
+    ).defaults_to(())
 
     @classmethod
     @cache
@@ -307,36 +234,27 @@ class AnyBuilding(Table):
 class MovingBuilding(AnyBuilding):
     """A building that moves relative to the ground."""
 
-    initial_displacement: Annotated[
-        tuple[float, ...] | float,
-        _storeyed(
-            INITIAL_DISPLACEMENT,
-            "Displacement of each floor relative to the ground when the motion begins",
-            '["10 mm", "20 mm"]',
-            "at rest",
-        ),
-    ] = ()
-    initial_velocity: Annotated[
-        tuple[float, ...] | float,
-        _storeyed(
-            INITIAL_VELOCITY,
-            "Velocity of each floor relative to the ground when the motion begins",
-            '"0.5 m/s"',
-            "at rest",
-        ),
-    ] = ()
-    displacement_history: Annotated[
-        tuple[str, ...],
-        one_or_more(
-            f"names no file; write a list with one for each record of the scene, such as {HISTORY_EXAMPLE}, each with "
-            "the columns time [s], floor 1 [mm], floor 2 [mm] and so on",
-            "Displacement of each floor relative to the ground without contact, from a model of your own, in place of "
-            "the motion that is computed: a CSV file with the columns time [s], floor 1 [mm], floor 2 [mm] and so on "
-            "for each record of the scene, in their order. No contact is run then.",
-            HISTORY_EXAMPLE,
-            "the motion is computed",
-        ),
-    ] = ()
+    initial_displacement: tuple[float, ...] | float = _storeyed(
+        units.INITIAL_DISPLACEMENT,
+        "Displacement of each floor relative to the ground when the motion begins",
+        '["10 mm", "20 mm"]',
+        "at rest",
+    ).defaults_to(())
+    initial_velocity: tuple[float, ...] | float = _storeyed(
+        units.INITIAL_VELOCITY,
+        "Velocity of each floor relative to the ground when the motion begins",
+        '"0.5 m/s"',
+        "at rest",
+    ).defaults_to(())
+    displacement_history: tuple[str, ...] = one_or_more(
+        f"names no file; write a list with one for each record of the scene, such as {HISTORY_EXAMPLE}, each with "
+        "the columns time [s], floor 1 [mm], floor 2 [mm] and so on",
+        "Displacement of each floor relative to the ground without contact, from a model of your own, in place of "
+        "the motion that is computed: a CSV file with the columns time [s], floor 1 [mm], floor 2 [mm] and so on "
+        "for each record of the scene, in their order. No contact is run then.",
+        HISTORY_EXAMPLE,
+        "the motion is computed",
+    ).defaults_to(())
 
 
 class WithFloors(MovingBuilding):
@@ -344,18 +262,14 @@ class WithFloors(MovingBuilding):
 
     implied = MovingBuilding.implied | {"isolation", "hysteresis"}
 
-    column_strength: Annotated[
-        float,
-        measured(
-            COLUMN_STRENGTH,
-            "Force at which its columns yield where a neighbour's floor strikes them, in place of column_yield_force "
-            "of the interface.",
-            '"300 kN"',
-            "column_yield_force of the interface",
-        ),
-    ] = inf
-    hysteresis: Annotated[HysteresisTable | None, HYSTERESIS] = None
-    isolation: Isolated = None
+    column_strength: float = measured(
+        units.COLUMN_STRENGTH,
+        "Force at which its columns yield where a neighbour's floor strikes them, in place of column_yield_force "
+        "of the interface.",
+        absent="column_yield_force of the interface",
+    ).defaults_to(inf)
+    hysteresis: HysteresisTable | None = HYSTERESIS.defaults_to(None)
+    isolation: Isolation | None = ISOLATION.defaults_to(None)
 
     def completed(self, bare: Storeys) -> Storeys:
         """The building on its isolators, with its initial state."""

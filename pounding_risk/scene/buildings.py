@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate
 from math import inf, pi, sqrt
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,39 +12,15 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys, generated, stiffnesses_for
 from pounding_risk.models.structures.typologies import TYPOLOGIES
-from pounding_risk.scene.building_keys import (
-    IN_STRUCTURES,
-    INITIAL,
-    LEAST_FLOOR_MASS,
-    LEAST_PERIOD,
-    LISTS,
-    MISSING_STIFFNESSES,
-    OF_GROUND,
-    OF_STOREYS,
-    AnyBuilding,
-    Damping,
-    DampingRule,
-    FloorMasses,
-    Height,
-    Mass,
-    MovingBuilding,
-    Period,
-    Rigid,
-    StoreyCount,
-    StoreyHeights,
-    StoreyStiffnesses,
-    StoreyStrengths,
-    WithFloors,
-    wrong_initial,
-    wrong_lengths,
-)
+from pounding_risk.scene import building_keys
+from pounding_risk.scene.building_keys import AnyBuilding, MovingBuilding, WithFloors, wrong_initial, wrong_lengths
 from pounding_risk.scene.hysteresis import HysteresisTable
 from pounding_risk.scene.isolation import Isolation
-from pounding_risk.scene.keys import Key, Section, measured, one_of
+from pounding_risk.scene.keys import Key, Section, measured, one_of, repeated_names
 from pounding_risk.scene.matrix_buildings import MatrixBuilding, ModalBuilding
 from pounding_risk.scene.plan import PLAN, PlanTable, plans_of, tables_of
 from pounding_risk.scene.toml import Fault
-from pounding_risk.units import FLOOR_LENGTH, STIFFNESS, WAVE_SPEED, shown
+from pounding_risk.units import FLOOR_LENGTH, STIFFNESS, WAVE_SPEED
 
 
 class SingleMass(MovingBuilding):
@@ -56,35 +32,29 @@ class SingleMass(MovingBuilding):
     )
     implied = AnyBuilding.implied | {"stiffness"}
 
-    mass: Mass
-    period: Period = 0.0
-    stiffness: Annotated[
-        float, measured(STIFFNESS, "Its lateral stiffness, in place of period.", '"40.5 MN/m"', "from mass and period")
-    ] = inf
-    damping: Damping = 0.05
-    floor_length: Annotated[
-        float,
-        measured(
-            FLOOR_LENGTH,
-            "Length of its floor along the row.",
-            '"20 m"',
-            "none; contact model distributed_mass needs it",
-        ),
-    ] = 0.0
-    wave_speed: Annotated[
-        float, measured(WAVE_SPEED, "Speed of a wave along its floor.", '"3500 m/s"', '"3500 m/s", concrete')
-    ] = CONCRETE_WAVE_SPEED
-    height: Height = 0.0
+    mass: float = building_keys.MASS.required()
+    period: float = building_keys.PERIOD.defaults_to(0.0)
+    stiffness: float = measured(
+        STIFFNESS, "Its lateral stiffness, in place of period.", absent="from mass and period"
+    ).defaults_to(inf)
+    damping: float = building_keys.DAMPING.defaults_to(0.05)
+    floor_length: float = measured(
+        FLOOR_LENGTH, "Length of its floor along the row.", absent="none; contact model distributed_mass needs it"
+    ).defaults_to(0.0)
+    wave_speed: float = measured(
+        WAVE_SPEED, "Speed of a wave along its floor.", absent='"3500 m/s", concrete'
+    ).defaults_to(CONCRETE_WAVE_SPEED)
+    height: float = building_keys.HEIGHT.defaults_to(0.0)
 
     def structure(self) -> Building:
         """The mass on its spring."""
-        values = self.fields() | {key: sum(self.by_floor(key, 1)) for key in INITIAL}
+        values = self.fields() | {key: sum(self.by_floor(key, 1)) for key in building_keys.INITIAL}
         return Building(**values | {"period": self.period or 2.0 * pi * sqrt(self.mass / self.stiffness)})
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """Exactly one of period and stiffness says how a mass vibrates."""
-        yield from wrong_lengths(keys, INITIAL, 1, "a single mass")
+        yield from wrong_lengths(keys, building_keys.INITIAL, 1, "a single mass")
         if "wave_speed" in keys and "floor_length" not in keys:
             sentence = 'acts along a floor of known length; write floor_length = "20 m", or remove it'
             yield keys.fault("wave_speed", sentence)
@@ -101,9 +71,9 @@ class RigidWall(AnyBuilding):
 
     repair = "a rigid building moves with the ground and has no {key}; remove {key}, or rigid = true"
 
-    rigid: Rigid = True
-    mass: Mass = inf
-    height: Height = 0.0
+    rigid: bool = building_keys.RIGID.defaults_to(True)
+    mass: float = building_keys.MASS.defaults_to(inf)
+    height: float = building_keys.HEIGHT.defaults_to(0.0)
 
     def structure(self) -> Building:
         """The wall as the solvers take it: a building with a period of 0."""
@@ -119,7 +89,7 @@ class OfStoreys(WithFloors):
 
     implied = WithFloors.implied | {"plan"}
 
-    plan: Annotated[tuple[PlanTable, ...], PLAN] = ()
+    plan: tuple[PlanTable, ...] = PLAN.defaults_to(())
 
     def completed(self, bare: Storeys) -> Storeys:
         """The building on its isolators, with its initial state and the plans of its floors."""
@@ -143,22 +113,25 @@ class ShearBuilding(OfStoreys):
     )
     implied = OfStoreys.implied | {"storeys", "period"}  # as given, its stiffnesses are those of the period
 
-    floor_masses: FloorMasses
-    storey_stiffnesses: StoreyStiffnesses = ()
-    storey_heights: StoreyHeights
-    damping: Damping = 0.05
-    damping_rule: DampingRule = DAMPING_RULES[0]
-    storey_strengths: StoreyStrengths = ()
-    storeys: StoreyCount = 0
-    period: Period = 0.0
+    floor_masses: tuple[float, ...] | float = building_keys.FLOOR_MASSES.required()
+    storey_stiffnesses: tuple[float, ...] | float = building_keys.STOREY_STIFFNESSES.defaults_to(())
+    storey_heights: tuple[float, ...] | float = building_keys.STOREY_HEIGHTS.required()
+    damping: float = building_keys.DAMPING.defaults_to(0.05)
+    damping_rule: str = building_keys.DAMPING_RULE.defaults_to(DAMPING_RULES[0])
+    storey_strengths: tuple[float, ...] | float = building_keys.STOREY_STRENGTHS.defaults_to(())
+    storeys: int = building_keys.STOREYS.defaults_to(0)
+    period: float = building_keys.PERIOD.defaults_to(0.0)
 
     def structure(self) -> Storeys:
         """The shear building, with one value for each storey."""
-        counted = LISTS if self.isolation else OF_STOREYS  # of initial states the slab is one more
+        # Of initial states the slab is one more.
+        counted = building_keys.LISTS if self.isolation else building_keys.OF_STOREYS
         lists = [values for key in counted if isinstance(values := getattr(self, key), tuple) and values]
         count = self.storeys or len(lists[0])
-        values = self.fields() | {IN_STRUCTURES[key]: self.by_floor(key, count) for key in LISTS}
-        values = {key: value for key, value in values.items() if key not in INITIAL}
+        values = self.fields() | {
+            building_keys.IN_STRUCTURES[key]: self.by_floor(key, count) for key in building_keys.LISTS
+        }
+        values = {key: value for key, value in values.items() if key not in building_keys.INITIAL}
         if not values["stiffnesses"]:
             values["stiffnesses"] = stiffnesses_for(values["masses"], list(accumulate(values["heights"])), self.period)
         building = Storeys(**values)
@@ -170,8 +143,8 @@ class ShearBuilding(OfStoreys):
         """Lists that have not one value for each storey, and neither stiffnesses nor a period."""
         yield from super().checks(keys)
         if "storey_stiffnesses" not in keys and "period" not in keys:
-            yield keys.fault("storey_stiffnesses", MISSING_STIFFNESSES, absent=True)
-        counted = LISTS if "isolation" in keys else OF_STOREYS
+            yield keys.fault("storey_stiffnesses", building_keys.MISSING_STIFFNESSES, absent=True)
+        counted = building_keys.LISTS if "isolation" in keys else building_keys.OF_STOREYS
         lengths = {key: len(keys.raw[key]) for key in counted if isinstance(keys.raw.get(key), list)}
         count = keys.raw.get("storeys", next(iter(lengths.values()), None))
         if count is None:
@@ -180,7 +153,7 @@ class ShearBuilding(OfStoreys):
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             return
         stated = f"storeys = {count}" if "storeys" in keys else f"{count} {next(iter(lengths), 'storeys')}"
-        yield from wrong_lengths(keys, LISTS, count, stated)
+        yield from wrong_lengths(keys, building_keys.LISTS, count, stated)
         yield from wrong_initial(keys, count, stated)
 
 
@@ -193,33 +166,27 @@ class TypologyBuilding(OfStoreys):
         "storey_stiffnesses and storey_heights in place of typology and floor_mass"
     )
 
-    height: Height
-    storeys: StoreyCount
-    typology: Annotated[
-        str,
-        one_of(
-            list(TYPOLOGIES),
-            "a typology",
-            "What storeys are generated from, with height, storeys and floor_mass: a code's approximate period, or "
-            "that of period, and a stated shape of the first mode.",
-            '"concrete_frame"',
-            "storeys are not generated",
-            f'missing; write typology = "concrete_frame", or another of {", ".join(TYPOLOGIES)}',
-        ),
-    ]
-    floor_mass: Annotated[
-        float,
-        measured(
-            LEAST_FLOOR_MASS,
-            "Mass of every floor of generated storeys.",
-            '"200 t"',
-            "storeys are not generated",
-            'missing; write floor_mass = "200 t", of every floor',
-        ),
-    ]
-    period: Period = 0.0
-    damping: Damping = 0.05
-    damping_rule: DampingRule = DAMPING_RULES[0]
+    height: float = building_keys.HEIGHT.required()
+    storeys: int = building_keys.STOREYS.required()
+    typology: str = one_of(
+        list(TYPOLOGIES),
+        "a typology",
+        "What storeys are generated from, with height, storeys and floor_mass: a code's approximate period, or "
+        "that of period, and a stated shape of the first mode.",
+        '"concrete_frame"',
+        "storeys are not generated",
+        f'missing; write typology = "concrete_frame", or another of {", ".join(TYPOLOGIES)}',
+    ).required()
+    floor_mass: float = measured(
+        building_keys.LEAST_FLOOR_MASS,
+        "Mass of every floor of generated storeys.",
+        '"200 t"',
+        "storeys are not generated",
+        'missing; write floor_mass = "200 t", of every floor',
+    ).required()
+    period: float = building_keys.PERIOD.defaults_to(0.0)
+    damping: float = building_keys.DAMPING.defaults_to(0.05)
+    damping_rule: str = building_keys.DAMPING_RULE.defaults_to(DAMPING_RULES[0])
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -233,7 +200,7 @@ class TypologyBuilding(OfStoreys):
         """The shear building that is generated."""
         values = self.fields() | {"period": self.period or None}
         others = {field: values.pop(field) for field in ("support", "displacement_history", "column_strength")}
-        bare = generated(**{field: value for field, value in values.items() if field not in INITIAL})
+        bare = generated(**{field: value for field, value in values.items() if field not in building_keys.INITIAL})
         return self.completed(replace(bare, **others))
 
 
@@ -256,7 +223,7 @@ def kind_of(keys: Mapping[str, Any]) -> type[AnyBuilding]:
         return MatrixBuilding if "stiffness_matrix" in keys else ModalBuilding
     if "mass_matrix" in keys and "storey_stiffnesses" not in keys:
         return MatrixBuilding
-    if any(key in keys for key in LISTS[:3]):
+    if any(key in keys for key in building_keys.LISTS[:3]):
         return ShearBuilding
     if "typology" in keys or "floor_mass" in keys or ("storeys" in keys and "mass" not in keys):
         return TypologyBuilding
@@ -265,14 +232,9 @@ def kind_of(keys: Mapping[str, Any]) -> type[AnyBuilding]:
 
 def building_checks(buildings: Sequence[Section], count: int) -> Iterator[Fault]:
     """All faults that more than one key of the buildings takes part in; ``count`` counts what are no tables too."""
-    first: dict[str, int] = {}
+    yield from repeated_names(buildings, "building")
     for keys in buildings:
-        index, name, kind = int(keys.path[1]), keys.get("name"), _kind(keys)
-        if name and first.setdefault(name, index) != index:
-            yield keys.fault(
-                "name",
-                f"{shown(name)} is the name of building {first[name] + 1} too; give every building a name of its own",
-            )
+        kind = _kind(keys)
         for key in KEYS:
             if key in keys and key not in kind.model_fields:
                 yield keys.fault(key, kind.repair.format(key=key))
@@ -319,11 +281,11 @@ def structure_of(keys: Section) -> Building | Storeys:
     else:
         springs = np.diag(building.elastic_stiffness())[: len(building.masses)].tolist()
         periods = [2.0 * pi * sqrt(mass / spring) for mass, spring in zip(building.masses, springs, strict=True)]
-    if periods and min(periods) < LEAST_PERIOD:
+    if periods and min(periods) < building_keys.LEAST_PERIOD:
         place = "" if isinstance(building, Building) else f"floor {periods.index(min(periods)) + 1} on its storeys "
         raise PoundingError(
             f"{place}would vibrate with a period of {min(periods):.3g} s, and none of a building is below "
-            f"{LEAST_PERIOD:g} s; check mass and stiffness, and their units"
+            f"{building_keys.LEAST_PERIOD:g} s; check mass and stiffness, and their units"
         )
     return building
 
@@ -338,7 +300,7 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
         kind = MatrixBuilding
         implied = kind.implied | {"floor_rows", "along_rows", "period"}
         implied |= {"damping", "damping_rule"} if building.damping_matrix else set()
-    stated = {key: getattr(building, key) for key in INITIAL if getattr(building, key)}
+    stated = {key: getattr(building, key) for key in building_keys.INITIAL if getattr(building, key)}
     if isinstance(building, Storeys) and building.isolators is not None:
         stated["isolation"], building = Isolation.of(building.isolators), building.superstructure()
     if isinstance(building, Storeys) and building.hysteresis is not None:
@@ -346,12 +308,14 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
     if isinstance(building, Storeys) and building.plans:
         stated["plan"] = tables_of(building.plans)
     for key in set(kind.key_names()) - implied:
-        if key in OF_GROUND:
-            value = getattr(building.support, OF_GROUND[key])
+        if key in building_keys.OF_GROUND:
+            value = getattr(building.support, building_keys.OF_GROUND[key])
         else:
-            value = getattr(building, IN_STRUCTURES.get(key, key))
-        is_usual = value == kind.model_fields[key].default and (key in OF_GROUND or value in (0.0, inf, ()))
-        if not is_usual and (value or key not in INITIAL):
+            value = getattr(building, building_keys.IN_STRUCTURES.get(key, key))
+        is_usual = value == kind.model_fields[key].default and (
+            key in building_keys.OF_GROUND or value in (0.0, inf, ())
+        )
+        if not is_usual and (value or key not in building_keys.INITIAL):
             stated[key] = value
     if "floor_length" not in stated:
         stated.pop("wave_speed", None)

@@ -11,23 +11,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import inf
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pydantic import create_model
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.scene.keys import (
-    REQUIRED,
     Key,
-    Number,
     Section,
     Table,
-    Unreadable,
     in_text,
     measured,
     read_section,
+    repeated_names,
     text,
+    whole_from,
 )
 from pounding_risk.scene.toml import Fault, key_lines, parse_toml, read_text, sentences
 from pounding_risk.units import Quantity, article, say, shown
@@ -48,7 +47,7 @@ class Demand(NamedTuple):
     key: str
     quantity: Quantity
     words: str
-    example: str
+    example: str = ""  # where it is not that of the quantity
     storeys: str = ""
     mass: str = ""
     interfaces: str = ""
@@ -111,7 +110,6 @@ DEMANDS = (
         "displacement",
         _at_most("m", "displacement", "20 mm"),
         "floor displacement, relative to the ground",
-        '"20 mm"',
         storeys="storey_displacement",
         mass="peak_displacement",
     ),
@@ -119,7 +117,6 @@ DEMANDS = (
         "ductility",
         _at_most("1", "ductility", "3"),
         "ductility, storey drift over the drift at yield",
-        "3",
         storeys="storey_ductility",
         absent=NO_YIELDING,
     ),
@@ -127,7 +124,6 @@ DEMANDS = (
         "acceleration",
         _at_most("m/s^2", "floor acceleration", "0.9 g"),
         "floor acceleration, absolute",
-        '"0.9 g"',
         storeys="storey_acceleration",
         mass="peak_floor_acceleration",
     ),
@@ -135,22 +131,14 @@ DEMANDS = (
         "storey_shear",
         _at_most("N", "storey shear", "900 kN"),
         "storey shear, in all columns of the storey together",
-        '"900 kN"',
         storeys="storey_shear",
         mass="peak_storey_shear",
     ),
-    Demand(
-        "contact_force",
-        _at_most("N", "contact force", "2 MN"),
-        "contact force",
-        '"2 MN"',
-        interfaces="peak_contact_force",
-    ),
+    Demand("contact_force", _at_most("N", "contact force", "2 MN"), "contact force", interfaces="peak_contact_force"),
     Demand(
         "column_shear",
         _at_most("N", "force on a column", "400 kN"),
         "force on a column, with which a floor strikes it: the most that it may have to carry in shear",
-        '"400 kN"',
         interfaces="peak_contact_force",
         points="column",
         absent=NO_COLUMN,
@@ -161,34 +149,27 @@ DEMANDS = (
 # ------------------------------------------------------------------------------------------------ keys
 
 
-def _storey(value: Any, number: Number) -> int:
-    """A storey by its number from the ground up."""
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise Unreadable(f"{shown(value)} is not the number of a storey; write a whole number from 1, the lowest")
-    return value
+NO_STOREY = "is not the number of a storey; write a whole number from 1, the lowest"
 
 
 class State(Table):
     """A state of damage: its name and where it is; `DamageState` has the thresholds too."""
 
-    name: Annotated[str, text("What tables and figures call the state; each has its own.", "slight", REQUIRED)]
-    building: Annotated[str, text("The only building that counts.", "frame", "any building")] = ""
-    storey: Annotated[
-        int,
-        Key(
-            "The only storey that counts, from 1 at the ground.",
-            _storey,
-            "1",
-            "any storey; of drifts and ductility those above isolators",
-            schema={"type": "integer"},
-        ),
-    ] = 0
-    interface: Annotated[
-        str, text("The only interface that counts, by its buildings.", "frame | masonry", "any interface")
-    ] = ""
-    contact_point: Annotated[
-        str, text("The only contact point that counts, by its label in the dataset.", "A 2 | B 2", "any contact point")
-    ] = ""
+    name: str = text("What tables and figures call the state; each has its own.", "slight").required()
+    building: str = text("The only building that counts.", "frame", "any building").defaults_to("")
+    storey: int = Key(
+        "The only storey that counts, from 1 at the ground.",
+        lambda value, number: whole_from(value, 1, inf, NO_STOREY),
+        "1",
+        "any storey; of drifts and ductility those above isolators",
+        schema={"type": "integer"},
+    ).defaults_to(0)
+    interface: str = text(
+        "The only interface that counts, by its buildings.", "frame | masonry", "any interface"
+    ).defaults_to("")
+    contact_point: str = text(
+        "The only contact point that counts, by its label in the dataset.", "A 2 | B 2", "any contact point"
+    ).defaults_to("")
 
     @property
     def demand(self) -> Demand:
@@ -212,18 +193,17 @@ class State(Table):
         return f"{self.demand.words.partition(',')[0]}{where} ≥ {self.demand.say(self.threshold)}"
 
 
-def _threshold(demand: Demand) -> Key:
-    words = f"Reached where this is at least so much: {demand.words}."
-    return measured(demand.quantity, words, demand.example, "another demand has the threshold")
-
-
+REACHED, ELSE = "Reached where this is at least so much: {}.", "another demand has the threshold"
 _create: Any = create_model  # the types of fields that are made here are not known to a checker of types
 DamageState: Any = _create(
     "DamageState",
     __base__=State,
     __doc__="""A state of damage: its name, where it is, and the threshold of one demand.""",
     __module__=__name__,
-    **{demand.key: (Annotated[float | None, _threshold(demand)], None) for demand in DEMANDS},
+    **{
+        one.key: (float | None, measured(one.quantity, REACHED.format(one.words), one.example, ELSE).defaults_to(None))
+        for one in DEMANDS
+    },
 )
 
 
@@ -232,14 +212,9 @@ DamageState: Any = _create(
 
 def damage_checks(states: Sequence[Section], buildings: Sequence[str]) -> Iterator[Fault]:
     """All faults that more than one key of the states takes part in; ``buildings`` are the scene's by name."""
-    first: dict[str, int] = {}
     interfaces = [f"{left} | {right}" for left, right in pairwise(buildings)]
+    yield from repeated_names(states, "state")
     for keys in states:
-        index, name = int(keys.path[-1]), keys.get("name")
-        if name and first.setdefault(name, index) != index:
-            yield keys.fault(
-                "name", f"{shown(name)} is the name of state {first[name] + 1} too; give every state a name of its own"
-            )
         yield from _of_one_demand(keys)
         for place, known in (("building", buildings), ("interface", interfaces)):
             called = keys.get(place)

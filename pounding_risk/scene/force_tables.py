@@ -18,7 +18,7 @@ from pounding_risk.models.contact.table import (
     table_of,
 )
 from pounding_risk.models.contact.table_file import read_table
-from pounding_risk.scene.keys import Key, Number, Several, Unreadable, each, options
+from pounding_risk.scene.keys import Key, Number, Several, Unreadable, each, file_name, options
 from pounding_risk.units import Quantity, exact, shown
 
 EXAMPLE = '"bumper.csv"'
@@ -51,7 +51,10 @@ def _read(value: Any, number: Number) -> Table | TableFile:
     kinds: dict[str, Callable[[Any], Any]] = {
         name: partial(_column, quantity=quantity, number=number) for name, quantity in COLUMNS.items()
     }
-    kinds |= {"unloading_stiffness": lambda item: number(item, UNLOADING_STIFFNESS), "file": _file}
+    kinds |= {
+        "unloading_stiffness": lambda item: number(item, UNLOADING_STIFFNESS),
+        "file": lambda item: file_name(item, EXAMPLE),
+    }
     needed = ("file",) if "file" in value else ("penetration", "force")
     takes = "a table takes file, or penetration, force and unloading; and unloading_stiffness"
     values = options(value, kinds, needed, lambda name: f"missing; write {POINTS}", takes)
@@ -72,12 +75,6 @@ def _column(value: Any, quantity: Quantity, number: Number) -> list[float]:
     if not isinstance(value, list) or len(value) > MOST_POINTS:
         raise Unreadable(f"{shown(value)} is not a list of up to {MOST_POINTS} values; write {POINTS}")
     return each(value, lambda item: number(item, quantity))
-
-
-def _file(value: Any) -> str:
-    if not isinstance(value, str) or not value.strip():
-        raise Unreadable(f"{shown(value)} is not a file; write its name in quotes, such as {EXAMPLE}")
-    return value
 
 
 def _write(value: Table | TableFile | None) -> Any:

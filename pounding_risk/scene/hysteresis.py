@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import fields
 from math import inf
-from typing import Annotated, Any
+from typing import Any
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.hysteresis import RULES, Hysteresis
 from pounding_risk.scene.keys import (
-    REQUIRED,
     Key,
     Number,
     Several,
@@ -39,8 +38,7 @@ RULE = one_of(
     "a rule of hysteresis",
     "What follows a turn: " + "; ".join(f"{name}: {rule.WORDS}" for name, rule in OF_STOREYS.items()) + ".",
     '"peak_oriented"',
-    REQUIRED,
-    f'missing; write rule = "peak_oriented", or another of {", ".join(OF_STOREYS)}',
+    missing=f'missing; write rule = "peak_oriented", or another of {", ".join(OF_STOREYS)}',
 )
 
 
@@ -57,78 +55,56 @@ class HysteresisTable(Table):
     Numbers are multiples of each storey's yield drift, storey_strengths over storey_stiffnesses, and yield shear.
     """
 
-    rule: Annotated[str, RULE]
-    backbone: Annotated[
-        tuple[tuple[float, float], ...],
-        Key(
-            "Points of the backbone past yield, [drift, shear] each, the same in both directions; past the last one "
-            "the shear stays.",
-            _backbone,
-            "[[4.0, 1.15], [12.0, 0.3]]",
-            "a straight line by hardening of inelastic_storeys",
-            write=lambda points: [list(point) for point in points],
-            schema={"type": "array", "items": {"type": "array", "items": {"type": "number"}}},
-        ),
-    ] = ()
-    pinching_drift: Annotated[
-        float,
-        measured(
-            SHARE,
-            "Of peak_oriented: how far from the start of reloading to the elastic line through its target the pinch "
-            "point lies; the smaller, the earlier the storey stiffens again.",
-            "0.5",
-            "1",
-        ),
-    ] = 1.0
-    pinching_force: Annotated[
-        float,
-        measured(SHARE, "Of peak_oriented: shear at the pinch point over that at the target.", "0.3", "no pinching"),
-    ] = 1.0
-    unloading: Annotated[
-        float,
-        measured(
-            UNLOADING,
-            "Of peak_oriented: exponent with which the stiffness of unloading falls with ductility.",
-            "0.4",
-            "0, the elastic stiffness",
-        ),
-    ] = 0.0
-    energy_capacity: Annotated[
-        float,
-        measured(
-            CAPACITY,
-            "Of peak_oriented: energy that a storey dissipates until it has no strength left, over its yield shear "
-            "times its yield drift; strength falls with each half cycle.",
-            "60",
-            "strength is kept",
-        ),
-    ] = inf
-    energy_exponent: Annotated[
-        float,
-        measured(EXPONENT, "Of peak_oriented: exponent c of the loss of strength.", "1.5", "1"),
-    ] = 1.0
-    exponent: Annotated[float, measured(SHARPNESS, "Of bouc_wen: exponent n, the sharpness of the knee.", "2", "1")] = (
-        1.0
-    )
-    beta: Annotated[
-        float,
-        measured(SHARE._replace(example="0.5"), "Of bouc_wen: β, by which unloading is stiffer.", "0.5", "0.5"),
-    ] = 0.5
-    delta_a: Annotated[
-        float,
-        measured(LOSS, "Of bouc_wen: loss of A with the energy taken over that at yield.", "0.005", "0"),
-    ] = 0.0
-    delta_nu: Annotated[float, measured(LOSS, "Of bouc_wen: growth of ν, loss of strength.", "0.01", "0")] = 0.0
-    delta_eta: Annotated[float, measured(LOSS, "Of bouc_wen: growth of η, loss of stiffness.", "0.02", "0")] = 0.0
-    collapse_drift: Annotated[
-        float,
-        measured(
-            SHARE._replace(words="drift over height", example="0.1"),
-            "Drift over storey height at which a storey has collapsed and its run ends.",
-            "0.1",
-            "0.2",
-        ),
-    ] = 0.2
+    rule: str = RULE.required()
+    backbone: tuple[tuple[float, float], ...] = Key(
+        "Points of the backbone past yield, [drift, shear] each, the same in both directions; past the last one "
+        "the shear stays.",
+        _backbone,
+        "[[4.0, 1.15], [12.0, 0.3]]",
+        "a straight line by hardening of inelastic_storeys",
+        write=lambda points: [list(point) for point in points],
+        schema={"type": "array", "items": {"type": "array", "items": {"type": "number"}}},
+    ).defaults_to(())
+    pinching_drift: float = measured(
+        SHARE,
+        "Of peak_oriented: how far from the start of reloading to the elastic line through its target the pinch "
+        "point lies; the smaller, the earlier the storey stiffens again.",
+        "0.5",
+        "1",
+    ).defaults_to(1.0)
+    pinching_force: float = measured(
+        SHARE, "Of peak_oriented: shear at the pinch point over that at the target.", absent="no pinching"
+    ).defaults_to(1.0)
+    unloading: float = measured(
+        UNLOADING,
+        "Of peak_oriented: exponent with which the stiffness of unloading falls with ductility.",
+        absent="0, the elastic stiffness",
+    ).defaults_to(0.0)
+    energy_capacity: float = measured(
+        CAPACITY,
+        "Of peak_oriented: energy that a storey dissipates until it has no strength left, over its yield shear "
+        "times its yield drift; strength falls with each half cycle.",
+        absent="strength is kept",
+    ).defaults_to(inf)
+    energy_exponent: float = measured(
+        EXPONENT, "Of peak_oriented: exponent c of the loss of strength.", "1.5", "1"
+    ).defaults_to(1.0)
+    exponent: float = measured(
+        SHARPNESS, "Of bouc_wen: exponent n, the sharpness of the knee.", absent="1"
+    ).defaults_to(1.0)
+    beta: float = measured(
+        SHARE._replace(example="0.5"), "Of bouc_wen: β, by which unloading is stiffer.", absent="0.5"
+    ).defaults_to(0.5)
+    delta_a: float = measured(
+        LOSS, "Of bouc_wen: loss of A with the energy taken over that at yield.", "0.005", "0"
+    ).defaults_to(0.0)
+    delta_nu: float = measured(LOSS, "Of bouc_wen: growth of ν, loss of strength.", absent="0").defaults_to(0.0)
+    delta_eta: float = measured(LOSS, "Of bouc_wen: growth of η, loss of stiffness.", "0.02", "0").defaults_to(0.0)
+    collapse_drift: float = measured(
+        SHARE._replace(words="drift over height", example="0.1"),
+        "Drift over storey height at which a storey has collapsed and its run ends.",
+        absent="0.2",
+    ).defaults_to(0.2)
 
     @classmethod
     def of(cls, hysteresis: Hysteresis) -> Any:

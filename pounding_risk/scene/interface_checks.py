@@ -28,7 +28,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.scene.building_keys import AnyBuilding
 from pounding_risk.scene.buildings import RigidWall
 from pounding_risk.scene.interfaces import (
-    EQUAL_TERMS,
+    EQUAL_TERMS_EXAMPLE,
     MISSING_RESTITUTION,
     OF_ONE_LAW,
     Interface,
@@ -253,8 +253,7 @@ def _laws(keys: Section, grid: Section, own_name: Any) -> Iterator[Fault]:
         if name in stiff and name != TABULATED and _unit(name) != _unit(str(own)) and "equal_terms" not in keys:
             sentence = (
                 f"{name} takes a stiffness in {_unit(name)}, but the interface gives one in {_unit(str(own))} for "
-                f'{own}; write equal_terms = {{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}} in '
-                "[[interface]], from which its stiffness follows"
+                f"{own}; write equal_terms = {EQUAL_TERMS_EXAMPLE} in [[interface]], from which its stiffness follows"
             )
             yield Fault(("grid", "contact_model", position), sentence)
 

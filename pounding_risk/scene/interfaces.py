@@ -2,8 +2,9 @@
 
 from collections.abc import Iterable, Mapping
 from math import inf
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
+from pounding_risk import units
 from pounding_risk._common.plugins import installed
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
@@ -16,7 +17,6 @@ from pounding_risk.models.restitution import NAMED, Restitution, constant
 from pounding_risk.models.structures.contact_points import floor_number, floor_words
 from pounding_risk.scene.force_tables import FORCE_TABLE
 from pounding_risk.scene.keys import (
-    REQUIRED,
     Key,
     Number,
     Several,
@@ -32,25 +32,10 @@ from pounding_risk.scene.keys import (
     several,
 )
 from pounding_risk.scene.toml import KeyPath
-from pounding_risk.units import (
-    GAP,
-    LEVELS,
-    LINK_BRACE,
-    LINK_BREAKING_FORCE,
-    LINK_DAMPING,
-    LINK_EXPONENT,
-    LINK_SLACK,
-    LINK_STIFFNESS,
-    LINK_STRENGTH,
-    RESTITUTION,
-    SPEED,
-    YIELD_FORCE,
-    exact,
-    shown,
-    unknown,
-)
+from pounding_risk.units import exact, shown, unknown
 
 EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
+EQUAL_TERMS_EXAMPLE = '{same = "peak force", speed = "0.5 m/s"}'
 NO_RESTITUTION = "not given"
 LATER_RESTITUTION = ("steel",)
 OF_ONE_LAW = {"plastic_exponent": "van_mier", "design_penetration": "bilinear"}  # keys that one contact model reads
@@ -146,7 +131,7 @@ def _rule(value: Any, number: Number) -> tuple[Restitution, str]:
             f"{shown(value)} is not a named restitution{nearest(value, NAMED)}; "
             f"write a number such as 0.65, or one of {quoted}"
         )
-    e = number(value, RESTITUTION)
+    e = number(value, units.RESTITUTION)
     return constant(e), f"{e!r}"
 
 
@@ -220,22 +205,14 @@ class EqualTerms(Table):
     blows either.
     """
 
-    same: Annotated[
-        str,
-        one_of(
-            EQUAL_TERMS,
-            "a common ground of contact models",
-            "What the reference impact has in common under all laws.",
-            f'"{EQUAL_TERMS[0]}"',
-            REQUIRED,
-        ),
-    ]
-    speed: Annotated[float, measured(SPEED, "Approach speed of the reference impact.", '"0.5 m/s"', REQUIRED)]
-    every_law: Annotated[bool, flag("every_law", "true calibrates laws of the same unit too.")] = False
-
-
-def _equal_terms(value: Any, number: Number) -> EqualTerms:
-    return inline(EqualTerms, "equal_terms", value, number, f'{{same = "{EQUAL_TERMS[0]}", speed = "0.5 m/s"}}')
+    same: str = one_of(
+        EQUAL_TERMS,
+        "a common ground of contact models",
+        "What the reference impact has in common under all laws.",
+        f'"{EQUAL_TERMS[0]}"',
+    ).required()
+    speed: float = measured(units.SPEED, "Approach speed of the reference impact.").required()
+    every_law: bool = flag("every_law", "true calibrates laws of the same unit too.").defaults_to(False)
 
 
 class Interface(Table):
@@ -244,181 +221,120 @@ class Interface(Table):
     beside: ClassVar[Mapping[str, str]] = {
         "law": "A contact law of `pounding_risk.laws`, which stands for contact_model, stiffness and its parameters."
     }
-    gap: Annotated[
-        Any,  # a number, or None where the grid has it; so is the contact model a name or None
-        measured(
-            GAP,
-            "Clear distance between the buildings at rest; one [[interface]] between each two neighbours of a row.",
-            '"25 mm"',
-            "the first of grid.gap",
-        ),
-    ] = None
-    contact_model: Annotated[Any, LAW_NAME] = None
+    gap: Any = measured(
+        units.GAP,
+        "Clear distance between the buildings at rest; one [[interface]] between each two neighbours of a row.",
+        absent="the first of grid.gap",
+    ).defaults_to(None)
+    contact_model: Any = LAW_NAME.defaults_to(None)
     # Its unit depends on the contact model; some models take none.
-    stiffness: Annotated[
-        Any,
-        Key(
-            "Stiffness of the contact, k in N/m or β in N/m^1.5 as the contact model has it; for tabulated force over "
-            "penetration at the table's last point, where another one than the table's own scales its forces.",
-            lambda value, number: value,
-            '"4.2e7 kN/m^1.5"',
-            "required, unless no contact model takes one; for tabulated the table's own",
-            'missing; write stiffness = "4.2e7 kN/m^1.5" (in N/m for the linear laws)',
-            schema={"type": "string"},
-        ),
-    ] = None
-    restitution: Annotated[
-        GivenRestitution,
-        Key(
-            'Coefficient of restitution e, a named relation e(v), or {value = 0.65, relation = "exact"}, where damping '
-            "follows from e by the exact relation instead of the published one. A damping ratio ξ of a law, as papers "
-            'give it, is written "xi 0.35 of jankowski": e follows from the published relation.',
-            _restitution,
-            '"concrete"',
-            "required by models that damp or rebound by it",
-            write=lambda given: given.written(),
-            schema={"anyOf": [{"type": ["number", "string", "object"]}, {"enum": list(NAMED)}]},
-        ),
-    ] = GivenRestitution(constant(1.0), NO_RESTITUTION)
-    yield_force: Annotated[
-        float, measured(YIELD_FORCE, "Force F_E at which the contact yields; inf never yields.", '"450 kN"', '"inf"')
-    ] = inf
-    column_yield_force: Annotated[
-        float,
-        measured(
-            YIELD_FORCE,
-            "Force at which a column that is hit part-way up yields: its shear strength.",
-            '"200 kN"',
-            '"inf"',
-        ),
-    ] = inf
-    contact: Annotated[
-        tuple[tuple[float, float], ...],
-        _meetings(
-            "Where the two meet, instead of where their levels say: storey 2 is the floor on top of it, "
-            "column 3 at 0.5 half-way up storey 3.",
-            '[{left = "storey 2", right = "storey 2"}, {left = "storey 3", right = "column 3 at 0.5"}]',
-            "every floor below the lower roof meets the other's floor at its level, or its column",
-        ),
-    ] = ()
-    link_stiffness: Annotated[
-        float,
-        measured(
-            LINK_STIFFNESS,
-            "Stiffness of a linear link between the two, which pulls and pushes; at each place of link_at.",
-            '"20 MN/m"',
-            "no spring joins them",
-        ),
-    ] = 0.0
-    link_damping: Annotated[
-        float,
-        measured(
-            LINK_DAMPING,
-            "Coefficient of a viscous damper between the two, beside the spring of the link.",
-            '"2 MN s/m"',
-            "no damper joins them",
-        ),
-    ] = 0.0
-    link_exponent: Annotated[
-        float | None,
-        measured(
-            LINK_EXPONENT,
-            "Power of the speed that the force of the damper is: link_damping × 1 m/s × (speed / 1 m/s)^link_exponent, "
-            "linear below 1 mm/s.",
-            "0.3",
-            "the damper is linear, and its peak force no output",
-        ),
-    ] = None
-    link_brace_stiffness: Annotated[
-        float | None,
-        measured(
-            LINK_BRACE,
-            "Stiffness of the brace that the damper acts on, in series with it; with link_stiffness, which is beside "
-            "both, the element of Zener.",
-            '"100 MN/m"',
-            "the damper joins the two by itself",
-        ),
-    ] = None
-    link_strength: Annotated[
-        float,
-        measured(
-            LINK_STRENGTH,
-            "Force at which the spring of the link slips, in both directions: a friction damper on its brace, or one "
-            "that yields.",
-            '"200 kN"',
-            "the spring is linear",
-        ),
-    ] = inf
-    link_slack: Annotated[
-        float | None,
-        measured(
-            LINK_SLACK,
-            "Stretch past which the spring of the link pulls; then it never pushes: a hook, a cable or a restrainer.",
-            '"20 mm"',
-            "the spring pulls and pushes",
-        ),
-    ] = None
-    link_breaking_force: Annotated[
-        float,
-        measured(
-            LINK_BREAKING_FORCE,
-            "Force at which the spring of the link breaks for good, pushed or pulled; with link_slack pulled alone.",
-            '"300 kN"',
-            "it never breaks",
-        ),
-    ] = inf
-    link_at: Annotated[
-        tuple[tuple[float, float], ...],
-        _meetings(
-            "Where links join the two, in the words of contact.",
-            '[{left = "storey 3", right = "storey 3"}]',
-            "their highest contact point",
-        ),
-    ] = ()
-    bumper_length: Annotated[
-        float | None,
-        measured(
-            GAP._replace(words="length of a bumper"),
-            "Length of the bumpers on one face, or on both together, at every contact point: it takes up part of the "
-            "gap, and contact begins where the rest has closed.",
-            '"40 mm"',
-            "faces meet faces",
-        ),
-    ] = None
-    tolerance: Annotated[
-        float | None,
-        measured(
-            LEVELS,
-            "How far apart the levels of floors may be that meet floor to floor, in place of the floors' depth.",
-            '"0.1 m"',
-            "floors meet where they overlap in height, by floor_depth",
-        ),
-    ] = None
-    plastic_exponent: Annotated[
-        float, measured(EXPONENT, "Exponent n of the plastic branch, for van_mier.", "0.5", "0, ideally plastic")
-    ] = 0.0
-    design_penetration: Annotated[
-        float,
-        measured(
-            DESIGN_PENETRATION,
-            "Penetration for which bilinear is set up.",
-            '"10 mm"',
-            "the Hertz spring's at each approach speed",
-        ),
-    ] = 0.0
-    table: Annotated[Any, FORCE_TABLE] = None
-    equal_terms: Annotated[
-        EqualTerms | None,
-        Key(
-            "Calibrates the grid's other laws to this one: what a reference impact has in common, at which approach "
-            "speed, and with every_law = true for laws of the same unit too.",
-            _equal_terms,
-            '{same = "peak force", speed = "0.5 m/s"}',
-            "one stiffness for laws of one unit",
-            write=lambda terms: terms.written(),
-            schema={"$ref": "#/$defs/EqualTermsTable"},
-        ),
-    ] = None
+    stiffness: Any = Key(
+        "Stiffness of the contact, k in N/m or β in N/m^1.5 as the contact model has it; for tabulated force over "
+        "penetration at the table's last point, where another one than the table's own scales its forces.",
+        lambda value, number: value,
+        '"4.2e7 kN/m^1.5"',
+        "required, unless no contact model takes one; for tabulated the table's own",
+        'missing; write stiffness = "4.2e7 kN/m^1.5" (in N/m for the linear laws)',
+        schema={"type": "string"},
+    ).defaults_to(None)
+    restitution: GivenRestitution = Key(
+        'Coefficient of restitution e, a named relation e(v), or {value = 0.65, relation = "exact"}, where damping '
+        "follows from e by the exact relation instead of the published one. A damping ratio ξ of a law, as papers "
+        'give it, is written "xi 0.35 of jankowski": e follows from the published relation.',
+        _restitution,
+        '"concrete"',
+        "required by models that damp or rebound by it",
+        write=lambda given: given.written(),
+        schema={"anyOf": [{"type": ["number", "string", "object"]}, {"enum": list(NAMED)}]},
+    ).defaults_to(GivenRestitution(constant(1.0), NO_RESTITUTION))
+    yield_force: float = measured(
+        units.YIELD_FORCE, "Force F_E at which the contact yields; inf never yields.", absent='"inf"'
+    ).defaults_to(inf)
+    column_yield_force: float = measured(
+        units.YIELD_FORCE,
+        "Force at which a column that is hit part-way up yields: its shear strength.",
+        '"200 kN"',
+        '"inf"',
+    ).defaults_to(inf)
+    contact: tuple[tuple[float, float], ...] = _meetings(
+        "Where the two meet, instead of where their levels say: storey 2 is the floor on top of it, "
+        "column 3 at 0.5 half-way up storey 3.",
+        '[{left = "storey 2", right = "storey 2"}, {left = "storey 3", right = "column 3 at 0.5"}]',
+        "every floor below the lower roof meets the other's floor at its level, or its column",
+    ).defaults_to(())
+    link_stiffness: float = measured(
+        units.LINK_STIFFNESS,
+        "Stiffness of a linear link between the two, which pulls and pushes; at each place of link_at.",
+        absent="no spring joins them",
+    ).defaults_to(0.0)
+    link_damping: float = measured(
+        units.LINK_DAMPING,
+        "Coefficient of a viscous damper between the two, beside the spring of the link.",
+        absent="no damper joins them",
+    ).defaults_to(0.0)
+    link_exponent: float | None = measured(
+        units.LINK_EXPONENT,
+        "Power of the speed that the force of the damper is: link_damping × 1 m/s × (speed / 1 m/s)^link_exponent, "
+        "linear below 1 mm/s.",
+        absent="the damper is linear, and its peak force no output",
+    ).defaults_to(None)
+    link_brace_stiffness: float | None = measured(
+        units.LINK_BRACE,
+        "Stiffness of the brace that the damper acts on, in series with it; with link_stiffness, which is beside "
+        "both, the element of Zener.",
+        absent="the damper joins the two by itself",
+    ).defaults_to(None)
+    link_strength: float = measured(
+        units.LINK_STRENGTH,
+        "Force at which the spring of the link slips, in both directions: a friction damper on its brace, or one "
+        "that yields.",
+        absent="the spring is linear",
+    ).defaults_to(inf)
+    link_slack: float | None = measured(
+        units.LINK_SLACK,
+        "Stretch past which the spring of the link pulls; then it never pushes: a hook, a cable or a restrainer.",
+        absent="the spring pulls and pushes",
+    ).defaults_to(None)
+    link_breaking_force: float = measured(
+        units.LINK_BREAKING_FORCE,
+        "Force at which the spring of the link breaks for good, pushed or pulled; with link_slack pulled alone.",
+        absent="it never breaks",
+    ).defaults_to(inf)
+    link_at: tuple[tuple[float, float], ...] = _meetings(
+        "Where links join the two, in the words of contact.",
+        '[{left = "storey 3", right = "storey 3"}]',
+        "their highest contact point",
+    ).defaults_to(())
+    bumper_length: float | None = measured(
+        units.GAP._replace(words="length of a bumper"),
+        "Length of the bumpers on one face, or on both together, at every contact point: it takes up part of the "
+        "gap, and contact begins where the rest has closed.",
+        '"40 mm"',
+        "faces meet faces",
+    ).defaults_to(None)
+    tolerance: float | None = measured(
+        units.LEVELS,
+        "How far apart the levels of floors may be that meet floor to floor, in place of the floors' depth.",
+        absent="floors meet where they overlap in height, by floor_depth",
+    ).defaults_to(None)
+    plastic_exponent: float = measured(
+        EXPONENT, "Exponent n of the plastic branch, for van_mier.", absent="0, ideally plastic"
+    ).defaults_to(0.0)
+    design_penetration: float = measured(
+        DESIGN_PENETRATION,
+        "Penetration for which bilinear is set up.",
+        absent="the Hertz spring's at each approach speed",
+    ).defaults_to(0.0)
+    table: Any = FORCE_TABLE.defaults_to(None)
+    equal_terms: EqualTerms | None = Key(
+        "Calibrates the grid's other laws to this one: what a reference impact has in common, at which approach "
+        "speed, and with every_law = true for laws of the same unit too.",
+        lambda value, number: inline(EqualTerms, "equal_terms", value, number, EQUAL_TERMS_EXAMPLE),
+        EQUAL_TERMS_EXAMPLE,
+        "one stiffness for laws of one unit",
+        write=lambda terms: terms.written(),
+        schema={"$ref": "#/$defs/EqualTermsTable"},
+    ).defaults_to(None)
 
     def __init__(self, *values: Any, law: Any = None, **keys: Any):
         of_law = {} if law is None else _keys_of_law(law)

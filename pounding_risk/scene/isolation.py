@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from math import inf
-from typing import Annotated, Any
+from typing import Any
 
 from pounding_risk.models.structures.isolation import YIELD_DISPLACEMENT, Isolators
-from pounding_risk.scene.keys import REQUIRED, Key, Number, Several, Table, inline, measured
+from pounding_risk.scene.keys import Key, Number, Several, Table, inline, measured
 from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import FLOOR_MASS, STIFFNESS, STOREY_HEIGHT, Quantity
 
@@ -29,50 +29,32 @@ class Isolation(Table):
     ``friction`` and ``radius`` of friction pendulums and the weight of the slab and all floors.
     """
 
-    slab_mass: Annotated[
-        float,
-        measured(
-            FLOOR_MASS._replace(low=1.0, open_low=False), "Mass of the slab on the isolators.", '"600 t"', REQUIRED
-        ),
-    ]
-    height: Annotated[
-        float,
-        measured(
-            STOREY_HEIGHT, "Height of the slab above the ground, as of a moat wall around it.", '"1.5 m"', REQUIRED
-        ),
-    ]
-    strength: Annotated[
-        float | None,
-        measured(
-            STRENGTH,
-            "Characteristic strength: force at zero displacement on the branch that yields; 0 for linear isolators.",
-            '"900 kN"',
-            "friction times the weight",
-        ),
-    ] = None
-    stiffness: Annotated[
-        float | None, measured(STIFFNESS, "Stiffness past yield.", '"5 MN/m"', "the weight over radius")
-    ] = None
-    friction: Annotated[
-        float | None,
-        measured(
-            FRICTION, "Coefficient of friction of pendulums, the same at every speed.", "0.05", "strength is given"
-        ),
-    ] = None
-    radius: Annotated[
-        float | None,
-        measured(LENGTH, "Radius of the sliding surface.", '"2.2 m"', "stiffness is given"),
-    ] = None
-    yield_displacement: Annotated[
-        float,
-        measured(
-            YIELDING,
-            "Displacement at yield: before it the stiffness is that past yield plus strength over this.",
-            '"10 mm"',
-            '"1 mm"',
-        ),
-    ] = YIELD_DISPLACEMENT
-    damping: Annotated[float, measured(DASHPOT, "Dashpot between slab and ground.", '"200 kN s/m"', "none")] = 0.0
+    slab_mass: float = measured(
+        FLOOR_MASS._replace(low=1.0, open_low=False), "Mass of the slab on the isolators.", '"600 t"'
+    ).required()
+    height: float = measured(
+        STOREY_HEIGHT, "Height of the slab above the ground, as of a moat wall around it.", '"1.5 m"'
+    ).required()
+    strength: float | None = measured(
+        STRENGTH,
+        "Characteristic strength: force at zero displacement on the branch that yields; 0 for linear isolators.",
+        absent="friction times the weight",
+    ).defaults_to(None)
+    stiffness: float | None = measured(
+        STIFFNESS, "Stiffness past yield.", '"5 MN/m"', "the weight over radius"
+    ).defaults_to(None)
+    friction: float | None = measured(
+        FRICTION, "Coefficient of friction of pendulums, the same at every speed.", absent="strength is given"
+    ).defaults_to(None)
+    radius: float | None = measured(LENGTH, "Radius of the sliding surface.", absent="stiffness is given").defaults_to(
+        None
+    )
+    yield_displacement: float = measured(
+        YIELDING,
+        "Displacement at yield: before it the stiffness is that past yield plus strength over this.",
+        absent='"1 mm"',
+    ).defaults_to(YIELD_DISPLACEMENT)
+    damping: float = measured(DASHPOT, "Dashpot between slab and ground.", absent="none").defaults_to(0.0)
 
     @classmethod
     def of(cls, isolators: Isolators) -> Any:

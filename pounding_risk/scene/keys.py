@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from inspect import Parameter, Signature
 from itertools import pairwise
 from math import inf
@@ -18,17 +18,17 @@ from os import PathLike
 from textwrap import wrap
 from typing import Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.toml import Fault, KeyPath
-from pounding_risk.units import EXAMPLES, Quantity, bounds, exact, parse, shown, si
+from pounding_risk.units import EXAMPLES, Quantity, bounds, exact, parse, shown, si, written_example
 
 LONGEST_AXIS = 10_000  # values of one list
-REQUIRED = "required"
+REQUIRED, NOTHING = "required", "nothing"  # what holds where a key is left out
 Number = Callable[[Any, Quantity], float]  # `parse` in files, where a number needs a unit; `si` in Python
 Read = Callable[[Any, Number], Any]
 
@@ -76,13 +76,24 @@ class Key:
     words: str
     read: Read
     example: str
-    absent: str = "nothing"
+    absent: str = NOTHING
     missing: str = ""
     write: Callable[[Any], Any] = lambda value: value
     schema: Mapping[str, Any] = field(default_factory=dict)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(lambda value: self.read(plain(value), si))
+
+    def defaults_to(self, value: Any) -> Any:
+        """The field of a table that has this key, and this value where the key is left out."""
+        about = Field(value)
+        about.metadata.append(self)
+        return about
+
+    def required(self) -> Any:
+        """The field of a table that must have this key."""
+        key = replace(self, absent=REQUIRED) if self.absent == NOTHING else self
+        return key.defaults_to(...)
 
     def lacks(self, name: str) -> str:
         """The sentence for the key of this name where it should be there and is not."""
@@ -260,6 +271,16 @@ class Section:
         return Fault((*self.path, key), sentence, absent)
 
 
+def repeated_names(tables: Sequence[Section], what: str) -> Iterator[Fault]:
+    """A fault for each table of an array whose name another one before it has; ``what`` they are."""
+    first: dict[str, int] = {}
+    for keys in tables:
+        index, name = int(keys.path[1]), keys.get("name")
+        if name and first.setdefault(name, index) != index:
+            repair = f"give every {what} a name of its own"
+            yield keys.fault("name", f"{shown(name)} is the name of {what} {first[name] + 1} too; {repair}")
+
+
 @dataclass(frozen=True)
 class Draft:
     """All tables of a scene whose keys have been read, before it is known whether they make a scene together."""
@@ -320,13 +341,13 @@ def read_section(
 # ------------------------------------------------------------------------------------------------ kinds of keys
 
 
-def measured(quantity: Quantity, words: str, example: str, absent: str = "nothing", missing: str = "") -> Key:
-    """A quantity: text with a unit, or a plain number where it is dimensionless."""
+def measured(quantity: Quantity, words: str, example: str = "", absent: str = NOTHING, missing: str = "") -> Key:
+    """A quantity: text with a unit, or a plain number where it is dimensionless; its example by default."""
     kind = {"type": ["number", "string"]} if quantity.unit == "1" else {"type": "string"}
     return Key(
         words,
         lambda value, number: number(value, quantity),
-        example,
+        example or written_example(quantity),
         absent,
         missing,
         lambda value: exact(float(value), quantity),
@@ -339,7 +360,7 @@ def facts(quantity: Quantity) -> dict[str, str]:
     return {"x-unit": quantity.unit, "x-range": bounds(quantity)}
 
 
-def text(words: str, example: str, absent: str = "nothing", missing: str = "") -> Key:
+def text(words: str, example: str, absent: str = NOTHING, missing: str = "") -> Key:
     """Text that is not blank."""
 
     def read(value: Any, number: Number) -> str:
@@ -348,6 +369,13 @@ def text(words: str, example: str, absent: str = "nothing", missing: str = "") -
         return value
 
     return Key(words, read, f'"{example}"', absent, missing, schema={"type": "string"})
+
+
+def file_name(value: Any, example: str) -> str:
+    """The value, the name of a file beside the scene, such as the example."""
+    if not isinstance(value, str) or not value.strip():
+        raise Unreadable(f"{shown(value)} is not a file; write its name in quotes, such as {example}")
+    return value
 
 
 def flag(name: str, words: str, absent: str = "false") -> Key:
@@ -361,7 +389,9 @@ def flag(name: str, words: str, absent: str = "false") -> Key:
     return Key(words, read, "true", absent, schema={"type": "boolean"})
 
 
-def one_of(allowed: Sequence[str], what: str, words: str, example: str, absent: str, missing: str = "") -> Key:
+def one_of(
+    allowed: Sequence[str], what: str, words: str, example: str, absent: str = NOTHING, missing: str = ""
+) -> Key:
     """One of these words; ``what`` says with its article what they are."""
 
     def read(value: Any, number: Number) -> str:
@@ -377,12 +407,16 @@ def one_of(allowed: Sequence[str], what: str, words: str, example: str, absent: 
 def whole(name: str, low: int, high: int, words: str, example: str, absent: str) -> Key:
     """A whole number, of the key of this name."""
 
-    def read(value: Any, number: Number) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise Unreadable(f"{shown(value)} is not a whole number from {low} to {high}; write {name} = {example}")
-        return value
+    refusal = f"is not a whole number from {low} to {high}; write {name} = {example}"
+    schema = {"type": "integer", "minimum": low, "maximum": high}
+    return Key(words, lambda value, number: whole_from(value, low, high, refusal), example, absent, schema=schema)
 
-    return Key(words, read, example, absent, schema={"type": "integer", "minimum": low, "maximum": high})
+
+def whole_from(value: Any, low: int, high: float, refusal: str) -> int:
+    """The value, a whole number in a range; ``refusal`` is said of any other, with what may be written."""
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise Unreadable(f"{shown(value)} {refusal}")
+    return value
 
 
 def by_address(words: str, example: str, absent: str) -> Key:
@@ -460,7 +494,9 @@ def spaced(value: dict[str, Any], quantity: Quantity, number: Number) -> tuple[f
         return limit
 
     takes = "a range has start, stop and num"
-    kinds = {"start": bound, "stop": bound, "num": _count}
+    refusal = f"is not a count of values; write a whole number from 2 to {LONGEST_AXIS}"
+    count = partial(whole_from, low=2, high=LONGEST_AXIS, refusal=refusal)
+    kinds: dict[str, Callable[[Any], Any]] = {"start": bound, "stop": bound, "num": count}
     ends = options(value, kinds, tuple(kinds), lambda key: f"missing; {takes}", takes)
     if ends["stop"] <= ends["start"]:
         sentence = (
@@ -471,12 +507,6 @@ def spaced(value: dict[str, Any], quantity: Quantity, number: Number) -> tuple[f
     # In decimal fractions: the third of 51 values from 0 to 0.1 is 0.004, and no neighbour of it.
     start, stop, steps = Fraction(repr(ends["start"])), Fraction(repr(ends["stop"])), ends["num"] - 1
     return tuple(float(start + (stop - start) * step / steps) for step in range(steps + 1))
-
-
-def _count(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 2 <= value <= LONGEST_AXIS:
-        raise Unreadable(f"{shown(value)} is not a count of values; write a whole number from 2 to {LONGEST_AXIS}")
-    return value
 
 
 def list_of(value: Any, example: str) -> list[Any]:

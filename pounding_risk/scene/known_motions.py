@@ -24,13 +24,18 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.inputs import EXPORT, Unfit, cannot_be_read, read_whole, text_of
 from pounding_risk._common.tables import csv_rows, split_unit, uneven
 from pounding_risk.errors import PoundingError, SceneError
-from pounding_risk.scene.known_motion_checks import KEY
+from pounding_risk.motions.request import REVERSED
+from pounding_risk.scene.building_keys import INITIAL, OF_GROUND
+from pounding_risk.scene.interface_checks import OF_LINKS
+from pounding_risk.scene.keys import Draft
+from pounding_risk.scene.toml import Fault
 from pounding_risk.units import Quantity, QuantityError, parse_cell, say
 
 if TYPE_CHECKING:
     from pounding_risk.motions.motion import Motion
-    from pounding_risk.scene.scene import Scene
+    from pounding_risk.scene.values import SceneValues
 
+KEY = "displacement_history"  # of a building, and of the facts of a record that has histories beside it
 HEAD = "write a head such as 'time [s],floor 1 [mm],floor 2 [mm]', the floors from the ground up"
 TIME = Quantity("s", 0.0, inf, "time", open_high=True, example="0.01 s")
 DISPLACEMENT = Quantity("m", -inf, inf, "displacement", open_low=True, open_high=True, example="12 mm")
@@ -53,12 +58,12 @@ class HistoryError(PoundingError):
         super().__init__("; ".join(sentences))
 
 
-def has_known_motion(study: Scene) -> bool:
+def has_known_motion(study: SceneValues) -> bool:
     """Whether a building of the scene moves as files say."""
     return any(building.displacement_history for building in study.buildings)
 
 
-def check_computed(study: Scene, command: str) -> None:
+def check_computed(study: SceneValues, command: str) -> None:
     """Raise SceneError where a building of the scene moves as files say, in a command that runs contact."""
     for building in study.buildings:
         if building.displacement_history:
@@ -147,7 +152,7 @@ def _history_of(path: Path, digest: str, floors: int) -> History:
 # ------------------------------------------------------------------------------------------------ beside records
 
 
-def histories_beside(study: Scene, motion: Motion) -> dict[int, History]:
+def histories_beside(study: SceneValues, motion: Motion) -> dict[int, History]:
     """The history of each building of known motion under a record of the scene, by its place in the row."""
     stated = motion.record.get(KEY, {})
     histories = {}
@@ -161,7 +166,7 @@ def histories_beside(study: Scene, motion: Motion) -> dict[int, History]:
     return histories
 
 
-def with_histories(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
+def with_histories(study: SceneValues, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
     """The motions, with the files of the histories under each among its facts; as they are where there are none.
 
     Raises SceneError where a file is no history or not as long as its record, and where there are not as many files as
@@ -215,10 +220,41 @@ def _check_length(history: History, motion: Motion) -> None:
         raise HistoryError([f"ends at {ends:g} s, and {motion.name}, as the scene has it, at {lasts:g} s; {repair}"])
 
 
-# ------------------------------------------------------------------------------------------------ notes
+# ------------------------------------------------------------------------------------------------ checks and notes
 
 
-def known_motion_notes(study: Scene, motions: Sequence[Motion]) -> Iterator[str]:
+def known_motion_checks(draft: Draft) -> Iterator[Fault]:
+    """What a history does not go with: other motions of the building, own grounds, and motions that are not its own."""
+    buildings = draft.tables("building")
+    known = [keys for keys in buildings if KEY in keys]
+    if not known:
+        return
+    name = known[0].raw.get("name", "a building")
+    for keys in known:
+        for key in INITIAL:
+            if key in keys:
+                yield keys.fault(key, f"the building begins as its {KEY} does; remove it")
+    on_records = f"{name} has a {KEY}, which is relative to the ground of the records; remove it"
+    for keys in buildings:
+        yield from (keys.fault(key, on_records) for key in OF_GROUND if key in keys)
+    for keys in draft.tables("interface"):
+        for key in sorted(OF_LINKS & set(keys.raw)):
+            if keys.get(key):
+                yield keys.fault(key, f"{name} has a {KEY}, which no link can change; remove one of the two")
+    if "wave_passage" in draft.table("effects").raw:
+        yield Fault(("effects", "wave_passage"), on_records)
+    records, grid = draft.table("records"), draft.table("grid")
+    sentence = f"{name} has a {KEY}, which is its response to each record as it is"
+    if REVERSED in records.get("polarity", ()):
+        yield records.fault("polarity", f"{sentence}: how it responds to the reverse is not known; remove {REVERSED}")
+    for table, key in ((grid, "pga"), (records, "intensity")):
+        if len(table.get(key) or ()) > 1:
+            yield table.fault(
+                key, f"{sentence}, at one amplitude: it is never scaled; write one, or scan once for each"
+            )
+
+
+def known_motion_notes(study: SceneValues, motions: Sequence[Motion]) -> Iterator[str]:
     """What to know of a dataset of a scene with known motions."""
     for place, building in enumerate(study.buildings):
         if building.displacement_history:

@@ -15,7 +15,7 @@ from pounding_risk._common.tables import Row, read_table, split_unit
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.matrices import ModeTable
 from pounding_risk.models.structures.storeys import MOST_STOREYS
-from pounding_risk.scene.keys import Key, Number, Several, Unreadable, each, list_of, options
+from pounding_risk.scene.keys import Key, Number, Several, Unreadable, each, file_name, list_of, options
 from pounding_risk.units import DAMPING, FLOOR_MASS, PERIOD, Quantity, QuantityError, parse_cell, shown, si
 
 Matrix = tuple[tuple[float, ...], ...]
@@ -153,7 +153,8 @@ def matrix_key(name: str, quantity: Quantity, words: str, unit: str, absent: str
             value = {"values": value, "unit": quantity.unit}
         if not isinstance(value, Mapping):
             raise Unreadable(f"{shown(value)} is no matrix with its unit; write {in_file}, or {inline}")
-        kinds = {"file": _text, "values": _rows, "unit": lambda item: _scale(item, quantity)}
+        kinds = {"values": _rows, "unit": lambda item: _scale(item, quantity)}
+        kinds |= {"file": lambda item: file_name(item, '"K.csv"')}
         first = "values" if "values" in value else "file"
         given = options(
             value, kinds, (first, "unit"), lambda key: f"missing; write {in_file}", "it takes file or values, and unit"
@@ -170,12 +171,6 @@ def matrix_key(name: str, quantity: Quantity, words: str, unit: str, absent: str
         return {"values": [list(row) for row in value], "unit": quantity.unit}
 
     return Key(words, read, in_file, absent, write=write, schema={"type": "object"})
-
-
-def _text(value: Any) -> str:
-    if not isinstance(value, str) or not value.strip():
-        raise Unreadable(f'{shown(value)} is not a file; write its name in quotes, such as "K.csv"')
-    return value
 
 
 def _scale(value: Any, quantity: Quantity) -> float:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import cache
 from itertools import permutations
 from math import sqrt
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,21 +13,8 @@ from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.matrices import assembled, condensed, condensed_masses, symmetric
 from pounding_risk.models.structures.storeys import BY_MATRIX, DAMPING_RULES, Storeys
-from pounding_risk.scene.building_keys import (
-    BUILDING_PERIOD,
-    IN_STRUCTURES,
-    LISTS,
-    Damping,
-    DampingRule,
-    FloorMasses,
-    Period,
-    StoreyHeights,
-    StoreyStiffnesses,
-    StoreyStrengths,
-    WithFloors,
-    wrong_initial,
-    wrong_lengths,
-)
+from pounding_risk.scene import building_keys
+from pounding_risk.scene.building_keys import WithFloors, wrong_initial, wrong_lengths
 from pounding_risk.scene.keys import Key, Number, Section, Unreadable, list_of, measured
 from pounding_risk.scene.matrices import MODES, OF_DASHPOTS, OF_MASSES, OF_STIFFNESS, matrix_key
 from pounding_risk.scene.toml import Fault
@@ -50,12 +37,12 @@ class FlooredBuilding(WithFloors):
     """A building whose floors are joined by more than storey springs; ``period`` scales all stiffnesses."""
 
     has_storeys = True
-    floor_masses: FloorMasses
-    storey_heights: StoreyHeights
-    period: Period = 0.0
-    damping: Damping = 0.05
-    storey_stiffnesses: StoreyStiffnesses = ()
-    storey_strengths: StoreyStrengths = ()
+    floor_masses: tuple[float, ...] | float = building_keys.FLOOR_MASSES.required()
+    storey_heights: tuple[float, ...] | float = building_keys.STOREY_HEIGHTS.required()
+    period: float = building_keys.PERIOD.defaults_to(0.0)
+    damping: float = building_keys.DAMPING.defaults_to(0.05)
+    storey_stiffnesses: tuple[float, ...] | float = building_keys.STOREY_STIFFNESSES.defaults_to(())
+    storey_strengths: tuple[float, ...] | float = building_keys.STOREY_STRENGTHS.defaults_to(())
 
     @classmethod
     @cache
@@ -79,7 +66,7 @@ class FlooredBuilding(WithFloors):
         """The fields of a structure that have one value for each of ``count`` floors, its name and its support."""
         fields = self.fields()
         stated = {key: fields[key] for key in ("name", "support", "displacement_history", "damping", "column_strength")}
-        return stated | {IN_STRUCTURES[key]: self.by_floor(key, count) for key in LISTS}
+        return stated | {building_keys.IN_STRUCTURES[key]: self.by_floor(key, count) for key in building_keys.LISTS}
 
     def completed(self, bare: Storeys) -> Storeys:
         """The building at the period of the table, on its isolators, with its initial state."""
@@ -105,65 +92,50 @@ class MatrixBuilding(FlooredBuilding):
 
     repair = "a building with a stiffness_matrix takes no {key}; remove {key}, or stiffness_matrix"
 
-    stiffness_matrix: Annotated[
-        Any,
-        matrix_key(
-            "K",
-            OF_STIFFNESS,
-            "Stiffness matrix of its floors along the row, from the ground up, in place of storey_stiffnesses: a file "
-            "beside the scene (a row a line, or an array of NumPy), or rows; with the unit of its numbers. With "
-            "floor_rows it may have rows of other places too, which are condensed.",
-            "kN/m",
-            "storey springs",
-        ),
-    ]
-    floor_rows: Annotated[
-        tuple[int, ...],
-        _rows_key(
-            "Rows of stiffness_matrix that are floors, counted from 1, from the ground up; the others are condensed, "
-            "which is exact where they carry neither mass nor damping.",
-            "[3, 6]",
-            "every row is a floor",
-        ),
-    ] = ()
-    damping_matrix: Annotated[
-        Any,
-        matrix_key(
-            "C",
-            OF_DASHPOTS,
-            "Damping matrix of its floors, in place of damping and damping_rule.",
-            "kN s/m",
-            "damping by damping_rule",
-        ),
-    ] = ()
-    mass_matrix: Annotated[
-        Any,
-        matrix_key(
-            "M",
-            OF_MASSES,
-            "Mass matrix of the rows of stiffness_matrix, where masses are not lumped at floors; floor_masses beside "
-            "it are those by which the ground's acceleration acts.",
-            "t",
-            "masses lumped at floors",
-        ),
-    ] = ()
-    along_rows: Annotated[
-        tuple[int, ...],
-        _rows_key(
-            "Rows of mass_matrix that are displacements along the row, floors and others: the ground's acceleration "
-            "acts on their masses.",
-            "[1, 3, 4, 6]",
-            "the floors; needed where other rows have mass and no floor_masses are given",
-        ),
-    ] = ()
-    floor_masses: FloorMasses = ()
-    damping_rule: DampingRule = DAMPING_RULES[0]
+    stiffness_matrix: Any = matrix_key(
+        "K",
+        OF_STIFFNESS,
+        "Stiffness matrix of its floors along the row, from the ground up, in place of storey_stiffnesses: a file "
+        "beside the scene (a row a line, or an array of NumPy), or rows; with the unit of its numbers. With "
+        "floor_rows it may have rows of other places too, which are condensed.",
+        "kN/m",
+        "storey springs",
+    ).required()
+    floor_rows: tuple[int, ...] = _rows_key(
+        "Rows of stiffness_matrix that are floors, counted from 1, from the ground up; the others are condensed, "
+        "which is exact where they carry neither mass nor damping.",
+        "[3, 6]",
+        "every row is a floor",
+    ).defaults_to(())
+    damping_matrix: Any = matrix_key(
+        "C",
+        OF_DASHPOTS,
+        "Damping matrix of its floors, in place of damping and damping_rule.",
+        "kN s/m",
+        "damping by damping_rule",
+    ).defaults_to(())
+    mass_matrix: Any = matrix_key(
+        "M",
+        OF_MASSES,
+        "Mass matrix of the rows of stiffness_matrix, where masses are not lumped at floors; floor_masses beside "
+        "it are those by which the ground's acceleration acts.",
+        "t",
+        "masses lumped at floors",
+    ).defaults_to(())
+    along_rows: tuple[int, ...] = _rows_key(
+        "Rows of mass_matrix that are displacements along the row, floors and others: the ground's acceleration "
+        "acts on their masses.",
+        "[1, 3, 4, 6]",
+        "the floors; needed where other rows have mass and no floor_masses are given",
+    ).defaults_to(())
+    floor_masses: tuple[float, ...] | float = building_keys.FLOOR_MASSES.defaults_to(())
+    damping_rule: str = building_keys.DAMPING_RULE.defaults_to(DAMPING_RULES[0])
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
         """Lists that have not one value for each floor, no masses, and what says the damping twice."""
         yield from super().checks(keys)
-        matrix, names = keys.get("stiffness_matrix"), LISTS
+        matrix, names = keys.get("stiffness_matrix"), building_keys.LISTS
         if "floor_masses" not in keys and "mass_matrix" not in keys:
             yield keys.fault("floor_masses", cls.keys()["floor_masses"].lacks("floor_masses"), absent=True)
         if "along_rows" in keys and "mass_matrix" not in keys:
@@ -222,16 +194,13 @@ class ModalBuilding(FlooredBuilding):
 
     repair = "a building with modes takes no {key}; remove {key}, or modes"
 
-    modes: Annotated[Any, MODES]
-    residual_period: Annotated[
-        float,
-        measured(
-            BUILDING_PERIOD,
-            "Period of all motion that its modes leave out: floors move in it when a neighbour strikes them.",
-            '"0.05 s"',
-            "a third of the shortest period of modes",
-        ),
-    ] = 0.0
+    modes: Any = MODES.required()
+    residual_period: float = measured(
+        building_keys.BUILDING_PERIOD,
+        "Period of all motion that its modes leave out: floors move in it when a neighbour strikes them.",
+        '"0.05 s"',
+        "a third of the shortest period of modes",
+    ).defaults_to(0.0)
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -240,7 +209,7 @@ class ModalBuilding(FlooredBuilding):
         table = keys.get("modes")
         count = len(table.shapes[0]) if table else 0
         if table:
-            yield from wrong_lengths(keys, LISTS, count, f"{count} floors of modes")
+            yield from wrong_lengths(keys, building_keys.LISTS, count, f"{count} floors of modes")
             yield from wrong_initial(keys, count, f"{count} floors of modes")
             if table.dampings and "damping" in keys:
                 yield keys.fault("damping", "modes has a damping of its own for each; remove one of the two")

@@ -74,22 +74,10 @@ def check_arrivals(study: Scene, motions: Iterable[Motion]) -> None:
 
 def _with_own(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
     """The motions with the records of buildings that have their own."""
-    own: list[list[Motion | None]] = []
+    own: list[Sequence[Motion | None]] = []
     for building in study.buildings:
-        names = building.support.records
-        if len(names) not in (0, 1, len(motions)):
-            listed = ", ".join(motion.name for motion in motions)
-            raise SceneError(
-                study.source,
-                [
-                    f"building {building.name}, ground_record: {counted(len(names), 'name')} for "
-                    f"{counted(len(motions), 'record')} of the scene; write one for all, or one for "
-                    f"each of {shown(listed)}, in this order"
-                ],
-            )
-        motions_by_name = {name: read_own(name, study.records, study.folder) for name in dict.fromkeys(names)}
-        name_by_motion = names if len(names) == len(motions) else names * len(motions)
-        own.append([motions_by_name[name] for name in name_by_motion] or [None] * len(motions))
+        names, key = building.support.records, f"building {building.name}, ground_record"
+        own.append(_one_for_each(study, motions, names, study.records, key, " of the scene") or [None] * len(motions))
     if not any(building.support.records for building in study.buildings):
         return motions
     return tuple(set_beside(motion, beside) for motion, beside in zip(motions, zip(*own, strict=True), strict=True))
@@ -103,16 +91,22 @@ def _followed(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
     if any(building.support.records for building in study.buildings):
         words = "records.aftershock: buildings with a ground_record have none; remove one of the two keys"
         raise SceneError(study.source, [words])
-    if len(names) not in (1, len(motions)):
-        listed = ", ".join(motion.name for motion in motions)
-        count = f"{counted(len(names), 'name')} for {counted(len(motions), 'record')}"
-        words = f"records.aftershock: {count}; write one for all, or one for each"
-        raise SceneError(study.source, [f"{words} of {shown(listed)}, in this order"])
-    alone = request._replace(window=None, tail=0.0)
-    after = {name: read_own(name, alone, study.folder) for name in dict.fromkeys(names)}
-    pairs = zip(motions, names if len(names) == len(motions) else names * len(motions), strict=True)
+    after = _one_for_each(study, motions, names, request._replace(window=None, tail=0.0), "records.aftershock")
     numbers = request.pause, request.aftershock_ratio, request.tail
-    return tuple(followed_by(motion, after[name], *numbers) for motion, name in pairs)
+    return tuple(followed_by(motion, other, *numbers) for motion, other in zip(motions, after, strict=True))
+
+
+def _one_for_each(
+    study: Scene, motions: Sequence[Motion], names: Sequence[str], request: RecordRequest, key: str, of: str = ""
+) -> list[Motion]:
+    """The motions of names beside those of the scene: of one name for all, or of one for each; none without names."""
+    if len(names) not in (0, 1, len(motions)):
+        listed = ", ".join(motion.name for motion in motions)
+        count = f"{counted(len(names), 'name')} for {counted(len(motions), 'record')}{of}"
+        words = f"{key}: {count}; write one for all, or one for each of {shown(listed)}, in this order"
+        raise SceneError(study.source, [words])
+    by_name = {name: read_own(name, request, study.folder) for name in dict.fromkeys(names)}
+    return [by_name[name] for name in (names if len(names) == len(motions) else [*names] * len(motions))]
 
 
 def for_buildings(motions: Iterable[Motion], study: Scene) -> tuple[Motion, ...]:

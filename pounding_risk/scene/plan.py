@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import inf
-from typing import Annotated, Any
+from typing import Any
 
 from pounding_risk.models.structures.plan import Plan
 from pounding_risk.scene.keys import (
@@ -39,83 +39,52 @@ def _face(value: Any, number: Number) -> tuple[float, float]:
 class PlanTable(Table):
     """The plan of one floor and the storey below it, or of all, by which floors rotate as they move along the row."""
 
-    face: Annotated[
-        tuple[float, float],
-        Key(
-            "Both ends of the faces towards the neighbours: places across the row, in one coordinate of all buildings, "
-            "that grows to the left of who looks along the row.",
-            _face,
-            '["-8 m", "8 m"]',
-            REQUIRED,
-            write=lambda ends: [exact(end, ACROSS) for end in ends],
-            schema={"type": "array", "items": {"type": "string"}},
-        ),
-    ]
-    eccentricity: Annotated[
-        float,
-        measured(
-            ACROSS._replace(words="eccentricity", example="1.5 m"),
-            "Place of the centre of stiffness across the row, from the centre of mass.",
-            '"1.5 m"',
-            REQUIRED,
-        ),
-    ]
-    gyration: Annotated[
-        float, measured(GYRATION, "Radius of gyration of a floor about its centre of mass.", '"6.5 m"', REQUIRED)
-    ]
-    torsional_ratio: Annotated[
-        float,
-        measured(
-            RATIO,
-            "Frequency of rotation about the centre of stiffness over that of translation, each alone.",
-            "1.1",
-            REQUIRED,
-        ),
-    ]
-    centre: Annotated[
-        float | None,
-        measured(ACROSS, "Place of the centre of mass.", '"0 m"', "the middle of the face"),
-    ] = None
-    eccentricity_along: Annotated[
-        float | None,
-        measured(
-            ACROSS._replace(words="eccentricity", example="1 m"),
-            "Place of the centre of stiffness along the row, from the centre of mass, positive to the right: floors "
-            "then move across the row too, under both horizontals of each recording, turned by direction in [records].",
-            '"1 m"',
-            "floors move along the row and rotate",
-        ),
-    ] = None
-    across_ratio: Annotated[
-        float,
-        measured(RATIO, "Frequency of translation across the row over that along it, each alone.", "0.9", "1"),
-    ] = 1.0
-    centre_along: Annotated[
-        float,
-        measured(
-            ACROSS._replace(words="place along the row", example="2 m"),
-            "Place of the centre of mass along the row, of floors with unlike plans: from one vertical axis of the "
-            "building, positive to the right.",
-            '"2 m"',
-            "centres of mass above each other along the row",
-        ),
-    ] = 0.0
+    face: tuple[float, float] = Key(
+        "Both ends of the faces towards the neighbours: places across the row, in one coordinate of all buildings, "
+        "that grows to the left of who looks along the row.",
+        _face,
+        '["-8 m", "8 m"]',
+        REQUIRED,
+        write=lambda ends: [exact(end, ACROSS) for end in ends],
+        schema={"type": "array", "items": {"type": "string"}},
+    ).required()
+    eccentricity: float = measured(
+        ACROSS._replace(words="eccentricity", example="1.5 m"),
+        "Place of the centre of stiffness across the row, from the centre of mass.",
+    ).required()
+    gyration: float = measured(GYRATION, "Radius of gyration of a floor about its centre of mass.").required()
+    torsional_ratio: float = measured(
+        RATIO, "Frequency of rotation about the centre of stiffness over that of translation, each alone."
+    ).required()
+    centre: float | None = measured(
+        ACROSS, "Place of the centre of mass.", '"0 m"', "the middle of the face"
+    ).defaults_to(None)
+    eccentricity_along: float | None = measured(
+        ACROSS._replace(words="eccentricity", example="1 m"),
+        "Place of the centre of stiffness along the row, from the centre of mass, positive to the right: floors "
+        "then move across the row too, under both horizontals of each recording, turned by direction in [records].",
+        absent="floors move along the row and rotate",
+    ).defaults_to(None)
+    across_ratio: float = measured(
+        RATIO, "Frequency of translation across the row over that along it, each alone.", "0.9", "1"
+    ).defaults_to(1.0)
+    centre_along: float = measured(
+        ACROSS._replace(words="place along the row", example="2 m"),
+        "Place of the centre of mass along the row, of floors with unlike plans: from one vertical axis of the "
+        "building, positive to the right.",
+        absent="centres of mass above each other along the row",
+    ).defaults_to(0.0)
 
     @classmethod
     def of(cls, plan: Plan) -> Any:
         """The table of a plan, every value stated."""
-        values = plan._asdict()
-        absent = {"centre": 0.5 * sum(plan.face), "eccentricity_along": None, "across_ratio": 1.0, "centre_along": 0.0}
-        for key, value in absent.items():
-            if values[key] == value:
-                del values[key]
-        return cls.from_values(values)
+        usual = {key: about.default for key, about in cls.model_fields.items()} | {"centre": 0.5 * sum(plan.face)}
+        return cls.from_values({key: value for key, value in plan._asdict().items() if value != usual[key]})
 
     def plan(self) -> Plan:
         """The plan as buildings of `models.structures` have it."""
         centre = 0.5 * sum(self.face) if self.centre is None else self.centre
-        own = self.face, centre, self.eccentricity, self.gyration, self.torsional_ratio
-        return Plan(*own, self.eccentricity_along, self.across_ratio, self.centre_along)
+        return Plan(**vars(self) | {"centre": centre})
 
 
 def plans_of(tables: Sequence[PlanTable], count: int) -> tuple[Plan, ...]:
@@ -154,18 +123,13 @@ def _plan(value: Any, number: Number) -> PlanTable:
     return table
 
 
-def _write(tables: Sequence[PlanTable]) -> Any:
-    written = [table.written() for table in tables]
-    return written[0] if len(written) == 1 else written
-
-
 PLAN = Key(
     "Floors that rotate: elastic storeys whose centre of stiffness is not that of mass, under one component of ground "
     "motion, or two; one plan for all floors, or a list with one for each, from the ground up.",
     _plans,
     EXAMPLE,
     "floors move along the row alone",
-    write=_write,
+    write=lambda tables: tables[0].written() if len(tables) == 1 else [table.written() for table in tables],
     schema={"anyOf": [{"$ref": "#/$defs/PlanTable"}, {"type": "array", "items": {"$ref": "#/$defs/PlanTable"}}]},
 )
 

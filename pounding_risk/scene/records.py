@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
@@ -276,183 +276,128 @@ AFTERSHOCK_RATIO = Quantity("1", 0.0, 10.0, "ratio of two PGAs", open_low=True, 
 class Records(Table):
     """Which ground motions a scene uses, and how they are treated before a run."""
 
-    names: Annotated[
-        tuple[str, ...],
-        several("names", _record_name, "Ids of the catalogue.", '["RSN6-180"]', _ONE_SOURCE),
-    ] = ()
-    files: Annotated[
-        tuple[str, ...],
-        several(
-            "files",
-            text("", "my/*.AT2").read,
-            "Files, patterns or folders, from the scene's folder; one component after #.",
-            '["my/*.AT2"]',
-            _ONE_SOURCE,
-        ),
-    ] = ()
-    set: Annotated[
-        str,
-        Key(
-            "A published record set.",
-            _record_set,
-            '"fema-p695-farfield"',
-            _ONE_SOURCE,
-            schema={"type": "string"},
-        ),
-    ] = ""
-    manifest: Annotated[str, text("A list of records with their factors.", "selected.csv", _ONE_SOURCE)] = ""
-    sites: Annotated[
-        str,
-        text(
-            "A grid of sites with motions of their own, as SimCenter's EventGrid.csv; those of the nearest are taken.",
-            "EventGrid.csv",
-            _ONE_SOURCE,
-        ),
-    ] = ""
-    place: Annotated[
-        Place | None,
-        Key(
-            "Where the row stands, for sites: degrees east and north.",
-            _place,
-            "{longitude = 23.73, latitude = 37.98}",
-            "the only site",
-            write=lambda place: dict(place._asdict()),
-            schema={"type": "object"},
-        ),
-    ] = None
-    unit: Annotated[
-        str,
-        Key(
-            "Unit of the samples of files that state none.",
-            read_unit,
-            '"cm/s^2"',
-            "the files state it",
-            schema={"type": "string"},
-        ),
-    ] = ""
-    dt: Annotated[
-        float | None, measured(STEP, "Time step of files that state none.", '"0.01 s"', "the files state it")
-    ] = None
-    direction: Annotated[
-        float | None,
-        measured(
-            DIRECTION,
-            "Direction of the row; both horizontals of each recording are turned to it.",
-            '"30 deg"',
-            "components as they are",
-        ),
-    ] = None
-    window: Annotated[
-        tuple[float, float] | None,
-        Key(
-            "The part of each record that is kept.",
-            _window,
-            '["0 s", "6 s"]',
-            "all of it",
-            write=lambda times: [exact(time, TIME) for time in times],
-            schema=_STRINGS,
-        ),
-    ] = None
-    pga: Annotated[float | None, measured(PGA, "Every motion is scaled to this PGA.", '"0.5 g"', "as recorded")] = None
-    sa: Annotated[
-        Spectral | None,
-        Key(
-            "Every motion is scaled to this spectral acceleration.",
-            lambda value, number: _spectral(value, number, 'sa = {value = "0.4 g", period = "1 s"}', with_value=True),
-            '{value = "0.4 g", period = "1 s"}',
-            "as recorded",
-            write=lambda spectral: spectral.written(),
-            schema={"type": "object"},
-        ),
-    ] = None
-    to_median: Annotated[
-        str | Spectral | None,
-        Key(
-            "Every recording is scaled to the ensemble's median PGA, PGV or Sa(T).",
-            _to_median,
-            '"pgv"',
-            "as recorded",
-            write=lambda median: median.written() if isinstance(median, Spectral) else median,
-            schema={"anyOf": [{"enum": list(MEDIANS)}, {"type": "object"}]},
-        ),
-    ] = None
-    scale: Annotated[
-        float | None, measured(SCALE, "A factor on every motion, after any other scaling.", "1.5", "as recorded")
-    ] = None
-    intensity: Annotated[
-        tuple[Level, ...],
-        Key(
-            "Levels of pga, pgv, sa, sa_avg or scale, to each of which every motion is scaled; a dimension of the "
-            "dataset.",
-            levels.read_levels,
-            levels.EXAMPLE,
-            "as recorded",
-            write=levels.written_levels,
-            schema=levels.SCHEMA,
-        ),
-    ] = ()
-    polarity: Annotated[
-        tuple[str, ...],
-        Key(
-            "As recorded, reversed, or both; a dimension of the dataset.",
-            _polarity,
-            '["as recorded", "reversed"]',
-            f'"{AS_RECORDED}"',
-            write=list,
-            schema={"anyOf": [{"enum": list(POLARITIES)}, _STRINGS]},
-        ),
-    ] = (AS_RECORDED,)
-    processing: Annotated[
-        str | tuple[StepTable, ...],
-        Key(
-            "Steps from record to motion; auto processes raw records and leaves processed ones alone.",
-            _processing,
-            STEPS_EXAMPLE,
-            '"auto"',
-            write=lambda steps: steps if isinstance(steps, str) else [step.written() for step in steps],
-            schema={"anyOf": [{"enum": ["auto", "none"]}, _STEPS]},
-        ),
-    ] = "auto"
-    tail: Annotated[
-        float,
-        measured(TAIL, "Free vibration after each record, at least; rounded up to whole time steps.", '"5 s"', '"0 s"'),
-    ] = 0.0
-    aftershock: Annotated[
-        tuple[str, ...],
-        one_or_more(
-            'names no record; write a file, an id of the catalogue such as "RSN753-000", or a list with one for each '
-            "record of the scene",
-            "A record that follows each motion, in one run with it: a file, an id of the catalogue or a generated "
-            "motion as text, for all records of the scene, or a list with one for each. What has yielded, and "
-            "permanent indentations, stay. It is processed as they are, without their window.",
-            '"RSN753-000"',
-            "nothing follows",
-        ),
-    ] = ()
-    pause: Annotated[
-        float,
-        measured(PAUSE, "Still ground between a motion and its aftershock.", '"30 s"', '"60 s"'),
-    ] = 60.0
-    aftershock_ratio: Annotated[
-        float | None,
-        measured(
-            AFTERSHOCK_RATIO,
-            "PGA of the aftershock over that of the motion before it.",
-            "0.8",
-            "both as recorded, times the factor of the motion before",
-        ),
-    ] = None
-    generated: Annotated[
-        tuple[Recipe, ...],
-        Key(
-            "Motions that are no records, a table [[records.generated]] each: a kind and its keys, on their own page.",
-            _generated,
-            GENERATED_EXAMPLE,
-            _ONE_SOURCE,
-            write=lambda recipes: [recipe.written() for recipe in recipes],
-            schema={"type": "array", "items": _generated_schema},
-        ),
-    ] = ()
+    names: tuple[str, ...] = several(
+        "names", _record_name, "Ids of the catalogue.", '["RSN6-180"]', _ONE_SOURCE
+    ).defaults_to(())
+    files: tuple[str, ...] = several(
+        "files",
+        text("", "my/*.AT2").read,
+        "Files, patterns or folders, from the scene's folder; one component after #.",
+        '["my/*.AT2"]',
+        _ONE_SOURCE,
+    ).defaults_to(())
+    set: str = Key(
+        "A published record set.", _record_set, '"fema-p695-farfield"', _ONE_SOURCE, schema={"type": "string"}
+    ).defaults_to("")
+    manifest: str = text("A list of records with their factors.", "selected.csv", _ONE_SOURCE).defaults_to("")
+    sites: str = text(
+        "A grid of sites with motions of their own, as SimCenter's EventGrid.csv; those of the nearest are taken.",
+        "EventGrid.csv",
+        _ONE_SOURCE,
+    ).defaults_to("")
+    place: Place | None = Key(
+        "Where the row stands, for sites: degrees east and north.",
+        _place,
+        "{longitude = 23.73, latitude = 37.98}",
+        "the only site",
+        write=lambda place: dict(place._asdict()),
+        schema={"type": "object"},
+    ).defaults_to(None)
+    unit: str = Key(
+        "Unit of the samples of files that state none.",
+        read_unit,
+        '"cm/s^2"',
+        "the files state it",
+        schema={"type": "string"},
+    ).defaults_to("")
+    dt: float | None = measured(STEP, "Time step of files that state none.", absent="the files state it").defaults_to(
+        None
+    )
+    direction: float | None = measured(
+        DIRECTION,
+        "Direction of the row; both horizontals of each recording are turned to it.",
+        absent="components as they are",
+    ).defaults_to(None)
+    window: tuple[float, float] | None = Key(
+        "The part of each record that is kept.",
+        _window,
+        '["0 s", "6 s"]',
+        "all of it",
+        write=lambda times: [exact(time, TIME) for time in times],
+        schema=_STRINGS,
+    ).defaults_to(None)
+    pga: float | None = measured(PGA, "Every motion is scaled to this PGA.", absent="as recorded").defaults_to(None)
+    sa: Spectral | None = Key(
+        "Every motion is scaled to this spectral acceleration.",
+        lambda value, number: _spectral(value, number, 'sa = {value = "0.4 g", period = "1 s"}', with_value=True),
+        '{value = "0.4 g", period = "1 s"}',
+        "as recorded",
+        write=lambda spectral: spectral.written(),
+        schema={"type": "object"},
+    ).defaults_to(None)
+    to_median: str | Spectral | None = Key(
+        "Every recording is scaled to the ensemble's median PGA, PGV or Sa(T).",
+        _to_median,
+        '"pgv"',
+        "as recorded",
+        write=lambda median: median.written() if isinstance(median, Spectral) else median,
+        schema={"anyOf": [{"enum": list(MEDIANS)}, {"type": "object"}]},
+    ).defaults_to(None)
+    scale: float | None = measured(
+        SCALE, "A factor on every motion, after any other scaling.", absent="as recorded"
+    ).defaults_to(None)
+    intensity: tuple[Level, ...] = Key(
+        "Levels of pga, pgv, sa, sa_avg or scale, to each of which every motion is scaled; a dimension of the dataset.",
+        levels.read_levels,
+        levels.EXAMPLE,
+        "as recorded",
+        write=levels.written_levels,
+        schema=levels.SCHEMA,
+    ).defaults_to(())
+    polarity: tuple[str, ...] = Key(
+        "As recorded, reversed, or both; a dimension of the dataset.",
+        _polarity,
+        '["as recorded", "reversed"]',
+        f'"{AS_RECORDED}"',
+        write=list,
+        schema={"anyOf": [{"enum": list(POLARITIES)}, _STRINGS]},
+    ).defaults_to((AS_RECORDED,))
+    processing: str | tuple[StepTable, ...] = Key(
+        "Steps from record to motion; auto processes raw records and leaves processed ones alone.",
+        _processing,
+        STEPS_EXAMPLE,
+        '"auto"',
+        write=lambda steps: steps if isinstance(steps, str) else [step.written() for step in steps],
+        schema={"anyOf": [{"enum": ["auto", "none"]}, _STEPS]},
+    ).defaults_to("auto")
+    tail: float = measured(
+        TAIL, "Free vibration after each record, at least; rounded up to whole time steps.", absent='"0 s"'
+    ).defaults_to(0.0)
+    aftershock: tuple[str, ...] = one_or_more(
+        'names no record; write a file, an id of the catalogue such as "RSN753-000", or a list with one for each '
+        "record of the scene",
+        "A record that follows each motion, in one run with it: a file, an id of the catalogue or a generated "
+        "motion as text, for all records of the scene, or a list with one for each. What has yielded, and "
+        "permanent indentations, stay. It is processed as they are, without their window.",
+        '"RSN753-000"',
+        "nothing follows",
+    ).defaults_to(())
+    pause: float = measured(PAUSE, "Still ground between a motion and its aftershock.", absent='"60 s"').defaults_to(
+        60.0
+    )
+    aftershock_ratio: float | None = measured(
+        AFTERSHOCK_RATIO,
+        "PGA of the aftershock over that of the motion before it.",
+        absent="both as recorded, times the factor of the motion before",
+    ).defaults_to(None)
+    generated: tuple[Recipe, ...] = Key(
+        "Motions that are no records, a table [[records.generated]] each: a kind and its keys, on their own page.",
+        _generated,
+        GENERATED_EXAMPLE,
+        _ONE_SOURCE,
+        write=lambda recipes: [recipe.written() for recipe in recipes],
+        schema={"type": "array", "items": _generated_schema},
+    ).defaults_to(())
 
     def request(self) -> RecordRequest:
         """The request of ground motions that `motions.ensemble.read_ensemble` takes, in SI."""

@@ -20,7 +20,7 @@ from pounding_risk.scene.damage import DamageState, damage_checks
 from pounding_risk.scene.interface_checks import interface_checks
 from pounding_risk.scene.interfaces import Interface
 from pounding_risk.scene.keys import Draft, Key, Section, Several, Table, read_section
-from pounding_risk.scene.known_motion_checks import known_motion_checks
+from pounding_risk.scene.known_motions import known_motion_checks
 from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.overrides import ARRAYS, override
 from pounding_risk.scene.plan import plan_checks

@@ -1,7 +1,7 @@
 """The tables [effects], [grid], [solver] and [scene]: their keys, and what effects and floors need of other tables."""
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pounding_risk._common.words import nearest
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, needs_floors
@@ -32,7 +32,7 @@ from pounding_risk.scene.keys import (
     text,
 )
 from pounding_risk.scene.toml import Fault, as_list
-from pounding_risk.units import EXAMPLES, GAP, PGA, RTOL, YIELD_FORCE, Quantity, shown
+from pounding_risk.units import GAP, PGA, RTOL, YIELD_FORCE, Quantity, shown, written_example
 
 _RANGE = "a list in ascending order, or {start, stop, num}; a dimension of the dataset"
 
@@ -62,30 +62,27 @@ TOGETHER = Key(
 class Title(Table):
     """The table [scene] of a scene file: its name."""
 
-    name: Annotated[
-        str, text("What reports and figures call the study.", "Frame beside masonry", "the file's name")
-    ] = ""
+    name: str = text("What reports and figures call the study.", "Frame beside masonry", "the file's name").defaults_to(
+        ""
+    )
 
 
 class Grid(Table):
     """The values of each dimension of a scan."""
 
-    gap: Annotated[
-        tuple[float, ...],
-        axis(GAP, f"Gaps: {_RANGE}.", '{start = "0 mm", stop = "100 mm", num = 51}', "that of the interface"),
-    ] = ()
-    interface: Annotated[
-        str,
-        text("The only interface of a row whose gap varies, by its buildings.", "frame | masonry", "all vary alike"),
-    ] = ""
-    yield_force: Annotated[
-        tuple[float, ...],
-        axis(YIELD_FORCE, f"Yield forces: {_RANGE}.", '["200 kN", "400 kN", "inf"]', "that of the interface"),
-    ] = ()
-    contact_model: Annotated[tuple[str, ...], LAW_NAMES] = ()
-    pga: Annotated[tuple[float, ...], axis(PGA, f"PGAs: {_RANGE}.", '["0.2 g", "0.5 g"]', "that of the records")] = ()
-    axes: Annotated[dict[str, Any], NUMBERS] = {}  # noqa: RUF012 - read as a key, and never changed
-    zip: Annotated[tuple[tuple[str, ...], ...], TOGETHER] = ()
+    gap: tuple[float, ...] = axis(
+        GAP, f"Gaps: {_RANGE}.", '{start = "0 mm", stop = "100 mm", num = 51}', "that of the interface"
+    ).defaults_to(())
+    interface: str = text(
+        "The only interface of a row whose gap varies, by its buildings.", "frame | masonry", "all vary alike"
+    ).defaults_to("")
+    yield_force: tuple[float, ...] = axis(
+        YIELD_FORCE, f"Yield forces: {_RANGE}.", '["200 kN", "400 kN", "inf"]', "that of the interface"
+    ).defaults_to(())
+    contact_model: tuple[str, ...] = LAW_NAMES.defaults_to(())
+    pga: tuple[float, ...] = axis(PGA, f"PGAs: {_RANGE}.", '["0.2 g", "0.5 g"]', "that of the records").defaults_to(())
+    axes: dict[str, Any] = NUMBERS.defaults_to({})
+    zip: tuple[tuple[str, ...], ...] = TOGETHER.defaults_to(())
 
     def written(self) -> dict[str, Any]:
         """The keys that are given, as a scene file has them: an axis of numbers stands beside the other keys."""
@@ -96,7 +93,7 @@ class Grid(Table):
 class Solver(Table):
     """How exactly the runs are solved."""
 
-    rtol: Annotated[float, measured(RTOL, "Relative tolerance of every run.", "1e-6", "1e-6")] = 1e-6
+    rtol: float = measured(RTOL, "Relative tolerance of every run.", absent="1e-6").defaults_to(1e-6)
 
 
 # ------------------------------------------------------------------------------------------------ effects
@@ -184,10 +181,7 @@ def _option(allowed: Quantity | tuple[str, ...], absent: str) -> dict[str, Any]:
 
 def option_example(allowed: Quantity | tuple[str, ...]) -> str:
     """What a scene may write for an option that takes a quantity, or one of these words."""
-    if not isinstance(allowed, Quantity):
-        return shown(allowed[-1])
-    example = allowed.example or EXAMPLES[allowed.unit]
-    return example if allowed.unit == "1" else shown(example)
+    return written_example(allowed) if isinstance(allowed, Quantity) else shown(allowed[-1])
 
 
 def effect_tables(effects: Any) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from math import inf
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pounding_risk._common.words import nearest
 from pounding_risk.models.contact.law import HERTZ_STIFFNESS, LINEAR_STIFFNESS
@@ -100,72 +100,54 @@ def _points(value: Any, number: Number) -> tuple[tuple[float, ...], ...]:
 class Uncertain(Table):
     """Numbers of a scene that nobody knows exactly, each with a distribution, and how they are drawn."""
 
-    numbers: Annotated[
-        dict[str, Any],
-        by_address(
-            "The numbers with their distributions, by the address that --set takes; in a file each stands in "
-            "[uncertain] itself.",
-            f'{{"building.frame.period" = {EXAMPLE}}}',
-            "at least one stands in [uncertain]",
-        ),
-    ] = {}  # noqa: RUF012 - read as a key, and never changed
-    samples: Annotated[
-        int,
-        whole(
-            "samples",
-            0,
-            MOST_SAMPLES,
-            "How many samples a scan has; 0 leaves every number at its stated value.",
-            "512",
-            "256",
-        ),
-    ] = 256
-    method: Annotated[
-        str,
-        one_of(
-            METHODS,
-            "a method",
-            "How the points of the samples are drawn: scrambled Sobol points, a Latin hypercube or independent ones.",
-            '"latin hypercube"',
-            '"sobol"',
-        ),
-    ] = SOBOL
-    seed: Annotated[int, whole("seed", 0, 2**63 - 1, "Seed of the points.", "7", "1")] = 1
-    motions: Annotated[
-        str,
-        one_of(
-            (ALL, DRAWN),
-            "a choice of motions",
-            "Under which motions each sample runs: all, every record in every polarity, or drawn, one of them, by a "
-            "further coordinate of the sample's point, so that as many samples are as many runs.",
-            '"drawn"',
-            '"all"',
-        ),
-    ] = ALL
-    correlations: Annotated[
-        tuple[Correlation, ...],
-        Key(
-            "Correlations of the standard normals behind two numbers (a Gaussian copula): of lognormal numbers that "
-            "of their logarithms.",
-            _correlations,
-            f"[{_CORRELATION}]",
-            "the numbers are independent",
-            write=lambda given: [{"between": list(one.between), "value": one.value} for one in given],
-            schema={"type": "array", "items": {"type": "object", "required": ["between", "value"]}},
-        ),
-    ] = ()
-    points: Annotated[
-        tuple[tuple[float, ...], ...],
-        Key(
-            "Points of another design in place of drawn ones: of each sample one coordinate from 0 to 1 for each "
-            "uncertain number, in their order, before correlation, and a last one for the motion where it is drawn.",
-            _points,
-            "[[0.1, 0.9], [0.5, 0.5]]",
-            "drawn by method",
-            write=lambda points: [list(point) for point in points],
-            schema={"type": "array", "items": {"type": "array", "items": {"type": "number"}}},
-        ),
-    ] = ()
+    numbers: dict[str, Any] = by_address(
+        "The numbers with their distributions, by the address that --set takes; in a file each stands in "
+        "[uncertain] itself.",
+        f'{{"building.frame.period" = {EXAMPLE}}}',
+        "at least one stands in [uncertain]",
+    ).defaults_to({})
+    samples: int = whole(
+        "samples",
+        0,
+        MOST_SAMPLES,
+        "How many samples a scan has; 0 leaves every number at its stated value.",
+        "512",
+        "256",
+    ).defaults_to(256)
+    method: str = one_of(
+        METHODS,
+        "a method",
+        "How the points of the samples are drawn: scrambled Sobol points, a Latin hypercube or independent ones.",
+        '"latin hypercube"',
+        '"sobol"',
+    ).defaults_to(SOBOL)
+    seed: int = whole("seed", 0, 2**63 - 1, "Seed of the points.", "7", "1").defaults_to(1)
+    motions: str = one_of(
+        (ALL, DRAWN),
+        "a choice of motions",
+        "Under which motions each sample runs: all, every record in every polarity, or drawn, one of them, by a "
+        "further coordinate of the sample's point, so that as many samples are as many runs.",
+        '"drawn"',
+        '"all"',
+    ).defaults_to(ALL)
+    correlations: tuple[Correlation, ...] = Key(
+        "Correlations of the standard normals behind two numbers (a Gaussian copula): of lognormal numbers that "
+        "of their logarithms.",
+        _correlations,
+        f"[{_CORRELATION}]",
+        "the numbers are independent",
+        write=lambda given: [{"between": list(one.between), "value": one.value} for one in given],
+        schema={"type": "array", "items": {"type": "object", "required": ["between", "value"]}},
+    ).defaults_to(())
+    points: tuple[tuple[float, ...], ...] = Key(
+        "Points of another design in place of drawn ones: of each sample one coordinate from 0 to 1 for each "
+        "uncertain number, in their order, before correlation, and a last one for the motion where it is drawn.",
+        _points,
+        "[[0.1, 0.9], [0.5, 0.5]]",
+        "drawn by method",
+        write=lambda points: [list(point) for point in points],
+        schema={"type": "array", "items": {"type": "array", "items": {"type": "number"}}},
+    ).defaults_to(())
 
     def written(self) -> dict[str, Any]:
         """The keys that are given, as a scene file has them: a number stands beside the other keys."""

@@ -8,30 +8,9 @@ import numpy as np
 
 # The counters of one run, by place.
 (
-    PENETRATION,
-    COUNT,
-    FIRST_TOUCH,
-    CONTACT_TIME,
-    APPROACH,
-    PEAK_FORCE,
-    LOWEST_FORCE,
-    IMPULSE,
-    DEMAND,
-    YIELDS,
-    FIRST_YIELD,
-    VISCOUS,
-    PLASTIC,
-    SET,
-    DAMAGE,
-    RESIDUAL,
-    ENERGY,
-    HELD,
-    STEPS,
-    STATUS,
-    BUSY,
-    IMPLICIT,
-    WORKED,
-) = range(23)
+    PENETRATION, COUNT, FIRST_TOUCH, CONTACT_TIME, APPROACH, PEAK_FORCE, LOWEST_FORCE, IMPULSE, DEMAND, YIELDS,
+    FIRST_YIELD, VISCOUS, PLASTIC, SET, DAMAGE, RESIDUAL, ENERGY, HELD, STEPS, STATUS, BUSY, IMPLICIT, WORKED,
+) = range(23)  # fmt: skip
 COUNTERS = 23
 # The first 20 are outputs. BUSY (time at which the contacts so far have ended), IMPLICIT (whether the present step is
 # implicit) and WORKED (evaluations of the equations of motion in contact) serve the run alone.

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from copy import deepcopy
 from functools import cache
+from math import ceil
 from typing import Any
 
 import numpy as np
 
-from pounding_risk._jit.records import new_record, record_type
+from pounding_risk._jit.memory import new_record, record_type
 from pounding_risk._jit.sources import INTERPRETED
 from pounding_risk.solver.counters import COUNTERS
 from pounding_risk.solver.runge_kutta import DOP853, DORMAND_PRINCE, RADAU
@@ -75,6 +76,19 @@ Workspace = record_type(
     changes=(NODES,),
     tableau=Tableau,
 )
+
+
+def parts_and_terms(rate: float, dt: float) -> tuple[int, int]:
+    """Node intervals a sample, and terms of the Taylor series over one, for the largest |eigenvalue| [1/s] of a motion.
+
+    Samples are divided where it would pass more than 2.5 rad between them, so that a series sums to rounding.
+    """
+    parts = max(1, ceil(rate * dt / 2.5))
+    step, terms, size = dt / parts, 4, 1.0
+    while size > 1e-19 and terms < MAX_TERMS:
+        size *= max(rate * step, 1e-3) / (terms - 3)
+        terms += 1
+    return parts, terms
 
 
 def make_workspace(rtol: float = 0.0, kind: np.dtype = Workspace) -> Any:

@@ -121,7 +121,7 @@ def drawn_stripes(observed: Observed, weights: Array) -> Array:
     logs = np.log(values)
     middle, scale = float(logs.mean()), float(logs.std())
     fits = []
-    for part in _parts(weights, values.size):
+    for part in _sample_blocks(weights, values.size):
         # (samples, intensities): runs at each intensity, and those that reach the state
         of_runs, of_counts = (np.asarray((table.T @ part.T).T) for table in (runs, counts))
         a, b = _probit((logs - middle) / scale, of_counts, of_runs - of_counts)
@@ -137,11 +137,11 @@ def _probit(x: Array, hits: Array, misses: Array) -> tuple[Array, Array]:
     gain, total = np.full(len(hits), np.inf), (hits + misses).sum(axis=1)
     for _ in range(MOST_STEPS):
         line = a[:, None] + b[:, None] * x
-        up, down = _mills(line), _mills(-line)
+        up, down = _mills_ratio(line), _mills_ratio(-line)
         score = hits * up - misses * down
         weight = hits * up * (up + line) + misses * down * (down - line)
         system = (weight.sum(axis=1), (weight * x).sum(axis=1), (weight * x * x).sum(axis=1))
-        step, gain = _step(system, (score.sum(axis=1), (score * x).sum(axis=1)), total)
+        step, gain = _newton_step(system, (score.sum(axis=1), (score * x).sum(axis=1)), total)
         a, b = a + step[0], b + step[1]
         if (gain < CLOSE).all():
             break
@@ -157,9 +157,9 @@ def _probit(x: Array, hits: Array, misses: Array) -> tuple[Array, Array]:
 
 def fit_ida(observed: Observed) -> Fit:
     """The fit to capacities, of which those beyond the levels, or only between two, are known as such."""
-    enclosed, known = _enclosed(observed)
+    enclosed, known = _enclosed_capacities(observed)
     labels = numbered(observed.recordings[known])
-    fault = _no_capacities(enclosed, observed, labels)
+    fault = _capacity_fault(enclosed, observed, labels)
     if fault:
         return Fit(fault=fault)
     x, middle, scale = enclosed.scaled()
@@ -168,15 +168,15 @@ def fit_ida(observed: Observed) -> Fit:
         return Fit(fault="the capacities determine no curve; scan more levels")
     # ln θ and β from δ and γ, η = γ x − δ; the observed information goes with them, for the gradient is zero.
     jacobian = np.array([[scale / gamma, -scale * delta / gamma**2], [0.0, -scale / gamma**2]])
-    slopes, (top, side, low) = _of_capacities(x, np.array([delta]), np.array([gamma]))
+    slopes, (top, side, low) = _likelihood_slopes(x, np.array([delta]), np.array([gamma]))
     inverse = jacobian @ np.linalg.inv(np.array([[top.sum(), side.sum()], [side.sum(), low.sum()]]))
     spread = inverse @ curves.by_recording(np.stack([slopes[0][0], slopes[1][0]], axis=1), labels)
     fitted = curves.fit_of(middle + scale * delta / gamma, scale / gamma, inverse @ jacobian.T, spread)
     tested = observed.ims[np.isfinite(observed.ratios)]
-    return curves.unless(fitted, _refusal(fitted, tested, observed.shown))
+    return curves.fit_or_fault(fitted, _curve_fault(fitted, tested, observed.shown))
 
 
-class Enclosed(NamedTuple):
+class EnclosedCapacities(NamedTuple):
     """Logarithms of capacities between ``low`` and ``high``: alike where one is known, infinite beyond the levels."""
 
     low: Array
@@ -188,10 +188,10 @@ class Enclosed(NamedTuple):
         ends = np.stack([self.low, self.high])
         return np.asarray(np.where(np.isfinite(ends), ends, 0.0).sum(axis=0) / np.isfinite(ends).sum(axis=0))
 
-    def scaled(self) -> tuple[Enclosed, float, float]:
+    def scaled(self) -> tuple[EnclosedCapacities, float, float]:
         """With a mean of 0 and a deviation of 1, which a fit takes, and the mean and deviation."""
         middle, scale = float(self.finite.mean()), float(self.finite.std())
-        return Enclosed((self.low - middle) / scale, (self.high - middle) / scale), middle, scale
+        return EnclosedCapacities((self.low - middle) / scale, (self.high - middle) / scale), middle, scale
 
     @property
     def inner(self) -> NDArray[np.bool_]:
@@ -204,15 +204,15 @@ class Enclosed(NamedTuple):
         return np.asarray(self.low == self.high)
 
 
-def _enclosed(observed: Observed) -> tuple[Enclosed, NDArray[np.bool_]]:
+def _enclosed_capacities(observed: Observed) -> tuple[EnclosedCapacities, NDArray[np.bool_]]:
     """The ends between which the capacities lie, of the motions of which a run is known."""
     first = capacities(observed.ims, observed.ratios, observed.jumps)
     known = first.status != NONE
     status, high, low = first.status[known], np.log(first.values[known]), np.log(first.below[known])
-    return Enclosed(np.where(status == BELOW, -np.inf, low), np.where(status == ABOVE, np.inf, high)), known
+    return EnclosedCapacities(np.where(status == BELOW, -np.inf, low), np.where(status == ABOVE, np.inf, high)), known
 
 
-def _no_capacities(enclosed: Enclosed, observed: Observed, labels: Labels) -> str:
+def _capacity_fault(enclosed: EnclosedCapacities, observed: Observed, labels: Labels) -> str:
     """Sentence on why capacities give no curve; "" where they do."""
     if observed.ims.shape[1] < 2:
         return "each motion has one level: incremental dynamic analysis needs several; scan more, or take a cloud"
@@ -234,18 +234,18 @@ def _no_capacities(enclosed: Enclosed, observed: Observed, labels: Labels) -> st
 
 def drawn_ida(observed: Observed, weights: Array) -> Array:
     """As `drawn_stripes`, from the capacities."""
-    enclosed, known = _enclosed(observed)
+    enclosed, known = _enclosed_capacities(observed)
     if enclosed.inner.sum() < 2 or enclosed.finite.std() == 0.0:
         return np.full((len(weights), 2), np.nan)
     x, middle, scale = enclosed.scaled()
     drawn = []
-    for part in _parts(weights[:, known], enclosed.low.size):
+    for part in _sample_blocks(weights[:, known], enclosed.low.size):
         delta, gamma = _tobit(x, part)
         drawn.append(np.stack([middle + scale * delta / gamma, scale / gamma], axis=1))
     return np.concatenate(drawn)
 
 
-def _tobit(x: Enclosed, weights: Array) -> tuple[Array, Array]:
+def _tobit(x: EnclosedCapacities, weights: Array) -> tuple[Array, Array]:
     """δ = μ/σ and γ = 1/σ of a normal x that is partly enclosed, by weighted sample; NaN without a maximum.
 
     In these the likelihood is concave (Olsen 1978, Burridge 1981): Σ w (ln γ − η²/2) of the known, and
@@ -260,10 +260,10 @@ def _tobit(x: Enclosed, weights: Array) -> tuple[Array, Array]:
     gain = np.full(len(weights), np.inf)
     with np.errstate(all="ignore"):  # samples that have no maximum leave the range, which their gain shows
         for _ in range(MOST_STEPS):
-            slopes, curvature = _of_capacities(x, delta, gamma)
+            slopes, curvature = _likelihood_slopes(x, delta, gamma)
             system = tuple((part * weights).sum(axis=1) for part in curvature)
             score = tuple((part * weights).sum(axis=1) for part in slopes)
-            step, gain = _step(system, score, total)
+            step, gain = _newton_step(system, score, total)
             factor = np.where(gamma + step[1] > 0.0, 1.0, 0.5 * gamma / np.abs(step[1]))
             delta, gamma = delta + factor * step[0], gamma + factor * step[1]
             if (gain < CLOSE).all():
@@ -277,7 +277,9 @@ def _tobit(x: Enclosed, weights: Array) -> tuple[Array, Array]:
     return np.where(lost, np.nan, delta), np.where(lost, np.nan, gamma)
 
 
-def _of_capacities(x: Enclosed, delta: Array, gamma: Array) -> tuple[tuple[Array, Array], tuple[Array, Array, Array]]:
+def _likelihood_slopes(
+    x: EnclosedCapacities, delta: Array, gamma: Array
+) -> tuple[tuple[Array, Array], tuple[Array, Array, Array]]:
     """Derivatives of the log-likelihood by δ and γ, and the second ones with their sign changed, (samples, motions).
 
     With p = φ(η_high)/D, q = φ(η_low)/D and D = Φ(η_high) − Φ(η_low) the first derivatives by η_high and η_low are p
@@ -285,7 +287,7 @@ def _of_capacities(x: Enclosed, delta: Array, gamma: Array) -> tuple[tuple[Array
     """
     ends = [np.where(np.isfinite(end), end, 0.0) for end in (x.high, x.low)]
     up, down = ((gamma[:, None] * end - delta[:, None]) for end in ends)
-    p, q = _of_interval(np.where(np.isfinite(x.high), up, np.inf), np.where(np.isfinite(x.low), down, -np.inf))
+    p, q = _densities_at_ends(np.where(np.isfinite(x.high), up, np.inf), np.where(np.isfinite(x.low), down, -np.inf))
     p, q = np.where(x.is_known, -up, p), np.where(x.is_known, 0.0, q)
     high, low = np.where(x.is_known, 1.0, p * (up + p)), q * (q - down)
     across, own = -p * q, np.where(x.is_known, 1.0 / gamma[:, None], 0.0)
@@ -296,7 +298,7 @@ def _of_capacities(x: Enclosed, delta: Array, gamma: Array) -> tuple[tuple[Array
     return slopes, (top, side, bottom)
 
 
-def _of_interval(up: Array, down: Array) -> tuple[Array, Array]:
+def _densities_at_ends(up: Array, down: Array) -> tuple[Array, Array]:
     """φ(up)/D and φ(down)/D with D = Φ(up) − Φ(down), also far in a tail, where both are mirrored to the left one."""
     from scipy.special import log_ndtr
 
@@ -316,11 +318,11 @@ def fit_cloud(observed: Observed) -> Fit:
     labels = numbered(np.broadcast_to(observed.recordings[:, None], known.shape)[known])
     with np.errstate(divide="ignore"):
         x, y = np.log(observed.ims[known]), np.log(observed.ratios[known])
-    fault = _no_cloud(x, y, labels)
+    fault = _cloud_fault(x, y, labels)
     if fault:
         return Fit(fault=fault)
     moments = np.array([[x.size, x.sum(), y.sum(), (x * x).sum(), (x * y).sum(), (y * y).sum()]])
-    a, b, sigma = _regression(moments)[0].tolist()
+    a, b, sigma = _demand_regression(moments)[0].tolist()
     if b <= 0.0 or sigma >= FLAT * b:
         trend = "fall" if b <= 0.0 else "hardly grow"
         return Fit(fault=f"the demands {trend} with the intensity: this measure does not govern them")
@@ -334,10 +336,10 @@ def fit_cloud(observed: Observed) -> Fit:
     inverse = jacobian @ np.linalg.inv(curvature)
     fitted = curves.fit_of(-a / b, sigma / b, inverse @ jacobian.T, inverse @ curves.by_recording(scores, labels))
     tested = np.exp(x)
-    return curves.unless(fitted, _refusal(fitted, tested, observed.shown))
+    return curves.fit_or_fault(fitted, _curve_fault(fitted, tested, observed.shown))
 
 
-def _no_cloud(x: Array, y: Array, labels: Labels) -> str:
+def _cloud_fault(x: Array, y: Array, labels: Labels) -> str:
     """Sentence on why a cloud gives no curve; "" where it does."""
     if x.size < FEWEST:
         return f"{x.size} runs are known: a cloud needs {FEWEST} at least"
@@ -359,12 +361,12 @@ def drawn_cloud(observed: Observed, weights: Array) -> Array:
     sums = np.stack(
         [part.sum(axis=1) for part in (known, x * known, y * known, x * x * known, x * y * known, y * y * known)]
     )
-    a, b, sigma = _regression(weights @ sums.T).T
+    a, b, sigma = _demand_regression(weights @ sums.T).T
     b = np.where((b > 0.0) & (sigma < FLAT * b) & (sigma > LINE), b, np.nan)
     return np.stack([-a / b, sigma / b], axis=1)
 
 
-def _regression(moments: Array) -> Array:
+def _demand_regression(moments: Array) -> Array:
     """a, b and σ (n − 2) of y = a + b x from rows of n, Σx, Σy, Σx², Σxy and Σy²."""
     count, x, y, xx, xy, yy = moments.T
     with np.errstate(all="ignore"):  # a sample of one intensity has no slope: NaN
@@ -416,24 +418,24 @@ def expanded_tail(confidence: float, count: int) -> float:
     return float(ndtr(-np.sqrt(count / (count - 1.0)) * stdtrit(count - 1.0, 0.5 * (1.0 + confidence))))
 
 
-def _refusal(fitted: Fit, tested: Array, shown: Shown) -> str:
+def _curve_fault(fitted: Fit, tested: Array, shown: Shown) -> str:
     """Sentence on why a fit is refused; "" where it is not."""
     return curves.not_carried(fitted, tested, shown) or curves.outside(fitted.median, tested, shown)
 
 
-def _parts(weights: Array, width: int) -> list[Array]:
+def _sample_blocks(weights: Array, width: int) -> list[Array]:
     """The samples in parts whose arrays of so many columns are not too large."""
     return np.array_split(weights, max(1, int(np.ceil(len(weights) * width / CELLS))))
 
 
-def _mills(line: Array) -> Array:
+def _mills_ratio(line: Array) -> Array:
     """φ(η)/Φ(η), also far in the tail."""
     from scipy.special import log_ndtr
 
     return np.asarray(np.exp(-0.5 * line**2 - log_ndtr(line)) / np.sqrt(2.0 * np.pi))
 
 
-def _step(
+def _newton_step(
     system: tuple[Array, Array, Array], score: tuple[Array, Array], total: Array
 ) -> tuple[tuple[Array, Array], Array]:
     """Newton's step of two unknowns for many samples, shortened where it is large, and its decrement.

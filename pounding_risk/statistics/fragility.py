@@ -118,7 +118,7 @@ def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels, shown: Shown =
     turn = np.array([[-scale / b, scale * a / b**2], [0.0, -scale / b**2]])
     inverse = turn @ np.linalg.inv(curvature)
     fitted = fit_of(middle - scale * a / b, scale / b, inverse @ turn.T, inverse @ by_recording(scores, recordings))
-    return unless(fitted, not_carried(fitted, im, shown) or outside(fitted.median, im, shown))
+    return fit_or_fault(fitted, not_carried(fitted, im, shown) or outside(fitted.median, im, shown))
 
 
 def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
@@ -188,7 +188,7 @@ def _span(im: Array, shown: Shown) -> str:
     return f"{shown(float(im.min()), 3)} and {shown(float(im.max()), 3)}"
 
 
-def unless(fitted: Fit, fault: str) -> Fit:
+def fit_or_fault(fitted: Fit, fault: str) -> Fit:
     """The fit, or an empty one that carries the fault where there is one."""
     return Fit(fault=fault) if fault else fitted
 

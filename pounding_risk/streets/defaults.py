@@ -6,27 +6,14 @@ from dataclasses import dataclass
 from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
+from pounding_risk import units
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH, USUAL_DEPTH
 from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.models.structures.typologies import EUROPEAN, known_typology
 from pounding_risk.streets.hazus import FAMILIES, LEVELS, NO_CODE, OF_TYPOLOGY, Chain, Type, chain, family_of, type_of
 from pounding_risk.streets.table import AREA, HEIGHT, LOAD, STOREYS, Entry, Mapped
-from pounding_risk.units import (
-    DAMPING,
-    DIRECTION,
-    GAP,
-    MASS,
-    PERIOD,
-    STANDARD_GRAVITY,
-    STIFFNESS,
-    STOREY_STRENGTH,
-    Quantity,
-    say,
-    shown,
-    si,
-    unknown,
-)
+from pounding_risk.units import DAMPING, GAP, STANDARD_GRAVITY, Quantity, say, shown, si, unknown
 
 LOWEST_STOREY, HIGHEST_STOREY = 2.0, 6.0  # m; a storey outside is doubted
 LIMIT = Quantity("m", 0.0, inf, "gap that parts rows", open_low=True, open_high=True, example="1 m")
@@ -129,7 +116,7 @@ RANGES = {  # of the numbers of `Rules`
     "gap": GAP,
     "limit": LIMIT,
     "survey": GAP,
-    "axis": DIRECTION,
+    "axis": units.DIRECTION,
     "resolution": RESOLUTION,
     "storeys": STOREYS,
 }
@@ -178,13 +165,8 @@ def unnamed(number: int) -> str:
     return f"building {number}"
 
 
-def house(number: int, entry: Entry, rules: Rules, notes: Notes) -> House:
-    """The building of an entry, the ``number``-th of its file, with missing values filled in."""
-    return _Completed(number, entry, rules, notes).house()
-
-
-class _Completed:
-    """An entry whose missing values are filled by rule, each with a note."""
+class Completed:
+    """An entry, the ``number``-th of its file, whose missing values are filled by rule, each with a note."""
 
     def __init__(self, number: int, entry: Entry, rules: Rules, notes: Notes) -> None:
         self.entry, self.values, self.rules, self.notes = entry, entry.values, rules, notes
@@ -269,9 +251,9 @@ class _Completed:
         stiffness, *strengths = (float(f"{value:.6g}") for value in (exact.stiffness, *exact.strengths))
         rule = f"Hazus, {kind.name} of {level} code"
         if "period" not in values:
-            self.fill("period", say(exact.period, PERIOD), f"Hazus, {kind.name}: {kind.period:.4g} s a storey")
-        self.fill("storey stiffness", say(stiffness, STIFFNESS), "its period and masses, all storeys equal")
-        self.fill("storey strengths", f"{say(strengths[0], STOREY_STRENGTH)} at the ground", rule)
+            self.fill("period", say(exact.period, units.PERIOD), f"Hazus, {kind.name}: {kind.period:.4g} s a storey")
+        self.fill("storey stiffness", say(stiffness, units.STIFFNESS), "its period and masses, all storeys equal")
+        self.fill("storey strengths", f"{say(strengths[0], units.STOREY_STRENGTH)} at the ground", rule)
         self.fill("damage limits", ", ".join(f"{100.0 * drift:.4g} %" for drift in exact.drifts), rule)
         return exact._replace(stiffness=stiffness, strengths=tuple(strengths))
 
@@ -308,10 +290,9 @@ class _Completed:
         """Mass of each floor: as given, or of its area under a load."""
         values, footprint, area = self.values, self.entry.footprint, self.rules.floor_area
         if "floor mass" in values:
-            for column in ("floor area", "floor load"):
-                if column in values:
-                    words = f"its {column} is not used, as its floor mass is given"
-                    self.notes.doubts.append(f"{self.where}: {words}")
+            unused = [column for column in ("floor area", "floor load") if column in values]
+            why = "is not used, as its floor mass is given"
+            self.notes.doubts.extend(f"{self.where}: its {column} {why}" for column in unused)
             return float(values["floor mass"])
         size = values.get("floor area")
         if size is None and footprint is not None:
@@ -327,5 +308,5 @@ class _Completed:
         if "floor load" not in values:
             self.fill("floor load", f"{load / 1e3:g} kN/m²", STATED)
         mass = float(round(size * load / STANDARD_GRAVITY))
-        self.fill("floor mass", say(mass, MASS, 6), "floor area × floor load / g")
+        self.fill("floor mass", say(mass, units.MASS, 6), "floor area × floor load / g")
         return mass

@@ -16,26 +16,15 @@ import numpy as np
 
 from pounding_risk._common.letters import cell, csv_text
 from pounding_risk.models.structures.contact_points import COLUMN, LevelRule, automatic_points
+from pounding_risk.streets import footprints
 from pounding_risk.streets.defaults import Filled, House, Notes, Rules
-from pounding_risk.streets.footprints import (
-    Array,
-    Facing,
-    Outline,
-    Pairs,
-    axes,
-    azimuth,
-    close_pairs,
-    faced,
-    facing,
-    groups,
-    outline_of,
-    shared_face,
-    turned,
-)
+from pounding_risk.streets.footprints import Array, Facing, Outline, Pairs
 from pounding_risk.streets.table import repeated
 from pounding_risk.units import GAP, say, shown
 
-NEIGHBOURS, BUILDINGS = "neighbours.csv", "buildings.csv"
+NEIGHBOURS = "neighbours.csv"
+ROUNDED = 6  # decimals of a metre
+FINEST_GAP = 4  # decimals of a metre: no survey resolves less than 0.1 mm
 LISTED = 5  # neighbours that a note names
 PARTIAL = 0.5  # share of the shorter front; neighbours that face each other over less are noted
 ACROSS = "across the axis of the street"
@@ -171,8 +160,26 @@ def neighbours_csv(
     return csv_text(lines)
 
 
-ROUNDED = 6  # decimals of a metre
-FINEST_GAP = 4  # decimals of a metre: no survey resolves less than 0.1 mm
+def reach(rules: Rules) -> float:
+    """The distance [m] within which buildings are looked at."""
+    return rules.limit + rules.survey
+
+
+def close_pair(one: House, other: House, distance: float, reason: str, rules: Rules, resolution: float) -> ClosePair:
+    """Two buildings with footprints and their clear distance [m], with the length over which they face each other."""
+    face = footprints.shared_face(one.footprint, other.footprint, reach(rules))
+    return ClosePair(one, other, round(distance, FINEST_GAP), reason, *face, resolution)
+
+
+def between_streets(houses: Sequence[House], rules: Rules, resolution: float) -> Iterator[ClosePair]:
+    """Pairs of buildings of two streets that stand closer than the limit."""
+    shaped = [house for house in houses if house.footprint is not None]
+    if shaped:
+        pairs, distances = footprints.close_pairs([house.footprint for house in shaped], rules.limit)
+        for pair, distance in zip(pairs.tolist(), distances.tolist(), strict=True):
+            one, other = (shaped[at] for at in pair)
+            if one.street != other.street and distance < rules.limit:
+                yield close_pair(one, other, distance, STREETS, rules, resolution)
 
 
 class BlockRow(NamedTuple):
@@ -227,11 +234,11 @@ class Street(NamedTuple):
             beside = [Facing(left, right, walls[right][0] - walls[left][1]) for left, right in pairwise(order)]
             return LinedUp(list(self._rows(self._held(beside, {}), {})), [], [])  # without footprints no more is known
         # Each group of close buildings has an axis of its own, unless one is stated.
-        near, clear = close_pairs(shapes, self._reach)
+        near, clear = footprints.close_pairs(shapes, reach(self.rules))
         distances = dict(zip(map(tuple, near.tolist()), clear.tolist(), strict=True))
-        views = [self._view(shapes, pairs) for pairs in groups(len(shapes), near)]
+        views = [self._view(shapes, pairs) for pairs in footprints.groups(len(shapes), near)]
         outlines = {number: outline for view in views for number, outline in view.outlines.items()}
-        directions = {number: azimuth(view.axis) for view in views for number in view.outlines}
+        directions = {number: footprints.azimuth(view.axis) for view in views for number in view.outlines}
         reasons: dict[frozenset[int], str] = {}
         along = (pair for view in views for pair in view.along)
         adjacent = self._held(self._beside(along, outlines, reasons), reasons)
@@ -245,14 +252,9 @@ class Street(NamedTuple):
                 if not reason:  # they do not face each other along the street
                     low, high = ([getattr(outlines[at], end)[0] for at in key] for end in ("low", "high"))
                     reason = ACROSS if min(high) > max(low) else CORNER
-                face = shared_face(shapes[first], shapes[second], self._reach)
-                pair = self.houses[first], self.houses[second], round(distance, FINEST_GAP), reason
-                close.append(ClosePair(*pair, *face, self.resolution))
+                pair = self.houses[first], self.houses[second]
+                close.append(close_pair(*pair, distance, reason, self.rules, self.resolution))
         return LinedUp(rows, close, self._sides(views))
-
-    @property
-    def _reach(self) -> float:
-        return self.rules.limit + self.rules.survey
 
     @property
     def _overlap(self) -> float:
@@ -264,17 +266,17 @@ class Street(NamedTuple):
         members, local = np.unique(pairs, return_inverse=True)
         own = [shapes[member] for member in members]
         stated = self.rules.axis
-        plain = [outline_of(shape) for shape in own]
+        plain = [footprints.outline_of(shape) for shape in own]
         if stated is None:
-            both = axes(own, plain)
+            both = footprints.axes(own, plain)
         else:
             along = np.array([sin(radians(stated)), cos(radians(stated))])  # east, north
             both = along, np.array([-along[1], along[0]])
-        outlines = [[turned(outline, axis) for outline in plain] for axis in both]
+        outlines = [[footprints.turned(outline, axis) for outline in plain] for axis in both]
         met = [
             [
                 pair._replace(left=int(members[pair.left]), right=int(members[pair.right]))
-                for pair in facing(seen, local.reshape(-1, 2), self._reach, self.rules.survey)
+                for pair in footprints.facing(seen, local.reshape(-1, 2), reach(self.rules), self.rules.survey)
             ]
             for seen in outlines
         ]
@@ -297,7 +299,7 @@ class Street(NamedTuple):
     ) -> Iterator[Facing]:
         """The pairs that may be neighbours in a row; the reason is noted for those that may not."""
         for pair in pairs:
-            length, share, nearest = faced(outlines[pair.left], outlines[pair.right], self._reach)
+            length, share, nearest = footprints.faced(outlines[pair.left], outlines[pair.right], reach(self.rules))
             key, is_overlap = frozenset((pair.left, pair.right)), pair.gap < -self._overlap
             if is_overlap and not self._lie_on_each_other(pair):
                 reasons[key] = ACROSS  # one stands in the other's corner, or a street bends: nothing overlaps

@@ -19,20 +19,11 @@ from pounding_risk._common.letters import cell, csv_text
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import SceneError
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.streets.defaults import Filled, House, Notes, Rules, house, unnamed
-from pounding_risk.streets.footprints import Array, close_pairs, rings, shared_face
+from pounding_risk.streets.defaults import Completed, Filled, House, Notes, Rules, unnamed
+from pounding_risk.streets.footprints import Array, rings
 from pounding_risk.streets.inventory import inventory_table
 from pounding_risk.streets.joined import with_inventory
-from pounding_risk.streets.neighbours import (
-    BUILDINGS,
-    FINEST_GAP,
-    NEIGHBOURS,
-    STREETS,
-    BlockRow,
-    ClosePair,
-    Street,
-    neighbours_csv,
-)
+from pounding_risk.streets.neighbours import NEIGHBOURS, BlockRow, ClosePair, Street, between_streets, neighbours_csv
 from pounding_risk.streets.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_text
 from pounding_risk.streets.table import (
     MAPS,
@@ -47,6 +38,7 @@ from pounding_risk.streets.table import (
 )
 from pounding_risk.units import GAP, parse, say, shown
 
+BUILDINGS = "buildings.csv"
 BUILDING_HEADS = (
     *("street", "name", "id", "place in the file", "row", "position", "sides adjoined"),
     *("longitude [deg]", "latitude [deg]"),
@@ -347,7 +339,7 @@ def read_block(
     for entry in table.entries:
         streets.setdefault(entry.values.get("street", ""), []).append(entry)
     for street, entries in streets.items():
-        houses = [house(numbers[entry.place], entry, rules, notes) for entry in entries]
+        houses = [Completed(numbers[entry.place], entry, rules, notes).house() for entry in entries]
         lined_up = Street(houses, [entry.place for entry in entries], rules, notes, resolution.size).lined_up()
         in_no_row += [row.buildings[0] for row in lined_up.rows if not row.gaps]
         name, own = street or source.stem, [row for row in lined_up.rows if row.gaps]
@@ -358,7 +350,7 @@ def read_block(
     if notes.faults:
         raise BlockError(str(source), notes.faults)
     if len(streets) > 1:
-        close += _between_streets(every, rules, resolution)
+        close += between_streets(every, rules, resolution.size)
     facts = tuple(notes.filled), tuple(notes.doubts), rules, tuple(close), sides, resolution
     return Block(source.name, tuple(rows), tuple(in_no_row), *facts)
 
@@ -441,20 +433,3 @@ def _table(source: Path, rules: Rules, layer: str | None, within: str | None, in
     if stated := [name for name, value in options.items() if value is not None]:
         raise BlockError(str(source), [f"a CSV has no footprints, so --{stated[0]} chooses nothing; leave it out"])
     return read_table(source)
-
-
-def _between_streets(every: Sequence[House], rules: Rules, resolution: Resolution) -> list[ClosePair]:
-    """Pairs of buildings of two streets that stand closer than the limit."""
-    houses = [house for house in every if house.footprint is not None]
-    shapes = [house.footprint for house in houses]
-    if not shapes:
-        return []
-    return [
-        ClosePair(
-            *(houses[one], houses[other], round(distance, FINEST_GAP), STREETS),
-            *shared_face(shapes[one], shapes[other], rules.limit + rules.survey),
-            resolution.size,
-        )
-        for (one, other), distance in zip(*(each.tolist() for each in close_pairs(shapes, rules.limit)), strict=True)
-        if houses[one].street != houses[other].street and distance < rules.limit
-    ]

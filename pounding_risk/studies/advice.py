@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.short_repr import ShortRepr
-from pounding_risk.ensemble.scan import Scan
+from pounding_risk.ensemble.scan import RunOptions, Scan
 from pounding_risk.ensemble.threads import Threads
 from pounding_risk.models.contact.impulsive import is_instant, needs_floors
 from pounding_risk.models.contact.law import is_path_dependent
@@ -37,7 +37,7 @@ from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene, own_amplitude
 from pounding_risk.scene.uncertain import stated
 from pounding_risk.studies.advice_stiffness import StiffnessRange, ms, stiffness_range
-from pounding_risk.studies.compare import USUAL_TERMS, on_equal_terms, runnable, with_relation
+from pounding_risk.studies.compare import USUAL_TERMS, comparable_models, on_equal_terms, with_damping_relation
 from pounding_risk.studies.impact import impact
 from pounding_risk.units import FLOOR_LENGTH, GAP, YIELD_FORCE, say, shown, si
 
@@ -110,7 +110,7 @@ class Influence(ShortRepr):
     @property
     def range_words(self) -> str:
         """The median changes in per cent: "-60 to +151 %"."""
-        low, high = map(_percent, self.ends)
+        low, high = map(_change_words, self.ends)
         return "0 %" if low == high == "0" else f"{low} to {high} %"
 
     @property
@@ -129,7 +129,7 @@ class Influence(ShortRepr):
         yield "verdict", self.words
 
 
-def _percent(change: float) -> str:
+def _change_words(change: float) -> str:
     """A relative change in per cent, with its sign; to a tenth below 10 %."""
     value = round(100.0 * change, 1 if abs(change) < 0.0995 else 0)
     return "0" if value == 0.0 else f"{value:+g}".replace("-", "−")
@@ -220,22 +220,22 @@ def advise(
         As `scan`, and for a gap or length that cannot be read.
     """
     length = si(floor_length, FLOOR_LENGTH, "advise: floor_length")
-    study = _one_case(as_scene(study).updated(axes=()), gap)
+    study = _scene_of_one_case(as_scene(study).updated(axes=()), gap)
     check_computed(study, "advise")
     ensemble = gathered(study)
-    few = _few(ensemble)
-    base = _scanned(study, few)
-    touched = _cases(base, "impact_count") > 0.0
-    strikes = [_strike(base, study, index) for index in range(len(study.interfaces))]
+    few = _motions_run(ensemble)
+    base = _scan_under(study, few)
+    touched = _case_values(base, "impact_count") > 0.0
+    strikes = [_hardest_strike(base, study, index) for index in range(len(study.interfaces))]
     ranges = tuple(
         stiffness_range(study, index, study.points[point], speed, length)
         for index, (point, speed) in enumerate(strikes)
         if _has_stiffness(study, index)
     )
-    skipped = _not_applicable(study)
+    skipped = _factors_not_varied(study)
     fastest = None if LAW in skipped else max(speed for _, speed in strikes)
-    trials = _trials(study, base, ranges, fastest) if touched.any() else ()
-    runs = _runs(study, base, [trial for trial in trials if trial.factor not in skipped], few, progress)
+    trials = _factor_trials(study, base, ranges, fastest) if touched.any() else ()
+    runs = _trial_runs(study, base, [trial for trial in trials if trial.factor not in skipped], few, progress)
     influences = tuple(one for run in runs for one in _influences(study, run, touched))
     walls = {one.wall for one in ranges}  # what moves a wall is next to nothing, however much of it
     notes = [
@@ -250,10 +250,10 @@ def advise(
         motions=tuple(motion.name for motion in few.motions),
         cases=int(base["status"].size),
         touched=int(touched.any(axis=-1).sum()),
-        lines=tuple(_lines(study, ranges, influences)),
+        lines=tuple(_interface_lines(study, ranges, influences)),
         ranges=ranges,
         influences=influences,
-        now=_medians(study, base, touched),
+        now=_output_medians(study, base, touched),
         left_out=tuple(dict.fromkeys(notes)),
         finding=_finding(study, base, [one for one in influences if one.place not in walls]),
     )
@@ -262,17 +262,15 @@ def advise(
 # ------------------------------------------------------------------------------------------------ the runs
 
 
-def _few(ensemble: MotionEnsemble) -> MotionEnsemble:
+def _motions_run(ensemble: MotionEnsemble) -> MotionEnsemble:
     """At most `MOST_MOTIONS`, evenly spaced."""
     places = np.linspace(0, len(ensemble.motions) - 1, min(len(ensemble.motions), MOST_MOTIONS))
     return ensemble._replace(motions=tuple(ensemble.motions[round(place)] for place in places))
 
 
-def _scanned(study: Scene, ensemble: MotionEnsemble) -> xr.Dataset:
+def _scan_under(study: Scene, ensemble: MotionEnsemble) -> xr.Dataset:
     """The scan of a scene under these motions."""
-    threads = Threads(cpu_count() or 1)
-    scan = Scan(study, screening=True, check_fraction=0.0, executor=threads, progress=None, ensemble=ensemble)
-    return scan.in_memory()
+    return Scan(study, RunOptions(Threads(cpu_count() or 1)), ensemble).in_memory()
 
 
 class Run(NamedTuple):
@@ -283,7 +281,7 @@ class Run(NamedTuple):
     tried: list[xr.Dataset]
 
 
-def _runs(
+def _trial_runs(
     study: Scene, base: xr.Dataset, trials: Sequence[Trial], ensemble: MotionEnsemble, progress: Progress | None
 ) -> list[Run]:
     """The scans of all trials; ``base`` is that of the scene itself, which is done."""
@@ -294,7 +292,7 @@ def _runs(
     for trial in trials:
         own, tried = base, []
         for scene in trial.scenes:
-            tried.append(base if scene is study else _scanned(scene, ensemble))
+            tried.append(base if scene is study else _scan_under(scene, ensemble))
             if scene is not study:
                 done += 1
                 report(done, total)
@@ -304,7 +302,7 @@ def _runs(
     return runs
 
 
-def _one_case(study: Scene, gap: float | str | None) -> Scene:
+def _scene_of_one_case(study: Scene, gap: float | str | None) -> Scene:
     """The scene at one gap and one amplitude, with its own contact."""
     first = study.interfaces[0]
     clear = first.gap if gap is None else si(gap, GAP, "advise: gap")
@@ -317,16 +315,14 @@ def _one_case(study: Scene, gap: float | str | None) -> Scene:
         index, between = study.interface_names.index(study.gridded_interface), list(study.interfaces)
         between[index] = between[index].updated(gap=clear)
         study = study.updated(interfaces=tuple(between))
-    grid = study.grid._replace(
-        gaps=(clear,),
-        yield_forces=(first.yield_force,),
-        contact_models=(study.contact_model,),
-        amplitudes=(own_amplitude(study),),
-    )
+    grid = study.grid._replace(gaps=(clear,), amplitudes=(own_amplitude(study),))
+    grid = grid._replace(yield_forces=(first.yield_force,), contact_models=(study.contact_model,))
     return study.updated(grid=grid)
 
 
-def _trials(study: Scene, base: xr.Dataset, ranges: Sequence[StiffnessRange], fastest: float | None) -> Iterator[Trial]:
+def _factor_trials(
+    study: Scene, base: xr.Dataset, ranges: Sequence[StiffnessRange], fastest: float | None
+) -> Iterator[Trial]:
     """The scenes of every factor, and with the proposed stiffness where that is another one than the scene's.
 
     Laws stand on equal terms, at the approach speed of the interface that is struck ``fastest`` [m/s], without
@@ -335,7 +331,7 @@ def _trials(study: Scene, base: xr.Dataset, ranges: Sequence[StiffnessRange], fa
     scenes = []
     for multiple in MULTIPLES:
         stiff = [None if one.stiffness is None else multiple * one.stiffness for one in study.interfaces]
-        scenes.append(study if multiple == 1.0 else _with_interfaces(study, stiffness=stiff))
+        scenes.append(study if multiple == 1.0 else _with_interface_values(study, stiffness=stiff))
     counts = tuple(1.0 / JUDGED <= multiple <= JUDGED for multiple in MULTIPLES)
     yield Trial(STIFFNESS, tuple(f"× {multiple:g}" for multiple in MULTIPLES), tuple(scenes), counts)
 
@@ -349,14 +345,14 @@ def _trials(study: Scene, base: xr.Dataset, ranges: Sequence[StiffnessRange], fa
     tried = ["none" if one == inf else f"× {one:g}" for one in FORCE_MULTIPLES]
     if min(*floors, *columns, *strengths) == inf:
         multiples, tried = FORCE_SHARES, [f"{one:g} of the peak" for one in FORCE_SHARES]
-        peaks, touched = _cases(base, "peak_contact_force"), _cases(base, "impact_count") > 0.0
+        peaks, touched = _case_values(base, "peak_contact_force"), _case_values(base, "impact_count") > 0.0
         floors = columns = [
             float(np.median(peaks[hit, index])) if hit.any() else inf for index, hit in enumerate(touched.T)
         ]
     scenes = []
     for multiple in multiples:
-        scene = _with_interfaces(
-            _with_columns(study, multiple),
+        scene = _with_interface_values(
+            _with_column_strengths(study, multiple),
             yield_force=[multiple * force for force in floors],
             column_yield_force=[multiple * force for force in columns],
         )
@@ -365,20 +361,22 @@ def _trials(study: Scene, base: xr.Dataset, ranges: Sequence[StiffnessRange], fa
 
     if fastest is not None:
         grid = study.grid._replace(yield_forces=(inf,))
-        elastic = _with_columns(study, inf).updated(yield_force=inf, column_yield_force=inf, grid=grid)
+        elastic = _with_column_strengths(study, inf).updated(yield_force=inf, column_yield_force=inf, grid=grid)
         terms = None, None if study.equal_terms else fastest
-        alike, _ = with_relation(on_equal_terms(elastic, _other_laws(elastic), None, terms), None)
+        alike, _ = with_damping_relation(on_equal_terms(elastic, _other_contact_laws(elastic), None, terms), None)
         names = tuple(name for name in alike.grid.contact_models if name != study.contact_model)
         yield Trial(LAW, names, (alike,), (True,) * len(names))
 
     if any(one.recommended not in (None, one.own) for one in ranges):
         proposed = {one.interface: one.recommended or one.own for one in ranges}
         names_and_own = zip(study.interface_names, study.interfaces, strict=True)
-        scene = _with_interfaces(study, stiffness=[proposed.get(name, own.stiffness) for name, own in names_and_own])
+        scene = _with_interface_values(
+            study, stiffness=[proposed.get(name, own.stiffness) for name, own in names_and_own]
+        )
         yield Trial(PROPOSED, ("as proposed",), (scene,), (True,))
 
 
-def _with_columns(study: Scene, multiple: float) -> Scene:
+def _with_column_strengths(study: Scene, multiple: float) -> Scene:
     """The scene with a multiple of the column strengths of its buildings; infinite for none."""
     buildings = [
         replace(building, column_strength=multiple * building.column_strength)
@@ -389,7 +387,7 @@ def _with_columns(study: Scene, multiple: float) -> Scene:
     return study.updated(buildings=tuple(buildings))
 
 
-def _with_interfaces(study: Scene, **values: Sequence[Any]) -> Scene:
+def _with_interface_values(study: Scene, **values: Sequence[Any]) -> Scene:
     """The scene with other values of some keys of its interfaces, one for each."""
     changed = []
     for index, interface in enumerate(study.interfaces):
@@ -397,13 +395,13 @@ def _with_interfaces(study: Scene, **values: Sequence[Any]) -> Scene:
     return study.updated(interfaces=tuple(changed))
 
 
-def _other_laws(study: Scene) -> tuple[str, ...]:
+def _other_contact_laws(study: Scene) -> tuple[str, ...]:
     """Those of `LAWS` that can stand in for the scene's own."""
-    able = runnable(study)
+    able = comparable_models(study)
     return tuple(name for name in LAWS if name in able and name != study.contact_model)
 
 
-def _not_applicable(study: Scene) -> dict[str, str]:
+def _factors_not_varied(study: Scene) -> dict[str, str]:
     """The factors that are not varied, each with the sentence that says why."""
     laws = {name: known_law(name) for name in study.models_of(study.contact_model)}
     names = ", ".join(laws)
@@ -428,7 +426,7 @@ def _not_applicable(study: Scene) -> dict[str, str]:
         )
     if LAW not in sentences and any(interface.restitution.words == NO_RESTITUTION for interface in study.interfaces):
         sentences[LAW] = "law: the scene gives no restitution, which the laws that dissipate need to be compared"
-    if LAW not in sentences and (jumps or not _other_laws(study)):
+    if LAW not in sentences and (jumps or not _other_contact_laws(study)):
         sentences[LAW] = "law: no other law that dissipates can be calibrated to this scene's; see compare"
     return sentences
 
@@ -441,7 +439,7 @@ def _has_stiffness(study: Scene, index: int) -> bool:
 # ------------------------------------------------------------------------------------------------ what they say
 
 
-def _cases(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
+def _case_values(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
     """Values of a variable (cases, places); NaN where a run failed or a count is not defined."""
     variable = dataset[name].isel(contact_model=0, gap=0, yield_force=0)
     status = dataset["status"].isel(contact_model=0, gap=0, yield_force=0).values.ravel()
@@ -450,7 +448,7 @@ def _cases(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
     return np.where((status == COMPLETE)[:, None] & ~(counts & (values < 0.0)), values, np.nan)
 
 
-def _strike(dataset: xr.Dataset, study: Scene, interface: int) -> tuple[int, float]:
+def _hardest_strike(dataset: xr.Dataset, study: Scene, interface: int) -> tuple[int, float]:
     """The contact point of an interface that is struck hardest, floors first, and the median approach speed [m/s].
 
     That of the fastest touch of each case with contact; without any the speed is that of equal terms.
@@ -459,14 +457,14 @@ def _strike(dataset: xr.Dataset, study: Scene, interface: int) -> tuple[int, flo
     points = [at for at in points if study.points[at].kind == FLOOR] or points
     hardest = points[-1]
     if len(points) > 1:
-        forces = np.nan_to_num(_cases(dataset, "contact_point_peak_contact_force"))
+        forces = np.nan_to_num(_case_values(dataset, "contact_point_peak_contact_force"))
         hardest = max(reversed(points), key=lambda at: float(np.median(forces[:, at])))
-    speeds = _cases(dataset, "peak_approach_speed")[:, interface]
+    speeds = _case_values(dataset, "peak_approach_speed")[:, interface]
     fast = speeds[speeds > 0.0]
     return hardest, float(np.median(fast)) if fast.size else USUAL_TERMS.speed
 
 
-def _judged(study: Scene) -> Iterator[tuple[str, int, str, list[int]]]:
+def _judged_outputs(study: Scene) -> Iterator[tuple[str, int, str, list[int]]]:
     """Output, index and name of its place, and the interfaces whose contact counts there.
 
     Without what says nothing new: a rigid building, and the shear of a single mass.
@@ -485,12 +483,12 @@ def _judged(study: Scene) -> Iterator[tuple[str, int, str, list[int]]]:
 def _influences(study: Scene, run: Run, touched: NDArray[np.bool_]) -> Iterator[Influence]:
     """The changes of every output by the values that were tried, relative to the scene's own value."""
     trial = run.trial
-    for output, at, name, beside in _judged(study):
+    for output, at, name, beside in _judged_outputs(study):
         hit = touched[:, beside].any(axis=-1)
-        before = _cases(run.own, output)[hit, at]
+        before = _case_values(run.own, output)[hit, at]
         changes = []
         for dataset in run.tried:
-            after = _cases(dataset, output)[hit, at]
+            after = _case_values(dataset, output)[hit, at]
             is_known = np.isfinite(before) & np.isfinite(after) & (before > 0.0)
             changes.append(after[is_known] / before[is_known] - 1.0)
         medians = tuple(float(np.median(change)) if change.size else np.nan for change in changes)
@@ -499,10 +497,10 @@ def _influences(study: Scene, run: Run, touched: NDArray[np.bool_]) -> Iterator[
         yield Influence(trial.factor, output, name, trial.tried, medians, largest, trial.counts)
 
 
-def _medians(study: Scene, base: xr.Dataset, touched: NDArray[np.bool_]) -> dict[tuple[str, str], float]:
+def _output_medians(study: Scene, base: xr.Dataset, touched: NDArray[np.bool_]) -> dict[tuple[str, str], float]:
     medians = {}
-    for output, at, name, beside in _judged(study):
-        values = _cases(base, output)[touched[:, beside].any(axis=-1), at]
+    for output, at, name, beside in _judged_outputs(study):
+        values = _case_values(base, output)[touched[:, beside].any(axis=-1), at]
         values = values[np.isfinite(values)]
         if values.size:
             medians[output, name] = float(np.median(values))
@@ -551,7 +549,7 @@ def _notes_on_runs(study: Scene, base: xr.Dataset, runs: Sequence[Run]) -> Itera
     has_laws = any(run.trial.factor == LAW for run in runs)
     if has_laws and any(known_law(name).capped for name in study.model_names):
         yield "law: set side by side without yielding, which most laws do not have; see F_E for what that changes"
-    touched = (_cases(base, "impact_count") > 0.0).any()
+    touched = (_case_values(base, "impact_count") > 0.0).any()
     if not touched and any(_has_stiffness(study, index) for index in range(len(study.interfaces))):
         yield f"approach speed: {USUAL_TERMS.speed:g} m/s is assumed, for want of a contact"
     datasets = [base, *(dataset for run in runs for dataset in run.tried if dataset is not base)]
@@ -578,17 +576,17 @@ def _yielding_duration(study: Scene, stiffness_range: StiffnessRange) -> float:
     return blow.duration if blow.peak_force >= force * (1.0 - 1e-9) else 0.0
 
 
-def _lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[Influence]) -> Iterator[Line]:
+def _interface_lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[Influence]) -> Iterator[Line]:
     """What to write, key by key."""
     own, walls = study.interfaces[0], {one.wall for one in ranges}
     known = [one for one in influences if one.verdict]
     for one in ranges:
         beside = {one.interface, *one.buildings} - walls
         judged = [other for other in known if other.factor == STIFFNESS and other.place in beside]
-        yield Line(one.interface, one.line, f"{one.why}. {_verdict_words(judged, '')}" if judged else one.why)
+        yield Line(one.interface, one.line, f"{one.why}. {_factor_words(judged, '')}" if judged else one.why)
     known = [one for one in known if one.place not in walls]
     if proposed := [one for one in known if one.factor == PROPOSED]:
-        yield Line("", "", _consequence_words(proposed))
+        yield Line("", "", _proposed_stiffness_words(proposed))
     rule, relation = own.restitution.written(), own.restitution.relation
     exact = f'{{value = {shown(rule["value"])}, relation = "exact"}}' if relation != AS_PUBLISHED else shown(rule)
     force = f'"{say(own.yield_force, YIELD_FORCE)}"' if isfinite(own.yield_force) else '"inf"'
@@ -608,7 +606,7 @@ def _lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[
         (LAW, "contact_model", shown(own.contact_model), "set the laws side by side with compare"),
     ):
         if judged := [one for one in known if one.factor == factor]:
-            why = _verdict_words(judged, consequence)
+            why = _factor_words(judged, consequence)
             if len({getattr(one, key) for one in study.interfaces}) > 1:
                 yield Line("", "", f"{key}, each interface's own: {why}")
             else:
@@ -618,9 +616,9 @@ def _lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[
         yield Line("", f"contact_model = {shown(own.contact_model)}", "an instant impact takes no stiffness")
 
 
-def _verdict_words(judged: Sequence[Influence], consequence: str) -> str:
+def _factor_words(judged: Sequence[Influence], consequence: str) -> str:
     """Which outputs depend on a factor, somewhat and not; what follows where one depends."""
-    groups = {word: _listed(judged, word) for word in (DEPENDS, SOMEWHAT, NOT)}
+    groups = {word: _outputs_by_verdict(judged, word) for word in (DEPENDS, SOMEWHAT, NOT)}
     first = judged[0]
     tried = ", ".join(value for value, counts in zip(first.tried, first.counts, strict=True) if counts)
     if not groups[DEPENDS] and not groups[SOMEWHAT]:
@@ -635,11 +633,11 @@ def _verdict_words(judged: Sequence[Influence], consequence: str) -> str:
     return f"Tried {tried}: {'; '.join(parts)}"
 
 
-def _consequence_words(influences: Sequence[Influence]) -> str:
+def _proposed_stiffness_words(influences: Sequence[Influence]) -> str:
     """What the proposed stiffness changes, each output where it changes most."""
-    widest = _widest(influences)
+    widest = _widest_influences(influences)
     changes = [
-        f"{OUTPUTS[influence.output].words} by {_percent(influence.medians[0])} % ({influence.place})"
+        f"{OUTPUTS[influence.output].words} by {_change_words(influence.medians[0])} % ({influence.place})"
         for influence in widest
         if influence.verdict != NOT
     ]
@@ -648,7 +646,7 @@ def _consequence_words(influences: Sequence[Influence]) -> str:
     return f"The proposed stiffness changes {'; '.join(filter(None, [', '.join(changes), small_changes]))}"
 
 
-def _widest(influences: Sequence[Influence]) -> list[Influence]:
+def _widest_influences(influences: Sequence[Influence]) -> list[Influence]:
     """Of each output the influence at the place where it is largest, largest first."""
     widest: dict[str, Influence] = {}
     for influence in sorted(influences, key=lambda influence: -max(map(abs, influence.ends))):
@@ -656,9 +654,9 @@ def _widest(influences: Sequence[Influence]) -> list[Influence]:
     return list(widest.values())
 
 
-def _listed(influences: Sequence[Influence], verdict: str) -> str:
+def _outputs_by_verdict(influences: Sequence[Influence], verdict: str) -> str:
     """The outputs of a verdict with their changes, each judged where it changes most."""
-    chosen = [influence for influence in _widest(influences) if influence.verdict == verdict]
+    chosen = [influence for influence in _widest_influences(influences) if influence.verdict == verdict]
     return ", ".join(
         f"{OUTPUTS[influence.output].words} ({influence.place}: {influence.range_words})" for influence in chosen
     )
@@ -666,7 +664,7 @@ def _listed(influences: Sequence[Influence], verdict: str) -> str:
 
 def _finding(study: Scene, base: xr.Dataset, influences: Sequence[Influence]) -> str:
     """What the stiffness decides and what not, or the restitution where there is no stiffness; and the required gap."""
-    if not (_cases(base, "impact_count") > 0.0).any():
+    if not (_case_values(base, "impact_count") > 0.0).any():
         needed = say(float(np.nanmax(base["peak_closing_free"].values)), GAP, 3)
         return (
             f"No contact at a gap of {_gap_words(study)} in any of {counted(int(base['status'].size), 'case')}; "
@@ -684,6 +682,6 @@ def _finding(study: Scene, base: xr.Dataset, influences: Sequence[Influence]) ->
     least = f"{100 * LITTLE:.0f} %"
     if most.verdict == NOT:
         return f"{span} changes no output by {least}; {gap}"
-    steady = _listed(judged, NOT)
+    steady = _outputs_by_verdict(judged, NOT)
     unchanged = f"it does not change {steady}" if steady else f"every output changes by {least} or more somewhere"
     return f"{span} changes {OUTPUTS[most.output].words} by {most.range_words} ({most.place}); {unchanged}; {gap}"

@@ -250,16 +250,9 @@ def floor_at(building: Building | Storeys, floor: float, floor_length: float) ->
     if isinstance(building, Building):
         length = building.floor_length or floor_length
         mass = inf if building.is_rigid else building.mass
-        is_given = building.is_rigid or building.floor_length > 0.0
-        return Floor(
-            building.name,
-            mass,
-            building.stiffness,
-            building.period,
-            length,
-            building.wave_speed,
-            is_assumed=not is_given,
-        )
+        is_assumed = not (building.is_rigid or building.floor_length > 0.0)
+        lateral, period, wave_speed = building.stiffness, building.period, building.wave_speed
+        return Floor(building.name, mass, lateral, period, length, wave_speed, is_assumed)
     below = int(floor)
     up = floor - below
     inverse = (1.0 - up) ** 2 / building.masses[below - 1] if below else 0.0

@@ -182,12 +182,8 @@ def responses(
     between = study.interfaces[0]
     scenes = []
     for periods, gaps in pairs:
-        grid = study.grid._replace(
-            gaps=tuple(gaps.tolist()),
-            yield_forces=(between.yield_force,),
-            contact_models=(between.contact_model,),
-            amplitudes=(None,),
-        )
+        grid = study.grid._replace(gaps=tuple(gaps.tolist()), amplitudes=(None,))
+        grid = grid._replace(yield_forces=(between.yield_force,), contact_models=(between.contact_model,))
         buildings = (one._replace(period=float(own)) for one, own in zip(study.pair, periods, strict=True))
         scenes.append(study.updated(buildings=tuple(buildings), grid=grid))
     motions = shaking.motions

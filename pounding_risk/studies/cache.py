@@ -97,15 +97,9 @@ def cache(
         if progress is not None:
             progress(number, len(studies))
     folder = Path(kept_in) if (kept_in := compile_cache()) else None
-    others = (
-        []
-        if folder is None
-        else [
-            other
-            for other in sorted(folder.parent.iterdir())
-            if other != folder and other.is_dir() and not other.is_symlink() and VERSION_FOLDER.fullmatch(other.name)
-        ]
-    )
+    beside = sorted(folder.parent.iterdir()) if folder else []
+    folders = [other for other in beside if other != folder and other.is_dir() and not other.is_symlink()]
+    others = [other for other in folders if VERSION_FOLDER.fullmatch(other.name)]
     if clear_others:
         for other in others:
             shutil.rmtree(other, ignore_errors=True)

@@ -37,8 +37,9 @@ from pounding_risk.results.scene_axes import VARIANTS, at_one_place, axes_of
 from pounding_risk.scene.interfaces import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, known_law, unknown_law
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_scene
-from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
+from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.scene_axis import count_of
+from pounding_risk.scene.values import OF_EACH_INTERFACE
 from pounding_risk.scene.variants import Variants, check_one_scene, where_words
 from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.studies import compare_findings as findings
@@ -136,12 +137,12 @@ def compare(
         check_replaceable_scene(target, "compare", equal, new)
     whole, baseline = scan(equal, progress=progress), baseline or study.contact_model
     if study.axes:
-        dataset = _along(equal, whole, baseline, reasons)
+        dataset = _compared_along_axes(equal, whole, baseline, reasons)
     else:
-        dataset = _of_scene(equal, whole, baseline, {})
+        dataset = _compared_scene(equal, whole, baseline, {})
         interface = findings.widest_interface(dataset)
         case = findings.typical_case(findings.at_interface(dataset, interface), baseline)
-        dataset = dataset.assign(_histories(equal, case, interface, baseline))
+        dataset = dataset.assign(_typical_histories(equal, case, interface, baseline))
         dataset.attrs |= reasons | {"finding": findings.finding(dataset)}
     return saved(dataset, "compare", target)
 
@@ -169,17 +170,17 @@ def with_equal_terms(study: Scene, request: Request) -> tuple[Scene, dict[str, s
         places = {where_words(variants.overrides(number)): variants.scene(number) for number in range(variants.count)}
     without = ""
     if not request.laws and len(study.grid.contact_models) < 2:
-        common = set.intersection(*(set(runnable(scene)) for scene in places.values()))
+        common = set.intersection(*(set(comparable_models(scene)) for scene in places.values()))
         laws = tuple(name for name in CONTACT_MODELS if name in common) or (study.contact_model,)
-        request, without = request._replace(laws=laws), left_out(places)
+        request, without = request._replace(laws=laws), models_left_out(places)
 
     def on_terms(scene: Scene) -> tuple[Scene, str]:
         equal = on_equal_terms(scene, request.laws, request.baseline, request.terms)
-        return with_relation(equal, request.relation)
+        return with_damping_relation(equal, request.relation)
 
-    equal = _at_all(places, on_terms)
+    equal = _at_all_places(places, on_terms)
     reasons = {where: why for where, (_, why) in equal.items() if why}
-    unequal = _at_some(reasons, len(places)) if reasons else ""
+    unequal = _with_places(reasons, len(places)) if reasons else ""
     attributes = {"left_out": without, "unequal_e": unequal}
     first, _ = next(iter(equal.values()))
     if not study.axes:
@@ -190,17 +191,17 @@ def with_equal_terms(study: Scene, request: Request) -> tuple[Scene, dict[str, s
         return scene.updated(relation=AS_PUBLISHED) if unequal else scene
 
     names = first.grid.contact_models
-    _at_all(places, lambda scene: check_reach(brought(scene), names))
+    _at_all_places(places, lambda scene: check_reach(brought(scene), names))
     base = study.updated(
         grid=study.grid._replace(contact_models=names),
-        equal_terms=terms_of(study, request.terms),
+        equal_terms=equal_terms_of(study, request.terms),
         relation=AS_PUBLISHED if unequal else first.relation,
         at_every_place=brought,
     )
     return base, attributes
 
 
-def _at_all(places: dict[str, Scene], function: Callable[[Scene], Any]) -> dict[str, Any]:
+def _at_all_places(places: dict[str, Scene], function: Callable[[Scene], Any]) -> dict[str, Any]:
     """The values of a function at every place; raises as it does, with the place where not all places raise it."""
     results: dict[str, Any] = {}
     errors: dict[str, PoundingError] = {}
@@ -214,7 +215,7 @@ def _at_all(places: dict[str, Scene], function: Callable[[Scene], Any]) -> dict[
     return results
 
 
-def _at_some(reasons: dict[str, str], count: int) -> str:
+def _with_places(reasons: dict[str, str], count: int) -> str:
     """The first of the reasons by place, with its place and their number unless that is ``count``, of all places."""
     where, sentence = next(iter(reasons.items()))
     if len(reasons) == count:
@@ -230,7 +231,7 @@ def on_equal_terms(
     if baseline is not None and (not isinstance(baseline, str) or baseline not in known):
         raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
     grid = study.grid.contact_models
-    chosen = tuple(laws) or (grid if len(grid) > 1 else runnable(study))
+    chosen = tuple(laws) or (grid if len(grid) > 1 else comparable_models(study))
     names = tuple(dict.fromkeys((*chosen, baseline or study.contact_model)))
     for name in study.models_of(*names):
         known_law(name)
@@ -246,7 +247,7 @@ def on_equal_terms(
             )
     damped = [name for name in study.models_of(*names) if known_law(name).needs_restitution]
     if damped and _lacks_restitution(study):
-        undamped = [name for name in runnable(study) if not known_law(name).needs_restitution]
+        undamped = [name for name in comparable_models(study) if not known_law(name).needs_restitution]
         raise SceneError(
             study.source,
             [
@@ -255,10 +256,10 @@ def on_equal_terms(
                 f"or compare {', '.join(undamped)} alone"
             ],
         )
-    return study.updated(grid=study.grid._replace(contact_models=names), equal_terms=terms_of(study, terms))
+    return study.updated(grid=study.grid._replace(contact_models=names), equal_terms=equal_terms_of(study, terms))
 
 
-def terms_of(study: Scene, terms: tuple[str | None, float | str | None]) -> EqualTerms:
+def equal_terms_of(study: Scene, terms: tuple[str | None, float | str | None]) -> EqualTerms:
     """What the reference impacts share, and their speed: those of the call, or of the scene, or the usual ones."""
     usual = study.equal_terms or USUAL_TERMS
     same, speed = terms[0] or usual.same, usual.speed if terms[1] is None else terms[1]
@@ -267,7 +268,7 @@ def terms_of(study: Scene, terms: tuple[str | None, float | str | None]) -> Equa
     return EqualTerms(same=same, speed=si(speed, SPEED, "compare: speed"), every_law=True)
 
 
-def with_relation(study: Scene, relation: str | None) -> tuple[Scene, str]:
+def with_damping_relation(study: Scene, relation: str | None) -> tuple[Scene, str]:
     """The study under a relation, by default that with which its laws return the same e; and why e is not the same."""
     names = study.models_of(*study.grid.contact_models)
     laws = [known_law(name) for name in names]
@@ -283,21 +284,21 @@ def with_relation(study: Scene, relation: str | None) -> tuple[Scene, str]:
     return exact, ""
 
 
-def runnable(study: Scene) -> tuple[str, ...]:
+def comparable_models(study: Scene) -> tuple[str, ...]:
     """Every contact model that can collide the scene's buildings, under its effects and with its e."""
-    return tuple(name for name in CONTACT_MODELS if not _hindered(study, name))
+    return tuple(name for name in CONTACT_MODELS if not _hindrance(study, name))
 
 
-def left_out(places: dict[str, Scene]) -> str:
-    """A sentence for the contact models that are not `runnable` at every place, with where; "" where all are."""
+def models_left_out(places: dict[str, Scene]) -> str:
+    """A sentence for the contact models that are not comparable at every place, with where; "" where all are."""
     reasons: dict[str, list[str]] = {}
     for name in CONTACT_MODELS:
-        if by_place := {where: why for where, scene in places.items() if (why := _hindered(scene, name))}:
-            reasons.setdefault(_at_some(by_place, len(places)), []).append(name)
+        if by_place := {where: why for where, scene in places.items() if (why := _hindrance(scene, name))}:
+            reasons.setdefault(_with_places(by_place, len(places)), []).append(name)
     return "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
 
 
-def _hindered(study: Scene, name: str) -> str:
+def _hindrance(study: Scene, name: str) -> str:
     """Why a contact model cannot be compared in this scene unless it is named; "" where it can."""
     law = known_law(name)
     if why := job_kind(study).unsolved(study, name) or study.lacks_table(name):
@@ -321,9 +322,9 @@ def _lacks_restitution(study: Scene) -> bool:
 # ------------------------------------------------------------------------------------------------------ the dataset
 
 
-def _of_scene(study: Scene, dataset: xr.Dataset, baseline: str, known: Known) -> xr.Dataset:
+def _compared_scene(study: Scene, dataset: xr.Dataset, baseline: str, known: Known) -> xr.Dataset:
     """The scan of a scene with the reference impacts, and what is set against the baseline."""
-    dataset = dataset.assign(_impacts(study, dataset, known))
+    dataset = dataset.assign(_reference_variables(study, dataset, known))
     dataset = dataset.assign(findings.tables(dataset, baseline))
     terms = study.equal_terms or USUAL_TERMS
     return dataset.assign_attrs(
@@ -331,7 +332,7 @@ def _of_scene(study: Scene, dataset: xr.Dataset, baseline: str, known: Known) ->
     )
 
 
-def _along(equal: Scene, whole: xr.Dataset, baseline: str, reasons: dict[str, str]) -> xr.Dataset:
+def _compared_along_axes(equal: Scene, whole: xr.Dataset, baseline: str, reasons: dict[str, str]) -> xr.Dataset:
     """The scan along axes with what a comparison adds at each place, and a finding on how that changes.
 
     Ratios, ranks, flips and gaps have all axes as dimensions, what describes the laws those along which it differs.
@@ -343,7 +344,7 @@ def _along(equal: Scene, whole: xr.Dataset, baseline: str, reasons: dict[str, st
     for number in range(variants.count):
         places = zip(axes, variants.places(number), strict=True)
         part = at_one_place(whole.isel({axis.name: [place] for axis, place in places}))
-        compared = _of_scene(variants.scene(number), part, baseline, known)
+        compared = _compared_scene(variants.scene(number), part, baseline, known)
         facts = {name: compared.attrs[name] for name in ("same", "speed")}
         attributes.add(number, facts | {"finding": findings.finding(compared)})
         parts.append(compared.drop_vars(part.variables).drop_attrs(deep=False))
@@ -386,7 +387,7 @@ def reference_impacts(study: Scene, stiffnesses: dict[str, float]) -> list[Impac
     return impacts
 
 
-def _impacts(study: Scene, dataset: xr.Dataset, known: Known) -> dict[str, Any]:
+def _reference_variables(study: Scene, dataset: xr.Dataset, known: Known) -> dict[str, Any]:
     """Calibrated stiffness, restitution achieved, and the curves of the reference impacts, padded with NaN.
 
     Impacts that are ``known`` are not computed again, and others become so.
@@ -400,29 +401,25 @@ def _impacts(study: Scene, dataset: xr.Dataset, known: Known) -> dict[str, Any]:
         stiffnesses = {name: float(np.atleast_1d(k)[index]) for name, k in lists.items()}
         calibrated.append([stiffnesses.get(name, nan) for name in names])
         masses.append(here.striking_mass)
-        impacts.append(_known_impacts(here, stiffnesses, known))
-    units, elastic, capped = [], [], []
+        impacts.append(_reference_impacts_once(here, stiffnesses, known))
+    units, dissipates, capped = [], [], []
     for label, of_law in zip(names, zip(*impacts, strict=True), strict=True):
         each = [one.contact_model for one in study.interfaces] if label == OF_EACH_INTERFACE else [label]
         laws = [known_law(name) for name in each]
         of_each = [stiffness_quantity(law).unit if "stiffness" in law._fields else "" for law in laws]
         units.append(of_each[0] if len(set(of_each)) == 1 else findings.APART.join(of_each))
-        elastic.append(all(blow.restitution > 1.0 - ELASTIC for blow in of_law))
+        dissipates.append(not all(blow.restitution > 1.0 - ELASTIC for blow in of_law))
         answers = {int(law.capped) for law in laws}
         capped.append(answers.pop() if len(answers) == 1 else findings.AT_SOME)
-    of_laws: dict[str, tuple[Any, str]] = {
-        "stiffness_unit": (units, "unit of stiffness, several by interface"),
-        "dissipates": (
-            np.array([not one for one in elastic], dtype=np.int8),
-            "0 where the law is elastic, and without yielding returns all energy",
-        ),
-        "capped": (
-            np.array(capped, dtype=np.int8),
-            "1 where the yield force acts in the law, -1 where at some interfaces only",
-        ),
-    }
+    elastic = "0 where the law is elastic, and without yielding returns all energy"
+    acts = "1 where the yield force acts in the law, -1 where at some interfaces only"
+    of_laws: tuple[tuple[str, Any, str], ...] = (
+        ("stiffness_unit", units, "unit of stiffness, several by interface"),
+        ("dissipates", np.array(dissipates, np.int8), elastic),
+        ("capped", np.array(capped, np.int8), acts),
+    )
     variables: dict[str, Any] = {
-        name: ("contact_model", values, {"long_name": words}) for name, (values, words) in of_laws.items()
+        name: ("contact_model", values, {"long_name": words}) for name, values, words in of_laws
     }
     axes = ("interface",) if "interface" in dataset.dims else ()
 
@@ -447,7 +444,7 @@ def _impacts(study: Scene, dataset: xr.Dataset, known: Known) -> dict[str, Any]:
     return variables
 
 
-def _known_impacts(study: Scene, stiffnesses: dict[str, float], known: Known) -> list[Impact]:
+def _reference_impacts_once(study: Scene, stiffnesses: dict[str, float], known: Known) -> list[Impact]:
     """As `reference_impacts`; computed once for all scenes that have what they depend on in common."""
     between = study.interfaces[0].updated(
         gap=0.0, yield_force=inf, column_yield_force=inf, contact=(), tolerance=None, points=(), levels=LevelRule()
@@ -460,7 +457,7 @@ def _known_impacts(study: Scene, stiffnesses: dict[str, float], known: Known) ->
     return known[key]
 
 
-def _histories(study: Scene, case: dict[str, int], interface: int, baseline: str) -> dict[str, Any]:
+def _typical_histories(study: Scene, case: dict[str, int], interface: int, baseline: str) -> dict[str, Any]:
     """Relative displacement of one case, by its place on each axis, under every law at the samples of its record.
 
     At the contact point of the interface whose displacement is largest under the baseline; NaN once a run has failed.

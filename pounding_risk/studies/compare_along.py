@@ -87,12 +87,12 @@ def rows_along(dataset: xr.Dataset, index: int) -> Iterator[Row]:
     runs = dataset["impact_count"].size // dataset.sizes["contact_model"] // dataset.sizes.get("interface", 1)
     for place in places:
         part = findings.of_interface(place.part, index)
-        names, baseline = findings.peers(part), str(part.attrs["baseline"])
+        names, baseline = findings.comparable_laws(part), str(part.attrs["baseline"])
         touched = int(part["judged"].sel(conclusion="displacement", contact_model=baseline))
         ranges = [findings.furthest(part, output, names) if names else ("", nan, nan) for output in findings.FIRST_TWO]
         flips = []
         for conclusion in findings.FLIPS:
-            most, law = findings.most_often(findings.flip_share(part, conclusion, names), names, [""])
+            most, law = findings.most_frequent_flip(findings.flip_share(part, conclusion, names), names, [""])
             flips.append("–" if np.isnan(most) else f"{findings.percent(most)} ({law})" if most else "0 %")
         yield Row(place.cells, touched, runs // len(places), ranges, flips)
 
@@ -186,7 +186,7 @@ def _flipping(judged: list[tuple[Place, Verdict]]) -> Iterator[str]:
     interfaces = findings.interface_names(judged[0][0].part)
     for conclusion, words in findings.FLIPS.items():
         shares = [
-            (*findings.most_often(outcome.shares[conclusion], outcome.names, interfaces), place)
+            (*findings.most_frequent_flip(outcome.shares[conclusion], outcome.names, interfaces), place)
             for place, outcome in judged
         ]
         known = [share for share in shares if not np.isnan(share[0])]

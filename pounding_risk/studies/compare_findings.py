@@ -270,7 +270,7 @@ def with_terms_of_its_own(dataset: xr.Dataset) -> NDArray[np.bool_]:
     return (dataset["stiffness_unit"].values == "") & _anywhere(dataset["reference_peak_force"])
 
 
-def peers(dataset: xr.Dataset) -> list[str]:
+def comparable_laws(dataset: xr.Dataset) -> list[str]:
     """The laws that the sentence is about: those that dissipate as the baseline does, or not, as it does not.
 
     An elastic law cannot be given the restitution of a damped one: the two are not on equal terms. Nor is one whose
@@ -305,7 +305,7 @@ def verdict(dataset: xr.Dataset) -> Verdict:
     alone is the effect of yielding. Where no yield force is finite nothing yields, and all laws are alike; so they are
     beside a baseline that yields at some interfaces, where which model stands decides it.
     """
-    names, baseline = peers(dataset), str(dataset.attrs["baseline"])
+    names, baseline = comparable_laws(dataset), str(dataset.attrs["baseline"])
     if not int(dataset["judged"].sel(conclusion="displacement", contact_model=baseline).sum()):
         return Verdict(UNTOUCHED, names)
     if not names:
@@ -353,7 +353,7 @@ def finding(dataset: xr.Dataset) -> str:
         sentence = f"{cause}: against {baseline}, {'; '.join(parts)}"
     clauses, interfaces = [sentence], interface_names(dataset)
     for conclusion, words in FLIPS.items():
-        most, where = most_often(outcome.shares[conclusion], outcome.names, interfaces)
+        most, where = most_frequent_flip(outcome.shares[conclusion], outcome.names, interfaces)
         if not np.isnan(most):
             clauses.append(f"{words} in {f'up to {percent(most)} of the cases ({where})' if most > 0.0 else 'none'}")
     return "; ".join([*clauses, *_of_few_cases(dataset, outcome), *aside(dataset, outcome.names)]) + "."
@@ -425,7 +425,7 @@ def furthest(dataset: xr.Dataset, output: str, names: list[str]) -> tuple[str, f
     return max(zip(names, *ends, strict=True), key=lambda row: reach(*row[1:]))
 
 
-def most_often(share: Array, names: list[str], interfaces: list[str]) -> tuple[float, str]:
+def most_frequent_flip(share: Array, names: list[str], interfaces: list[str]) -> tuple[float, str]:
     """The largest of the shares by law and interface, and which it is of; NaN where none is judged."""
     share = share.reshape(len(names), len(interfaces))
     if np.isnan(share).all():
@@ -458,7 +458,7 @@ def widest_interface(dataset: xr.Dataset) -> int:
 
 def displacement_reaches(dataset: xr.Dataset) -> list[float]:
     """By interface how far the laws move its peak relative displacement, as `reach` has it; 0 where none does."""
-    names = peers(dataset) or [str(name) for name in dataset["contact_model"].values]
+    names = comparable_laws(dataset) or [str(name) for name in dataset["contact_model"].values]
     interfaces = interface_names(dataset)
     ranges = [furthest(dataset, _at(REACH, interface, interfaces), names) for interface in interfaces]
     return [reach(*law_range[1:]) for law_range in ranges]

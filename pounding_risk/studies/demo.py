@@ -116,9 +116,8 @@ def window_findings(fit: Window) -> list[str]:
         largest = changes_inside[np.abs(changes_inside).argmax()]
         lowered, raised = _percent(changes < -NOTABLE), _percent(changes > NOTABLE)
         by_polarity.append(
-            f"Record {name}: in that window yielding changes the peak by up to "
-            f"{100.0 * largest:+.0f} %; over all F_E tried it lowers the peak in {lowered}, "
-            f"raises it in {raised} (by more than 1 %)."
+            f"Record {name}: in that window yielding changes the peak by up to {100.0 * largest:+.0f} %; over all F_E "
+            f"tried it lowers the peak in {lowered}, raises it in {raised} (by more than 1 %)."
         )
     return [
         f"The paper's statement holds for F_E from {fit.low / 1e3:.0f} to {fit.high / 1e3:.0f} kN "

@@ -76,19 +76,13 @@ def _in_si(law: Any) -> Any:
         raise PoundingError(
             f"impact: {law!r} is not a contact law; give one with its parameters, such as Jankowski(2.75e9)"
         )
-    hints = get_type_hints(type(law), include_extras=True)
-    quantities = {
-        name: quantity
-        for name in law._fields
-        for quantity in getattr(hints.get(name), "__metadata__", ())
-        if isinstance(quantity, Quantity)
-    }
-    if needs_floors(law):  # a floor of no length is a wall
-        quantities = {name: quantity._replace(open_low=False) for name, quantity in quantities.items()}
-    values = {
-        name: si(getattr(law, name), quantity, f"impact: {type(law).__name__}: {name}")
-        for name, quantity in quantities.items()
-    }
+    hints, values = get_type_hints(type(law), include_extras=True), {}
+    for name in law._fields:
+        for quantity in getattr(hints.get(name), "__metadata__", ()):
+            if isinstance(quantity, Quantity):
+                # A floor of no length is a wall.
+                allowed = quantity._replace(open_low=False) if needs_floors(law) else quantity
+                values[name] = si(getattr(law, name), allowed, f"impact: {type(law).__name__}: {name}")
     return law._replace(**values) if values else law
 
 

@@ -84,13 +84,7 @@ def building_modes(
     moved = normal[: chain.foundations + chain.floors]  # of floors that rotate their displacements alone
     most = np.abs(moved).max(axis=0, initial=0.0)
     most[most == 0.0] = 1.0  # a rotation alone
-    levels = building.levels if isinstance(building, Storeys) else building.heights or (np.nan,) * chain.mass.size
-    return Modes(
-        building.name,
-        np.array([0.0] * chain.foundations + list(levels)) if chain.mass.size else np.empty(0),
-        2.0 * np.pi / frequencies,
-        moved / most,
-        (driven @ normal) * most,
-        shares,
-        damped / (2.0 * frequencies),
-    )
+    heights = building.levels if isinstance(building, Storeys) else building.heights or (np.nan,) * chain.mass.size
+    levels = np.array([0.0] * chain.foundations + list(heights)) if chain.mass.size else np.empty(0)
+    periods, dampings = 2.0 * np.pi / frequencies, damped / (2.0 * frequencies)
+    return Modes(building.name, levels, periods, moved / most, (driven @ normal) * most, shares, dampings)

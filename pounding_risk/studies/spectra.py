@@ -291,13 +291,10 @@ def gap_dataset(
         # Each record once for each polarity, as in the gap: both have the same peak.
         peaks = enough_for(np.repeat(results[side], len(polarities), axis=0), percentiles, axis=0)
         words = f"spectral displacement of the {side} building"
+        about = described("m", f"{words} under each record")
         variables |= {
             f"{side}_displacement": (("percentile", period), peaks, described("m", f"{words}, {population}")),
-            f"{side}_displacement_of_record": (
-                ("record", period),
-                results[side],
-                described("m", f"{words} under each record"),
-            ),
+            f"{side}_displacement_of_record": (("record", period), results[side], about),
         }
         coords[period] = (period, oscillators.periods, described("s", f"period of the {side} building"))
         coords[f"{side}_damping"] = ((), oscillators.damping, described("1", f"damping ratio of the {side} building"))

@@ -136,13 +136,11 @@ def free_along(
     motions = (axis.size, records, polarities, amplitudes)
     size = 16.0 * np.prod(motions) * (2 * len(study.buildings) - 1)
     if (free := free_memory()) and size > free:
-        raise SceneError(
-            study.source,
-            [
-                f"uncertain: {axis.size} samples under {records * polarities * amplitudes} motions take "
-                f"{size_words(size)}, and {size_words(free)} of memory are free; take fewer samples or records"
-            ],
+        fault = (
+            f"uncertain: {axis.size} samples under {records * polarities * amplitudes} motions take "
+            f"{size_words(size)}, and {size_words(free)} of memory are free; take fewer samples or records"
         )
+        raise SceneError(study.source, [fault])
     closing = np.empty((*motions, len(study.interfaces)))
     peaks = np.empty((*motions, len(study.buildings)))
 
@@ -308,17 +306,13 @@ def facts_of_masses(study: Scene, axis: SceneAxis) -> Facts | None:
 
 def is_of_masses(study: Scene) -> bool:
     """True for single masses and walls on one ground that start from rest, stay linear and only meet floor to floor."""
-    return (
-        all(
-            isinstance(building, Building) and not (building.initial_displacement or building.initial_velocity)
-            for building in study.buildings
-        )
-        and not study.supports
-        and not study.bumpers
-        and not study.links
-        and all(acts_on_law(effect.name) for effect in study.effects)
-        and all(point.kind == FLOOR for point in study.points)
-    )
+    for building in study.buildings:
+        if not isinstance(building, Building) or building.initial_displacement or building.initial_velocity:
+            return False
+    if study.supports or study.bumpers or study.links:
+        return False
+    is_of_laws = all(acts_on_law(effect.name) for effect in study.effects)
+    return is_of_laws and all(point.kind == FLOOR for point in study.points)
 
 
 def columns_of(study: Scene, axis: SceneAxis) -> dict[KeyPath, Array] | None:

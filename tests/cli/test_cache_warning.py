@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from processes import PACKAGE, bare_environment, compiled
+from processes import bare_environment, compiled, ended
 from scenes import FRAME, rigid, scene_text
 
 from pounding_risk._jit.sources import compile_cache
@@ -58,14 +56,12 @@ def folder(tmp_path) -> Path:
 
 def command(folder: Path, *words: str, **more: str) -> tuple[str, list[str]]:
     """What a command in a process of its own prints, and its lines on standard error."""
-    done = subprocess.run(
-        [sys.executable, "-m", "pounding_risk", *words],
-        env=bare_environment(PYTHONPATH=str(PACKAGE.parent), **more),
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    return started(folder, "-m", "pounding_risk", *words, **more)
+
+
+def started(folder: Path, *words: str, **more: str) -> tuple[str, list[str]]:
+    """The same of Python."""
+    done = ended(*words, env=bare_environment(**more), cwd=folder)
     assert done.returncode == 0, done.stderr
     return done.stdout, done.stderr.splitlines()
 
@@ -111,16 +107,8 @@ def test_a_full_disk_is_told_once(cache, folder, usual):
         "sys.argv = ['pounding-risk', 'simulate', 'scene.toml']\n"
         "runpy.run_module('pounding_risk', run_name='__main__')\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env=bare_environment(PYTHONPATH=str(PACKAGE.parent), NUMBA_CACHE_DIR=str(cache)),
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
-    assert (done.returncode, done.stdout) == (0, usual), done.stderr
-    (sentence,) = done.stderr.splitlines()
+    output, (sentence,) = started(folder, "-c", code, NUMBA_CACHE_DIR=str(cache))
+    assert output == usual
     assert (
         f"cannot be kept (File too large), so that the next start compiles again; free space, or {ADVICE}" in sentence
     )
@@ -157,12 +145,5 @@ def test_a_warning_of_something_else_is_shown_as_it_is(folder):
         "with report_trouble():\n"
         "    warnings.warn('a compiled kernel is a kernel')\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env=bare_environment(PYTHONPATH=str(PACKAGE.parent)),
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
-    assert "UserWarning: a compiled kernel is a kernel" in done.stderr
+    _, lines = started(folder, "-c", code)
+    assert any("UserWarning: a compiled kernel is a kernel" in line for line in lines)

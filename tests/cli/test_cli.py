@@ -11,7 +11,6 @@ import os
 import pkgutil
 import re
 import signal
-import subprocess
 import sys
 import time
 from importlib import import_module
@@ -20,7 +19,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from commands import rows, run
+from commands import done, rows, run
+from processes import ended, python
 from scenes import FRAME, scene_text, single
 
 import pounding_risk
@@ -30,9 +30,7 @@ from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.questions import declared_questions
-from pounding_risk.render.terminal import engineering
 
-PACKAGE = Path(pounding_risk.__file__).resolve().parent
 MODULES = {
     name: import_module(f"pounding_risk.cli.{name}")
     for _, name, _ in pkgutil.iter_modules(cli.__path__)
@@ -73,9 +71,7 @@ def test_help_lists_the_commands():
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_explains_its_options(name):
-    result = run(name, "--help")
-    assert result.exit_code == 0
-    assert result.output.startswith(f"Usage: pounding-risk {name} [OPTIONS]")
+    assert done(name, "--help").output.startswith(f"Usage: pounding-risk {name} [OPTIONS]")
     if name in MODULES:
         kind = "group of commands" if name in GROUPS else "command"
         assert (MODULES[name].__doc__ or "").startswith(f"The {kind} `{name}`")
@@ -166,16 +162,15 @@ def test_a_faulty_scene_is_told_whole_and_nothing_is_written(folder):
 
 
 def test_impact_compares_laws():
-    result = run(
+    result = done(
         "impact", "--law", "linear", "--law", "hertz", "--stiffness", "1e8 N/m", "--stiffness", "2.75e9 N/m^1.5"
     )
-    assert result.exit_code == 0, result.stderr
     # k δ: F = v sqrt(k m), δ = v sqrt(m / k), half a period π sqrt(m / k) of contact.
     force, depth, lasts = 0.5 * sqrt(570e8), 0.5 * sqrt(570 / 1e8), pi * sqrt(570 / 1e8)
     # β δ^1.5: the energy 0.4 β δ^2.5 is m v² / 2.
     hertz = (570 * 0.25 / (0.8 * 2.75e9)) ** 0.4
     heads, linear, other = rows(result.stdout)
-    assert heads == ["law", "e asked", "e achieved", "peak force", "penetration", "duration", "energy lost"]
+    assert heads == ["law", "e requested", "e achieved", "peak force", "penetration", "duration", "energy lost"]
     assert linear[1:4] == ["–", "1.0000", f"{force / 1e3:.1f} kN"]
     assert linear[4:6] == [f"{depth * 1e3:.3f} mm", f"{lasts * 1e3:.4g} ms"]
     assert other[2:5] == ["1.0000", f"{2.75e6 * hertz**1.5:.1f} kN", f"{hertz * 1e3:.3f} mm"]
@@ -183,8 +178,7 @@ def test_impact_compares_laws():
 
 
 def test_impact_gives_the_other_kind_of_law_an_equal_peak_force():
-    result = run("impact", "--law", "hertz", "--law", "linear")
-    assert result.exit_code == 0, result.stderr
+    result = done("impact", "--law", "hertz", "--law", "linear")
     _, hertz, linear, note = rows(result.stdout)
     assert hertz[3] == linear[3]
     assert re.fullmatch(r"linear: k = \S+ MN/m, which gives the peak force of hertz without yielding", note[0])
@@ -194,9 +188,7 @@ def test_an_approach_past_the_range_of_a_relation_is_noted():
     """Equation (4) is a fit up to 5 m/s."""
     note = "faster than the range of the restitution relation, which is held at its end there"
     for speed, noted in (("5 m/s", []), ("6 m/s", [f"note: the approach is {note}"])):
-        result = run("impact", "--restitution", "concrete", "--speed", speed)
-        assert result.exit_code == 0, result.stderr
-        assert result.stdout.splitlines()[2:] == noted
+        assert done("impact", "--restitution", "concrete", "--speed", speed).stdout.splitlines()[2:] == noted
     law = ["--set", "interface.contact_model=jankowski", "--set", "interface.restitution=concrete"]
     result = run("simulate", "scene.toml", *law, "--pga", "30 g")
     assert re.search(rf"^note: \d+ contacts are {note}$", result.stdout, re.MULTILINE), result.output
@@ -206,19 +198,17 @@ def test_an_approach_past_the_range_of_a_relation_is_noted():
 
 @pytest.mark.complete
 def test_impact_draws_what_it_printed(folder):
-    result = run("impact", "--law", "hertz", "--figure", "f.svg")
-    assert result.exit_code == 0, result.stderr
+    result = done("impact", "--law", "hertz", "--figure", "f.svg")
     assert "<svg" in Path("f.svg").read_text(encoding="utf-8")
     drawn = Path("f.svg").read_bytes()
     assert not [path for path in folder.iterdir() if "partial" in path.name]
     assert result.stdout.splitlines()[-1] == "written: f.svg"
-    assert run("impact", "--law", "hertz", "--speed", "2 m/s", "--figure", "f.svg").exit_code == 0
+    done("impact", "--law", "hertz", "--speed", "2 m/s", "--figure", "f.svg")
     assert Path("f.svg").read_bytes() != drawn
 
 
 def test_simulate_without_contact():
-    result = run("simulate", "scene.toml", "--gap", "1 m")
-    assert result.stdout.splitlines()[-1] == "no contact"
+    assert run("simulate", "scene.toml", "--gap", "1 m").stdout.splitlines()[-1] == "no contact"
 
 
 def test_an_option_that_is_a_key_of_the_scene_is_told_to_be_one():
@@ -229,8 +219,7 @@ def test_an_option_that_is_a_key_of_the_scene_is_told_to_be_one():
 
 
 def test_scan_writes_and_sums_up(capsys):
-    result = run("scan", "scene.toml", "--workers", "1")
-    assert result.exit_code == 0, result.stderr
+    result = done("scan", "scene.toml", "--workers", "1")
     dataset = pounding_risk.open_results("scene.nc")
     table = rows(result.stdout)
     simulated = int(dataset["simulated"].sum())
@@ -256,8 +245,7 @@ def test_demo_says_what_it_wrote(monkeypatch):
         return {"figure": folder / "paper.png"}
 
     monkeypatch.setitem(sys.modules, "pounding_risk.reports.demo", SimpleNamespace(demo=demo))
-    result = run("demo", "-o", "new/folder")
-    assert result.exit_code == 0, result.stderr
+    result = done("demo", "-o", "new/folder")
     assert result.stdout.splitlines()[0] == "one run"
     assert rows(result.stdout)[1] == ["figure", "new/folder/paper.png"]
 
@@ -272,21 +260,6 @@ def test_a_record_is_measured():
     assert raw["PGA"] == ["0.4698 g", "peak ground acceleration, processed as for a run"]
 
 
-def test_numbers_are_written_as_engineers_do():
-    written = [
-        (450e3, "N", "450 kN"),
-        (0.005, "m", "5 mm"),
-        (4.903325, "m/s2", "0.5 g"),
-        (2.5e5, "N s", "250 kN s"),
-        (12.0, "N s", "12 N s"),
-        (0.00035, "m/s", "0.00035 m/s"),
-        (1307.0, "J", "1.307 kJ"),
-        (float("nan"), "s", "–"),
-        (float("inf"), "N", "inf"),
-    ]
-    assert [engineering(value, unit) for value, unit, _ in written] == [text for *_, text in written]
-
-
 class Clock:
     """The time as a test sets it."""
 
@@ -295,34 +268,39 @@ class Clock:
         monkeypatch.setattr(progress, "monotonic", lambda: self.now)
 
 
-def test_progress_without_a_terminal_is_a_line_now_and_then(monkeypatch, capsys):
-    clock = Clock(monkeypatch)
-    with progress.ProgressDisplay("scan") as display:
-        for done in range(0, 1001, 100):
-            clock.now = 10.0 + done / 10
-            display(done, 1000)
-    assert capsys.readouterr().err.splitlines() == [
-        "scan: 200 of 1000 cases (20 %), 10 a second, about 80 s left",
-        "scan: 500 of 1000 cases (50 %), 10 a second, about 50 s left",
-        "scan: 800 of 1000 cases (80 %), 10 a second, about 20 s left",
-    ]
+# Reports as (time [s], cases done), the first of a resumed study before any work, and the lines that come of them.
+REPORTED = {
+    "a line now and then": (
+        False,
+        [(10.0 + done / 10, done) for done in range(0, 1001, 100)],
+        [
+            "scan: 200 of 1000 cases (20 %), 10 a second, about 80 s left",
+            "scan: 500 of 1000 cases (50 %), 10 a second, about 50 s left",
+            "scan: 800 of 1000 cases (80 %), 10 a second, about 20 s left",
+        ],
+    ),
+    # What is kept from before took no time now; nor is the first report, which stands for compiling, a speed.
+    "from what is kept": (
+        True,
+        [(0.0, 600), (20.0, 610), (40.0, 650), (80.0, 730)],
+        [
+            "scan: 600 of 1000 cases are kept from before",
+            "scan: 650 of 1000 cases (65 %), 2 a second, about 3 min left",
+            "scan: 730 of 1000 cases (73 %), 2 a second, about 2 min left",
+        ],
+    ),
+    "nothing is kept": (True, [(0.0, 0)], []),
+}
 
 
-def test_progress_of_a_resumed_study_counts_from_what_is_kept(monkeypatch, capsys):
-    """What is kept from before took no time now; nor is the first report, which stands for compiling, a speed."""
+@pytest.mark.parametrize("name", REPORTED)
+def test_progress_without_a_terminal(name, monkeypatch, capsys):
+    resumes, reports, lines = REPORTED[name]
     clock = Clock(monkeypatch)
-    with progress.ProgressDisplay("scan", resumes=True) as display:
-        display(600, 1000)
-        for clock.now, done in ((20.0, 610), (40.0, 650), (80.0, 730)):
+    with progress.ProgressDisplay("scan", resumes=resumes) as display:
+        for clock.now, done in reports:
             display(done, 1000)
-    assert capsys.readouterr().err.splitlines() == [
-        "scan: 600 of 1000 cases are kept from before",
-        "scan: 650 of 1000 cases (65 %), 2 a second, about 3 min left",
-        "scan: 730 of 1000 cases (73 %), 2 a second, about 2 min left",
-    ]
-    with progress.ProgressDisplay("scan", resumes=True) as display:
-        display(0, 1000)
-    assert capsys.readouterr().err == ""
+    assert capsys.readouterr().err.splitlines() == lines
 
 
 def test_time_left_grows_where_nothing_comes_any_more(monkeypatch, capsys):
@@ -388,18 +366,10 @@ def test_spans_of_time_are_told_as_one_thinks_of_them():
     assert progress.pace(0.0, 10) == "" and progress.pace(1234.5, 0) == ", 1234 a second, about 0 s left"
 
 
-def start(code: str, *words: str) -> subprocess.Popen[str]:
-    """A command in a process of its own, which finds this very package."""
-    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "PYTHONUNBUFFERED": "1"}
-    line = [sys.executable, "-c", code, *words]
-    return subprocess.Popen(line, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
 def test_a_real_process_ends_with_status_2_and_no_traceback():
-    process = start("from pounding_risk.cli import main; main()", "validate", "bad.toml")
-    out, err = process.communicate(timeout=120)
-    assert (process.returncode, out) == (2, "")
-    assert err.startswith("pounding-risk: bad.toml: 3 faults\n") and "Traceback" not in err
+    process = ended("-c", "from pounding_risk.cli import main; main()", "validate", "bad.toml")
+    assert (process.returncode, process.stdout) == (2, "")
+    assert process.stderr.startswith("pounding-risk: bad.toml: 3 faults\n") and "Traceback" not in process.stderr
 
 
 @pytest.mark.complete
@@ -418,7 +388,7 @@ def test_a_failed_run_is_told_and_strict_makes_it_status_3(command):
         assert any(sentence in result.output for sentence in sentences), result.output
         assert Path("out.nc").exists()
     Path("out.nc").unlink()
-    assert run(*command, "--strict").exit_code == 0
+    done(*command, "--strict")
 
 
 @pytest.mark.complete
@@ -431,7 +401,7 @@ def test_ctrl_c_ends_a_scan_with_status_130_and_the_old_file_in_place(folder):
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     code = f"{heard}; from pounding_risk import cli; from pounding_risk.cli._common import progress"
     code += "; progress.EVERY = 0.0; cli.main()"
-    process = start(code, "scan", "scene.toml", "-o", "r.nc", "--new", *grid)
+    process = python("-u", "-c", code, "scan", "scene.toml", "-o", "r.nc", "--new", *grid)
     assert process.stderr is not None
     said = iter(process.stderr.readline, "")
     assert any(re.match(r"scan: \d+ of 19998 cases \(\d+ %\)", line) for line in said)

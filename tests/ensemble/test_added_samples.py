@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from axes import row_text, same_scan
+from axes import same_scan
 from sentences import refusal
-from uncertain import THREE, uncertain_text
+from uncertain import RESTITUTION, THREE, uncertain_row_text, uncertain_text
 
 from pounding_risk.ensemble import pair_job
 from pounding_risk.ensemble.chunks import parted
@@ -67,9 +67,7 @@ def test_samples_beside_an_axis_are_added(tmp_path):
 
 def test_samples_of_a_row_are_added(tmp_path):
     """With the counts of its parts, and motions without contact that do not differ."""
-    spread = "'interface.restitution' = {distribution = \"uniform\", low = 0.5, high = 0.8}"
-    texts = [f"{row_text({})}\n[uncertain]\nsamples = {count}\n{spread}\n" for count in (1, 3)]
-    first, whole = map(parse_scene, texts)
+    first, whole = (parse_scene(uncertain_row_text({"interface.restitution": RESTITUTION}, count)) for count in (1, 3))
     target = tmp_path / "r.nc"
     scan(first, target, check_fraction=0.0)
     same_scan(scan(whole, target, check_fraction=0.0), scan(whole, check_fraction=0.0))

@@ -150,12 +150,7 @@ def test_what_is_deeper_than_they_are_long_is_told():
 
 
 @pytest.mark.parametrize(
-    "keys",
-    [
-        {"gap": "20 mm", "bumper_length": "40 mm"},
-        {"gap": "20 mm", "bumper_length": "-1 mm"},
-    ],
-    ids=str,
+    "keys", [{"gap": "20 mm", "bumper_length": "40 mm"}, {"gap": "20 mm", "bumper_length": "-1 mm"}], ids=str
 )
 def test_what_does_not_fit_is_refused(keys, says):
     says(refusal(pr.read_scene, scene_text(*MASSES, **keys)))

@@ -27,14 +27,7 @@ from sentences import refusal
 
 import pounding_risk
 from pounding_risk.ensemble.checkpoint.chunks import Damaged, batches_of, chunk_name, read_chunk, write_chunk
-from pounding_risk.ensemble.checkpoint.folder import (
-    About,
-    Checkpoint,
-    folder_of,
-    read_lines,
-    read_study,
-    write_line,
-)
+from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint, folder_of, read_lines, read_study, write_line
 from pounding_risk.ensemble.checkpoint.lock import Lock
 from pounding_risk.ensemble.chunks import chosen, merged, pieces_of
 from pounding_risk.ensemble.status import STOPPED, status
@@ -76,6 +69,18 @@ def keep(folder: Checkpoint, *ranges: range) -> None:
         folder.keep(batches, chunk_of(batches), 0.5)
 
 
+def begun(path: Path, *ranges: range) -> None:
+    """A study that was stopped when it had kept what these batches give."""
+    with opened(path) as folder:
+        keep(folder, *ranges)
+
+
+def found(path: Path, **choices: bool) -> list[range]:
+    """What the next start finds."""
+    with opened(path, **choices) as folder:
+        return folder.done()
+
+
 def events(path: Path) -> list[str]:
     """What the log tells."""
     return [line["event"] for line in read_lines(path / "log.jsonl")]
@@ -111,8 +116,7 @@ def test_what_is_kept_is_there_at_the_next_start(path):
 
 def test_a_kept_part_is_a_plain_numpy_archive(path):
     """Without this program the numbers can still be read, and nothing in them is a pickle."""
-    with opened(path) as folder:
-        keep(folder, range(5, 8))
+    begun(path, range(5, 8))
     with np.load(path / "parts" / "000000005-000000008.npz", allow_pickle=False) as archive:
         assert np.array_equal(archive["raw"], chunk_of(range(5, 8))["raw"])
     for array in (np.array([[1]], dtype=object), np.array(["a"]), np.zeros((2, 3)), np.array(1.0)):
@@ -196,15 +200,14 @@ def test_every_damage_is_seen(tmp_path):
         assert read == batches and np.array_equal(chunk["raw"], numbers["raw"])  # a time, say, that nobody reads
     assert found > 0.7 * len(sound)  # measured 0.86 of the bytes; the others are the archive's dates and rights
     file.write_bytes(sound)
-    with pytest.raises(Damaged, match="another study"):
-        read_chunk(file, "other")
-    with pytest.raises(Damaged, match="its name states other batches"):
-        read_chunk(file.rename(tmp_path / chunk_name(range(4, 6))), "study")
+    assert "another study" in refusal(read_chunk, file, "other", kind=Damaged)
+    assert "its name states other batches" in refusal(
+        read_chunk, file.rename(tmp_path / chunk_name(range(4, 6))), "study", kind=Damaged
+    )
 
 
 def test_damaged_parts_are_removed_and_told_and_only_where_nobody_else_writes(path):
-    with opened(path) as folder:
-        keep(folder, range(0, 10), range(10, 20), range(20, 30))
+    begun(path, range(0, 10), range(10, 20), range(20, 30))
     torn = path / "parts" / chunk_name(range(10, 20))
     torn.write_bytes(torn.read_bytes()[:-40])
     aside = path / "parts" / f".{chunk_name(range(30, 40))}.elsewhere.123.partial"
@@ -228,11 +231,9 @@ def test_damaged_parts_are_removed_and_told_and_only_where_nobody_else_writes(pa
 
 
 def test_another_identity_is_refused_with_every_difference(path, says):
-    with opened(path) as folder:
-        keep(folder, range(0, 10))
+    begun(path, range(0, 10))
     says(refusal(opened, path, OTHER))
-    with opened(path) as folder:
-        assert folder.done() == [range(0, 10)]
+    assert found(path) == [range(0, 10)]
     with opened(path, OTHER, new=True) as folder:
         assert folder.done() == [] and events(path) == ["begin", "start"]
     with opened(path) as folder:  # nothing was kept, so nothing is lost
@@ -240,8 +241,7 @@ def test_another_identity_is_refused_with_every_difference(path, says):
 
 
 def test_new_discards_the_same_study_and_nothing_that_is_not_ours(path):
-    with opened(path) as folder:
-        keep(folder, range(0, 10))
+    begun(path, range(0, 10))
     mine = [path / "notes.txt", path / "parts" / "figure.npz"]
     for file in mine:
         file.write_text("my own", encoding="utf-8")
@@ -296,7 +296,6 @@ def test_half_a_line_of_the_log_hurts_nothing(path):
 LOOP = """
 import random
 import numpy as np
-from pounding_risk.ensemble.chunks import chosen, merged, pieces_of
 from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint
 folder = Checkpoint.open({path!r}, {identity}, About(10**6, 3))
 print("open", flush=True)
@@ -347,7 +346,6 @@ def test_a_kill_at_any_moment_loses_nothing_that_was_kept(path, kills):
 OPENER = """
 import sys
 from pathlib import Path
-from pounding_risk.ensemble.chunks import chosen, merged, pieces_of
 from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint
 sys.path[:0] = [{tests!r}, {tests!r} + "/ensemble"]
 from test_checkpoint import ABOUT, IDENTITY, keep
@@ -368,14 +366,9 @@ def others() -> Iterator[list[subprocess.Popen[str]]]:
         process.communicate()
 
 
-def started(path: Path, shared: bool, batches: tuple[int, int]) -> subprocess.Popen[str]:
-    """Another process that opens the folder, keeps some batches, and says so."""
-    return python("-c", OPENER.format(tests=str(Path(__file__).parents[1]), path=path, shared=shared, batches=batches))
-
-
 def holder(others: list, path: Path, shared: bool, batches: tuple[int, int]) -> subprocess.Popen[str]:
-    """Another process that has the folder open."""
-    others.append(started(path, shared, batches))
+    """Another process that has the folder open, and has kept some batches."""
+    others.append(child(OPENER, path=path, shared=shared, batches=batches))
     assert others[-1].stdout.readline() == "open\n"
     return others[-1]
 
@@ -390,8 +383,7 @@ def test_a_second_start_is_refused_and_told_who_runs(path, others):
         assert f"(pid {first.pid}), since 2" in str(refused.value)
     first.kill()  # the system lets go of a lock whose process was killed
     first.wait()
-    with opened(path) as folder:
-        assert folder.done() == [range(0, 10)]
+    assert found(path) == [range(0, 10)]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="without flock there is no lock")
@@ -402,14 +394,12 @@ def test_shards_share_a_folder_and_nobody_takes_it_from_them(path, others):
         assert folder.done() == [range(0, 10), range(50, 60)]
         with pytest.raises(PoundingError, match=r"another run is writing this study: .* and "):
             opened(path)
-    with pytest.raises(PoundingError, match="other runs are writing this study here"):
-        opened(path, shared=True, new=True)
+    assert "other runs are writing this study here" in refusal(opened, path, shared=True, new=True)
     with pytest.raises(PoundingError, match=r'writing another study here(.|\n)*was "20 mm", is "25 mm"'):
         opened(path, OTHER, shared=True)
     others[0].kill()
     others[0].wait()
-    with opened(path) as folder:
-        assert folder.done() == [range(0, 10), range(50, 60)]
+    assert found(path) == [range(0, 10), range(50, 60)]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="without flock there is no lock")
@@ -417,10 +407,9 @@ def test_shards_share_a_folder_and_nobody_takes_it_from_them(path, others):
 def test_shards_that_start_at_once_share_a_new_folder(path, others):
     """As a batch system starts them: one begins the study, and the others wait for it and find it."""
     for first in (0, 10, 20):
-        others.append(started(path, True, (first, first + 10)))
+        others.append(child(OPENER, path=path, shared=True, batches=(first, first + 10)))
     assert [process.stdout.readline() for process in others] == ["open\n"] * 3
-    with opened(path, shared=True) as folder:
-        assert folder.done() == [range(0, 30)]
+    assert found(path, shared=True) == [range(0, 30)]
     assert events(path).count("begin") == 1
 
 
@@ -486,16 +475,16 @@ def test_a_full_disk_is_told_and_the_study_goes_on_after_it(small_disk):
 
 
 def test_the_state_of_a_study_on_a_disk_that_is_only_read(small_disk):
-    with opened(small_disk / "results.study") as folder:
-        keep(folder, range(0, 10))
+    begun(small_disk / "results.study", range(0, 10))
     subprocess.run(["mount", "-o", "remount,ro", str(small_disk)], check=True)
     assert status(small_disk / "results.nc").state == STOPPED
 
 
 def test_after_new_the_same_command_would_discard_what_is_kept(small_disk):
     with opened(small_disk / "results.study", new=True) as folder:
-        with pytest.raises(PoundingError, match="run the same command without --new again"):
-            folder.keep(range(0, 100), {"raw": np.ones((100, 3, 1000))}, 0.1)
+        assert "run the same command without --new again" in refusal(
+            folder.keep, range(0, 100), {"raw": np.ones((100, 3, 1000))}, 0.1
+        )
         # As many as there are files, whether or not anybody has looked into them yet.
         assert folder.kept() == "0 of 300 cases"
 
@@ -549,8 +538,7 @@ def test_a_link_in_a_study_s_folder_is_not_followed(path, tmp_path, name):
         (victim / chunk_name(range(0, 5))).write_text("precious")
     else:
         victim.write_text("precious")
-    with opened(path) as folder:
-        keep(folder, range(0, 5))
+    begun(path, range(0, 5))
     target = path / name
     shutil.rmtree(target) if target.is_dir() else target.unlink()
     target.symlink_to(victim)
@@ -578,20 +566,17 @@ def test_a_lock_or_log_that_becomes_a_link_is_not_followed(path, tmp_path):
 
 
 def test_a_part_that_is_a_link_is_removed_and_told(path, tmp_path):
-    with opened(path) as folder:
-        keep(folder, range(0, 10))
+    begun(path, range(0, 10))
     chunk = path / "parts" / chunk_name(range(0, 10))
     victim = chunk.rename(tmp_path / "victim.npz")
     chunk.symlink_to(victim)
-    with opened(path) as folder:
-        assert folder.done() == []
+    assert found(path) == []
     assert not chunk.is_symlink() and victim.stat().st_size > 0
     assert "it is a symbolic link" in (path / "log.jsonl").read_text()
 
 
 def test_a_study_of_another_version_is_left_as_it_is(path):
-    with opened(path) as folder:
-        keep(folder, range(0, 10))
+    begun(path, range(0, 10))
     file = path / "study.json"
     found = json.loads(file.read_text(encoding="utf-8"))
     for text in (json.dumps({**found, "format": "pounding_risk study 99"}), "{", "[]"):

@@ -6,9 +6,9 @@ import json
 
 import numpy as np
 import pytest
-from axes import row_text, same_scan
+from axes import same_scan
 from sentences import refusal
-from uncertain import PERIOD, RESTITUTION, THREE, uncertain_text
+from uncertain import PERIOD, RESTITUTION, THREE, uncertain_row_text, uncertain_text
 
 from pounding_risk.ensemble.plan.plan import plan, validate
 from pounding_risk.ensemble.scan import scan, scan_shard
@@ -26,10 +26,8 @@ SHORT = {"names": RECORDS, "window": ["0 s", "5 s"], "polarity": BOTH}
 
 def drawn_text(samples=8, records=None, numbers=None, **more):
     """A pair whose samples have each one motion of two records in two polarities."""
-    text = uncertain_text((THREE if numbers is None else numbers) | {"motions": "drawn"}, samples=samples, **more)
-    head, _, rest = text.partition("[records]")
-    listed = "\n".join(f"{key} = {json.dumps(value)}" for key, value in (records or SHORT).items())
-    return f"{head}[records]\n{listed}\n\n[grid]{rest.partition('[grid]')[2]}"
+    drawn = (THREE if numbers is None else numbers) | {"motions": "drawn"}
+    return uncertain_text(drawn, samples=samples, records=records or SHORT, **more)
 
 
 def narrow(dataset):
@@ -72,12 +70,9 @@ def test_each_sample_equals_the_scan_of_its_numbers_and_motion():
 def test_levels_and_axes_stand_beside_drawn_motions(tmp_path):
     """Each sample runs every level of intensity, and every place along another axis; and samples are added to them."""
     numbers = {"building.left.damping": {"distribution": "uniform", "low": 0.02, "high": 0.1}}
-    listed = 'intensity = {measure = "pgv", levels = ["10 cm/s", "40 cm/s"]}'
+    records = SHORT | {"intensity": {"measure": "pgv", "levels": ["10 cm/s", "40 cm/s"]}}
     text, fewer = (
-        drawn_text(samples, SHORT, numbers, axes={"interface.restitution": [0.5, 0.8]}).replace(
-            "[records]", f"[records]\n{listed}"
-        )
-        for samples in (4, 2)
+        drawn_text(samples, records, numbers, axes={"interface.restitution": [0.5, 0.8]}) for samples in (4, 2)
     )
     whole = scan(parse_scene(text), check_fraction=0.0)
     assert whole["impact_count"].dims[:3] == ("sample", "interface.restitution", "intensity")
@@ -100,9 +95,7 @@ def test_added_samples_equal_those_drawn_at_once(tmp_path):
 @pytest.mark.complete
 def test_a_row_of_storeys_under_drawn_motions(tmp_path):
     """Shards, a file and a second run of it have the same bits, and each sample those of a scan of its own."""
-    text = row_text({})
-    text += '\n[uncertain]\nsamples = 3\nmethod = "random"\nmotions = "drawn"\n'
-    text += "'interface.restitution' = {distribution = \"uniform\", low = 0.5, high = 0.8}\n"
+    text = uncertain_row_text({"method": "random", "motions": "drawn", "interface.restitution": RESTITUTION}, 3)
     study, target = parse_scene(text), tmp_path / "r.nc"
     whole = scan(study, check_fraction=0.0)
     for number in (2, 1):

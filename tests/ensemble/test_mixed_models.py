@@ -10,7 +10,7 @@ import pounding_risk as pr
 from pounding_risk.figures.compare import agreement_figure, reference_figure
 from pounding_risk.questions.compare import sheet
 from pounding_risk.render.terminal import print_sheet
-from pounding_risk.scene.scene import OF_EACH_INTERFACE
+from pounding_risk.scene.values import OF_EACH_INTERFACE
 from pounding_risk.studies.compare_findings import of_interface
 
 MODELS = ("jankowski", "viscous_elastoplastic")  # without a cap, and with one

@@ -113,8 +113,7 @@ def test_a_foreign_file_and_another_command_s_are_never_replaced_unasked(tmp_pat
         else:
             target.write_bytes(content)
         before = target.read_bytes()
-        with pytest.raises(PoundingError, match=r"is there already and holds no results of pounding-risk"):
-            scan(study, target)
+        assert "is there already and holds no results of pounding-risk" in refusal(scan, study, target)
         assert target.read_bytes() == before
     scan(study, target, new=True)
     calls = (pr.accuracy, pr.effects, pr.histories, partial(pr.compare, laws=["linear", "hertz"]))
@@ -179,10 +178,10 @@ def test_a_conversion_replaces_nothing_but_the_same_results(tmp_path):
     scan(parse_scene(OTHER), other)
     convert(first, tmp_path / "a.zarr")
     convert(first, tmp_path / "a.zarr")
-    with pytest.raises(PoundingError, match="holds other results of scan; move it away, or write to another name"):
-        convert(other, tmp_path / "a.zarr")
+    assert "holds other results of scan; move it away, or write to another name" in refusal(
+        convert, other, tmp_path / "a.zarr"
+    )
     (tmp_path / "precious.nc").write_text("notes")
-    with pytest.raises(PoundingError, match="holds no results of pounding-risk"):
-        convert(tmp_path / "a.zarr", tmp_path / "precious.nc")
+    assert "holds no results of pounding-risk" in refusal(convert, tmp_path / "a.zarr", tmp_path / "precious.nc")
     assert (tmp_path / "precious.nc").read_text() == "notes"
     xr.testing.assert_identical(open_results(tmp_path / "a.zarr"), open_results(first))

@@ -42,14 +42,8 @@ def test_a_product_of_axes_equals_a_loop_of_set():
 
 def test_a_row_equals_a_loop_of_set():
     """Storeys, a mass of a floor by its number, the gap of one interface, and an effect on buildings."""
-    axes = {
-        "building.A.storey_stiffnesses": ["90 MN/m", "120 MN/m"],
-        'interface."A | B".restitution': [0.6, 0.7],
-    }
-    text = row_text({}).replace("[[interface]]", "[effects]\np_delta = {}\n\n[[interface]]", 1)
-    one = text[text.index("[[interface]]") : text.index("[records]")]
-    text = text.replace(one, one * 2).replace("[grid]", "[grid]\n" + "\n".join(f"'{k}' = {v}" for k, v in axes.items()))
-    whole = equals_the_loop(text)
+    axes = {"building.A.storey_stiffnesses": ["90 MN/m", "120 MN/m"], 'interface."A | B".restitution': [0.6, 0.7]}
+    whole = equals_the_loop(row_text(axes, 2, effects={"p_delta": {}}))
     assert whole["building_period"].dims == ("building.A.storey_stiffnesses", "building")
     assert sum(json.loads(whole.attrs["parts"]).values()) > 0
 

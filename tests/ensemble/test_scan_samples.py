@@ -6,10 +6,10 @@ import json
 
 import numpy as np
 import pytest
-from axes import equals_the_loop, row_text, same_scan
+from axes import equals_the_loop, same_scan
 from scenes import scene_text
 from sentences import refusal
-from uncertain import RESTITUTION, THREE, uncertain_text
+from uncertain import RESTITUTION, THREE, uncertain_row_text, uncertain_text
 
 import pounding_risk as pr
 from pounding_risk.ensemble.plan.plan import plan, validate
@@ -63,11 +63,8 @@ def test_gaps_that_are_drawn_equal_a_loop_of_set():
 
 
 def test_gaps_of_a_row_that_are_drawn_equal_a_loop_of_set():
-    text = row_text({}).replace('gap = ["5 mm", "40 mm"]', "")
-    one = text[text.index("[[interface]]") : text.index("[records]")]
-    text = text.replace(one, one * 2)
-    gap = '{distribution = "uniform", low = "8 mm", high = "12 mm"}'
-    text += f"\n[uncertain]\nsamples = 2\n'interface.\"A | B\".gap' = {gap}\n"
+    gap = {"distribution": "uniform", "low": "8 mm", "high": "12 mm"}
+    text = uncertain_row_text({'interface."A | B".gap': gap}, 2, {"gap": None}, 2)
     whole = equals_the_loop(text, ("scene_resolved", "scene_sha256"), check_fraction=0.0)
     assert whole["interface_gap"].dims == ("sample", "gap", "interface")
 
@@ -106,10 +103,5 @@ def test_calls_of_one_scene_say_how_they_take_the_stated_values(says):
 @pytest.mark.complete
 def test_a_row_of_samples_counts_its_parts():
     numbers = {"building.A.storey_stiffnesses": {"distribution": "lognormal", "dispersion": 0.2}}
-    numbers |= {"interface.restitution": RESTITUTION}
-    text = row_text({}) + "\n[uncertain]\nsamples = 2\n"
-    text += "\n".join(
-        f"'{key}' = {{{', '.join(f'{k} = {v!r}' for k, v in one.items())}}}" for key, one in numbers.items()
-    )
-    whole = equals_the_loop(text, check_fraction=0.0)
+    whole = equals_the_loop(uncertain_row_text(numbers | {"interface.restitution": RESTITUTION}, 2), check_fraction=0.0)
     assert sum(json.loads(whole.attrs["parts"]).values()) > 0

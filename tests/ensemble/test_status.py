@@ -53,6 +53,7 @@ def test_what_is_not_there_is_not_begun():
     Path("results.study").mkdir()
     Path("results.study/lock").touch()  # as a study that was killed while it began
     assert pr.status("results.study").state == NOT_BEGUN
+    assert pr.status("frame.toml").go_on == "pounding-risk scan frame.toml -o frame.nc"
 
 
 @pytest.mark.parametrize("name", ["results.nc", "results.zarr"])

@@ -14,6 +14,7 @@ from sentences import refusal
 import pounding_risk as pr
 from pounding_risk.assessment.along import along_finding
 from pounding_risk.figures.along import along_figure
+from pounding_risk.reports.data import ReportData, opened
 from pounding_risk.reports.document import SECTIONS
 from pounding_risk.reports.explorer import page_model
 from pounding_risk.results import scene_axes
@@ -128,8 +129,6 @@ def test_an_axis_with_an_assessment_of_its_own_is_not_drawn_or_reported(whole, m
 
 @pytest.mark.complete
 def test_a_report_of_several_places_is_that_of_one_and_a_section_along_them(whole, assessed, tmp_path):
-    from pounding_risk.reports.data import ReportData, opened
-
     few = whole.isel({DAMPING: [0, 2], PERIOD: [0, 1, 5]})
     dataset, _, along = opened(few, {"gap": "60 mm"})
     place = along.place.places

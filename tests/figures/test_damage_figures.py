@@ -11,7 +11,10 @@ from scenes import scene_text, single
 from sentences import refusal
 
 import pounding_risk as pr
+from pounding_risk.assessment.assess import assess
 from pounding_risk.figures import damage_figure, ida_figure, results_figure
+from pounding_risk.reports.data import ReportData
+from pounding_risk.reports.document import SECTIONS
 
 STATES = """
 [[damage]]
@@ -77,10 +80,6 @@ def test_figures_say_the_finding(folder, says):
 
 def test_a_report_has_a_section_on_the_states(folder):
     """With the numbers of the command; none for a scene without states."""
-    from pounding_risk.assessment.assess import assess
-    from pounding_risk.reports.data import ReportData
-    from pounding_risk.reports.document import SECTIONS
-
     results = pr.open_results(folder / "scan.nc")
     blocks = SECTIONS["damage"].write(ReportData(results, assess(results), {}))
     found = pr.damage(results)

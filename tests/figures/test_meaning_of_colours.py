@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from made_scan import made_scan
 from matplotlib.colors import to_hex
 
 from pounding_risk.assessment.assess import assess
@@ -15,10 +16,8 @@ from pounding_risk.figures.style import MEANING, RULE_MARKS, contact_styles, pan
 
 
 @pytest.fixture(scope="module")
-def scan(benchmarks):
+def scan():
     """A dataset as a scan writes it, made and not solved."""
-    from made_scan import made_scan
-
     return made_scan(5, np.linspace(0.0, 0.1, 6), (2e5, np.inf), 2)
 
 

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 from made_row import STREET, made_row
 from matplotlib.collections import PathCollection, PolyCollection
+from matplotlib.text import Text
 from scenes import scene_text, single
 from sentences import refusal
 from sweeps import sweep
@@ -53,8 +54,6 @@ def case(results) -> RowCase:
 
 def texts(figure) -> str:
     """Everything that is written in a figure, lines joined."""
-    from matplotlib.text import Text
-
     return "\n".join(each.get_text() for each in figure.findobj(Text))
 
 
@@ -233,6 +232,7 @@ def test_the_columns_own_yield_force_stands_beside_that_of_floors(case):
 def test_a_line_that_breaks_leaves_no_single_word():
     text = " ".join(["word"] * 13)  # 64 letters
     assert [len(line.split()) for line in in_lines(text, 60).splitlines()] == [7, 6]
+    assert in_lines("a gap of 60 mm, as much as 16 %", 14).splitlines() == ["a gap of", "60 mm, as", "much as 16 %"]
     assert in_lines("short", 60) == "short"
     assert in_lines("", 60) == ""
 

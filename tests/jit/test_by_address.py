@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 from processes import compiled
 
-from pounding_risk._jit.by_address import by_address
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk._jit.lowering.by_address import AddressedType
-from pounding_risk._jit.memory import zeros
-from pounding_risk._jit.records import new_record, new_records, record_type
+from pounding_risk._jit.memory import by_address, new_record, new_records, record_type, zeros
 
 Part = record_type(values=(2, 3), total=float)
 

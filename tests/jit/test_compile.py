@@ -9,13 +9,11 @@ import json
 import os
 import pkgutil
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from processes import PACKAGE, bare_environment, compiled
+from processes import PACKAGE, bare_environment, compiled, interpreted, output, python
 from sweeps import sweep
 
 import pounding_risk
@@ -49,11 +47,7 @@ print(json.dumps(found))
 def run(code: str, package: Path = PACKAGE, **more: str) -> dict:
     """Run code in a fresh interpreter on a copy of the package; what it prints, as JSON."""
     environment = bare_environment(PYTHONPATH=str(package.parent), **more)
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, cwd=package.parent, capture_output=True, text=True, timeout=300
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout.splitlines()[-1])
+    return json.loads(output("-c", code, env=environment, cwd=package.parent, timeout=300).splitlines()[-1])
 
 
 @pytest.fixture
@@ -167,10 +161,7 @@ def test_code_of_another_law_is_not_taken(filled, tmp_path):
 @pytest.mark.complete
 def test_processes_that_start_together_agree(filled, tmp_path):
     environment = bare_environment(PYTHONPATH=str(PACKAGE.parent), NUMBA_CACHE_DIR=str(tmp_path))
-    started = [
-        subprocess.Popen([sys.executable, "-c", PROBE], env=environment, stdout=subprocess.PIPE, text=True)
-        for _ in range(4)
-    ]
+    started = [python("-c", PROBE, env=environment) for _ in range(4)]
     found = [json.loads(process.communicate(timeout=300)[0]) for process in started]
     assert all(process.returncode == 0 for process in started)
     assert {tuple(one["values"]) for one in found} == {tuple(filled[1]["values"])}
@@ -359,19 +350,18 @@ def exact(outputs: dict[str, float]) -> dict[str, str]:
 
 
 INTERPRETED_CASES = """
-import json, sys
-sys.path[:0] = [{tests!r}, {tests!r} + "/jit"]
+import json
 from test_compile import LAWS, case, exact
 from pounding_risk._jit import sources as _jit
 assert _jit.INTERPRETED
-print(json.dumps({{name: [exact(case(name)), exact(case(name, int))] for name in LAWS}}))
+print(json.dumps({name: [exact(case(name)), exact(case(name, int))] for name in LAWS}))
 """
 
 
 @pytest.fixture(scope="module")
-def interpreted() -> dict[str, list[dict[str, str]]]:
+def uncompiled() -> dict[str, list[dict[str, str]]]:
     """The runs of every law without compilation, with its stiffness as a float and as an int."""
-    return run(INTERPRETED_CASES.format(tests=str(Path(__file__).parents[1])), NUMBA_DISABLE_JIT="1")
+    return interpreted(INTERPRETED_CASES)
 
 
 # One law of each kind at once; the rest cost a compilation each.
@@ -381,19 +371,19 @@ FIRST = ("viscous_elastoplastic", "kelvin_voigt_tension_cut")
 @pytest.mark.complete
 @compiled
 @pytest.mark.parametrize("name", sweep(LAWS, *FIRST))
-def test_compiled_and_interpreted_runs_are_the_same_bits(name, interpreted):
+def test_compiled_and_interpreted_runs_are_the_same_bits(name, uncompiled):
     outputs = case(name)
     assert outputs["status"] == 0.0
     assert outputs["impact_count"] >= 3
     if LAWS[name].capped:
         assert outputs["yield_count"] >= 1
-    assert exact(outputs) == interpreted[name][0]
+    assert exact(outputs) == uncompiled[name][0]
 
 
 @compiled
 @pytest.mark.parametrize("name", FIRST)
 @pytest.mark.complete
-def test_whole_numbers_compile_nothing_new(name, interpreted):
+def test_whole_numbers_compile_nothing_new(name):
     """A stiffness of 10**8 is another type than 1e8: it must not cost a compilation of its own."""
     outputs = exact(case(name))
     known = len(march.signatures)
@@ -401,8 +391,8 @@ def test_whole_numbers_compile_nothing_new(name, interpreted):
     assert len(march.signatures) == known
 
 
-def test_whole_numbers_are_the_same_law(interpreted):
-    for name, (as_float, as_int) in interpreted.items():
+def test_whole_numbers_are_the_same_law(uncompiled):
+    for name, (as_float, as_int) in uncompiled.items():
         assert as_int == as_float, name
 
 

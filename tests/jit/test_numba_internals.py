@@ -10,19 +10,17 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
-import subprocess
-import sys
 from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
-from processes import compiled
+from processes import compiled, output
 
 from pounding_risk import _jit
 from pounding_risk._jit import compile as compiling
 from pounding_risk._jit.lowering.cache import ForgivingCache, Shelf
-from pounding_risk._jit.records import new_record, record_type
+from pounding_risk._jit.memory import new_record, record_type
 from pounding_risk._jit.sources import compile_cache
 from pounding_risk.models.contact.laws import LAWS
 
@@ -109,8 +107,7 @@ print([name for name, symbol in names.items() if llvm.address_of_symbol(symbol) 
 @pytest.mark.complete
 def test_functions_for_arrays_have_the_names_that_numba_gives_them():
     """`cache._add_array_functions` names them for machine code that is read back; in a process where it did not."""
-    run = subprocess.run([sys.executable, "-c", NAMED_BY_NUMBA], capture_output=True, text=True, timeout=120)
-    assert run.stdout.strip() == "[]", run.stderr
+    assert output("-c", NAMED_BY_NUMBA).strip() == "[]"
 
 
 def test_helpers_of_generated_code_take_what_we_pass():

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
 from itertools import product
 from pathlib import Path
 
 import pytest
-from processes import PACKAGE, bare_environment, compiled
+from processes import PACKAGE, bare_environment, compiled, told
 from sweeps import sweep
 
 from pounding_risk._jit import sources, trust
@@ -29,16 +27,9 @@ print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
 
 def run(cache: Path, umask: int = 0o022, **more: str) -> tuple[str, str]:
     """What a fresh process says of one kernel, hits and misses, and its standard error."""
-    code = f"import os; os.umask({umask})\n" + PROBE
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env=bare_environment(PYTHONPATH=str(PACKAGE.parent), **(more or {"NUMBA_CACHE_DIR": str(cache)})),
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=True,
-    )
-    return done.stdout.strip(), done.stderr
+    environment = bare_environment(PYTHONPATH=str(PACKAGE.parent), **(more or {"NUMBA_CACHE_DIR": str(cache)}))
+    counts, said = told("-c", f"import os; os.umask({umask})\n{PROBE}", env=environment, timeout=300)
+    return counts.strip(), said
 
 
 @pytest.fixture(scope="module")
@@ -170,14 +161,7 @@ def test_without_owners_nothing_is_checked(tmp_path, monkeypatch):
 @pytest.mark.complete
 def test_a_command_says_it_once(tmp_path):
     tmp_path.chmod(0o777)
-    done = subprocess.run(
-        [sys.executable, "-m", "pounding_risk", "cache"],
-        env=bare_environment(PYTHONPATH=str(PACKAGE.parent), NUMBA_CACHE_DIR=str(tmp_path)),
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
-    assert done.returncode == 0
-    (sentence,) = done.stderr.splitlines()
+    environment = bare_environment(PYTHONPATH=str(PACKAGE.parent), NUMBA_CACHE_DIR=str(tmp_path))
+    (sentence,) = told("-m", "pounding_risk", "cache", env=environment)[1].splitlines()
     assert sentence.startswith("pounding-risk: note: compiled code is not kept, so that every start compiles again: ")
     assert f"chmod go-w {tmp_path}" in sentence

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -14,7 +15,8 @@ from sweeps import sweep
 
 from pounding_risk import accuracy, effects
 from pounding_risk.errors import PoundingError
-from pounding_risk.lab.accuracy import FIXED, GENERAL, OPENSEES, RTOLS, Setting, _reference_words
+from pounding_risk.lab import accuracy_findings as findings
+from pounding_risk.lab.accuracy import FAR, FIXED, GENERAL, OPENSEES, RTOLS, TIGHTEST, Setting, _reference_words
 from pounding_risk.lab.accuracy_bench import bench_of, thinned_grid
 from pounding_risk.lab.accuracy_findings import (
     COUNT,
@@ -26,11 +28,6 @@ from pounding_risk.lab.accuracy_findings import (
     OUTPUTS,
     REACH,
     YIELDS,
-    beaten_at,
-    errors_of,
-    finding,
-    holds_digits,
-    times_to_reach,
 )
 from pounding_risk.lab.accuracy_opensees import opensees_outcome, unsaid
 from pounding_risk.lab.baselines.solve_ivp import GaveUp
@@ -61,18 +58,18 @@ def rows(*values: float) -> np.ndarray:
 
 def test_errors_are_relative_counts_are_shares_and_flags_are_plain():
     reference = rows(0.1, 1e6, 20, 1, 2.0, 0.05)
-    found = errors_of(rows(0.11, 0.9e6, 21, 0, 2.2, 0.05), reference)
+    found = findings.errors_of(rows(0.11, 0.9e6, 21, 0, 2.2, 0.05), reference)
     assert found[0] == pytest.approx([0.1, 0.1, 0.05, 1.0, 0.1, 0.0])
 
 
 def test_a_motion_that_blew_up_is_infinitely_wrong():
     reference = rows(0.1, 1e6, 20, 1, 2.0, 0.05)
-    assert np.isinf(errors_of(np.full((1, 6), np.nan), reference.copy())).all()
+    assert np.isinf(findings.errors_of(np.full((1, 6), np.nan), reference.copy())).all()
     # Contact that one sees and the other does not; none in both is right.
-    missed = errors_of(rows(0.1, 0.0, 0, 0, np.nan, 0.05), reference.copy())
+    missed = findings.errors_of(rows(0.1, 0.0, 0, 0, np.nan, 0.05), reference.copy())
     assert np.isinf(missed[0, FIRST]) and missed[0, FORCE] == 1.0
     nothing = rows(0.1, 0.0, 0, 0, np.nan, 0.05)
-    assert errors_of(nothing.copy(), nothing.copy())[0].tolist() == [0.0] * 6
+    assert findings.errors_of(nothing.copy(), nothing.copy())[0].tolist() == [0.0] * 6
 
 
 def test_digits_hold_within_half_a_unit_of_the_last():
@@ -81,12 +78,12 @@ def test_digits_hold_within_half_a_unit_of_the_last():
         for share, holds in ((0.49, True), (0.51, False)):
             moved = reference.copy()
             moved[0, column] += share * unit
-            assert holds_digits(moved, reference) is holds, (column, share)
+            assert findings.holds_digits(moved, reference) is holds, (column, share)
     for column in (COUNT, YIELDS):
         moved = reference.copy()
         moved[0, column] -= 1.0
-        assert not holds_digits(moved, reference)
-    assert not holds_digits(np.full((1, 6), np.nan), reference)
+        assert not findings.holds_digits(moved, reference)
+    assert not findings.holds_digits(np.full((1, 6), np.nan), reference)
 
 
 def made_up(points: dict[str, list[tuple[float, float, float]]]) -> xr.Dataset:
@@ -111,38 +108,38 @@ def made_up(points: dict[str, list[tuple[float, float, float]]]) -> xr.Dataset:
 
 def test_the_sentence_names_the_cheapest_setting_that_is_good_enough():
     ours = [(1e-3, 1e-4, 1e-2), (1e-5, 2e-4, 1e-6), (1e-7, 3e-4, 1e-9)]
-    told = finding(made_up({EVENT: ours, "Runge-Kutta 4": [(1e-3, 5e-5, 1e-2), (1e-5, 2e-2, 1e-5)]}))
+    told = findings.finding(made_up({EVENT: ours, "Runge-Kutta 4": [(1e-3, 5e-5, 1e-2), (1e-5, 2e-2, 1e-5)]}))
     assert told.startswith("event-driven, rtol 1e-05 is the cheapest setting whose 4 printed digits no longer change")
     assert "200 µs a run" in told and "Runge-Kutta 4, dt 1e-05, takes 100 times as long" in told
     # And where another method is cheaper, that one.
-    other = finding(made_up({EVENT: ours, "central difference": [(1e-4, 1e-5, 1e-5)]}))
+    other = findings.finding(made_up({EVENT: ours, "central difference": [(1e-4, 1e-5, 1e-5)]}))
     assert other.startswith("central difference, dt 1e-04 is the cheapest")
     assert "event-driven, rtol 1e-05, takes 20 times" in other
-    assert finding(made_up({EVENT: [(1e-3, 1e-4, 1e-2)]})).startswith("No setting keeps all 4 printed digits")
+    assert findings.finding(made_up({EVENT: [(1e-3, 1e-4, 1e-2)]})).startswith("No setting keeps all 4 printed digits")
     poor = {EVENT: ours, "Runge-Kutta 4": [(1e-3, 5e-5, 1e-2)]}
-    assert "no setting of another method gets there" in finding(made_up(poor))
-    assert "no other method was run" in finding(made_up({EVENT: ours}))
+    assert "no setting of another method gets there" in findings.finding(made_up(poor))
+    assert "no other method was run" in findings.finding(made_up({EVENT: ours}))
 
 
 def test_the_time_to_reach_a_level_lies_on_straight_lines_in_logarithms():
     data = made_up({EVENT: [(1e-3, 1e-4, 1e-3), (1e-5, 1e-3, 1e-5), (1e-6, 2e-3, 1e-4), (1e-7, 1e-2, 0.0)]})
-    reach = dict(zip(LEVELS, times_to_reach(data, EVENT, "peak_contact_force"), strict=True))
+    reach = dict(zip(LEVELS, findings.times_to_reach(data, EVENT, "peak_contact_force"), strict=True))
     assert reach[1e-2] == 1e-4  # the loosest setting is better than that
     assert reach[1e-3] == pytest.approx(1e-4)
     assert reach[1e-4] == pytest.approx(10**-3.5)  # half way in both logarithms
     assert reach[1e-5] == pytest.approx(1e-3)
     assert reach[1e-6] == reach[1e-9] == 1e-2  # no error at all: that setting's own time
     never = made_up({EVENT: [(1e-3, 1e-4, np.inf), (1e-4, 2e-4, 1e-3)]})
-    assert np.isnan(times_to_reach(never, EVENT, "peak_contact_force")[-1])
+    assert np.isnan(findings.times_to_reach(never, EVENT, "peak_contact_force")[-1])
 
 
 def test_where_another_method_is_quicker_is_told():
     both = {EVENT: [(1e-3, 4e-4, 1e-9)], "Runge-Kutta 4": [(1e-2, 1e-4, 1e-2), (1e-3, 1e-3, 1e-3)]}
     data = made_up(both)
     names = [EVENT, "Runge-Kutta 4"]
-    reach = [[times_to_reach(data, name, output) for output in OUTPUTS] for name in names]
+    reach = [[findings.times_to_reach(data, name, output) for output in OUTPUTS] for name in names]
     data["time_to_reach"] = (("solver", "output", "level"), np.array(reach))
-    told = beaten_at(data.assign_coords(solver=names))
+    told = findings.beaten_at(data.assign_coords(solver=names))
     assert len(told) == 4  # counts and flags have no levels
     assert told[0] == "peak relative displacement: Runge-Kutta 4 down to 1e-02 (4 times at most)"
 
@@ -199,7 +196,7 @@ def test_a_wrong_law_does_not_converge(study, dataset):
     """A tenth more stiffness: the errors stay, whatever the step."""
     bench = bench_of(study.updated(stiffness=1.1 * study.stiffness), 6)
     values = bench.fixed("rk4", 1e-5).values
-    errors = errors_of(values, dataset["reference"].values.copy())
+    errors = findings.errors_of(values, dataset["reference"].values.copy())
     assert np.median(errors[..., FORCE]) > 1e-3
 
 
@@ -217,18 +214,14 @@ def test_the_dataset_is_whole_and_is_written(study, dataset, tmp_path):
 
 def test_a_closed_gap_has_no_first_touch(dataset):
     at_rest = ["gap 0 mm" in label for label in dataset["case"].values]
-    assert any(at_rest)
-    assert (
-        dataset["error"].values[:, at_rest, FIRST].size and np.isnan(dataset["error"].values[:, at_rest, FIRST]).all()
-    )
+    assert any(at_rest) and np.isnan(dataset["error"].values[:, at_rest, FIRST]).all()
 
 
 def test_a_capped_force_measures_no_method(dataset):
     """The plateau of the law is F_E, which coarse steps have as exactly as fine ones."""
     forces = dataset["reference"].values[:, 0, FORCE]
-    strengths = 1e3 * np.array(
-        [float(label.partition("F_E ")[2].removesuffix(" kN") or "inf") for label in dataset["case"].values]
-    )
+    labels = (label.partition("F_E ")[2] for label in dataset["case"].values)
+    strengths = 1e3 * np.array([float(label.removesuffix(" kN") or "inf") for label in labels])
     capped = forces >= strengths * (1.0 - 1e-12)
     assert 0 < capped.sum() < capped.size
     coarse = dataset["value"].sel(setting="Newmark average acceleration, dt 1e-02").values[:, 0, FORCE]
@@ -319,7 +312,7 @@ def test_opensees_stands_beside_a_row_where_it_can(of_row):
         pytest.skip(json.loads(of_row.attrs["left_out"])[0])
     bench, reference = bench_of(parse_scene(ROW), 2), of_row["reference"].values
     outcomes = [opensees_outcome(bench, h) for h in (1e-3, 1e-4)]
-    errors = [errors_of(outcome.values, reference.copy()) for outcome in outcomes]
+    errors = [findings.errors_of(outcome.values, reference.copy()) for outcome in outcomes]
     peaks = [each[..., [REACH, FORCE]].max() for each in errors]
     assert peaks[1] < 2e-3 and peaks[1] < 0.5 * peaks[0]
     assert errors[1][..., [YIELDS, GAP]].max() < 1e-4 and outcomes[1].outputs == (REACH, FORCE, YIELDS, GAP)
@@ -368,3 +361,35 @@ def test_one_gap_and_one_yield_force_alone_are_the_scene_s_own_and_not_the_wides
     assert thinned_grid(study, 1, 1) == ([1], [0])
     assert thinned_grid(study, 4, 1) == ([0, 2], [0, 2])
     assert thinned_grid(study, 9, 1) == ([0, 1, 2], [0, 1, 2])
+
+
+# ------------------------------------------------------------------------------------------------ effort
+# Settings that `accuracy` leaves out since their method is far behind, held to the numbers of those that ran.
+TWO_GAPS = scene_text(records={"window": ["0 s", "6 s"], "pga": "0.5 g"}, grid={"gap": ["10 mm", "30 mm"]})
+
+
+@pytest.mark.complete
+def test_a_method_is_refined_until_it_is_far_behind():
+    said: list[str] = []
+    dataset = accuracy(parse_scene(TWO_GAPS), cases=2, say=said.append)
+    worst = dataset["error"].max("case")
+    time = dataset["time"].sel(output="peak_relative_displacement")
+    best = TIGHTEST.words
+    sentences = [words for words in json.loads(dataset.attrs["left_out"]) if ": not run: " in words]
+    # Steps of 10 µs take some sixty times as long as the tightest tolerance, whatever the machine.
+    assert {words.partition(", ")[0] for words in sentences} >= {"Newmark average acceleration", "Runge-Kutta 4"}
+    for words in sentences:
+        finer, coarser, times = re.fullmatch(
+            r"(.*): not run: (.*) takes (\d+) times as long as .*, with no smaller error in any output", words
+        ).groups()
+        assert finer not in dataset["setting"] and coarser in dataset["setting"]
+        assert int(times) >= FAR
+        assert time.sel(setting=coarser) > time.sel(setting=best)
+        errors = worst.sel(setting=[coarser, best]).values
+        assert not (errors[0] < errors[1]).any()
+    # What confirms the reference is run to its tightest tolerance.
+    assert "SciPy DOP853, rtol 1e-12" in dataset["setting"]
+    assert np.isfinite(dataset["error"].sel(setting="SciPy DOP853, rtol 1e-12", output="peak_contact_force")).any()
+    # The time is stated before the other methods run.
+    assert len(said) == 1
+    assert re.match(r"2 cases: [\d.e-]+ s for 10 tolerances of the event-driven solver; at most 20 s for", said[0])

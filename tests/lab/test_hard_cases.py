@@ -15,7 +15,7 @@ from sweeps import sweep
 
 from pounding_risk.lab.stability import CASES, Bound, Case, stability
 from pounding_risk.lab.stability.case import ENERGY, ONE
-from pounding_risk.lab.stability.cases.chains import MASSES, VELOCITIES, struck
+from pounding_risk.lab.stability.cases.rows import MASSES, VELOCITIES, struck
 from pounding_risk.lab.stability.run import measured
 from pounding_risk.lab.stability.trial import SIDES, RowTrial, Trial, TrialScene, largest_difference
 from pounding_risk.models.contact.law import is_path_dependent
@@ -65,7 +65,7 @@ def parameters():
 
 @pytest.mark.parametrize(("case", "law"), list(parameters()))
 def test_it_holds(case: Case, law: str):
-    row = measured(case, law, 1e-6)
+    row = measured(case, Trial(law, 1e-6))
     assert row.status == STATUS_SENTENCES[COMPLETE]
     assert row.figure <= row.bound, f"{case.scene}: {case.invariant}; {case.bound.why}"
     assert row.steps < MAX_STEPS / 100 or not case.invariant.startswith(ENERGY)  # what a second of computing allows

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interpreted import interpreted
+from processes import interpreted
 from scenes import rigid, scene_text, storeyed
 
 import pounding_risk as pr
@@ -16,15 +16,8 @@ from pounding_risk.lab.stability.cases.rest import bouncing
 from pounding_risk.lab.stability.trial import Trial, TrialScene, shaking
 from pounding_risk.models.contact.laws import LAWS
 from pounding_risk.models.restitution import Restitution
-from pounding_risk.solver.counters import (
-    ENERGY_OPEN,
-    EXHAUSTED,
-    NOT_FINITE,
-    STATUS,
-    STATUS_SENTENCES,
-    TOO_MANY_CONTACTS,
-    UNDERFLOW,
-)
+from pounding_risk.solver import counters
+from pounding_risk.solver.counters import STATUS_SENTENCES
 from pounding_risk.solver.pair.outputs import COLUMNS, building_outputs, run_outputs
 from pounding_risk.studies import demo
 
@@ -46,10 +39,10 @@ found["none"] = Trial("kelvin_voigt_tension_cut", 1e-6).solve(scene)
 print(json.dumps({name: {key: str(value) for key, value in row.items()} for name, row in found.items()}))
 """
 LIMITS = [
-    ("contact", "MAX_STEPS", 30, EXHAUSTED),
-    ("contact", "WORK_AT_LEAST", -1e9, EXHAUSTED),  # less than nothing: what every second adds would be enough
-    ("run", "MAX_CONTACTS", 1, TOO_MANY_CONTACTS),
-    ("run", "OPEN_SHARE", 1e-9, ENERGY_OPEN),
+    ("contact", "MAX_STEPS", 30, counters.EXHAUSTED),
+    ("contact", "WORK_AT_LEAST", -1e9, counters.EXHAUSTED),  # less than nothing: what every second adds would be enough
+    ("run", "MAX_CONTACTS", 1, counters.TOO_MANY_CONTACTS),
+    ("run", "OPEN_SHARE", 1e-9, counters.ENERGY_OPEN),
 ]
 
 
@@ -107,7 +100,7 @@ def test_a_row_that_takes_too_much_work_ends_and_the_scan_goes_on(tmp_path: Path
     samples = "\n".join(f"{value:.6f}" for value in shaking(4.0, duration=1.0))
     (tmp_path / "shaking.csv").write_text(f"# unit = m/s^2\n# dt = 0.01 s\n{samples}\n")
     found = interpreted(OVERWORKED_ROW.replace("FOLDER", repr(str(tmp_path))))
-    assert found["status"] == [EXHAUSTED, 0]
+    assert found["status"] == [counters.EXHAUSTED, 0]
     assert found["row_impulse"] == [-9.0, 0.0]
     assert found["peak_contact_force"] == [-9.0, 0.0]
     assert found["impact_count"] == [-1, 0]
@@ -116,21 +109,16 @@ def test_a_row_that_takes_too_much_work_ends_and_the_scan_goes_on(tmp_path: Path
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_a_tolerance_below_rounding(name: str):
-    """rtol 1e-300: the first step in contact shrinks to nothing."""
-    says_why_not(Trial(name, 1e-300).solve(TrialScene()), UNDERFLOW)
-
-
-@pytest.mark.parametrize("name", LAWS)
-def test_a_motion_that_numbers_do_not_hold(name: str):
-    """1e300 m/s²: energies past the largest number."""
-    says_why_not(Trial(name, 1e-6).solve(TrialScene(ground=shaking(1e300))), NOT_FINITE)
+def test_what_numbers_do_not_hold(name: str):
+    """rtol 1e-300: the first step in contact shrinks to nothing; 1e300 m/s²: energies past the largest number."""
+    says_why_not(Trial(name, 1e-300).solve(TrialScene()), counters.UNDERFLOW)
+    says_why_not(Trial(name, 1e-6).solve(TrialScene(ground=shaking(1e300))), counters.NOT_FINITE)
 
 
 def test_a_failed_run_leaves_no_output():
     """Whatever the raw columns hold: every output of every failed run is NaN or −1, none of a complete one."""
     raw = np.full((len(STATUS_SENTENCES), COLUMNS), 2.0)
-    raw[:, STATUS] = list(STATUS_SENTENCES)
+    raw[:, counters.STATUS] = list(STATUS_SENTENCES)
     scene = TrialScene()
     found = {**run_outputs(raw, 1e6), **building_outputs(raw, (scene.left, scene.right), np.ones(2))}
     for name, values in found.items():
@@ -142,26 +130,18 @@ def test_a_failed_run_leaves_no_output():
 def test_an_infinite_sample_has_a_status_and_no_warning(bad: float):
     ground = shaking(4.0).copy()
     ground[250] = bad
-    says_why_not(Trial("jankowski", 1e-6).solve(TrialScene(ground=ground)), NOT_FINITE)
+    says_why_not(Trial("jankowski", 1e-6).solve(TrialScene(ground=ground)), counters.NOT_FINITE)
 
 
-@pytest.mark.parametrize(
-    "choice",
-    [{"gap": -0.01}, {"gap": float("nan")}, {"yield_force": 0.0}, {"yield_force": -1.0}, {"yield_force": float("nan")}],
-)
-def test_a_number_out_of_range_is_refused_in_python_too(choice: dict[str, float]):
-    with pytest.raises(PoundingError):
-        pr.simulate(demo.scene("paper"), **choice)
+@pytest.mark.parametrize(("key", "values"), [("gap", (-0.01, np.nan)), ("yield_force", (0.0, -1.0, np.nan))])
+def test_a_number_out_of_range_is_refused_in_python_too(key: str, values: tuple[float, ...]):
+    for value in values:
+        with pytest.raises(PoundingError):
+            pr.simulate(demo.scene("paper"), **{key: value})
 
 
-@pytest.mark.parametrize(
-    ("name", "short"),
-    [
-        (name, short)
-        for name in ("van_mier", "viscous_elastoplastic")
-        for short in (1e-2, 3e-4, 1e-4, 1e-6, 1e-9, 1e-12)
-    ],
-)
+@pytest.mark.parametrize("name", ["van_mier", "viscous_elastoplastic"])
+@pytest.mark.parametrize("short", [1e-2, 3e-4, 1e-4, 1e-6, 1e-9, 1e-12])
 def test_a_yield_force_just_under_the_peak_counts_as_yielding(name: str, short: float):
     """What the demand calls an exceedance is counted and has its time."""
     trial = Trial(name, 1e-6)

@@ -297,7 +297,7 @@ def failing(monkeypatch) -> Property:
     one = Property(
         *("odd", "An odd relation", "A source", "A source in full", "", "derived", "by hand", "all is one"),
         *((good, good._replace(quantity="another share", ours=1.2)), "All is one", "anywhere"),
-        (Panel("", ("x", "y"), (series("ours", [0.0, 1.0], [1.0, 1.2]),)),),
+        (Panel(("x", "y"), (series("ours", [0.0, 1.0], [1.0, 1.2]),)),),
     )
     monkeypatch.setitem(PROPERTIES, "odd", lambda: one)
     return one

@@ -21,16 +21,7 @@ from pounding_risk.models._discovery import classes_of, modules_in_order
 from pounding_risk.models.contact import impulsive as instant
 from pounding_risk.models.contact import laws as contact
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, DistributedMass, Stereomechanical, is_instant
-from pounding_risk.models.contact.laws import (
-    EXACT,
-    LAWS,
-    Bilinear,
-    Hertz,
-    Jankowski,
-    Linear,
-    VanMier,
-    ViscousElastoplastic,
-)
+from pounding_risk.models.contact.laws import EXACT, LAWS, Hertz, Jankowski, Linear
 from pounding_risk.models.restitution import CONCRETE, constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.solver.counters import COMPLETE
@@ -130,15 +121,17 @@ FACTS = {
     ),
     "jankowski": Facts(Jankowski(BETA), jankowski_e, jankowski_peaks, Hertz(BETA), NO_CAP),
     "bilinear": Facts(
-        Bilinear(BETA),
+        contact.Bilinear(BETA),
         exact.bilinear_restitution,
         lambda e: exact.bilinear_impact(BETA, MASS, SPEED, exact.bilinear_share(e)),
         Linear(BETA * sqrt(HERTZ_DEPTH)),
         NO_CAP,
     ),
-    "van_mier": Facts(VanMier(BETA), lambda e: 1.0, lambda e: exact.hertz_impact(BETA, MASS, SPEED), NO_E, Hertz(BETA)),
+    "van_mier": Facts(
+        contact.VanMier(BETA), lambda e: 1.0, lambda e: exact.hertz_impact(BETA, MASS, SPEED), NO_E, Hertz(BETA)
+    ),
     "viscous_elastoplastic": Facts(
-        ViscousElastoplastic(BETA), jankowski_e, jankowski_peaks, Hertz(BETA), Jankowski(BETA)
+        contact.ViscousElastoplastic(BETA), jankowski_e, jankowski_peaks, Hertz(BETA), Jankowski(BETA)
     ),
     # Its table of one straight line; others have their own tests.
     "tabulated": Facts(
@@ -301,11 +294,11 @@ def test_a_stiff_contact_tends_to_the_instant_impulse(name: str):
 def test_van_mier_is_hertz_with_the_exponent_of_hertz():
     """n = 1.5, so that K_p = K_e, past yield in an impact and in a run; at rtol 1e-10 a run's peaks agree to 1e-8."""
     hertz = alone(Hertz(BETA), 1.0)
-    same = alone(VanMier(BETA, 1.5), 1.0, yield_force=0.5 * hertz.peak_force)
+    same = alone(contact.VanMier(BETA, 1.5), 1.0, yield_force=0.5 * hertz.peak_force)
     assert peaks_of(same) == pytest.approx(peaks_of(hertz), rel=1e-9)
     runs = [
         solve(SOFT, STIFF, Interface(0.004, law, constant(1.0), 5e5), shaking(4.0, duration=2.0), 0.01, rtol=1e-10)
-        for law in (Hertz(BETA), VanMier(BETA, 1.5))
+        for law in (Hertz(BETA), contact.VanMier(BETA, 1.5))
     ]
     assert runs[1]["yield_count"] == runs[0]["yield_count"] >= 1.0
     for output in ("peak_relative_displacement", "peak_contact_force", "peak_penetration", "impulse", "contact_time"):

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sentences import refusal
 from test_impulsive import followed
+from test_impulsive import scene as of_jumps
 from typer.testing import CliRunner
 
 import pounding_risk as pr
@@ -25,7 +26,7 @@ from pounding_risk.scene.scene import scene_of
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import Interface, oscillators, solve
 from pounding_risk.studies import compare_findings
-from pounding_risk.studies.compare import left_out, on_equal_terms, reference_impacts
+from pounding_risk.studies.compare import models_left_out, on_equal_terms, reference_impacts
 from pounding_risk.studies.impact import impact
 
 ANY = Restitution(0.65)  # the model has no use for it
@@ -208,17 +209,10 @@ def test_bounces_within_one_duration_count_once():
 
 def scene(left="15 m", right="24 m", **interface):
     """A scene in the shape of its file; floors without a length where none is told."""
-    buildings = [
-        {"name": "left", "mass": "500 t", "period": "0.5 s", **({"floor_length": left} if left else {})},
-        {"name": "right", "mass": "800 t", "period": "0.31 s", **({"floor_length": right} if right else {})},
-    ]
-    given = {"gap": "5 mm", "contact_model": "distributed_mass", "yield_force": "20 MN", **interface}
-    return {
-        "building": buildings,
-        "interface": [given],
-        "records": {"names": ["RSN6-180"], "window": ["0 s", "6 s"], "pga": "0.5 g"},
-        "grid": {"gap": ["5 mm", "10 mm", "1 m"]},
-    }
+    tables = of_jumps(**{"contact_model": "distributed_mass", "yield_force": "20 MN"} | interface)
+    for building, length in zip(tables["building"], (left, right), strict=True):
+        building |= {"floor_length": length} if length else {}
+    return tables | {"grid": {"gap": ["5 mm", "10 mm", "1 m"]}}
 
 
 def test_scan_and_simulate(tmp_path):
@@ -265,7 +259,7 @@ def test_compare_says_that_e_is_its_own(capsys, says):
     ratios = one["ratio_median"]
     assert np.isfinite(float(ratios.sel(output="peak contact force")))
     assert np.isnan(float(ratios.sel(output="peak floor acceleration, left")))
-    assert compare_findings.peers(dataset) == []  # neither e nor the force is on equal terms
+    assert compare_findings.comparable_laws(dataset) == []  # neither e nor the force is on equal terms
     figures.reference_figure(dataset)
     edge = [text.get_text() for text in figures.agreement_figure(dataset).axes[1].texts]
     assert edge == [f"{float(ratios.sel(output='peak contact force')):.2g}"]
@@ -275,7 +269,7 @@ def test_compare_says_that_e_is_its_own(capsys, says):
     assert "excluded merged: not asked for" in " ".join(told.split())
     without = scene_of(scene(left="", contact_model="linear", stiffness="5e8 N/m", restitution=0.65))
     assert "distributed_mass" not in on_equal_terms(without, (), None, (None, None)).grid.contact_models
-    assert 'distributed_mass: left without floor_length; write floor_length = "20 m"' in left_out({"": without})
+    assert 'distributed_mass: left without floor_length; write floor_length = "20 m"' in models_left_out({"": without})
     says(refusal(pr.compare, without, laws=["distributed_mass"]))
 
 

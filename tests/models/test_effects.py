@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from interpreted import interpreted
 from paths import Path, follow_pair
+from processes import interpreted
 from scenes import scene_text, single, storeyed
 from sentences import refusal as refusal_of
 from sweeps import sweep
@@ -24,17 +24,7 @@ from pounding_risk.lab.stability.trial import shaking
 from pounding_risk.models import effects
 from pounding_risk.models._discovery import modules_in_order
 from pounding_risk.models.contact.laws import LAWS, Hertz, Jankowski, VanMier, ViscousElastoplastic, stiffness_quantity
-from pounding_risk.models.effects import (
-    EFFECTS,
-    PermanentSet,
-    StrainRate,
-    UnloadingStiffness,
-    default_example,
-    default_words,
-    defaults,
-    refusal,
-    with_effects,
-)
+from pounding_risk.models.effects import EFFECTS, PermanentSet, StrainRate, UnloadingStiffness, refusal, with_effects
 from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
@@ -207,17 +197,9 @@ def test_effects_without_yielding_change_no_bit():
     """F_E out of reach: every effect of yielding is there, and none acts; under a passing wave, as in the scenes."""
     bare = ViscousElastoplastic(BETA)
     ground = shaking(4.0)
-    plain, under = (
-        solve(
-            LEFT,
-            RIGHT,
-            Interface(0.002, law, constant(0.65), 1e12),
-            ground,
-            0.01,
-            supports=WavePassage(0.018).supports(2),
-        )
-        for law in (bare, with_all(bare))
-    )
+    between = (Interface(0.002, law, constant(0.65), 1e12) for law in (bare, with_all(bare)))
+    supports = WavePassage(0.018).supports(2)
+    plain, under = (solve(LEFT, RIGHT, one, ground, 0.01, supports=supports) for one in between)
     assert plain["impact_count"] > 3.0 and str(under) == str(plain)
 
 
@@ -250,12 +232,11 @@ def test_order_in_a_scene_does_not_matter():
 def test_scenes_with_effects(name: str):
     """Read, written down again, scanned; the cap is what it says."""
     base = demo.scene("paper").resolved()
-    study = scene_of({**base, "effects": SCENES[name], "grid": {"yield_force": ["300 kN", "inf"]}})
+    base["grid"] = {"yield_force": ["300 kN", "inf"]}
+    study = scene_of({**base, "effects": SCENES[name]})
     assert scene_of(study.resolved()) == study and name in study.to_toml()
-    found = pr.scan(study).isel(record=0, polarity=0, contact_model=0, gap=0)
-    plain = pr.scan(scene_of({**base, "grid": {"yield_force": ["300 kN", "inf"]}})).isel(
-        record=0, polarity=0, contact_model=0, gap=0
-    )
+    first = {"record": 0, "polarity": 0, "contact_model": 0, "gap": 0}
+    found, plain = (pr.scan(one).isel(first) for one in (study, scene_of(base)))
     assert (found.status == 0).all() and EFFECTS[name].reference in pr.scan(study).attrs["references"]
     assert found.peak_relative_displacement[1] == plain.peak_relative_displacement[1]
     assert found.peak_relative_displacement[0] != plain.peak_relative_displacement[0]
@@ -263,13 +244,9 @@ def test_scenes_with_effects(name: str):
 
 
 def test_screening_with_effects():
-    study = scene_of(
-        {
-            **demo.scene("paper").resolved(),
-            "effects": {**SCENES["unloading_stiffness"], **SCENES["strain_rate"], "wave_passage": WAVE},
-            "grid": {"gap": ["0 mm", "2 mm", "40 mm"], "yield_force": ["300 kN", "600 kN", "3 MN", "inf"]},
-        }
-    )
+    effects = {**SCENES["unloading_stiffness"], **SCENES["strain_rate"], "wave_passage": WAVE}
+    grid = {"gap": ["0 mm", "2 mm", "40 mm"], "yield_force": ["300 kN", "600 kN", "3 MN", "inf"]}
+    study = scene_of({**demo.scene("paper").resolved(), "effects": effects, "grid": grid})
     first = pr.scan(study, check_fraction=0.0)
     second = pr.scan(study, screening=False, check_fraction=0.0)
     assert int(first.simulated.sum()) < int(second.simulated.sum())
@@ -361,15 +338,15 @@ def test_every_option_that_may_be_left_out_has_its_default_told(name, option):
     default = inspect.signature(EFFECTS[name].on).parameters[option].default
     assert default is not inspect.Parameter.empty
     if isinstance(default, float) and isnan(default):
-        assert default_words(name, option) == EFFECTS[name].absent[option]
-        assert option not in defaults(name)
+        assert effects.default_words(name, option) == EFFECTS[name].absent[option]
+        assert option not in effects.defaults(name)
     else:
-        assert defaults(name)[option] == default
+        assert effects.defaults(name)[option] == default
     listed = CliRunner().invoke(app, ["models"]).output
-    assert f"= {default_words(name, option)}"[:12] in listed
+    assert f"= {effects.default_words(name, option)}"[:12] in listed
     keys = scene_schema()["$defs"]["EffectsTable"]["properties"][name]
-    assert keys["properties"][option]["x-absent"] == default_example(name, option)
-    assert f"{option} left out: {default_example(name, option)}" in keys["x-absent"]
+    assert keys["properties"][option]["x-absent"] == effects.default_example(name, option)
+    assert f"{option} left out: {effects.default_example(name, option)}" in keys["x-absent"]
 
 
 def test_an_empty_table_states_its_hardening():

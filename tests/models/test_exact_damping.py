@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from interpreted import interpreted
-from processes import compiled
+from processes import compiled, interpreted
 from scenes import rigid, scene_text, single
 from scipy.integrate import solve_ivp
 from sentences import refusal
@@ -25,21 +24,10 @@ import pounding_risk as pr
 from pounding_risk import cli
 from pounding_risk._jit.compile import lowered
 from pounding_risk.ensemble.plan.scene_text import scene_words
+from pounding_risk.models.contact import laws as contact
 from pounding_risk.models.contact.damping import approach_ratio, speed_lost
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, Stereomechanical
-from pounding_risk.models.contact.laws import (
-    EXACT,
-    LAWS,
-    RESTITUTION_OF_RATIO,
-    SHIPPED,
-    Bilinear,
-    BilinearExact,
-    ContactLaw,
-    HertzDampExact,
-    Jankowski,
-    JankowskiExact,
-    KelvinVoigt,
-)
+from pounding_risk.models.contact.laws import EXACT, LAWS, SHIPPED, Bilinear, Jankowski
 from pounding_risk.models.contact.laws.bilinear import BILINEAR_LOWEST, bilinear_loop
 from pounding_risk.models.contact.laws.hertz import exact_hertz_damping
 from pounding_risk.models.contact.relation import name_of, restitution_of_ratio
@@ -65,7 +53,7 @@ def test_every_law_with_damping_can():
     """Elastic laws have no loss to relate; every other law that comes with the package is able."""
     assert sorted([*ABLE, *ELASTIC]) == sorted(SHIPPED)
     for published, other in EXACT.items():
-        assert issubclass(other, published) or (published.__name__, other) == ("HertzDamp", HertzDampExact)
+        assert issubclass(other, published) or (published.__name__, other) == ("HertzDamp", contact.HertzDampExact)
 
 
 def achieved(name: str) -> dict[str, list]:
@@ -128,7 +116,7 @@ def begun(law, e, speed, mass):
 def test_the_interpreted_damping_is_the_compiled_one(name: str):
     """An exact law differs from the published one in ``begin`` alone; to 1e-14, as products may be fused."""
     law = exact_law(name)
-    verbs = [verb for verb in vars(ContactLaw) if not verb.startswith("_")]
+    verbs = [verb for verb in vars(contact.ContactLaw) if not verb.startswith("_")]
     own = [verb for verb in verbs if getattr(type(law), verb) is not getattr(LAWS[name], verb)]
     assert own == ([] if EXACT[LAWS[name]] is LAWS[name] else ["begin"])
     for e in (LEAST.get(name, 0.0), *ASKED):
@@ -167,7 +155,7 @@ def test_one_relation_serves_jankowski_and_the_damper_on_approach(e: float):
     """SciPy's integration of the two laws, which knows nothing of the substitution; 1e-8, its start is of 1e-12."""
     modified = approach_ratio(e)
     assert dimensionless_rebound(modified, 1.0, 0.0) == pytest.approx(e, abs=1e-8)
-    jankowski = JankowskiExact(1.0).begin(e, 1.0, 1.0) / 2.0
+    jankowski = contact.JankowskiExact(1.0).begin(e, 1.0, 1.0) / 2.0
     assert jankowski == pytest.approx(0.5 * sqrt(5.0) * modified, rel=1e-15)
     assert dimensionless_rebound(jankowski, 1.5, 0.25) == pytest.approx(e, abs=1e-8)
 
@@ -229,7 +217,7 @@ def test_loop_of_the_bilinear_law_is_inverted(e: float):
     share = bilinear_loop(e)
     assert 0.0 <= share <= 1.0
     assert forms.bilinear_loop_restitution(share) == pytest.approx(e, rel=1e-13)
-    flat, steep, yields_at, anchor = BilinearExact(BETA).begin(e, SPEED, MASS)
+    flat, steep, yields_at, anchor = contact.BilinearExact(BETA).begin(e, SPEED, MASS)
     depth = (1.25 * MASS * SPEED**2 / BETA) ** 0.4
     whole = BETA * sqrt(depth)
     # As published: K δ_m at δ_m, a tenth of the way elastic.
@@ -242,7 +230,7 @@ def test_where_the_loop_of_the_bilinear_law_ends():
     assert bilinear_loop(BILINEAR_LOWEST) == 1.0 and sqrt(0.125) == BILINEAR_LOWEST
     assert forms.bilinear_loop_restitution(1.0) == pytest.approx(BILINEAR_LOWEST, rel=1e-15)
     assert np.isnan(bilinear_loop(0.35))
-    assert np.isnan(BilinearExact(BETA, 0.004).begin(0.65, SPEED, MASS)[0])
+    assert np.isnan(contact.BilinearExact(BETA, 0.004).begin(0.65, SPEED, MASS)[0])
 
 
 def test_a_fixed_design_penetration_returns_another_e_at_every_speed():
@@ -297,7 +285,7 @@ SCENE = scene_text(
 def test_a_scene_chooses_its_relation():
     found = parse_scene(SCENE)
     assert (found.relation, found.restitution, found.restitution_words) == ("exact", Restitution(0.65), "0.65")
-    assert type(found.law()) is JankowskiExact and name_of(type(found.law())) == "jankowski"
+    assert type(found.law()) is contact.JankowskiExact and name_of(type(found.law())) == "jankowski"
     assert type(found.law("hertz")).__name__ == "Hertz"  # elastic laws beside it are as they are
     assert 'restitution = {value = 0.65, relation = "exact"}' in found.to_toml()
     assert parse_scene(found.to_toml()) == found
@@ -388,7 +376,7 @@ def test_a_run_takes_the_relation():
 
 
 def test_kelvin_voigt_and_a_jump_are_exact_as_they_are():
-    assert EXACT[KelvinVoigt] is KelvinVoigt
+    assert EXACT[contact.KelvinVoigt] is contact.KelvinVoigt
     for e in ASKED:
         found = pr.impact(Stereomechanical(), SPEED, MASS, restitution={"value": e, "relation": "exact"})
         assert found.restitution == pytest.approx(e, rel=1e-14)
@@ -401,7 +389,7 @@ def scene(restitution):
     return parse_scene(scene_text(single("A", "40 t", "0.5 s"), single("B", "60 t", "0.3 s"), restitution=restitution))
 
 
-@pytest.mark.parametrize("name", RESTITUTION_OF_RATIO)
+@pytest.mark.parametrize("name", contact.RESTITUTION_OF_RATIO)
 @given(ratio=st.floats(0.0, 0.95))
 def test_the_law_damps_with_the_ratio_that_was_given(name, ratio):
     """With unit stiffness and mass a published law's damping is 2 ξ, computed by the law itself from e."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from math import sqrt
 from pathlib import Path
@@ -14,6 +12,7 @@ from typing import Annotated, NamedTuple
 
 import closed_forms as forms
 import pytest
+from processes import PACKAGE, output
 from scenes import rigid, scene_text, single
 from sentences import refusal
 
@@ -40,11 +39,8 @@ def laws() -> Iterator[None]:
 
 def python(code: str, folder: Path, **more: str) -> str:
     """What a fresh interpreter prints that runs this code in this folder."""
-    package = str(Path(pr.__file__).resolve().parent.parent)
-    environment = {**os.environ, "PYTHONPATH": package, **more}
-    run = subprocess.run([sys.executable, "-c", code], cwd=folder, env=environment, capture_output=True, text=True)
-    assert run.returncode == 0, run.stderr
-    return run.stdout
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), **more}
+    return output("-c", code, cwd=folder, env=environment, timeout=600)
 
 
 def fenced(root: Path, page: str, language: str) -> str:

@@ -397,9 +397,11 @@ def test_a_file_that_is_damaged_is_told(tmp_path: pathlib.Path, count: int):
 # ------------------------------------------------------------------------------------------------ scenes
 
 
-def bumper_scene(tmp_path: pathlib.Path, **interface) -> pathlib.Path:
+PAIR = single("A", "44 t", "0.21 s"), single("B", "83 t", "0.07 s")
+
+
+def bumper_scene(tmp_path: pathlib.Path, pair=PAIR, **interface) -> pathlib.Path:
     (tmp_path / "bumper.csv").write_text(FILE)
-    pair = single("A", "44 t", "0.21 s"), single("B", "83 t", "0.07 s")
     keys = {"stiffness": None, "restitution": None, "gap": "5 mm", "table": "bumper.csv"} | interface
     text = scene_text(*pair, law="tabulated", records={"window": ["1 s", "5 s"], "pga": "0.5 g"}, **keys)
     (tmp_path / "scene.toml").write_text(text)
@@ -464,18 +466,13 @@ def test_faults_of_the_key(tmp_path: pathlib.Path, fault: str, says):
 
 def test_a_row_of_two_is_the_pair(tmp_path: pathlib.Path):
     """One storey each, floor to floor; to 1e-6, the solvers share laws and tolerance and no step."""
-    path = bumper_scene(tmp_path)
-    pair = pr.simulate(path)
-    keys = {"stiffness": None, "restitution": None, "gap": "5 mm", "table": "bumper.csv"}
+    pair = pr.simulate(bumper_scene(tmp_path))
     stiffness = [mass * (2.0 * pi / period) ** 2 for mass, period in ((44e3, 0.21), (83e3, 0.07))]
-    row_text = scene_text(
-        storeyed("A", ["44 t"], [f"{stiffness[0]!r} N/m"], ["3 m"], damping=0.05),
-        storeyed("B", ["83 t"], [f"{stiffness[1]!r} N/m"], ["3 m"], damping=0.05),
-        law="tabulated",
-        records={"window": ["1 s", "5 s"], "pga": "0.5 g"},
-        **keys,
+    storeys = (
+        storeyed(name, [mass], [f"{one!r} N/m"], ["3 m"], damping=0.05)
+        for name, mass, one in zip("AB", ("44 t", "83 t"), stiffness, strict=True)
     )
-    row = pr.simulate(parse_scene(row_text, str(tmp_path / "scene")))
+    row = pr.simulate(bumper_scene(tmp_path, storeys))
     assert int(pair["impact_count"].sum()) == int(row["impact_count"].sum()) >= 5
     for name in ("peak_closing", "peak_contact_force", "permanent_set", "energy_plastic", "impulse", "contact_time"):
         assert float(row[name].max()) == pytest.approx(float(pair[name].max()), rel=1e-5), name

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from interpreted import interpreted
+from processes import interpreted
 from scipy.integrate import cumulative_simpson, trapezoid
 from scipy.signal import lsim
 

@@ -12,6 +12,7 @@ import termios
 from math import inf, nan
 
 import pytest
+from processes import output
 from rich.cells import cell_len
 from sweeps import sweep
 
@@ -70,10 +71,7 @@ def test_a_wide_terminal_shows_a_table_and_a_narrow_one_blocks():
 
 
 def test_piped_tables_have_one_line_a_row():
-    piped = subprocess.run(
-        [sys.executable, "-c", PRINT], capture_output=True, text=True, env=os.environ | {"COLUMNS": "40"}, check=True
-    )
-    assert len(piped.stdout.strip().split("\n")) == 4
+    assert len(output("-c", PRINT, env=os.environ | {"COLUMNS": "40"}).strip().split("\n")) == 4
 
 
 @pytest.mark.complete
@@ -82,9 +80,7 @@ def test_piped_tables_have_one_line_a_row():
 )
 def test_commands_print_the_same_words_on_a_narrow_terminal(command):
     """Every word and number that a pipe gets stands on a terminal of 80 columns, in whatever order."""
-    piped = subprocess.run(
-        [sys.executable, "-m", "pounding_risk", *command], capture_output=True, text=True, check=True
-    ).stdout
+    piped = output("-m", "pounding_risk", *command)
     text = on_terminal(80, "-m", "pounding_risk", *command)
     missing = [word for word in piped.split() if word not in text]
     assert missing == []
@@ -106,9 +102,18 @@ def column(capsys, values: list[float], unit: str) -> list[str]:
         ([999.0, 1001.0, 5e4], "N s", ["0.999 kN s", "1.001 kN s", "50 kN s"]),
         ([nan, 0.35], "m/s", ["–", "0.35 m/s"]),
         ([0.5], "s", ["0.5 s"]),
+        ([0.005], "m", ["5 mm"]),
+        ([4.903325], "m/s2", ["0.5 g"]),
+        ([2.5e5], "N s", ["250 kN s"]),
+        ([12.0], "N s", ["12 N s"]),
+        ([0.00035], "m/s", ["0.00035 m/s"]),
+        ([1307.0], "J", ["1.307 kJ"]),
+        ([450e3], "N", ["450 kN"]),
+        ([nan], "s", ["–"]),
+        ([inf], "N", ["inf"]),
     ],
 )
-def test_a_column_of_numbers_has_one_unit(capsys, values, unit, cells):
+def test_a_column_of_numbers_has_one_unit_as_engineers_write_it(capsys, values, unit, cells):
     assert column(capsys, values, unit) == cells
 
 

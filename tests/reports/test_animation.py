@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 import re
 import zlib
 from pathlib import Path
@@ -11,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from explorer_page import needs_browser
+from explorer_page import embedded, needs_browser
 from made_row import made_run
 from sentences import refusal
 
@@ -32,11 +31,6 @@ def written(run, tmp_path_factory) -> Path:
     return animation.animate(run, tmp_path_factory.mktemp("page") / "run.html")
 
 
-def model_of(path: Path) -> dict:
-    (text,) = re.findall(r'<script type="application/json" id="model">(.*?)</script>', path.read_text("utf-8"), re.S)
-    return json.loads(text)
-
-
 def unpacked(text: str) -> np.ndarray:
     """16-bit numbers: deflated, all first bytes before all second ones."""
     found = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8).reshape(2, -1)
@@ -44,7 +38,7 @@ def unpacked(text: str) -> np.ndarray:
 
 
 def test_the_peak_of_each_contact_point_is_a_frame(run, written):
-    model = model_of(written)
+    model = embedded(written)
     force = unpacked(model["force"]).reshape(model["frames"], -1) * model["strongest"]
     peak = run["contact_force"].values.max(axis=0)
     # Rounded to a step of the strongest over 32,000, half of one at most.
@@ -53,7 +47,7 @@ def test_the_peak_of_each_contact_point_is_a_frame(run, written):
 
 
 def test_a_frame_with_contact_shows_the_instant_of_its_largest_force(run, written):
-    model = model_of(written)
+    model = embedded(written)
     moved = unpacked(model["displacement"]).reshape(model["frames"], -1).cumsum(axis=0) * model["largest"]
     time, strongest = run["time"].values, run["contact_force"].values.max(axis=1)
     floors = run["displacement"].values[:, np.isfinite(run["displacement"].values).any(axis=0)]
@@ -79,22 +73,22 @@ def test_a_long_row_stays_small_with_fewer_frames(run, tmp_path):
     )
     path = animation.animate(long, tmp_path / "long.html")
     assert path.stat().st_size <= animation.LARGEST
-    assert model_of(path)["rate"] < RATE
-    assert len(model_of(path)["buildings"]) == 30
+    assert embedded(path)["rate"] < RATE
+    assert len(embedded(path)["buildings"]) == 30
 
 
 def test_a_run_without_contact_stands_too(run, tmp_path):
     still = run.assign(contact_force=0.0 * run["contact_force"])
-    model = model_of(animation.animate(still, tmp_path / "still.html"))
+    model = embedded(animation.animate(still, tmp_path / "still.html"))
     assert "Nothing touches" in model["facts"]
     assert not unpacked(model["force"]).any()
 
 
 def test_links_are_told_as_what_is_not_drawn(run, written, tmp_path):
     linked = run.assign_coords(link=["A 2 | B 2"])
-    told = model_of(animation.animate(linked, tmp_path / "linked.html"))["facts"]
+    told = embedded(animation.animate(linked, tmp_path / "linked.html"))["facts"]
     words = "springs or dampers between neighbours not drawn"
-    assert words in told and words not in model_of(written)["facts"]
+    assert words in told and words not in embedded(written)["facts"]
 
 
 def test_what_is_no_run_is_told(run, says, tmp_path):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from commands import run
+from commands import done, run
 from figure_words import words_of
 from made_row import STREET, made_row, made_run
 from sentences import refusal
@@ -34,8 +34,7 @@ def file(tmp_path_factory) -> Path:
 @pytest.mark.complete
 def test_draw_writes_what_is_asked_for(file, tmp_path):
     words = [word for name, path in PICTURES.items() for word in (f"--{name}", tmp_path / path)]
-    told = run("draw", file, *words, "--gap", "50 mm", "--building", "Tower", "--yield-force", "inf")
-    assert told.exit_code == 0, told.output
+    told = done("draw", file, *words, "--gap", "50 mm", "--building", "Tower", "--yield-force", "inf")
     starts = {"e.svg": b"<?xml", "q.pdf": b"%PDF"}
     assert {name: (tmp_path / name).read_bytes()[: len(start)] for name, start in starts.items()} == starts
     assert "gap 50 mm, without yielding" in (tmp_path / "e.svg").read_text("utf-8")
@@ -44,8 +43,7 @@ def test_draw_writes_what_is_asked_for(file, tmp_path):
 
 def test_draw_animates_a_run(tmp_path):
     path = save(made_run(3.0), tmp_path / "run.nc")
-    told = run("draw", path, "--animation", tmp_path / "run.html")
-    assert told.exit_code == 0, told.output
+    done("draw", path, "--animation", tmp_path / "run.html")
     assert (tmp_path / "run.html").read_text("utf-8").startswith("<!doctype html>")
 
 
@@ -73,8 +71,7 @@ def test_draw_refuses_in_words_and_writes_nothing(file, case, says, tmp_path, mo
 def test_any_figure_is_drawn_by_its_name(file, tmp_path):
     """The same file as by its function."""
     drawn, expected = tmp_path / "r.svg", tmp_path / "expected.svg"
-    told = run("draw", file, "--figure", f"ratio={drawn}")
-    assert told.exit_code == 0 and told.output.count("written: ") == 1, told.output
+    assert done("draw", file, "--figure", f"ratio={drawn}").output.count("written: ") == 1
     figures.write(figures.ratio_figure(pr.open_results(file)), expected)
     assert drawn.read_bytes() == expected.read_bytes()
 
@@ -87,8 +84,7 @@ def test_several_rows_share_a_plan_only(file, says, tmp_path):
 
 def test_a_plan_takes_the_footprints_of_a_street(file, tmp_path):
     street = street_file(tmp_path / "street.geojson", [("", name) for name in (*(one.name for one in STREET), "Lone")])
-    told = run("draw", file, "--plan", tmp_path / "p.svg", "--street", street)
-    assert told.exit_code == 0, told.output
+    done("draw", file, "--plan", tmp_path / "p.svg", "--street", street)
     assert "in no row" in (tmp_path / "p.svg").read_text("utf-8")
 
 
@@ -109,8 +105,7 @@ def test_buildings_of_one_name_in_two_streets_stand_apart(tmp_path):
 
 
 def test_assess_and_separations_speak_of_every_interface(file):
-    told = run("assess", file)
-    assert told.exit_code == 0, told.output
+    told = done("assess", file)
     names = [f"{one.name} | {other.name}" for one, other in pairwise(STREET)]
     assert all(f"\n{name}\n" in told.output for name in names)
     assert "columns' own" in told.output
@@ -118,8 +113,7 @@ def test_assess_and_separations_speak_of_every_interface(file):
     assert [line.partition("  ")[0] for line in summed.splitlines()[1:] if "|" in line] == names
     rules = run("separations", file)
     assert all(name in rules.output for name in names)
-    one = run("separations", file, "--interface", "Theatre | Tower")
-    assert one.exit_code == 0
+    one = done("separations", file, "--interface", "Theatre | Tower")
     assert "displacement, Tower" in one.output and "Corner" not in one.output
     assert run("separations", file, "--interface", "Tower").exit_code == 2
 

@@ -186,6 +186,15 @@ def test_the_command(results, tmp_path, monkeypatch):
 
 # ---- in a browser --------------------------------------------------------------------------------------------------
 
+
+@pytest.fixture
+def reader(driver, written) -> Reader:
+    """The page at its first gap and yield force."""
+    page = Reader(driver, written)
+    page.to_corner()
+    return page
+
+
 FACTORS = {"m": 1e3, "N": 1e-3, "J": 1e-3, "N s": 1e-3, "m/s2": 1.0 / G}
 
 
@@ -200,9 +209,7 @@ def expected(results: xr.Dataset, key: str, case: dict) -> float:
 
 
 @needs_browser
-def test_a_cell_shows_the_numbers_of_its_case(driver, results, written):
-    reader = Reader(driver, written)
-    reader.to_corner()
+def test_a_cell_shows_the_numbers_of_its_case(reader, results):
     reader.pick(polarity="reversed", amplitude="0.5 g", contact_model="viscous_elastoplastic")
     reader.pick(output="peak contact force [kN]")
     reader.press("\ue014", "\ue013")  # right, up: 4 mm and 450 kN
@@ -218,9 +225,7 @@ def test_a_cell_shows_the_numbers_of_its_case(driver, results, written):
 
 
 @needs_browser
-def test_the_map_is_the_dataset_and_a_failed_run_is_a_cross_without_a_number(driver, results, written):
-    reader = Reader(driver, written)
-    reader.to_corner()
+def test_the_map_is_the_dataset_and_a_failed_run_is_a_cross_without_a_number(reader, results):
     reader.pick(polarity="as recorded", amplitude="0.5 g", contact_model="viscous_elastoplastic")
     reader.pick(output="peak contact force [kN]")
     drawn = reader.drawn()
@@ -240,11 +245,9 @@ def test_the_map_is_the_dataset_and_a_failed_run_is_a_cross_without_a_number(dri
 
 @needs_browser
 @pytest.mark.parametrize(("statistic", "share"), [("median", 0.5), ("84th percentile", 0.84), ("largest", 1.0)])
-def test_all_motions_together_are_their_quantiles_without_the_failed(driver, results, written, statistic, share):
+def test_all_motions_together_are_their_quantiles_without_the_failed(reader, results, statistic, share):
     together = results.sel(contact_model="viscous_elastoplastic").isel(record=0, pga=1)
     together = together.transpose("polarity", "yield_force", "gap", ...)
-    reader = Reader(driver, written)
-    reader.to_corner()
     reader.pick(amplitude="0.5 g", contact_model="viscous_elastoplastic")
     shares = np.where(together["impact_count"] < 0, np.nan, together["impact_count"] > 0)
     np.testing.assert_allclose(reader.drawn()["z"], np.nanmean(shares, axis=0), rtol=1e-15)
@@ -268,9 +271,7 @@ def test_all_motions_together_are_their_quantiles_without_the_failed(driver, res
 
 
 @needs_browser
-def test_two_cells_are_pinned_and_compared(driver, written):
-    reader = Reader(driver, written)
-    reader.to_corner()
+def test_two_cells_are_pinned_and_compared(driver, reader):
     reader.pick(polarity="reversed", contact_model="jankowski", output="impulse [kN s]")
     reader.press("a")
     reader.pick(contact_model="viscous_elastoplastic")
@@ -300,11 +301,9 @@ def test_the_page_begins_at_the_scenes_own_case(driver, written):
 
 
 @needs_browser
-def test_the_mouse_chooses_the_cell_under_it(driver, written):
+def test_the_mouse_chooses_the_cell_under_it(driver, reader):
     from selenium.webdriver.common.action_chains import ActionChains
 
-    reader = Reader(driver, written)
-    reader.to_corner()
     ActionChains(driver).move_to_element(driver.find_element("css selector", "#map .nsewdrag")).click().perform()
     reader.until("return document.getElementById('reading').textContent.startsWith('gap 4 mm, yield force 450 kN')")
 

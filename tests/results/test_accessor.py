@@ -268,8 +268,7 @@ def test_datasets_of_the_other_calls_say_what_they_are_and_are_drawn(tmp_path, s
 def test_the_text_of_a_scene_is_a_scene():
     """With line breaks, or a table in one line; a path has neither."""
     assert pr.read_scene(SCENE) == pr.read_scene(tomllib.loads(SCENE))
-    with pytest.raises(PoundingError, match="interface"):
-        pr.read_scene("[[building]]")
+    assert "interface" in refusal(pr.read_scene, "[[building]]")
     with pytest.raises(PoundingError, match=r"no such file|does not exist|cannot be read"):
         pr.read_scene("scene-that-is-not-there.toml")
     assert pr.read_scene(SCENE, "interface.gap='5 mm'").gap == 0.005

@@ -23,6 +23,11 @@ from pounding_risk.scene.reader import parse_scene
 # A law that other tests compile too, in fixed steps and under a passing wave.
 PAIR = two_records(law="viscous_elastoplastic")
 PAIR = PAIR.replace('["5 mm", "10 mm", "20 mm", "40 mm"]', '["5 mm", "20 mm"]\nyield_force = ["100 kN", "inf"]')
+AXES = """"building.left.mass" = ["10 t", "15 t"]
+"building.right.period" = ["0.25 s", "0.3 s"]
+zip = [["building.left.mass", "building.right.period"]]
+"interface.restitution" = [0.5, 0.8]
+"""
 WAVE = '[effects]\nwave_passage = {velocity = "500 m/s", distance = "9 m"}\n'
 ROW = scene_text(
     storeyed("A", ["20 t", "20 t"], "40 MN/m"),
@@ -38,27 +43,19 @@ def written_by(command: str, folder: Path) -> Path:
     """A dataset of this command."""
     file = folder / f"{command.replace(' ', '-')}.nc"
     name, _, kind = command.partition(" ")
-    study = parse_scene(ROW if kind == "row" else PAIR)
-    if name == "scan":
-        pr.scan(study, file, check_fraction=0.4)
-    elif name == "simulate":
-        save(pr.simulate(study), file)
-    elif name == "histories":
-        pr.histories(study, file, gaps=[0.005], most=20)
-    elif name == "compare":
-        pr.compare(study, file, laws=["linear", "viscous_elastoplastic"])
-    elif name == "compare_along":
-        axes = '"building.left.mass" = ["10 t", "15 t"]\n"building.right.period" = ["0.25 s", "0.3 s"]\n'
-        axes += 'zip = [["building.left.mass", "building.right.period"]]\n"interface.restitution" = [0.5, 0.8]\n'
-        pr.compare(parse_scene(PAIR + axes), file, laws=["linear", "viscous_elastoplastic"])
-    elif name == "accuracy":
-        pr.accuracy(study, file, cases=2, budget=0.2, scipy=False)
-    elif name == "damage":
-        scan = pr.scan(study, check_fraction=0.0)
-        states = [pr.DamageState("tiles", displacement="9 mm"), pr.DamageState("blow", contact_force="1 kN")]
-        save(pr.damage(scan, states=states, method="ida"), file)
-    elif name == "effects":
-        pr.effects(parse_scene(PAIR + WAVE), file, repeats=1)
+    study, laws = parse_scene(ROW if kind == "row" else PAIR), ["linear", "viscous_elastoplastic"]
+    states = [pr.DamageState("tiles", displacement="9 mm"), pr.DamageState("blow", contact_force="1 kN")]
+    write = {
+        "scan": lambda: pr.scan(study, file, check_fraction=0.4),
+        "simulate": lambda: save(pr.simulate(study), file),
+        "histories": lambda: pr.histories(study, file, gaps=[0.005], most=20),
+        "compare": lambda: pr.compare(study, file, laws=laws),
+        "compare_along": lambda: pr.compare(parse_scene(PAIR + AXES), file, laws=laws),
+        "accuracy": lambda: pr.accuracy(study, file, cases=2, budget=0.2, scipy=False),
+        "damage": lambda: save(pr.damage(pr.scan(study, check_fraction=0.0), states=states, method="ida"), file),
+        "effects": lambda: pr.effects(parse_scene(PAIR + WAVE), file, repeats=1),
+    }
+    write[name]()
     return file
 
 

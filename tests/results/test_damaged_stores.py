@@ -197,13 +197,11 @@ def test_what_is_no_store_s_value_is_not_taken_for_one(copied, tmp_path):
     assert open_results(store)["impact_count"].equals(sound["impact_count"])
     changed(store, "impulse/.zarray", dtype="|b1")
     for read in (pr.summary, lambda one: pr.convert(one, tmp_path / "c.nc")):
-        with pytest.raises(PoundingError, match="is not a readable Zarr store"):
-            read(store)
+        assert "is not a readable Zarr store" in refusal(read, store)
     assert not (tmp_path / "c.nc").exists()
     changed(store, "record/.zarray", compressor=None)
     piece(store, "record", lambda _: np.full(sound["record"].dtype.itemsize // 2, 0x12FFFE00, "<u4").tobytes())
-    with pytest.raises(PoundingError, match="is not a readable Zarr store"):
-        open_results(store)
+    assert "is not a readable Zarr store" in refusal(open_results, store)
 
 
 ENTRIES = {

@@ -18,6 +18,9 @@ from pounding_risk.scene.reader import parse_scene
 
 G = 9.80665
 SA = {"measure": "sa", "period": "0.5 s", "levels": ["0.1 g", "0.4 g"]}
+PGV = {"measure": "pgv", "levels": ["0.1 m/s"]}
+AVERAGE = {"measure": "sa_avg", "periods": ["0.2 s", "2 s"], "levels": ["0.1 g"]}
+SCALE = {"measure": "scale", "levels": [0.5, 2.0]}
 
 
 def scene(grid=None, **records):
@@ -29,18 +32,10 @@ def scene(grid=None, **records):
     [
         (SA, Measure("sa", (0.5,)), (0.1 * G, 0.4 * G)),
         (SA | {"damping": "2 %"}, Measure("sa", (0.5,), 0.02), (0.1 * G, 0.4 * G)),
-        ({"measure": "pgv", "levels": ["5 cm/s", "0.4 m/s"]}, Measure("pgv"), (0.05, 0.4)),
-        (
-            {"measure": "pgv", "levels": {"start": "0.1 m/s", "stop": "0.3 m/s", "num": 3}},
-            Measure("pgv"),
-            (0.1, 0.2, 0.3),
-        ),
-        (
-            {"measure": "sa_avg", "periods": ["0.2 s", "2 s"], "levels": ["1 m/s^2"]},
-            Measure("sa_avg", (0.2, 2.0)),
-            (1.0,),
-        ),
-        ({"measure": "scale", "levels": [0.5, 1, 2]}, Measure("scale"), (0.5, 1.0, 2.0)),
+        (PGV | {"levels": ["5 cm/s", "0.4 m/s"]}, Measure("pgv"), (0.05, 0.4)),
+        (PGV | {"levels": {"start": "0.1 m/s", "stop": "0.3 m/s", "num": 3}}, Measure("pgv"), (0.1, 0.2, 0.3)),
+        (AVERAGE | {"levels": ["1 m/s^2"]}, Measure("sa_avg", (0.2, 2.0)), (1.0,)),
+        (SCALE | {"levels": [0.5, 1, 2]}, Measure("scale"), (0.5, 1.0, 2.0)),
     ],
 )
 def test_levels_of_every_measure_are_read_and_written(table, measure, levels):
@@ -66,9 +61,6 @@ def test_python_takes_numbers_in_si():
     assert pr.Records(["RSN6-180"], intensity=numbers.intensity) == numbers
 
 
-PGV = {"measure": "pgv", "levels": ["0.1 m/s"]}
-AVERAGE = {"measure": "sa_avg", "periods": ["0.2 s", "2 s"], "levels": ["0.1 g"]}
-SCALE = {"measure": "scale", "levels": [0.5, 2.0]}
 REFUSED = {
     "no table": "0.4 g",
     "no measure": {"levels": ["0.1 g"]},

@@ -59,9 +59,6 @@ def test_the_shipped_row():
     assert found.point_yield_forces(1e6) == (*[4e5] * 7, 1e6)
 
 
-TWO_HEIGHTS = (("low", "6 m"), ("high", "9 m"))
-
-
 def test_validate_tells_buildings_interfaces_and_contact_points():
     told = str(validate(parse_scene(ROW)))
     for words in (
@@ -76,7 +73,7 @@ def test_validate_tells_buildings_interfaces_and_contact_points():
 
 def test_a_mass_that_is_met_part_way_up_is_told_its_column():
     """A roof of 6 m against a building of 9 m that is one mass: no storeys, and yet a column is hit."""
-    sides = [single(name, "44 t", "0.3 s", height=height) for name, height in TWO_HEIGHTS]
+    sides = single("low", "44 t", "0.3 s", height="6 m"), single("high", "44 t", "0.3 s", height="9 m")
     told = str(validate(parse_scene(scene_text(*sides, yield_force="1 MN", column_yield_force="300 kN"))))
     assert "floor to column, yield force 300 kN: storey 1 of low, column 1 of high at 6 m" in told
 

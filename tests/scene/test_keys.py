@@ -10,7 +10,10 @@ from typing import Annotated, Any
 
 import jsonschema
 import pytest
+from scenes import scene_text, single
+from sentences import refusal
 
+import pounding_risk as pr
 from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.results.variables import VARIABLES
@@ -26,6 +29,7 @@ from pounding_risk.scene.buildings import (
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.isolation import Isolation
 from pounding_risk.scene.keys import measured
+from pounding_risk.scene.not_modelled import BY_WORD, PAGE, SENTENCES
 from pounding_risk.scene.plan import PlanTable
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of
@@ -68,14 +72,25 @@ BUILDINGS: dict[Any, dict[str, Any]] = {
         "storey_heights": "3 m",
         "storey_strengths": "2 MN",
     },
-    TypologyBuilding: {"name": "frame", "height": "12 m", "storeys": 4, "typology": "masonry", "floor_mass": "90 t"},
+    TypologyBuilding: {
+        "name": "frame",
+        "height": "12 m",
+        "storeys": 4,
+        "typology": "masonry",
+        "floor_mass": "90 t",
+    },
     MatrixBuilding: {
         "name": "frame",
         "floor_masses": ["210 t", "210 t", "180 t"],
         "storey_heights": "3 m",
         "stiffness_matrix": {"values": [[300, -150, 0], [-150, 240, -90], [0, -90, 90]], "unit": "MN/m"},
     },
-    ModalBuilding: {"name": "frame", "floor_masses": ["210 t"] * 3, "storey_heights": "3 m", "modes": "modes.csv"},
+    ModalBuilding: {
+        "name": "frame",
+        "floor_masses": ["210 t"] * 3,
+        "storey_heights": "3 m",
+        "modes": "modes.csv",
+    },
 }
 # What a key needs beside it, or in whose place it stands: None removes a key.
 BESIDE: dict[str, dict[str, Any]] = {
@@ -85,15 +100,7 @@ BESIDE: dict[str, dict[str, Any]] = {
     "building.storey_strengths": {"storey_stiffnesses": "40 MN/m"},
     "building.along_rows": {"mass_matrix": {"file": "M.csv", "unit": "t"}, "floor_masses": None},
     "interface.table": {"contact_model": "tabulated", "stiffness": None},
-    "records.pause": {"aftershock": "RSN753-000"},
-    "records.aftershock_ratio": {"aftershock": "RSN753-000"},
     "interface.bumper_length": {"gap": "60 mm"},
-    "interface.link_at": {"link_stiffness": "20 MN/m"},
-    "interface.link_strength": {"link_stiffness": "20 MN/m"},
-    "interface.link_slack": {"link_stiffness": "20 MN/m"},
-    "interface.link_brace_stiffness": {"link_damping": "2 MN s/m"},
-    "interface.link_breaking_force": {"link_stiffness": "20 MN/m"},
-    "interface.link_exponent": {"link_damping": "2 MN s/m"},
     "interface.design_penetration": {"contact_model": "bilinear", "restitution": 0.65},
     "effects.unloading_stiffness": {"permanent_set": {}},
     "records.place": {"names": None, "sites": "EventGrid.csv"},
@@ -102,10 +109,12 @@ BESIDE: dict[str, dict[str, Any]] = {
     "uncertain.correlations": {"building.masonry.period": SPREAD},
     "uncertain.points": {"building.frame.mass": SPREAD},
     "uncertain.numbers": {"building.frame.period": None},
-    "damage.interface": {"drift": None, "contact_force": "2 MN"},
-    "damage.contact_point": {"drift": None, "contact_force": "2 MN"},
 }
-
+SPRING, DAMPER = {"link_stiffness": "20 MN/m"}, {"link_damping": "2 MN s/m"}
+BESIDE |= {f"interface.link_{key}": SPRING for key in ("at", "strength", "slack", "breaking_force")}
+BESIDE |= {f"interface.link_{key}": DAMPER for key in ("exponent", "brace_stiffness")}
+BESIDE |= {f"records.{key}": {"aftershock": "RSN753-000"} for key in ("pause", "aftershock_ratio")}
+BESIDE |= {f"damage.{key}": {"drift": None, "contact_force": "2 MN"} for key in ("interface", "contact_point")}
 BESIDE |= {f"records.{key}": {"names": None} for key in ("files", "set", "manifest", "sites", "generated")}
 BESIDE |= {f"damage.{key}": {"drift": None} for key in KEYS["damage"] if "x-unit" in KEYS["damage"][key].schema}
 # Values in place of a key's example, which differ from the default or fit this scene.
@@ -128,7 +137,14 @@ OTHERWISE: dict[Any, set[str]] = {
     SingleMass: {"stiffness"},
     ShearBuilding: {"storeys", "period"},
     TypologyBuilding: {"typology", "floor_mass", "height", "period", "storeys"},
-    MatrixBuilding: {"floor_rows", "along_rows", "period", "stiffness_matrix", "damping_matrix", "mass_matrix"},
+    MatrixBuilding: {
+        "floor_rows",
+        "along_rows",
+        "period",
+        "stiffness_matrix",
+        "damping_matrix",
+        "mass_matrix",
+    },
     ModalBuilding: {"modes", "residual_period", "period", "damping"},
     "grid": {"axes"},
     "uncertain": {"numbers"},
@@ -292,3 +308,27 @@ def test_every_output_of_a_run_has_its_place_in_a_dataset():
     """One without a row would end in a KeyError where datasets are laid out."""
     for name in {*RUN, *BUILDING}:
         assert name in VARIABLES, f"{name}: declare its dimensions and unit in pounding_risk/results/variables.py"
+
+
+# ------------------------------------------------------------------------------------------------ what is not modelled
+
+PAIR = scene_text(single("A", "44 t", "0.2 s"), single("B", "80 t", "0.1 s"), gap="2 mm")
+
+
+def test_no_word_is_a_key_of_a_scene_and_each_stands_once():
+    of_links = {"link_stiffness", "link_damping", "link_at"}  # of interfaces, which are looked for in buildings
+    assert set(BY_WORD) & {key for keys in KEYS.values() for key in keys} == of_links
+    assert len(BY_WORD) == sum(len(words.split()) for words in SENTENCES)
+
+
+@pytest.mark.parametrize("word", ["link_force", "time_history", "matrix", "mode_shapes", "Torsion", "isolators"])
+@pytest.mark.parametrize("where", ["building.A", "interface", "effects"])
+def test_a_key_outside_the_model_gets_its_substitute_and_no_false_friend(where, word):
+    told = refusal(parse_scene, PAIR, overrides=[f"{where}.{word}=1.0"])
+    assert f"{where}.{word}: unknown key; {BY_WORD[word.lower()]} ({PAGE})" in told
+    assert "did you mean" not in told
+
+
+def test_sections_and_words_of_python_get_it_too(says):
+    says(refusal(parse_scene, f"{PAIR}\n[dampers]\ncount = 2\n"))
+    says(refusal(pr.SingleMass, "A", "44 t", "0.2 s", link_stiffness=1.0, dampers=1.0))

@@ -19,12 +19,16 @@ HALL = ('name = "hall"', 'floor_masses = ["200 t", "200 t", "150 t"]', 'storey_h
 HEAD = "# from a model of three floors\nfrequency [Hz],damping [%],floor 1,floor 2,floor 3,effective mass [t]\n"
 
 
-def scene(folder: Path, *keys: str) -> Scene:
-    """A hall with these keys beside a mass, read from a file in the folder."""
-    pair = scene_text(single("A", "80 t", "0.2 s"), single("B", "80 t", "0.3 s", height="12 m"), gap="2 mm")
-    text = "\n".join(("[[building]]", *HALL, *keys, pair.partition('period = "0.2 s"\n')[2]))
-    (folder / "scene.toml").write_text(text)
+def beside_a_mass(folder: Path, height: str, *keys: str) -> Scene:
+    """A building with these keys beside a mass of a height, read from a file in the folder."""
+    pair = scene_text(single("A", "80 t", "0.2 s"), single("B", "80 t", "0.3 s", height=height), gap="2 mm")
+    (folder / "scene.toml").write_text("\n".join(("[[building]]", *keys, pair.partition('period = "0.2 s"\n')[2])))
     return read_scene(folder / "scene.toml")
+
+
+def scene(folder: Path, *keys: str) -> Scene:
+    """A hall with these keys."""
+    return beside_a_mass(folder, "12 m", *HALL, *keys)
 
 
 def test_every_form_of_a_matrix_is_the_same_scene(tmp_path):
@@ -87,11 +91,8 @@ def test_files_that_hold_none_are_refused(tmp_path, says):
     for name, text in BROKEN.items():
         if text is not None:
             (tmp_path / name).write_text(text)
-        says(
-            refusal(scene, tmp_path, f'stiffness_matrix = {{file = "{name}", unit = "kN/m"}}').replace(
-                str(tmp_path), ""
-            )
-        )
+        faults = refusal(scene, tmp_path, f'stiffness_matrix = {{file = "{name}", unit = "kN/m"}}')
+        says(faults.replace(str(tmp_path), ""))
     np.savez(tmp_path / "two.npz", K=K, M=K)
     says(refusal(scene, tmp_path, 'stiffness_matrix = {file = "two.npz", unit = "kN/m"}').replace(str(tmp_path), ""))
     for text in BROKEN_MODES.values():
@@ -137,10 +138,7 @@ def framed(folder: Path, *keys: str) -> Scene:
     np.savetxt(folder / "K.csv", FRAME_K)
     np.savetxt(folder / "M.csv", FRAME_M)
     head = ('name = "frame"', 'storey_heights = "4 m"', 'stiffness_matrix = {file = "K.csv", unit = "MN/m"}')
-    pair = scene_text(single("A", "80 t", "0.2 s"), single("B", "80 t", "0.3 s", height="8 m"), gap="2 mm")
-    text = "\n".join(("[[building]]", *head, *keys, pair.partition('period = "0.2 s"\n')[2]))
-    (folder / "scene.toml").write_text(text)
-    return read_scene(folder / "scene.toml")
+    return beside_a_mass(folder, "8 m", *head, *keys)
 
 
 OF_FRAME = ('mass_matrix = {file = "M.csv", unit = "t"}', "floor_rows = [1, 3]")

@@ -324,12 +324,8 @@ def test_files_that_are_no_scene(tmp_path, says):
     (tmp_path / "empty.toml").write_text(" \n")
     (tmp_path / "latin.toml").write_bytes(b'[scene]\nname = "Br\xfccke"\n')
     (tmp_path / "mark.toml").write_bytes(b"\xef\xbb\xbf" + SHORT.replace("\n", "\r\n").encode())
-    says(
-        [
-            refusal(read_scene, tmp_path / name)
-            for name in ("scen.toml", "no/such.toml", ".", "empty.toml", "latin.toml")
-        ]
-    )
+    none = ("scen.toml", "no/such.toml", ".", "empty.toml", "latin.toml")
+    says([refusal(read_scene, tmp_path / name) for name in none])
     assert read_scene(tmp_path / "mark.toml") == read_scene(str(tmp_path / "scene.toml"), ["scene.name=mark"])
 
 

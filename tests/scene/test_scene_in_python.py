@@ -23,7 +23,7 @@ from pounding_risk.models.restitution import CONCRETE, Restitution, constant
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.scene.scene import OF_EACH_INTERFACE
+from pounding_risk.scene.values import OF_EACH_INTERFACE
 
 TEXT = """# A pair.
 [[building]]

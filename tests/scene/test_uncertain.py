@@ -216,26 +216,23 @@ def test_a_sample_that_makes_no_scene_is_told_with_its_values(says):
     says(refused(moved, samples=8))
 
 
+def seconds(low: float, high: float) -> st.SearchStrategy[str]:
+    return st.floats(low, high).map("{!r} s".format)
+
+
+def of_kind(kind: str, **keys: st.SearchStrategy) -> st.SearchStrategy:
+    return st.fixed_dictionaries({"distribution": st.just(kind), **keys})
+
+
 KINDS = st.one_of(
+    of_kind("lognormal", median=seconds(0.2, 2.0), dispersion=st.floats(0.01, 1.0)),
+    of_kind("normal", mean=seconds(0.2, 2.0), cov=st.floats(0.01, 0.5), low=st.just("0.05 s")),
     st.builds(
-        lambda m, d: {"distribution": "lognormal", "median": f"{m!r} s", "dispersion": d},
-        st.floats(0.2, 2.0),
-        st.floats(0.01, 1.0),
-    ),
-    st.builds(
-        lambda m, d: {"distribution": "normal", "mean": f"{m!r} s", "cov": d, "low": "0.05 s"},
-        st.floats(0.2, 2.0),
-        st.floats(0.01, 0.5),
-    ),
-    st.builds(
-        lambda a, b: {"distribution": "uniform", "low": f"{a!r} s", "high": f"{a + b!r} s"},
+        lambda low, width: {"distribution": "uniform", "low": f"{low!r} s", "high": f"{low + width!r} s"},
         st.floats(0.1, 2.0),
         st.floats(0.1, 1.0),
     ),
-    st.builds(
-        lambda v: {"distribution": "discrete", "values": [f"{one!r} s" for one in v]},
-        st.lists(st.floats(0.1, 2.0), min_size=1, max_size=3, unique=True),
-    ),
+    of_kind("discrete", values=st.lists(seconds(0.1, 2.0), min_size=1, max_size=3, unique=True)),
 )
 
 

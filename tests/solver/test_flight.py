@@ -21,22 +21,10 @@ from pounding_risk.models.contact.laws import Jankowski
 from pounding_risk.models.ground import UniformInterval
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.solver.pair import flight
+from pounding_risk.solver.pair import flight, taylor
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, solve
 from pounding_risk.solver.pair.flight import BLOCK, SIGNALS
-from pounding_risk.solver.pair.taylor import (
-    bend_and_twist_within,
-    bend_at,
-    bend_within,
-    first_rise,
-    highest,
-    local_maximum_bound,
-    slope_and_bend,
-    slope_at,
-    value_and_bounds,
-    value_and_slope,
-    value_at,
-)
+from pounding_risk.solver.pair.taylor import bend_at, bend_within, first_rise, highest, slope_at, value_at
 from pounding_risk.solver.workspace import LEFT, MAX_TERMS, RIGHT, SIGNAL, make_workspace
 
 ROUNDING = 1e-13  # of a signal's size
@@ -150,10 +138,10 @@ def test_sums_taken_in_one_loop_are_those_taken_alone(segment):
     for row in (LEFT, RIGHT, SIGNAL):
         x = 0.3 * end
         value, slope, bend = (each(series, row, terms, x) for each in (value_at, slope_at, bend_at))
-        assert value_and_slope(series, row, terms, x) == (value, slope)
-        assert slope_and_bend(series, row, terms, x) == (slope, bend)
-        assert value_and_bounds(series, row, terms, x) == (value, slope, bend_within(series, row, terms, x))
-        there, twist = bend_and_twist_within(series, row, terms, x, end)
+        assert taylor.value_and_slope(series, row, terms, x) == (value, slope)
+        assert taylor.slope_and_bend(series, row, terms, x) == (slope, bend)
+        assert taylor.value_and_bounds(series, row, terms, x) == (value, slope, bend_within(series, row, terms, x))
+        there, twist = taylor.bend_and_twist_within(series, row, terms, x, end)
         assert there == bend
         n = np.arange(3, terms)
         expected = np.sum(n * (n - 1) * (n - 2) * np.abs(series[row, 3:terms]) * end ** (n - 3))
@@ -186,7 +174,7 @@ def test_the_crest_bound_is_the_crest_of_the_steepest_parabola(start, stop, span
     """The extreme f with |f''| ≤ bend is the parabola through both ends: its local maximum is the bound."""
     x = np.linspace(0.0, span, 2001)
     parabola = start + (stop - start) * x / span + 0.5 * bend * x * (span - x)
-    bound = local_maximum_bound(start, stop, span, bend)
+    bound = taylor.local_maximum_bound(start, stop, span, bend)
     scale = max(abs(start), abs(stop), bend * span * span)
     assert parabola.max() <= bound + 1e-14 * scale
     assert bound <= parabola.max() + bend * (span / 2000.0) ** 2 + 1e-14 * scale

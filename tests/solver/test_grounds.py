@@ -7,7 +7,7 @@ from math import inf, nan, pi
 import numpy as np
 import pytest
 from oracle_grounds import Body, Touch, follow_grounds
-from row_cases import contacts_of, meeting, points_of
+from row_cases import cases_of, contacts_of, limits_of, meeting, points_of
 from sweeps import sweep
 
 from pounding_risk.lab.stability.trial import shaking
@@ -35,7 +35,7 @@ from pounding_risk.solver.counters import (
 from pounding_risk.solver.pair.api import Interface, free_response, oscillators, run, solve
 from pounding_risk.solver.pair.outputs import HIGH, LOW
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
+from pounding_risk.solver.row.cases import Cases
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.studies.pair_trace import histories
 
@@ -53,6 +53,8 @@ PAIRS = {
     "scaled": ((Support(0.4), Support(1.3)), ()),
     "still": ((Support(), Support(0.0)), ()),
     "moving": ((Support(velocity=0.02), Support(velocity=-0.05)), ()),
+    "the right one later": ((Support(), Support(1.0, 0.043)), ()),
+    "the left one later": ((Support(1.0, 0.02), Support()), ()),
     "own record": ((Support(), Support(records=("other",))), (None, OTHER)),
     "reversed, later by part of a step": ((Support(), Support(-1.0, 0.043)), ()),
     "scaled, the left one later": ((Support(0.7, 0.07, 0.01), Support(1.2)), ()),
@@ -199,31 +201,32 @@ def model_of(buildings, supports, gaps) -> RowModel:
     return RowModel([chain_of(building) for building in buildings], points, supports)
 
 
-def run_of(model: RowModel, gaps, law, rtol: float, own=(), restitution=HALF):
-    """The whole row, with its states at the samples."""
-    under, row = model.under(GROUND, own), model.row(STEP, model.has_many(own))
-    free = rows.free_response(row, under)
-    mechanics = Mechanics((law,) * len(gaps), (restitution,) * len(gaps), np.zeros(0))
-    cases = Cases(model, mechanics, Driven(under, STEP, np.abs(under).max(), free.run), rtol, lambda: free.motion)
-    never = np.full(len(gaps), inf)
-    return cases, Limits(np.asarray(gaps, dtype=float), never, never)
+def cases_under(model: RowModel, law, own=(), e=HALF) -> Cases:
+    return cases_of(model, law, (model.under(GROUND, own), STEP), e, 1e-10)
 
 
 @pytest.mark.complete  # on grounds of their own rows are compiled once more
-@pytest.mark.parametrize("law", [LAW, Stereomechanical()], ids=["force", "jump"])
-@pytest.mark.parametrize("right", [SHED, ROCK], ids=["mass", "wall"])
+@pytest.mark.parametrize(
+    ("law", "e"), [(LAW, HALF), (LAW, constant(0.005)), (Stereomechanical(), HALF)], ids=["force", "implicit", "jump"]
+)
+@pytest.mark.parametrize("sides", [(FRAME, SHED), (FRAME, ROCK), (ROCK, SHED)], ids=["masses", "right", "left"])
 @pytest.mark.parametrize("name", PAIRS)
-def test_a_row_of_two_is_the_pair(name: str, right: Building, law):
+def test_a_row_of_two_is_the_pair(name: str, sides: tuple[Building, Building], law, e):
+    """With an e of 0.005 both take implicit steps."""
     supports, own = PAIRS[name]
-    cases, limits = run_of(model_of((FRAME, right), supports, [0.012]), [0.012], law, 1e-10, own)
-    found = cases.whole(limits)
-    pair = oscillators(FRAME, right)
-    raw = run(pair, free_response(pair, GROUND, STEP, supports, own=own), Interface(0.012, law, HALF), 1e-10)
+    model, pair = model_of(sides, supports, [0.012]), oscillators(*sides)
+    found = cases_under(model, law, own, e).whole(limits_of(model, [0.012]))
+    raw = run(pair, free_response(pair, GROUND, STEP, supports, own=own), Interface(0.012, law, e), 1e-10)
     assert found.status == COMPLETE and min(found.points[0, COUNT], raw[COUNT]) >= 1
     assert law is not LAW or found.points[0, COUNT] == raw[COUNT]  # of jumps the last ones are tiny
     counters = [FIRST_TOUCH, APPROACH, PEAK_FORCE, IMPULSE, CONTACT_TIME, VISCOUS]
     np.testing.assert_allclose(found.points[0, counters], raw[counters], rtol=1e-7, atol=1e-6)
     np.testing.assert_allclose(found.points[0, -2:], [raw[HIGH], raw[LOW]], rtol=1e-8)
+    largest = np.maximum(raw[HIGH:LOW], -raw[LOW:])[1:].reshape(2, 2)  # |u| and |ü + a_g| of both sides
+    moving = [side for side, building in enumerate(sides) if not building.is_rigid]
+    rtol, springs = 1e-7 if law is LAW else 1e-6, [sides[side].stiffness for side in moving]
+    np.testing.assert_allclose(found.floors[:, [0, 3]], largest[:, moving].T, rtol=rtol)
+    np.testing.assert_allclose(found.floors[:, 2], springs * largest[0, moving], rtol=rtol)
 
 
 @pytest.mark.complete
@@ -258,7 +261,7 @@ def test_parts_are_the_whole_row():
     supports = tuple(Support(factor) for factor in (0.3, 1.0, -0.5, 0.3, 1.0, -0.5, 0.3, -1.0, 0.5, 0.3))
     gaps = [5.0, 0.004, 5.0, 5.0, 0.004, 5.0, 5.0, 0.004, 5.0]
     model = model_of(buildings, supports, gaps)
-    cases, limits = run_of(model, gaps, LAW, 1e-10)
+    cases, limits = cases_under(model, LAW), limits_of(model, gaps)
     whole, (parts, answers) = cases.whole(limits), cases.in_parts(limits)
     assert (whole.points[:, COUNT] >= 1).sum() == 3 == len(answers)
     assert len({answer.key for answer in answers}) == 2  # of the first two the ground is the same

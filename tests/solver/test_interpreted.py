@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from interpreted import interpreted
-from processes import compiled
+from processes import compiled, interpreted
 
 
 class Case(NamedTuple):
@@ -45,9 +44,7 @@ CASES = {
         but="energy_residual",
     ),
     "a wave past a row": Case(
-        "test_row_wave",
-        "run_of(*ROWS['storeys, single, storeys'], GROUND[:120], rtol=1e-6).floors.tolist()",
-        1e-11,
+        "test_row_wave", "run_of(*ROWS['storeys, single, storeys'], GROUND[:120], rtol=1e-6).floors.tolist()", 1e-11
     ),
     "storeys with laws": Case(
         "test_hysteresis",

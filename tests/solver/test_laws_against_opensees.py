@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import inf, sqrt
 from typing import Any
 
@@ -38,11 +39,7 @@ STOREYS: dict[str, tuple[Hysteresis, float, tuple[Any, ...]]] = {
         name: (IN_OPENSEES[name][0], 0.0, scaled(*IN_OPENSEES[name][1]))
         for name in ("peak_oriented", "softer unloading")
     },
-    "isotropic": (
-        Hysteresis("isotropic"),
-        0.05,
-        ("Hardening", STIFFNESS, STRENGTH, STIFFNESS * 0.05 / 0.95, 0.0),
-    ),
+    "isotropic": (Hysteresis("isotropic"), 0.05, ("Hardening", STIFFNESS, STRENGTH, STIFFNESS * 0.05 / 0.95, 0.0)),
     "kinematic": (Hysteresis("kinematic"), 0.05, ("Steel01", STRENGTH, STIFFNESS, 0.05)),
     "multilinear": (
         Hysteresis("kinematic", ((2.0, 1.3), (6.0, 1.5))),
@@ -57,13 +54,30 @@ STOREYS: dict[str, tuple[Hysteresis, float, tuple[Any, ...]]] = {
 }
 
 
-def transient(
-    ops: Any,
-    masses: list[float],
-    joins: list[tuple[int, int, tuple[Any, ...], float]],
-    step: float,
-    algorithm: str = "Newton",
-) -> Any:
+NEWMARK = ("Newmark", 0.5, 0.25)
+
+
+def analyse_by(ops: Any, kind: str, integrator: tuple[Any, ...], algorithm: str = "Newton") -> None:
+    """Make an analysis that iterates to rounding."""
+    ops.constraints("Plain")
+    ops.numberer("Plain")
+    ops.system("FullGeneral")
+    ops.test("NormDispIncr", 1e-12, 100)
+    ops.algorithm(algorithm)
+    ops.integrator(*integrator)
+    ops.analysis(kind)
+
+
+def histories(ops: Any, nodes: Iterable[int], step: float) -> np.ndarray:
+    """Displacements of nodes along the row at the samples, in steps [s]."""
+    found = [[0.0 for _ in nodes]]
+    for _ in range(TIME.size - 1):
+        assert ops.analyze(round(0.01 / step), step) == 0
+        found.append([ops.nodeDisp(node, 1) for node in nodes])
+    return np.array(found)
+
+
+def transient(ops: Any, masses: list[float], joins: Any, step: float, algorithm: str = "Newton") -> np.ndarray:
     """Displacements of masses at the samples: ``joins`` are two nodes, 0 the ground, a material and a dashpot."""
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)
@@ -79,18 +93,8 @@ def transient(
         ops.element("zeroLength", 2 * tag + 1, one, other, "-mat", 2 * tag + 1, "-dir", 1)
     ops.timeSeries("Path", 1, "-dt", 0.01, "-values", *GROUND.tolist())
     ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
-    ops.constraints("Plain")
-    ops.numberer("Plain")
-    ops.system("FullGeneral")
-    ops.test("NormDispIncr", 1e-12, 50)
-    ops.algorithm(algorithm)
-    ops.integrator("Newmark", 0.5, 0.25)
-    ops.analysis("Transient")
-    parts, found = round(0.01 / step), [[0.0] * len(masses)]
-    for _ in range(TIME.size - 1):
-        assert ops.analyze(parts, step) == 0
-        found.append([ops.nodeDisp(node + 1, 1) for node in range(len(masses))])
-    return np.array(found)
+    analyse_by(ops, "Transient", NEWMARK, algorithm)
+    return histories(ops, range(1, len(masses) + 1), step)
 
 
 def displacements(layout: RowLayout, ground: np.ndarray = GROUND) -> np.ndarray:
@@ -125,10 +129,7 @@ def test_an_isolator(ops):
     one = Storeys("A", (4e4,), (STIFFNESS,), (3.0,), damping=0.0).isolated(isolators)
     known = displacements(lay_out([chain_of(one)], [], 0.01))
     law = isolators.law(1e5)
-    joins = [
-        (0, 1, ("Steel01", law.limit, law.stiff, law.hardening), 1e4),
-        (1, 2, ("Elastic", STIFFNESS), 0.0),
-    ]
+    joins = [(0, 1, ("Steel01", law.limit, law.stiff, law.hardening), 1e4), (1, 2, ("Elastic", STIFFNESS), 0.0)]
     coarse, fine = errors(ops, known, [6e4, 4e4], joins)
     assert np.abs(known).max() > 0.01 and coarse < 3e-2 and fine < 0.25 * coarse, (coarse, fine)
 
@@ -155,24 +156,13 @@ def on_a_pendulum(ops: Any, isolators: Isolators, masses: tuple[float, float], s
     ops.pattern("Plain", 1, 1)
     ops.load(1, 0.0, -weight, 0.0)
     ops.timeSeries("Path", 2, "-dt", 0.01, "-values", *(size * GROUND).tolist())
-    found = [(0.0, 0.0)]
-    for kind, integrator in (("Static", ("LoadControl", 1.0)), ("Transient", ("Newmark", 0.5, 0.25))):
-        ops.constraints("Plain")
-        ops.numberer("Plain")
-        ops.system("FullGeneral")
-        ops.test("NormDispIncr", 1e-12, 100)
-        ops.algorithm("Newton")
-        ops.integrator(*integrator)
-        ops.analysis(kind)
-        if kind == "Static":
-            assert ops.analyze(1) == 0
-            ops.loadConst("-time", 0.0)
-            ops.wipeAnalysis()
-            ops.pattern("UniformExcitation", 2, 1, "-accel", 2)
-    for _ in range(TIME.size - 1):
-        assert ops.analyze(round(0.01 / step), step) == 0
-        found.append((ops.nodeDisp(1, 1), ops.nodeDisp(2, 1)))
-    return np.array(found)
+    analyse_by(ops, "Static", ("LoadControl", 1.0))
+    assert ops.analyze(1) == 0
+    ops.loadConst("-time", 0.0)
+    ops.wipeAnalysis()
+    ops.pattern("UniformExcitation", 2, 1, "-accel", 2)
+    analyse_by(ops, "Transient", NEWMARK)
+    return histories(ops, (1, 2), step)
 
 
 def test_a_friction_pendulum(ops):

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from oracle_elements import Elements, shaken
 from row_cases import single, storeys
 from scenes import rigid, scene_text
 from scenes import single as mass
@@ -47,51 +48,39 @@ ROWS: dict[str, tuple[Any, Any, Any]] = {
         [FRICTION, Link(1, 1.0, 1.0, 2e7, 0.0, slack=0.003)],
     ),
 }
+STILL = {"names": None, "generated": [{"kind": "still", "duration": "3 s", "step": "0.01 s"}]}
 GROUND, DT = 20.0 * np.random.default_rng(5).normal(size=300) * np.sin(np.linspace(0.0, pi, 300)), 0.01
 
 
 def stepped(chains: Any, touching: Any, links: Any, gap: float, parts: int) -> tuple[np.ndarray, ...]:
-    """Peaks |u|, closings and stretches by central differences; springs of links and contacts at each step."""
+    """Peaks |u|, closings and stretches, both ways, by central differences; stops without stiffness only look on."""
     firsts = np.concatenate([[0], np.cumsum([chain.mass.size for chain in chains])])
-    size = int(firsts[-1])
-    masses, step = np.concatenate([chain.mass for chain in chains]), DT / parts
-    stiffness, damping = np.zeros((size, size)), np.zeros((size, size))
-    for chain, first in zip(chains, firsts, strict=False):
-        dofs = slice(first, first + chain.mass.size)
-        stiffness[dofs, dofs], damping[dofs, dofs] = chain.stiffness(), chain.damping
-    ends = np.zeros((len(touching) + len(links), size))
-    for place, one in enumerate([*touching, *(link[:3] for link in links)]):
-        ends[place, firsts[one[0]] + int(one[1]) - 1] = 1.0
-        ends[place, firsts[one[0] + 1] + int(one[2]) - 1] = -1.0
-    shares, pulls = ends[: len(touching)], -ends[len(touching) :]
-    for pull, link in zip(pulls, links, strict=True):
+
+    def across(interface: int, left: float, right: float, sign: float = 1.0) -> dict[int, float]:
+        return {firsts[interface] + int(left) - 1: sign, firsts[interface + 1] + int(right) - 1: -sign}
+
+    springs = [
+        ({first + place: 1.0} | ({first + place - 1: -1.0} if place else {}), stiffness, 0.0, inf)
+        for chain, first in zip(chains, firsts, strict=False)
+        for place, stiffness in enumerate(chain.spring)
+    ]
+    stops, watched = [(across(*place), 4e8, gap, inf) for place in touching], []
+    damping = block_diag(*[chain.damping for chain in chains])
+    for link in links:
+        stretch, shortening = across(*link[:3], -1.0), across(*link[:3])
+        pull = np.zeros(len(damping))
+        pull[list(stretch)] = list(stretch.values())
         damping += link.damping * np.outer(pull, pull)
-    inverse = np.linalg.inv(np.diag(masses) / step**2 + damping / (2.0 * step))
-    before_matrix = np.diag(masses) / step**2 - damping / (2.0 * step)
+        if link.slack > -inf or link.breaking < inf:
+            stops.append((stretch, link.stiffness, link.slack, link.breaking))
+        else:
+            springs.append((stretch, link.stiffness, 0.0, link.strength))
+        watched += [(stretch, 0.0, 0.0, inf), (shortening, 0.0, 0.0, inf)]
+    step, masses = DT / parts, np.concatenate([chain.mass for chain in chains])
     ground = np.interp(np.arange((GROUND.size - 1) * parts) * step, np.arange(GROUND.size) * DT, GROUND)
-    now = before = np.zeros(size)
-    forces, stretched = np.zeros(len(links)), np.zeros(len(links))
-    whole = np.ones(len(links))
-    peaks = np.zeros(size), np.zeros(len(touching)), np.zeros((2, len(links)))
-    for pull in ground:
-        moved = pulls @ now
-        for place, link in enumerate(links):
-            if link.slack > -inf or link.breaking < inf:
-                pulled = max(moved[place] - link.slack, 0.0) if link.slack > -inf else moved[place]
-                whole[place] *= abs(link.stiffness * pulled) < link.breaking
-                forces[place] = whole[place] * link.stiffness * pulled
-            else:
-                trial = forces[place] + link.stiffness * (moved[place] - stretched[place])
-                forces[place] = min(max(trial, -link.strength), link.strength)
-        stretched = moved
-        closing = shares @ now
-        pressed = 4e8 * np.maximum(closing - gap, 0.0)
-        push = -masses * pull - stiffness @ now - pulls.T @ forces - shares.T @ pressed
-        before, now = now, inverse @ (push + 2.0 * masses / step**2 * now - before_matrix @ before)
-        np.maximum(peaks[0], np.abs(now), out=peaks[0])
-        np.maximum(peaks[1], closing, out=peaks[1])
-        np.maximum(peaks[2], [moved, -moved], out=peaks[2])
-    return peaks
+    found = shaken(masses, damping, Elements(springs, [*stops, *watched]), ground, step)
+    reached = found.stops[0]
+    return found.displacement, reached[: len(touching)], reached[-len(watched) :].reshape(-1, 2).T
 
 
 LAWS_OF_LINKS = [name for name in ROWS if not name.startswith("damper")]
@@ -147,18 +136,10 @@ def smooth(chains: Any, touching: Any, link: Link, gap: float, count: int) -> tu
         turn = -(stiffness @ u + damping @ v + push) / masses - start - slope * time
         return np.concatenate([v, turn, [speed - speed_of(state[-1])]] if link.is_braced else [v, turn])
 
-    state, found = np.zeros(2 * size + link.is_braced), []
+    state, found, places = np.zeros(2 * size + link.is_braced), [], np.linspace(0.0, DT, 41)
     for start, stop in pairwise(GROUND[:count]):
-        solved = solve_ivp(
-            rates,
-            (0.0, DT),
-            state,
-            "DOP853",
-            np.linspace(0.0, DT, 41),
-            args=(start, (stop - start) / DT),
-            rtol=1e-9,
-            atol=1e-12,
-        )
+        ramp = start, (stop - start) / DT
+        solved = solve_ivp(rates, (0.0, DT), state, "DOP853", places, args=ramp, rtol=1e-9, atol=1e-12)
         state = solved.y[:, -1]
         found.append(solved.y)
     u, v = np.hstack(found)[:size], np.hstack(found)[size : 2 * size]
@@ -199,10 +180,9 @@ def test_a_damper_of_a_power_law_is_that_of_dop853(name: str, exponent: float, g
 def test_what_a_damper_takes_is_what_the_masses_lose(exponent: float, brace: float):
     """½ m v² of what moves at the end, springs of 400 s and the brace and all: with an impact without loss in it."""
     masses = mass("A", "100 t", "400 s", damping=0.0, initial_velocity="1 m/s"), mass("B", "80 t", "400 s", damping=0.0)
-    still = {"names": None, "generated": [{"kind": "still", "duration": "3 s", "step": "0.01 s"}]}
     keys: dict[str, Any] = {"link_damping": "100 kN s/m", "link_exponent": exponent}
     keys |= {"link_brace_stiffness": f"{brace} N/m"} if brace else {}
-    run_of = pr.simulate(parse_scene(scene_text(*masses, gap="20 mm", law="linear", records=still, **keys)))
+    run_of = pr.simulate(parse_scene(scene_text(*masses, gap="20 mm", law="linear", records=STILL, **keys)))
     assert run_of["impact_count"].item() == 1
     heavy = np.array([1e5, 8e4])
     v, u = (run_of[name].values[-1, :, 0] for name in ("velocity", "displacement"))
@@ -220,10 +200,9 @@ def test_a_linear_damper_on_a_brace_is_a_matrix_exponential(beside: float):
     brace, dashpot = 5e6, 2e5
     heavy, rates = np.array([1e5, 8e4]), 2.0 * pi / np.array([1.0, 0.5])
     masses = mass("A", "100 t", "1 s", damping=0.0, initial_velocity="1 m/s"), mass("B", "80 t", "0.5 s", damping=0.0)
-    still = {"names": None, "generated": [{"kind": "still", "duration": "3 s", "step": "0.01 s"}]}
     keys = {"link_damping": f"{dashpot} N s/m", "link_brace_stiffness": f"{brace} N/m"}
     keys |= {"link_stiffness": f"{beside} N/m"} if beside else {}
-    run_of = pr.simulate(parse_scene(scene_text(*masses, gap="9 m", law="linear", records=still, **keys)))
+    run_of = pr.simulate(parse_scene(scene_text(*masses, gap="9 m", law="linear", records=STILL, **keys)))
     x = np.array([1.0, -1.0, 0.0, 0.0, 0.0])
     system = np.zeros((5, 5))
     system[:2, 2:4] = np.eye(2)
@@ -259,12 +238,8 @@ def test_a_slack_that_is_never_taken_up_is_no_link():
 
 def pair(sides: tuple[str, str] = ("mass", "wall"), **link: Any) -> Any:
     """A free mass of 100 t on next to no spring, linked to a wall on its right, or its left."""
-    kinds = {
-        "mass": mass("A", "100 t", "400 s", damping=0.0, initial_velocity="1 m/s"),
-        "wall": rigid(),
-    }
-    still = {"names": None, "generated": [{"kind": "still", "duration": "3 s", "step": "0.01 s"}]}
-    return parse_scene(scene_text(*(kinds[side] for side in sides), gap="9 m", law="linear", records=still, **link))
+    kinds = {"mass": mass("A", "100 t", "400 s", damping=0.0, initial_velocity="1 m/s"), "wall": rigid()}
+    return parse_scene(scene_text(*(kinds[side] for side in sides), gap="9 m", law="linear", records=STILL, **link))
 
 
 def test_a_sliding_mass_stops_where_friction_has_taken_its_energy():
@@ -307,18 +282,9 @@ def test_a_block_slides_as_in_sdnd104(amplitude: float, known: float, stick: flo
     Its closed form has a stick without give; here it is a spring, which swings at up to F / √(k m).
     """
     wave = {"kind": "harmonic", "period": "1 s", "cycles": 12, "pga": f"{amplitude} m/s^2", "step": "1 ms"}
-    scene = parse_scene(
-        scene_text(
-            rigid(),
-            mass("block", "1 kg", "1000 s", damping=0.0),
-            gap="999 m",
-            law="linear",
-            records={"names": None, "generated": [wave]},
-            link_stiffness=f"{stick} N/m",
-            link_strength="1 N",
-        )
-    )
-    run_of = pr.simulate(scene)
+    keys = {"records": {"names": None, "generated": [wave]}, "link_stiffness": f"{stick} N/m", "link_strength": "1 N"}
+    block = mass("block", "1 kg", "1000 s", damping=0.0)
+    run_of = pr.simulate(parse_scene(scene_text(rigid(), block, gap="999 m", law="linear", **keys)))
     times, speed = run_of["time"].values, np.abs(run_of["velocity"].values[:, 1, 0])
     late = (times >= 4.0) & (times <= 12.0)
     mean = np.trapezoid(speed[late], times[late]) / 8.0

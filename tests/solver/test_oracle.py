@@ -66,8 +66,7 @@ PEAKS: dict[str, Callable[[float], tuple[float, float, float]]] = {  # penetrati
     "hertz_damp": lambda e: hertz_damped(known.hertz_damp_factor(e)),
     "hertz_damp_exact": lambda e: hertz_damped(exact_hertz_damp(e)),
     **dict.fromkeys(
-        ("jankowski", "viscous_elastoplastic"),
-        lambda e: known.jankowski_impact(4.2e10, MASS, SPEED, OF_JANKOWSKI(e)),
+        ("jankowski", "viscous_elastoplastic"), lambda e: known.jankowski_impact(4.2e10, MASS, SPEED, OF_JANKOWSKI(e))
     ),
 }
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 from oracle_jumps import Masses, Run, by_enumeration
-from row_cases import Shaking
+from row_cases import Shaking, cases_of, limits_of
 from sweeps import examples, many, sweep
 
 from pounding_risk.lab.stability.trial import SOFT, STIFF, WALL, shaking
@@ -24,7 +24,6 @@ from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import Contacts
-from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
 from pounding_risk.solver.row.complementarity import (
     ANSWER,
     COUPLING,
@@ -51,22 +50,16 @@ class Made:
         self.model = RowModel(
             [chain_of(building) for building in buildings], points, wave.supports(len(buildings)) if wave else ()
         )
-        self.ground, self.dt = np.asarray(ground, dtype=float), dt
-        pga = float(np.abs(self.ground).max())
-        self.free = rows.free_row(self.model.row(dt), self.ground)
-        rules = (e,) * len(gaps) if isinstance(e, Restitution) else tuple(e)
-        mechanics = Mechanics((law,) * len(gaps), rules, np.zeros(0))
-        self.cases = Cases(self.model, mechanics, Driven(self.ground, dt, pga, self.free), rtol)
-        never = np.full(len(gaps), inf)
-        self.limits = Limits(np.asarray(gaps, dtype=float), never, never)
-        self.pga = pga
+        self.dt, self.limits = dt, limits_of(self.model, gaps)
+        self.cases = cases_of(self.model, law, (np.asarray(ground, dtype=float), dt), e, rtol)
+        self.free = self.cases.driven.free
 
     def run(self):
         return self.cases.in_full(self.limits)
 
     def outputs(self, run=None):
         run = self.cases.whole(self.limits) if run is None else run
-        return outputs(run, self.limits.yield_forces, self.pga, frame_of(self.model))
+        return outputs(run, self.limits.yield_forces, self.cases.driven.pga, frame_of(self.model))
 
     def contacts(self, run):
         instants = instants_of(run.log, len(run.states), self.model.row(self.dt).step)
@@ -90,6 +83,11 @@ PAIR = (
 )  # fmt: skip
 
 
+def assert_alike(own, pair, rel):
+    for name in own.keys() & pair.keys():
+        assert own[name] == pytest.approx(pair[name], rel=rel, abs=1e-15, nan_ok=True), name
+
+
 @pytest.mark.parametrize("law", [Merged(), Stereomechanical()])
 @pytest.mark.parametrize(("left", "right"), [(SOFT, STIFF), (SOFT, WALL), (WALL, STIFF)])
 @pytest.mark.parametrize("gap", [0.0, 0.003])
@@ -99,18 +97,14 @@ def test_two_masses_are_the_pair(law, left, right, gap):
     own = as_pair(Made([left, right], [gap], ground, law=law, e=CONCRETE))
     pair = solve(left, right, Interface(gap, law, CONCRETE), ground, 0.01)
     assert own["impact_count"] > 3
-    for name, value in own.items():
-        if name in pair:
-            assert value == pytest.approx(pair[name], rel=1e-9, abs=1e-15, nan_ok=True), name
+    assert_alike(own, pair, 1e-9)
 
 
 def test_a_third_that_never_touches_leaves_the_pair():
     ground = shaking(4.0)
     made = Made([SOFT, STIFF, FAR], [0.003, 10.0], ground)
     pair = solve(SOFT, STIFF, Interface(0.003, Stereomechanical(), HALF), ground, 0.01)
-    for name, value in as_pair(made).items():
-        if name in pair:
-            assert value == pytest.approx(pair[name], rel=1e-9, abs=1e-15, nan_ok=True), name
+    assert_alike(as_pair(made), pair, 1e-9)
     # What no contact moves has its motion without contact, to the bit.
     run = made.cases.whole(made.limits)
     np.testing.assert_array_equal(run.floors[2], made.free.floors[2])
@@ -131,9 +125,7 @@ def test_a_wave_along_two_masses_is_the_pair_with_a_wave(velocity):
     own = as_pair(Made([SOFT, STIFF], [gap], ground, wave=wave))
     pair = solve(SOFT, STIFF, Interface(gap, Stereomechanical(), HALF), ground, 0.01, supports=wave.supports(2))
     assert own["impact_count"] > 3
-    for name, value in own.items():
-        if name in pair:
-            assert value == pytest.approx(pair[name], rel=1e-7, abs=1e-15, nan_ok=True), name
+    assert_alike(own, pair, 1e-7)
 
 
 def in_oracle(buildings, gaps, e, ground, dt, slowest):

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from functools import cache
-from math import inf
 from typing import Any
 
 import numpy as np
 import pytest
+import row_cases
 from oracle_grounds import Body, Touch, peaks_of
 from row_cases import CASES, RIGID, by_solver, contacts_of, meeting, named, points_of, single, storeys
 from scenes import rigid, scene_text, storeyed
@@ -22,19 +22,14 @@ from pounding_risk.models.contact.laws import Linear, ViscousElastoplastic
 from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.ground import arrivals_of, arriving, delayed
 from pounding_risk.models.restitution import constant
-from pounding_risk.models.structures.mdof import chain_of
-from pounding_risk.models.structures.sdof import Building
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.counters import COMPLETE, COUNT, PEAK_FORCE
-from pounding_risk.solver.pair.api import Interface, solve
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import trace_reader
 from pounding_risk.solver.row.api import HIGHEST
-from pounding_risk.solver.row.cases import Cases, Driven, Limits, Mechanics
 from pounding_risk.solver.row.layout import lay_out
 from pounding_risk.solver.row.model import RowModel
 
-FRAME, SHED, ROCK = Building("frame", 500e3, 0.5, 0.05), Building("shed", 800e3, 0.31, 0.05), Building.rigid("rock")
 LAW, HALF = ViscousElastoplastic(2.75e9), constant(0.5)
 STEP, LAG = 0.01, 0.043  # no multiple of the step
 GROUND = shaking(4.0)[:400]
@@ -95,28 +90,6 @@ def test_when_a_wave_arrives(says):
 
 
 # -------------------------------------------------------------------------------------------------- other models
-@pytest.mark.parametrize(("lag", "e"), [(LAG, 0.5), (-LAG, 0.5), (0.02, 0.5), (LAG, 0.005)])
-@pytest.mark.parametrize("pair", [(FRAME, SHED), (FRAME, ROCK), (ROCK, SHED)], ids=["masses", "right", "left"])
-@pytest.mark.complete
-def test_two_single_masses_are_the_pair(pair, lag: float, e: float):
-    """With an e of 0.005 both take implicit steps."""
-    known = solve(
-        *pair, Interface(0.004, LAW, constant(e)), GROUND, STEP, supports=WavePassage(lag).supports(2), rtol=1e-9
-    )
-    meetings = [meeting(0, 1.0, 1.0, 0.004, restitution=e)]
-    run = run_of([chain_of(building) for building in pair], meetings, (lag,))
-    found = {name: values[0] for name, values in named(run).items()}
-    assert run.status == COMPLETE and found["impact_count"] == known["impact_count"] >= 3
-    for name in ("peak_closing", "peak_opening", "peak_contact_force", "peak_approach_speed", "first_impact_time"):
-        assert found[name] == pytest.approx(known[name], rel=1e-7), name
-    for name in ("impulse", "energy_viscous", "contact_time"):
-        assert found[name] == pytest.approx(known[name], rel=1e-6), name
-    moving = [side for side, building in zip(("left", "right"), pair, strict=True) if not building.is_rigid]
-    for values, side in zip(run.floors, moving, strict=True):
-        for column, name in ((0, "peak_displacement"), (2, "peak_storey_shear"), (3, "peak_floor_acceleration")):
-            assert values[column] == pytest.approx(known[f"{name}_{side}"], rel=1e-7), (name, side)
-
-
 ROWS: dict[str, Any] = {
     "storeys, single, storeys": (
         (storeys(3, 70e3, 4e7), single(150e3, 0.25), storeys(2, 300e3, 1.5e8, damping_rule="rayleigh")),
@@ -223,19 +196,12 @@ def test_histories_are_those_of_the_masses():
 def test_parts_are_the_whole_row_to_the_bit(law):
     """Five buildings, of which some touch: their arrivals are part of what equal parts have to share."""
     chains = (single(90e3, 0.2), storeys(2, 100e3, 1e8), single(60e3, 0.5), storeys(2, 100e3, 1e8), single(60e3, 0.5))
-    meetings = [
-        meeting(0, 1.0, 2.0, 1.0),
-        meeting(1, 2.0, 1.0, 0.0),
-        meeting(2, 1.0, 2.0, 1.0),
-        meeting(3, 2.0, 1.0, 0),
-    ]
+    floors = [(1.0, 2.0), (2.0, 1.0), (1.0, 2.0), (2.0, 1.0)]
+    meetings = [meeting(interface, *both, 0.0) for interface, both in enumerate(floors)]
     model = RowModel(chains, points_of(meetings), WavePassage(0.0237).supports(len(chains)))
-    free = rows.free_row(model.row(STEP), GROUND)
-    mechanics = Mechanics((law,) * 4, (HALF,) * 4, np.array([2e6]))
-    cases = Cases(model, mechanics, Driven(GROUND, STEP, np.abs(GROUND).max(), free), 1e-6)
+    cases = row_cases.cases_of(model, law, (GROUND, STEP), HALF)
     for tight in (0.004, 0.02, 0.3):
-        gaps = np.array([tight, 0.004, tight, 0.004])
-        limits = Limits(gaps, np.full(4, 2e6), np.full(4, inf))
+        limits = row_cases.limits_of(model, [tight, 0.004, tight, 0.004], 2e6)
         whole, (found, answers) = cases.whole(limits), cases.in_parts(limits)
         assert whole.points[:, COUNT].max() > 0 and len({answer.key for answer in answers}) == len(answers)
         same(found, whole)

@@ -15,9 +15,6 @@ from pounding_risk.scene.reader import parse_scene
 LAWS = {"Jankowski": "jankowski", "HertzDamp": "hertz_damp"}
 
 
-pytestmark = pytest.mark.usefixtures("benchmarks")
-
-
 def truth(scene: Any) -> Answer:
     """A scene of the benchmarks by the reference integrator."""
     law, e = LAWS[type(scene.law).__name__], scene.restitution.c0

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from interpreted import interpreted
 from oracle_rows import integrate
+from processes import interpreted
 from row_cases import (
     CASES,
     EL_CENTRO,
@@ -95,8 +94,7 @@ def test_parts_that_do_not_touch_are_alone_bit_by_bit():
 )
 def test_between_mirror_images_a_building_stands_exactly_still(keys: dict[str, float]):
     """Both sides touch, turn and part at the same instants, to the last bit, against columns between two floors."""
-    places, code = [str(Path(__file__).parent)], MIRRORED.replace("KEYS", repr(keys))
-    status, points, floors, solved = interpreted(f"import sys\nsys.path += {places}\n{code}")
+    status, points, floors, solved = interpreted(MIRRORED.replace("KEYS", repr(keys)))
     assert status == counters.COMPLETE
     assert bool(solved) == ("restitution" in keys) and all(left == right for left, right in solved)
     assert repr(points[0][: counters.TALLIED]) == repr(points[1][: counters.TALLIED])

@@ -7,11 +7,10 @@ interpreted. That compiled code has the same bits is shown with a law that remem
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
-from interpreted import interpreted
+from processes import interpreted
 from row_cases import EL_CENTRO, PLACES, RIGID, contacts_of, floors, jankowski, meeting, points_of, single, storeys
 from scipy.integrate import solve_ivp
 from sweeps import sweep
@@ -22,9 +21,8 @@ from pounding_risk.solver import counters
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.layout import lay_out
 
-SETUP = f"""
-import json, sys
-sys.path += [{str(Path(__file__).parent)!r}]
+SETUP = """
+import json
 import numpy as np
 from pounding_risk.solver.row import api as rows
 from pounding_risk.models.structures.mdof import chain_of

@@ -7,35 +7,21 @@ import pytest
 from likelihoods import Lost, best_of, curvature_errors
 from scipy import stats
 
-from pounding_risk.statistics.damage_fits import (
-    ABOVE,
-    BELOW,
-    BETWEEN,
-    KNOWN,
-    METHODS,
-    NONE,
-    Observed,
-    bootstrap_weights,
-    capacities,
-    expanded_tail,
-    fit_cloud,
-    fit_ida,
-    fit_stripes,
-)
+from pounding_risk.statistics import damage_fits as fits
 from pounding_risk.statistics.fragility import Fit, fit_capacities
 
 RECORDINGS, COMPONENTS = 30, 2
 LEVELS = np.geomspace(1.5, 6.0, 9)
 
 
-def motions(levels: np.ndarray = LEVELS, steep: float = 1.3, noise: float = 0.0) -> Observed:
+def motions(levels: np.ndarray = LEVELS, steep: float = 1.3, noise: float = 0.0) -> fits.Observed:
     """Motions whose capacities are lognormal about 4, two components of a recording alike; demand (im/capacity)^1.3."""
     random = np.random.default_rng(3)
     shared = np.repeat(random.standard_normal(RECORDINGS), COMPONENTS)
     capacity = 4.0 * np.exp(0.4 * shared + 0.2 * random.standard_normal(RECORDINGS * COMPONENTS))
     ims = np.tile(levels, (capacity.size, 1))
     ratios = (ims / capacity[:, None]) ** steep * np.exp(noise * random.standard_normal(ims.shape))
-    return Observed(ims, ratios, np.repeat(np.arange(RECORDINGS), COMPONENTS))
+    return fits.Observed(ims, ratios, np.repeat(np.arange(RECORDINGS), COMPONENTS))
 
 
 def agree_with_scipy(fitted: Fit, data: stats.CensoredData) -> None:
@@ -62,18 +48,18 @@ def test_first_crossings_by_hand():
             [np.nan] * 4,
         ]
     )
-    found = capacities(ims, ratios)
+    found = fits.capacities(ims, ratios)
     np.testing.assert_allclose(found.values, [2.5, 2.0, 2.0, 1.0, 3.0, np.nan], rtol=1e-15)
-    assert found.status.tolist() == [KNOWN, KNOWN, KNOWN, BELOW, ABOVE, NONE]
+    assert found.status.tolist() == [fits.KNOWN, fits.KNOWN, fits.KNOWN, fits.BELOW, fits.ABOVE, fits.NONE]
     assert found.falls_back.tolist() == [False, False, True, False, False, False]
-    turned = capacities(ims[:, ::-1], ratios[:, ::-1])  # levels in any order
+    turned = fits.capacities(ims[:, ::-1], ratios[:, ::-1])  # levels in any order
     np.testing.assert_array_equal(turned.values, found.values)
 
 
 def test_capacities_beyond_the_levels_are_fitted_as_scipy_does():
     seen = motions()
-    found, fitted = capacities(seen.ims, seen.ratios), fit_ida(seen)
-    known, below, above = (found.values[found.status == status] for status in (KNOWN, BELOW, ABOVE))
+    found, fitted = fits.capacities(seen.ims, seen.ratios), fits.fit_ida(seen)
+    known, below, above = (found.values[found.status == status] for status in (fits.KNOWN, fits.BELOW, fits.ABOVE))
     assert min(below.size, above.size) > 0 and known.size > 40
     agree_with_scipy(fitted, stats.CensoredData(uncensored=known, left=below, right=above))
 
@@ -88,15 +74,15 @@ def test_capacities_beyond_the_levels_are_fitted_as_scipy_does():
 def test_capacities_between_two_levels_are_fitted_as_scipy_does():
     """Of a demand that jumps: each capacity is known as an interval, below the lowest level or above the highest."""
     seen = motions()._replace(jumps=True)
-    found, fitted = capacities(seen.ims, seen.ratios, jumps=True), fit_ida(seen)
-    assert set(found.status.tolist()) == {BELOW, ABOVE, BETWEEN}
-    low = np.where(found.status == BELOW, 0.0, found.below)
-    high = np.where(found.status == ABOVE, np.inf, found.values)
-    inside = found.status == BETWEEN
-    lines = capacities(seen.ims, seen.ratios)  # of the same motions, whose demands are lines in the logarithms
+    found, fitted = fits.capacities(seen.ims, seen.ratios, jumps=True), fits.fit_ida(seen)
+    assert set(found.status.tolist()) == {fits.BELOW, fits.ABOVE, fits.BETWEEN}
+    low = np.where(found.status == fits.BELOW, 0.0, found.below)
+    high = np.where(found.status == fits.ABOVE, np.inf, found.values)
+    inside = found.status == fits.BETWEEN
+    lines = fits.capacities(seen.ims, seen.ratios)  # of the same motions, whose demands are lines in the logarithms
     assert ((found.below < lines.values) & (lines.values < found.values))[inside].all()
     intervals = np.stack([low[inside], high[inside]], axis=1)
-    ends = {"left": high[found.status == BELOW], "right": low[found.status == ABOVE]}
+    ends = {"left": high[found.status == fits.BELOW], "right": low[found.status == fits.ABOVE]}
     agree_with_scipy(fitted, stats.CensoredData(**ends, interval=intervals))
 
     def lost(point: np.ndarray) -> float:
@@ -115,39 +101,39 @@ def test_a_cap_at_the_threshold_does_not_move_the_median():
     levels = np.geomspace(1.0, 12.0, 13)  # steps of 23 %
     smooth = motions(levels)
     capped = np.where(smooth.ratios < 0.7, 0.0, np.minimum(smooth.ratios, 1.0))
-    truth = fit_ida(motions(np.geomspace(0.5, 40.0, 400)))  # so many levels that a line is exact
-    of_lines = fit_ida(smooth._replace(ratios=capped))
-    fitted = fit_ida(smooth._replace(ratios=capped, jumps=True))
+    truth = fits.fit_ida(motions(np.geomspace(0.5, 40.0, 400)))  # so many levels that a line is exact
+    of_lines = fits.fit_ida(smooth._replace(ratios=capped))
+    fitted = fits.fit_ida(smooth._replace(ratios=capped, jumps=True))
     assert of_lines.median / truth.median > 1.06
     error = truth.se_median  # an interval of half a dispersion costs little of it
     assert fitted.median == pytest.approx(truth.median, rel=0.25 * error)
     assert fitted.dispersion == pytest.approx(truth.dispersion, abs=0.25 * truth.se_dispersion)
-    counted = fit_stripes(smooth._replace(ratios=capped))
+    counted = fits.fit_stripes(smooth._replace(ratios=capped))
     assert fitted.median == pytest.approx(counted.median, rel=0.25 * error)
 
 
 def test_intervals_that_share_an_intensity_have_no_dispersion():
     ims = np.tile([1.0, 2.0, 3.0], (4, 1))
-    alike = Observed(ims, np.tile([0.5, 0.5, 2.0], (4, 1)), np.arange(4), jumps=True)
+    alike = fits.Observed(ims, np.tile([0.5, 0.5, 2.0], (4, 1)), np.arange(4), jumps=True)
     beside = alike._replace(ratios=np.array([[0.5, 0.5, 2.0], [0.5, 2.0, 2.0]] * 2))  # all at 2, as far as is known
     for seen in (alike, beside):
-        assert "one intensity may be the capacity of every motion" in fit_ida(seen).fault
-        assert np.isnan(METHODS["ida"].drawn(seen, np.ones((3, 4)))).all()
+        assert "one intensity may be the capacity of every motion" in fits.fit_ida(seen).fault
+        assert np.isnan(fits.METHODS["ida"].drawn(seen, np.ones((3, 4)))).all()
 
 
 def test_known_capacities_are_fitted_as_such():
     """All between the levels: the mean and the deviation of their logarithms, with the errors of `fit_capacities`."""
     seen = motions(np.geomspace(0.5, 40.0, 25))
-    found = capacities(seen.ims, seen.ratios)
-    assert (found.status == KNOWN).all()
-    other, fitted = fit_capacities(found.values, seen.recordings), fit_ida(seen)
+    found = fits.capacities(seen.ims, seen.ratios)
+    assert (found.status == fits.KNOWN).all()
+    other, fitted = fit_capacities(found.values, seen.recordings), fits.fit_ida(seen)
     for name in ("median", "dispersion", "se_median", "se_dispersion", "se_median_recordings", "correlation"):
         assert getattr(fitted, name) == pytest.approx(getattr(other, name), rel=1e-9), name
 
 
 def test_the_cloud_is_scipys_regression():
     seen = motions(noise=0.3)
-    fitted = fit_cloud(seen)
+    fitted = fits.fit_cloud(seen)
     x, y = np.log(seen.ims).ravel(), np.log(seen.ratios).ravel()
     line = stats.linregress(x, y)
     deviation = np.sqrt(((y - line.intercept - line.slope * x) ** 2).sum() / (x.size - 2))
@@ -156,33 +142,33 @@ def test_the_cloud_is_scipys_regression():
 
 
 @pytest.mark.parametrize("jumps", [False, True])
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", fits.METHODS)
 def test_errors_by_recording_are_those_of_a_bootstrap(method, jumps):
     """Two ways to one number: the sandwich of one fit, and the spread of fits to samples of recordings."""
     seen = motions(noise=0.1)._replace(jumps=jumps)
-    drawn = METHODS[method].drawn(seen, bootstrap_weights(seen.recordings, 1000, 1))
-    fitted = METHODS[method].fit(seen)
+    drawn = fits.METHODS[method].drawn(seen, fits.bootstrap_weights(seen.recordings, 1000, 1))
+    fitted = fits.METHODS[method].fit(seen)
     assert np.isfinite(drawn).all()
     assert drawn.std(axis=0) == pytest.approx([fitted.se_median_recordings, fitted.se_dispersion_recordings], rel=0.12)
 
 
 @pytest.mark.parametrize("jumps", [False, True])
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", fits.METHODS)
 def test_a_weight_is_a_motion_that_stands_there_so_often(method, jumps):
-    seen, kind = motions(noise=0.1)._replace(jumps=jumps), METHODS[method]
-    weights = bootstrap_weights(seen.recordings, 3, 5)
+    seen, kind = motions(noise=0.1)._replace(jumps=jumps), fits.METHODS[method]
+    weights = fits.bootstrap_weights(seen.recordings, 3, 5)
     drawn = kind.drawn(seen, np.concatenate([np.ones((1, len(seen.ims))), weights]))
     for row, weight in zip(drawn, [np.ones(len(seen.ims)), *weights], strict=True):
         index = np.repeat(np.arange(len(seen.ims)), weight.astype(int))
-        fitted = kind.fit(Observed(seen.ims[index], seen.ratios[index], np.arange(index.size), jumps=jumps))
+        fitted = kind.fit(fits.Observed(seen.ims[index], seen.ratios[index], np.arange(index.size), jumps=jumps))
         assert [np.exp(row[0]), row[1]] == pytest.approx([fitted.median, fitted.dispersion], rel=1e-6)
 
 
 def test_samples_are_of_whole_recordings():
-    weights = bootstrap_weights(np.array([0, 0, 1, 2, 2, 2]), 200, 7)
+    weights = fits.bootstrap_weights(np.array([0, 0, 1, 2, 2, 2]), 200, 7)
     assert (weights[:, 0] == weights[:, 1]).all() and (weights[:, 3] == weights[:, 5]).all()
     assert (weights[:, [0, 2, 3]].sum(axis=1) == 3.0).all()  # as many recordings as there are
-    np.testing.assert_array_equal(weights, bootstrap_weights(np.array([0, 0, 1, 2, 2, 2]), 200, 7))
+    np.testing.assert_array_equal(weights, fits.bootstrap_weights(np.array([0, 0, 1, 2, 2, 2]), 200, 7))
 
 
 @pytest.mark.parametrize("groups", [7, 22])
@@ -190,7 +176,7 @@ def test_samples_are_of_whole_recordings():
 def test_bounds_of_a_ratio_hold_it_as_often_as_they_say(groups):
     """150 made ensembles of recordings with two components each, whose true ratio of medians is 0.8."""
     random, levels, truth = np.random.default_rng(0), np.geomspace(1.0, 12.0, 12), np.log(0.8)
-    recordings, tail = np.repeat(np.arange(groups), 2), 100.0 * expanded_tail(0.95, groups)
+    recordings, tail = np.repeat(np.arange(groups), 2), 100.0 * fits.expanded_tail(0.95, groups)
     inside = []
     for sample in range(150):
         shared, changed = (np.repeat(random.standard_normal(groups), 2) for _ in range(2))
@@ -198,8 +184,9 @@ def test_bounds_of_a_ratio_hold_it_as_often_as_they_say(groups):
         without = np.log(4.0) + 0.35 * shared + 0.2 * single
         both = (without + truth + 0.15 * changed + 0.1 * other, without)
         ims = np.tile(levels, (recordings.size, 1))
-        weights = bootstrap_weights(recordings, 400, sample)
-        drawn = [METHODS["ida"].drawn(Observed(ims, ims / np.exp(one)[:, None], recordings), weights) for one in both]
+        weights = fits.bootstrap_weights(recordings, 400, sample)
+        seen = (fits.Observed(ims, ims / np.exp(one)[:, None], recordings) for one in both)
+        drawn = [fits.METHODS["ida"].drawn(one, weights) for one in seen]
         low, high = np.nanpercentile(drawn[0][:, 0] - drawn[1][:, 0], (tail, 100.0 - tail))
         inside.append(low <= truth <= high)
     assert 0.89 < np.mean(inside) < 0.99  # three standard errors about 94 %
@@ -207,47 +194,47 @@ def test_bounds_of_a_ratio_hold_it_as_often_as_they_say(groups):
 
 def test_few_recordings_have_wider_tails():
     """Of very many the share is the plain one; of three, Student's with two degrees by SciPy's own distribution."""
-    assert expanded_tail(0.95, 10**7) == pytest.approx(0.025, rel=1e-5)
+    assert fits.expanded_tail(0.95, 10**7) == pytest.approx(0.025, rel=1e-5)
     student = np.sqrt(3.0 / 2.0) * stats.t.ppf(0.95, 2)
-    assert expanded_tail(0.9, 3) == pytest.approx(stats.norm.cdf(-student), rel=1e-12)
-    assert expanded_tail(0.9, 1) == pytest.approx(0.05)
+    assert fits.expanded_tail(0.9, 3) == pytest.approx(stats.norm.cdf(-student), rel=1e-12)
+    assert fits.expanded_tail(0.9, 1) == pytest.approx(0.05)
 
 
 def test_samples_without_a_curve_are_told_from_others():
     """All reach the state, none does, and those who do part from the others at one intensity."""
     ims = np.tile([1.0, 2.0], (4, 1))
     ratios = np.array([[2.0, 2.0], [0.1, 0.1], [0.5, 2.0], [2.0, 0.5]])
-    seen = Observed(ims, ratios, np.arange(4))
+    seen = fits.Observed(ims, ratios, np.arange(4))
     weights = np.array([[2, 0, 0, 0], [0, 2, 0, 0], [0, 0, 2, 0], [2, 2, 3, 1]], dtype=float)
-    known = np.isfinite(METHODS["stripes"].drawn(seen, weights)).all(axis=1)
+    known = np.isfinite(fits.METHODS["stripes"].drawn(seen, weights)).all(axis=1)
     assert known.tolist() == [False, False, False, True]
 
 
 def test_why_there_is_no_curve():
     seen = motions(noise=0.1)
     alone = np.zeros(len(seen.ims), dtype=np.int64)
-    strong = Observed(seen.ims, np.full_like(seen.ims, 2.0), seen.recordings)
-    weak = Observed(seen.ims, np.full_like(seen.ims, 0.1), seen.recordings)
-    one_level = Observed(seen.ims[:, :1], seen.ratios[:, :1], seen.recordings)
-    nothing = Observed(seen.ims, np.full_like(seen.ims, np.nan), seen.recordings)
-    still = Observed(seen.ims, np.where(seen.ims < 2.0, 0.0, seen.ratios), seen.recordings)
-    falling = Observed(seen.ims, 1.0 / seen.ratios, seen.recordings)
+    strong = fits.Observed(seen.ims, np.full_like(seen.ims, 2.0), seen.recordings)
+    weak = fits.Observed(seen.ims, np.full_like(seen.ims, 0.1), seen.recordings)
+    one_level = fits.Observed(seen.ims[:, :1], seen.ratios[:, :1], seen.recordings)
+    nothing = fits.Observed(seen.ims, np.full_like(seen.ims, np.nan), seen.recordings)
+    still = fits.Observed(seen.ims, np.where(seen.ims < 2.0, 0.0, seen.ratios), seen.recordings)
+    falling = fits.Observed(seen.ims, 1.0 / seen.ratios, seen.recordings)
     cases = [
-        (fit_ida(strong), "every motion reaches the state at its lowest level"),
-        (fit_ida(weak), "no motion reaches the state at the levels"),
-        (fit_ida(one_level), "each motion has one level"),
-        (fit_ida(nothing), "no run is known"),
-        (fit_ida(seen._replace(recordings=alone)), "one recording has no dispersion"),
+        (fits.fit_ida(strong), "every motion reaches the state at its lowest level"),
+        (fits.fit_ida(weak), "no motion reaches the state at the levels"),
+        (fits.fit_ida(one_level), "each motion has one level"),
+        (fits.fit_ida(nothing), "no run is known"),
+        (fits.fit_ida(seen._replace(recordings=alone)), "one recording has no dispersion"),
         (
-            fit_ida(Observed(seen.ims, seen.ratios * 0.35, seen.recordings)),
+            fits.fit_ida(fits.Observed(seen.ims, seen.ratios * 0.35, seen.recordings)),
             "lies above the intensities that were tested",
         ),
-        (fit_stripes(nothing), "no run is known"),
-        (fit_stripes(weak), "none of the"),
-        (fit_cloud(still), "the demand is 0 in"),
-        (fit_cloud(falling), "the demands fall with the intensity"),
-        (fit_cloud(one_level), "all motions have one intensity"),
-        (fit_cloud(Observed(seen.ims[:1, :2], seen.ratios[:1, :2], alone[:1])), "2 runs are known"),
+        (fits.fit_stripes(nothing), "no run is known"),
+        (fits.fit_stripes(weak), "none of the"),
+        (fits.fit_cloud(still), "the demand is 0 in"),
+        (fits.fit_cloud(falling), "the demands fall with the intensity"),
+        (fits.fit_cloud(one_level), "all motions have one intensity"),
+        (fits.fit_cloud(fits.Observed(seen.ims[:1, :2], seen.ratios[:1, :2], alone[:1])), "2 runs are known"),
     ]
     for fitted, words in cases:
         assert words in fitted.fault and np.isnan(fitted.median), words

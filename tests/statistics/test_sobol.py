@@ -5,15 +5,7 @@ import pytest
 from scipy.special import ndtri
 
 from pounding_risk.scene.uncertain import SOBOL, points_of
-from pounding_risk.statistics.sobol import (
-    LEAST_SAMPLES,
-    _natural_spline,
-    given_indices,
-    power_of_two,
-    saltelli_points,
-    sobol_indices,
-    tornado_points,
-)
+from pounding_risk.statistics import sobol
 
 CONFIDENCE = 0.95
 A, B = 7.0, 0.1
@@ -46,10 +38,10 @@ def sobol_g_indices():
 )
 def test_indices_on_a_design_are_those_of_the_closed_form(function, indices):
     numbers = len(indices[0])
-    points = saltelli_points(points_of(SOBOL, 2048, 2 * numbers, seed=1))
+    points = sobol.saltelli_points(points_of(SOBOL, 2048, 2 * numbers, seed=1))
     assert points.shape == (2048 * (numbers + 2), numbers)
     outputs = np.stack([function(points), np.ones(len(points))])
-    for found, true in zip(sobol_indices(outputs, numbers, CONFIDENCE), indices, strict=True):
+    for found, true in zip(sobol.sobol_indices(outputs, numbers, CONFIDENCE), indices, strict=True):
         np.testing.assert_allclose(found.value[0], true, atol=0.02)
         assert np.all((found.low[0] <= true) & (true <= found.high[0]))
         assert np.all(np.isnan(found.value[1])), "an output that does not vary has none"
@@ -60,7 +52,7 @@ def test_indices_on_a_design_are_those_of_the_closed_form(function, indices):
 )
 def test_indices_from_samples_are_those_of_the_closed_form(function, indices):
     points = np.random.default_rng(2).random((8192, len(indices[0])))
-    found = given_indices(list(points.T), function(points)[None], CONFIDENCE)
+    found = sobol.given_indices(list(points.T), function(points)[None], CONFIDENCE)
     np.testing.assert_allclose(found.value[0], indices[0], atol=0.015)
 
 
@@ -71,7 +63,7 @@ def test_bounds_from_few_samples_hold_the_true_indices():
     for _ in range(repeats):
         points = rng.random((200, 3))
         output = points @ np.array([3.0, 1.0, 0.0]) + 0.3 * rng.normal(size=200)
-        found = given_indices(list(points.T), output[None], CONFIDENCE)
+        found = sobol.given_indices(list(points.T), output[None], CONFIDENCE)
         held += (found.low[0] <= true) & (true <= found.high[0])
     assert np.all(held >= 0.85 * repeats), "bounds of a bootstrap, of 95 % for many samples"
 
@@ -80,7 +72,7 @@ def test_indices_of_words_and_of_few_values():
     rng = np.random.default_rng(4)
     words, steps = rng.choice(["linear", "hertz"], 3000), rng.integers(3, size=3000).astype(float)
     output = 2.0 * (words == "hertz") + steps
-    found = given_indices([words, steps], output[None], CONFIDENCE)
+    found = sobol.given_indices([words, steps], output[None], CONFIDENCE)
     np.testing.assert_allclose(found.value[0], (1.0 / (1.0 + 2.0 / 3.0), (2.0 / 3.0) / (1.0 + 2.0 / 3.0)), atol=0.02)
 
 
@@ -107,43 +99,43 @@ def test_bounds_of_the_fewest_samples_hold_closed_forms(method, function, number
     """Of 60 designs 95 % bounds miss 3; more than 8 with a probability of 0.6 %."""
     held = 0
     for seed in range(60):
-        points = points_of(method, LEAST_SAMPLES, numbers, seed)
-        found = given_indices([points[:, number]], function(points)[None], CONFIDENCE, method == "sobol")
+        points = points_of(method, sobol.LEAST_SAMPLES, numbers, seed)
+        found = sobol.given_indices([points[:, number]], function(points)[None], CONFIDENCE, method == "sobol")
         held += int(found.low[0, 0] <= true <= found.high[0, 0])
     assert held >= 52
 
 
 def test_fewer_samples_have_no_indices():
-    points = points_of("random", LEAST_SAMPLES - 1, 3, 1)
-    assert np.isnan(given_indices(list(points.T), ishigami(points)[None], CONFIDENCE).value).all()
+    points = points_of("random", sobol.LEAST_SAMPLES - 1, 3, 1)
+    assert np.isnan(sobol.given_indices(list(points.T), ishigami(points)[None], CONFIDENCE).value).all()
 
 
 def test_an_output_that_does_not_vary_and_too_few_samples_have_no_indices():
     points = np.random.default_rng(5).random((50, 2))
-    assert np.all(np.isnan(given_indices(list(points.T), np.ones((1, 50)), CONFIDENCE).value))
-    assert np.all(np.isnan(given_indices(list(points[:5].T), points[:5, :1].T, CONFIDENCE).value))
+    assert np.all(np.isnan(sobol.given_indices(list(points.T), np.ones((1, 50)), CONFIDENCE).value))
+    assert np.all(np.isnan(sobol.given_indices(list(points[:5].T), points[:5, :1].T, CONFIDENCE).value))
 
 
 def test_a_number_that_changes_nothing_is_not_told_from_none():
     rng = np.random.default_rng(6)
     points = rng.random((400, 2))
-    found = given_indices(list(points.T), rng.normal(size=(1, 400)), CONFIDENCE)
+    found = sobol.given_indices(list(points.T), rng.normal(size=(1, 400)), CONFIDENCE)
     assert np.all(found.low[0] < 0.0)
     assert np.all(np.abs(found.value[0]) < 0.1)
 
 
 def test_points_of_a_tornado():
-    np.testing.assert_array_equal(tornado_points(2), [[0.5, 0.5], [0.1, 0.5], [0.9, 0.5], [0.5, 0.1], [0.5, 0.9]])
+    np.testing.assert_array_equal(sobol.tornado_points(2), [[0.5, 0.5], [0.1, 0.5], [0.9, 0.5], [0.5, 0.1], [0.5, 0.9]])
 
 
 @pytest.mark.parametrize(("num", "power"), [(1, 1), (3, 4), (256, 256), (257, 512)])
 def test_next_power_of_two(num, power):
-    assert power_of_two(num) == power
+    assert sobol.power_of_two(num) == power
 
 
 def test_the_spline_is_straight_beyond_its_outer_knots():
     """A natural spline: no curvature at both ends, some between; second differences of even values, to rounding."""
-    functions = _natural_spline(np.linspace(3.0, 7.0, 401))  # the outer knots lie at 3.08 and 6.92
+    functions = sobol._natural_spline(np.linspace(3.0, 7.0, 401))  # the outer knots lie at 3.08 and 6.92
     bends = np.abs(np.diff(functions, 2, axis=0)).max(axis=1)
     assert bends[:7].max() < 1e-13 and bends[-7:].max() < 1e-13
     assert bends[40:-40].min() > 1e-6

@@ -7,9 +7,10 @@ from math import cos, pi, radians, sin, sqrt, tau
 import numpy as np
 import pytest
 import shapely
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from matplotlib.path import Path as Drawn
+from sweeps import examples
 
 from pounding_risk.streets import footprints
 from pounding_risk.streets.defaults import House, Notes, Rules
@@ -39,8 +40,8 @@ def in_space(longitude: float, latitude: float) -> np.ndarray:
     return np.array([*east, radius * (1.0 - squashed) * sin(radians(latitude))])
 
 
-@settings(max_examples=50)
-@given(
+@examples(
+    50,
     st.floats(-179.0, 179.0),
     st.floats(-65.0, 65.0),
     st.lists(st.tuples(st.floats(-300.0, 300.0), st.floats(-300.0, 300.0)), min_size=4, max_size=8, unique=True),
@@ -147,8 +148,7 @@ def test_the_shared_face_is_along_the_walls_of_the_two(at, face, angle):
     assert shared_face(*pair[::-1], 1.1) == pytest.approx(face, abs=1e-9)
 
 
-@settings(max_examples=30)
-@given(stars(), stars(), st.floats(-20.0, 20.0), st.floats(0.5, 60.0))
+@examples(30, stars(), stars(), st.floats(-20.0, 20.0), st.floats(0.5, 60.0))
 @pytest.mark.complete
 def test_the_faced_length_is_that_of_lines_along_the_street(left, right, across, reach):
     """Lines a step apart in v, cut with both outlines by hand: each of some forty corners is off by a step at most."""

@@ -8,18 +8,9 @@ import pytest
 from openquake.gem_taxonomy import GemTaxonomy
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.streets.inventory import gem
 from pounding_risk.streets.inventory._lines import Draft, Line, Notes
-from pounding_risk.streets.inventory.gem import (
-    BEFORE,
-    LEVELS,
-    MATERIALS,
-    POSITIONS,
-    SYSTEMS,
-    put_taxonomy,
-    read_taxonomy,
-    with_found,
-    year_of,
-)
+from pounding_risk.streets.inventory.gem import POSITIONS, put_taxonomy, read_taxonomy, with_found, year_of
 
 VALID = (
     "CR/LFM+CDM+DUM/H:6/RES",
@@ -87,14 +78,14 @@ def test_without_a_position_and_pounding_a_string_stays(standard):
 
 def test_atoms_that_are_known_are_those_of_the_standard(standard):
     attributes = {atom["name"]: atom["attr"] for atom in standard.tax["Atom"]}
-    assert {attributes[name] for name in MATERIALS} == {"material"}
-    assert {attributes[name] for name in (*SYSTEMS, *LEVELS)} == {"llrs"}
+    assert {attributes[name] for name in gem.MATERIALS} == {"material"}
+    assert {attributes[name] for name in (*gem.SYSTEMS, *gem.LEVELS)} == {"llrs"}
     assert {attributes[name] for name in POSITIONS} == {"shape"}
     first = {"material", "llrs", "height", "dates", "occupancy"}
-    assert {attributes[name] for name in BEFORE if name not in OF_VERSION_2} == first
+    assert {attributes[name] for name in gem.BEFORE if name not in OF_VERSION_2} == first
     types = ("material_type", "type_lateral_load", "building_occupancy_class")
     of_types = {atom["name"] for atom in standard.tax["Atom"] if atom["group"] in types}
-    assert of_types <= {*BEFORE}
+    assert of_types <= {*gem.BEFORE}
 
 
 @pytest.mark.parametrize(

@@ -31,16 +31,10 @@ def modes(count, stiffness):
     return np.sqrt(values), shapes
 
 
-@pytest.mark.parametrize(
-    ("family", "storeys", "name", "period"),
-    [
-        ("C1", 1, "C1L", 0.2),
-        ("C1", 5, "C1M", 0.75),
-        ("S2", 13, "S2H", 1.77),
-        ("URM", 3, "URMM", 0.5),
-        ("W1", 2, "W1", 0.7),
-    ],
-)
+TYPICAL = [("C1", 1, "C1L", 0.2), ("C1", 5, "C1M", 0.75), ("S2", 13, "S2H", 1.77), ("URM", 3, "URMM", 0.5)]
+
+
+@pytest.mark.parametrize(("family", "storeys", "name", "period"), [*TYPICAL, ("W1", 2, "W1", 0.7)])
 def test_a_chain_has_the_period_of_its_type_and_yields_at_its_capacity(family, storeys, name, period):
     """The typical building of table 5.5 has its typical period; V_1 = A_y g times the mass of the first mode."""
     kind = type_of(family, storeys)
@@ -110,15 +104,7 @@ def test_block_writes_storeys_strengths_and_states_and_lists_each(tmp_path):
     assert ("wall", "period") not in told and ("old", "typology") not in told
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        ("C1M", "C9"),
-        ("low", "lowest"),
-        ("RM2", "MH"),
-    ],
-    ids="-".join,
-)
+@pytest.mark.parametrize("change", [("C1M", "C9"), ("low", "lowest"), ("RM2", "MH")], ids="-".join)
 def test_an_unknown_type_or_level_is_refused_with_its_line(tmp_path, change, says):
     says(refusal(read, tmp_path, STREET.replace(*change), chain="hazus"))
 

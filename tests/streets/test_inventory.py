@@ -190,10 +190,8 @@ def test_block_takes_an_inventory_with_footprints_and_lists_what_follows_from_co
     mass = [6458.3462 * FOOT**2 / 4 * 10e3 / 9.80665, 180.0 * 10e3 / 9.80665]
     assert [house.floor_mass for house in row.buildings] == pytest.approx(mass, abs=1.0)
     told = {(value.building, value.column): value.rule for value in street.filled}
-    assert (
-        told["10", "floor area"]
-        == "its FloorArea, in square feet, the unit of OED where none is given, over its storeys"
-    )
+    words = "its FloorArea, in square feet, the unit of OED where none is given, over its storeys"
+    assert told["10", "floor area"] == words
     assert told["11", "typology"] == "ConstructionCode 5103, unreinforced masonry walls"
     assert ("10", "hazus type") not in told
     assert "read as an OED location file" in street.notes

@@ -20,6 +20,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from pyproj import Transformer
+from sweeps import sweep
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError
@@ -344,10 +345,9 @@ def test_sides_and_positions_are_told(tmp_path):
     assert [block.sides["", f"No. {n}"] for n in range(5)] == [1, 3, 1, 1, 0]
     assert block.sides_adjoined() == [("none", 1), ("one", 3), ("three", 1)]
     rows = list(csv.DictReader(block.buildings_csv().splitlines()))
-    assert [(row["name"], row["position"], row["sides adjoined"]) for row in rows] == [
-        *(("No. 0", "end", "1"), ("No. 1", "interior", "3"), ("No. 2", "end", "1")),
-        *(("No. 3", "in no row", "1"), ("No. 4", "in no row", "0")),
-    ]
+    assert [row["name"] for row in rows] == [f"No. {n}" for n in range(5)]
+    assert [row["position"] for row in rows] == ["end", "interior", "end", "in no row", "in no row"]
+    assert [row["sides adjoined"] for row in rows] == [*"13110"]
     assert [row["place in the file"] for row in rows] == [f"feature {n}" for n in range(1, 6)]
     outline = shapely.from_wkt(rows[0]["footprint [WKT, deg]"])
     assert outline.centroid.x == pytest.approx(float(rows[0]["longitude [deg]"]), abs=1e-8)
@@ -465,22 +465,14 @@ def test_without_the_extra_a_table_is_read_and_a_map_is_refused(monkeypatch):
         read_block(SHIPPED / "street.geojson")
 
 
-@pytest.mark.parametrize(
-    ("name", "count"),
-    [
-        *(("street.gpkg", 40), ("street.fgb", 100), ("street.parquet", 60)),
-        *(
-            pytest.param(f"street.{kind}", many, marks=pytest.mark.complete)
-            for kind, many in (("gpkg", 400), ("fgb", 1000), ("parquet", 600))
-        ),
-    ],
-)
-def test_damaged_maps_are_read_or_refused_in_words(tmp_path, name, count):
+@pytest.mark.parametrize("times", sweep([1, 10], 1))
+@pytest.mark.parametrize(("name", "few"), [("street.gpkg", 40), ("street.fgb", 100), ("street.parquet", 60)])
+def test_damaged_maps_are_read_or_refused_in_words(tmp_path, name, few, times):
     """Bytes changed, taken out or cut off at random: a block, or sentences."""
     whole = write(tmp_path / name, in_degrees(made_street(), 15.0, 40.0), "EPSG:4326").read_bytes()
     random = np.random.default_rng(22)
     path, refused = tmp_path / f"damaged-{name}", 0
-    for _ in range(count):
+    for _ in range(few * times):
         data = bytearray(whole)
         start = int(random.integers(len(data)))
         kind = random.integers(3)
@@ -504,9 +496,8 @@ def test_damaged_maps_are_read_or_refused_in_words(tmp_path, name, count):
 
 def oed(lines: list[tuple[str, float, float, int]]) -> str:
     head = "PortNumber,AccNumber,LocNumber,CountryCode,Latitude,Longitude,NumberOfStoreys,ConstructionCode,"
-    return f"{head}LocPerilsCovered\n" + "".join(
-        f"1,A,{name},GR,{y:.8f},{x:.8f},{storeys},5103,QEQ\n" for name, x, y, storeys in lines
-    )
+    rows = [f"1,A,{name},GR,{y:.8f},{x:.8f},{storeys},5103,QEQ\n" for name, x, y, storeys in lines]
+    return f"{head}LocPerilsCovered\n{''.join(rows)}"
 
 
 def test_an_inventory_is_joined_to_footprints_by_its_points(tmp_path, says):
@@ -519,9 +510,8 @@ def test_an_inventory_is_joined_to_footprints_by_its_points(tmp_path, says):
     lines += [("L9", 23.71, 37.9, 3), ("L0b", inner[0].x + 1e-6, inner[0].y, 7)]
     (tmp_path / "loc.csv").write_text(oed(lines))
     block = read_block(tmp_path / "street.gpkg", Rules(storeys=1), inventory=tmp_path / "loc.csv")
-    assert [(house.name, house.storeys) for house in only(block).buildings] == [
-        *(("L0", 2), ("L1", 3), ("L2", 4), ("building 4", 1), ("L4", 6))
-    ]
+    storeys = {"L0": 2, "L1": 3, "L2": 4, "building 4": 1, "L4": 6}
+    assert [(house.name, house.storeys) for house in only(block).buildings] == [*storeys.items()]
     assert only(block).gaps == pytest.approx(GAPS, abs=3e-4)
     says(block.notes)
     assert {each.value for each in block.filled if each.column == "typology" and each.building == "L0"} == {"masonry"}
@@ -534,13 +524,11 @@ def test_an_inventory_is_joined_by_ids_where_points_agree(tmp_path, says):
     shapes = in_degrees(made_street(), 23.7, 37.9)
     path = tmp_path / "street.fgb"
     write(path, shapes, "EPSG:4326", id=[f"w{n}" for n in range(5)])
-    (tmp_path / "table.csv").write_text(
-        "name,storeys,floor mass [t]\n" + "".join(f"w{n},{n + 1},90\n" for n in range(5))
-    )
+    lines = "".join(f"w{n},{n + 1},90\n" for n in range(5))
+    (tmp_path / "table.csv").write_text(f"name,storeys,floor mass [t]\n{lines}")
     block = read_block(path, inventory=tmp_path / "table.csv")
-    assert [(house.name, house.storeys, house.floor_mass) for house in block.houses] == [
-        (f"w{n}", n + 1, 90e3) for n in range(5)
-    ]
+    found = [(house.name, house.storeys, house.floor_mass) for house in block.houses]
+    assert found == [(f"w{n}", n + 1, 90e3) for n in range(5)]
     beside = [("w0", 23.7 - 1e-5, 37.9, 4), ("w1", 23.75, 37.9, 5)]  # 0.9 m and 4 km away
     (tmp_path / "loc.csv").write_text(oed(beside))
     joined = read_block(path, inventory=tmp_path / "loc.csv")

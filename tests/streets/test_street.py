@@ -16,9 +16,10 @@ from typing import Any
 import commands
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from sentences import refusal
+from sweeps import examples
 
 import pounding_risk as pr
 from pounding_risk import units as quantities
@@ -117,8 +118,7 @@ def folder(tmp_path_factory) -> Path:
     return tmp_path_factory.mktemp("streets")
 
 
-@settings(max_examples=50)
-@given(streets(), st.floats(-3.14, 3.14))
+@examples(50, streets(), st.floats(-3.14, 3.14))
 @pytest.mark.complete
 def test_a_table_and_the_footprints_of_a_street_are_the_same_rows(folder, street, turn):
     """However the footprints are turned; in metres, and in degrees near the equator, where 1e-5 degrees are 1.1 m."""
@@ -129,8 +129,7 @@ def test_a_table_and_the_footprints_of_a_street_are_the_same_rows(folder, street
     assert sorted(gap for row in table.rows for gap in row.gaps) == pytest.approx(sorted(g for g in gaps if g < 1.0))
 
 
-@settings(max_examples=30)
-@given(streets(), st.floats(-3.14, 3.14))
+@examples(30, streets(), st.floats(-3.14, 3.14))
 @pytest.mark.complete
 def test_degrees_are_as_good_as_metres(folder, street, turn):
     """At the equator, by 110.574 km a degree north and 111.320 km east, the ellipsoid's own (Snyder 1987, table 3)."""
@@ -142,15 +141,13 @@ def test_degrees_are_as_good_as_metres(folder, street, turn):
         assert mine.gaps == pytest.approx(theirs.gaps, abs=2e-4)
 
 
-@settings(max_examples=30)
-@given(streets())
+@examples(30, streets())
 @pytest.mark.complete
 def test_a_mirrored_street_is_the_mirrored_rows(folder, street):
     """Walls seen from behind reverse the rows, as do footprints listed the other way; footprints turned over do not."""
     rows = read(folder, as_csv(street)).rows
-    behind = [
-        {**each, "left wall [m]": -each["right wall [m]"], "right wall [m]": -each["left wall [m]"]} for each in street
-    ]
+    walls = [{"left wall [m]": -each["right wall [m]"], "right wall [m]": -each["left wall [m]"]} for each in street]
+    behind = [each | own for each, own in zip(street, walls, strict=True)]
     mirrored = read(folder, as_csv(behind)).rows[::-1]
     listed = read(folder, as_geojson(street[::-1]), JSON, metres=True).rows[::-1]
     for reverse in (mirrored, listed):
@@ -202,11 +199,8 @@ def test_what_is_missing_is_filled_by_rule_and_told(folder, says):
 
 
 def test_a_value_that_is_given_is_never_filled(folder):
-    text = (
-        "name,height [ft],storeys,typology,period [ms],damping [%],floor mass [t],floor depth [mm],gap\n"
-        "A,30,3,masonry,310,4,80,220,12 mm\nB,30,3,Concrete frame,,4,80,300,\n"
-    )
-    block = read(folder, text)
+    head = "name,height [ft],storeys,typology,period [ms],damping [%],floor mass [t],floor depth [mm],gap\n"
+    block = read(folder, head + "A,30,3,masonry,310,4,80,220,12 mm\nB,30,3,Concrete frame,,4,80,300,\n")
     first, second = block.rows[0].buildings
     assert (first.height, first.period, first.damping, first.floor_mass) == (9.144, 0.31, 0.04, 80e3)
     assert (first.floor_depth, second.floor_depth) == (0.22, 0.3)
@@ -223,28 +217,19 @@ def footprints_read(folder: Path, *features: dict[str, Any], **rules: Any) -> Bl
     return read(folder, collection(*features), JSON, **{"metres": True} | rules)
 
 
-def close_words(block: Block) -> list[str]:
-    return [pair.words for pair in block.close]
-
-
 def test_a_building_behind_another_is_not_alone(folder):
     """30 mm clear across the axis of the street, told on every way out; one 3 m behind is alone."""
     front = [feature([SQUARE], "1"), feature([shifted(10.02)], "2")]
-    block = footprints_read(
-        folder, *front, feature([shifted(1.0, 10.03)], "yard"), feature([shifted(0.0, -13.0)], "far"), axis=90.0
-    )
+    others = feature([shifted(1.0, 10.03)], "yard"), feature([shifted(0.0, -13.0)], "far")
+    block = footprints_read(folder, *front, *others, axis=90.0)
     assert [[house.name for house in row.buildings] for row in block.rows] == [["1", "2"]]
     assert [house.name for house in block.in_no_row] == ["yard", "far"]
     assert [house.name for house in block.alone] == ["far"]
-    told = [
-        "1 and yard: 30 mm clear, across the axis of the street",
-        "2 and yard: 30 mm clear, across the axis of the street",
-    ]
-    assert close_words(block) == told
+    told = [f"{front} and yard: 30 mm clear, across the axis of the street" for front in (1, 2)]
+    assert [pair.words for pair in block.close] == told
     (scene,) = block.scenes(["RSN6-180"]).values()
-    assert (
-        f"# Close to a building of this row, and not in it as its neighbour:\n#   {told[0]}\n#   {told[1]}\n" in scene
-    )
+    words = "Close to a building of this row, and not in it as its neighbour:"
+    assert f"# {words}\n#   {told[0]}\n#   {told[1]}\n" in scene
     path = folder / JSON
     shown = commands.run("block", path, "--metres", "--axis", "90 deg", "-o", folder / "out")
     assert shown.exit_code == 0, shown.output
@@ -261,10 +246,9 @@ def test_a_building_behind_another_is_not_alone(folder):
 
 
 def test_no_row_ends_with_status_2_and_the_reason(folder, tmp_path):
+    behind = collection(feature([SQUARE]), feature([shifted(0.0, 10.03)], "B"))
     (tmp_path / "wide.csv").write_text("name,storeys,floor mass [t],gap [m]\nA,3,80,2\nB,3,80,\n", encoding="utf-8")
-    (tmp_path / "behind.geojson").write_text(
-        collection(feature([SQUARE]), feature([shifted(0.0, 10.03)], "B")), "utf-8"
-    )
+    (tmp_path / "behind.geojson").write_text(behind, encoding="utf-8")
     for words, reason in (
         (["wide.csv"], "no row: no two buildings stand within 1 m of each other along the street; check the walls"),
         (
@@ -421,14 +405,13 @@ def test_tags_of_openstreetmap_are_read(folder, says):
     assert [house.height for house in row.buildings] == pytest.approx([12.0, 12.5, 12.6492, 9.144, 3.0], rel=1e-12)
     assert [house.storeys for house in row.buildings] == [4, 4, 4, 3, 1]
     assert {house.typology for house in row.buildings} == {"masonry"}  # filled in, and listed so
-    assert [each.building for each in block.filled if each.column == "typology"] == [
-        f"building {n}" for n in range(1, 6)
-    ]
+    filled = [each.building for each in block.filled if each.column == "typology"]
+    assert filled == [f"building {n}" for n in range(1, 6)]
     says(block.notes)
 
 
-@settings(max_examples=150)
-@given(
+@examples(
+    150,
     st.sampled_from(["street.csv", JSON]),
     st.floats(0.0, 1.0),
     st.integers(0, 12),
@@ -602,8 +585,7 @@ def test_every_scene_of_the_shipped_street_is_read(shipped):
         assert_read(block)
 
 
-@settings(max_examples=25)
-@given(streets())
+@examples(25, streets())
 @pytest.mark.complete
 def test_every_scene_of_a_street_is_read(folder, street):
     assert_read(read(folder, as_csv(street)))
@@ -627,9 +609,8 @@ def test_sections_of_a_scene_can_be_given(shipped):
     assert scene["interface"][0] == known
     other = tomllib.loads(table.scenes(tables={"records": {"set": "fema-p695-farfield"}})["street-row-1.toml"])
     assert other["records"] == {"polarity": ["as recorded", "reversed"], "set": "fema-p695-farfield"}
-    with pytest.raises(
-        PoundingError, match='"building" cannot be given; it may be effects, records, grid, uncertain, solver'
-    ):
+    words = '"building" cannot be given; it may be effects, records, grid, uncertain, solver'
+    with pytest.raises(PoundingError, match=words):
         table.scenes(tables={"building": []})
 
 
@@ -693,10 +674,8 @@ def test_the_tolerance_of_the_scenes_is_that_of_the_floors_told(tmp_path):
 
 def test_a_building_that_is_read_as_a_comment_is_told(tmp_path):
     """House numbers that start with #: in quotes one is a name."""
-    text = (
-        "# a street, made, for this\n" + HEAD + '"#1",9,3,,80,20\n#2,9,3,,80,\n# no house\n#3,9,3,,80,30\nB,9,3,,80,\n'
-    )
-    block = read(tmp_path, text)
+    lines = '"#1",9,3,,80,20\n#2,9,3,,80,\n# no house\n#3,9,3,,80,30\nB,9,3,,80,\n'
+    block = read(tmp_path, f"# a street, made, for this\n{HEAD}{lines}")
     assert [house.name for house in block.houses] == ["#1", "B"]
     (note,) = block.notes
     assert note.startswith("line 4, line 6: left out, as what starts with # is a comment")

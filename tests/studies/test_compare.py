@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from figure_words import words_of
-from interpreted import interpreted
+from processes import interpreted
 from scenes import BOTH, PAIR, TWO_AND_A_WALL, rigid, scene_text
 from scipy.stats import spearmanr
 from sentences import refusal
@@ -24,7 +24,13 @@ from pounding_risk.scene.interfaces import EqualTerms, known_law
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.tables import Effect
 from pounding_risk.studies import compare_findings
-from pounding_risk.studies.compare import left_out, on_equal_terms, reference_impacts, runnable, with_relation
+from pounding_risk.studies.compare import (
+    comparable_models,
+    models_left_out,
+    on_equal_terms,
+    reference_impacts,
+    with_damping_relation,
+)
 from pounding_risk.studies.demo import scene
 
 LAWS = ["jankowski", "kelvin_voigt", "hertz", "viscous_elastoplastic"]
@@ -103,7 +109,7 @@ def test_what_each_law_achieves_is_told(dataset):
 
 def equal_e() -> dict[str, tuple[str, str, float]]:
     """By damped law: the relation where none is asked for, why no other, and e in the reference impact under it."""
-    equal, why = with_relation(on_equal_terms(parse_scene(SCENE), (), None, (None, None)), None)
+    equal, why = with_damping_relation(on_equal_terms(parse_scene(SCENE), (), None, (None, None)), None)
     names = equal.grid.contact_models
     found = reference_impacts(
         equal, {n: getattr(law, "stiffness", None) for n, law in zip(names, laws_of(equal), strict=True)}
@@ -131,29 +137,27 @@ def test_e_is_equal_too_where_no_relation_is_asked_for():
 def test_why_e_is_not_equal(study, says):
     """A relation that is asked for; a law that cannot return so little; laws without any."""
     terms = on_equal_terms(study, LAWS, None, (None, None))
-    assert with_relation(terms, "published") == (terms, "")
+    assert with_damping_relation(terms, "published") == (terms, "")
     little = on_equal_terms(study.updated(restitution=constant(0.2)), ["jankowski", "bilinear"], None, (None, None))
-    same, why = with_relation(little, None)
+    same, why = with_damping_relation(little, None)
     assert same.relation == "published" and why.startswith("bilinear returns no e below 0.354")
     elastic = on_equal_terms(study.updated(contact_model="hertz"), ["hertz", "van_mier"], None, (None, None))
-    assert with_relation(elastic, None) == (elastic, "")
-    says(refusal(with_relation, terms, "exakt"))
+    assert with_damping_relation(elastic, None) == (elastic, "")
+    says(refusal(with_damping_relation, terms, "exakt"))
 
 
 def test_what_a_scene_hinders_is_left_out_unless_asked_for(study):
     """By name, with the reason: floors without a length, a loop that cannot return so little, laws without yielding."""
-    assert [name for name in CONTACT_MODELS if name not in runnable(study)] == ["tabulated", "distributed_mass"]
-    assert left_out({"": study}).startswith("tabulated: the scene gives no table of forces; write table =")
+    assert set(CONTACT_MODELS) - set(comparable_models(study)) == {"tabulated", "distributed_mass"}
+    assert models_left_out({"": study}).startswith("tabulated: the scene gives no table of forces; write table =")
     little = study.updated(restitution=constant(0.2))
-    assert "bilinear" not in runnable(little) and "bilinear: bilinear returns no e below 0.354" in left_out(
-        {"": little}
-    )
-    assert with_relation(on_equal_terms(little, (), None, (None, None)), None)[0].relation == "exact"
+    assert "bilinear" not in comparable_models(little)
+    assert "bilinear: bilinear returns no e below 0.354" in models_left_out({"": little})
+    assert with_damping_relation(on_equal_terms(little, (), None, (None, None)), None)[0].relation == "exact"
     yielding = study.updated(contact_model="van_mier", effects=(Effect("permanent_set"),))
-    assert runnable(yielding) == ("van_mier", "viscous_elastoplastic")
-    assert "linear, kelvin_voigt" in left_out({"": yielding}) and "nothing yields, under permanent_set" in left_out(
-        {"": yielding}
-    )
+    assert comparable_models(yielding) == ("van_mier", "viscous_elastoplastic")
+    told = models_left_out({"": yielding})
+    assert "linear, kelvin_voigt" in told and "nothing yields, under permanent_set" in told
 
 
 def test_the_runs_are_those_of_a_scan_of_the_scene_it_stores(dataset):
@@ -467,10 +471,10 @@ def test_tables_of_a_row_are_those_of_its_interfaces():
 
 def test_what_a_row_cannot_run_is_left_out_or_refused(says):
     row = parse_scene(ROW)
-    assert "stereomechanical" in runnable(row) and "distributed_mass" not in runnable(row)
+    assert "stereomechanical" in comparable_models(row) and "distributed_mass" not in comparable_models(row)
     row = row.replace('effects.soil_flexibility={shear_wave_velocity="200 m/s", radius="6 m"}')
-    assert "stereomechanical" not in runnable(row) and "jankowski" in runnable(row)
-    assert "velocities jump, which is computed for single masses that meet mass to mass" in left_out({"": row})
+    assert "stereomechanical" not in comparable_models(row) and "jankowski" in comparable_models(row)
+    assert "velocities jump, which is computed for single masses that meet mass to mass" in models_left_out({"": row})
     says(refusal(compare, row, laws=["jankowski", "merged"]))
 
 

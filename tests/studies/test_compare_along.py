@@ -32,7 +32,7 @@ from pounding_risk.scene.scene_axis import SceneAxis
 from pounding_risk.scene.variants import Variants
 from pounding_risk.studies import compare as study_of_laws
 from pounding_risk.studies import compare_findings
-from pounding_risk.studies.compare import Request, runnable, with_equal_terms
+from pounding_risk.studies.compare import Request, comparable_models, with_equal_terms
 from pounding_risk.studies.compare_along import along_finding, idle_axes, keys_along, rows_along
 
 LAWS = ["jankowski", "kelvin_voigt", "viscous_elastoplastic"]
@@ -118,8 +118,8 @@ def test_laws_that_cannot_be_had_at_one_place_are_left_out_at_all():
     study = parse_scene(pair_text({RESTITUTION: [0.2, 0.65, 0.8]}))
     equal, reasons = with_equal_terms(study, Request())
     scenes = [Variants(study).scene(number) for number in range(3)]
-    common = set.intersection(*(set(runnable(scene)) for scene in scenes))
-    assert set(equal.grid.contact_models) == common and "bilinear" in set(runnable(scenes[1])) - common
+    common = set.intersection(*(set(comparable_models(scene)) for scene in scenes))
+    assert set(equal.grid.contact_models) == common and "bilinear" in set(comparable_models(scenes[1])) - common
     assert "bilinear: bilinear returns no e below 0.354" in reasons["left_out"]
     assert f"(at 1 of 3 places, the first {RESTITUTION} = 0.2)" in reasons["left_out"]
     assert "tabulated: the scene gives no table of forces" in reasons["left_out"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import commands
 import numpy as np
 import pytest
-from interpreted import interpreted
+from processes import interpreted
 from scenes import BOTH, rigid, scene_text, single, storeyed
 
 import pounding_risk as pr
@@ -16,16 +16,8 @@ from pounding_risk.models.structures.hysteresis import Hysteresis, forces_along
 from pounding_risk.questions.simulate import sheet
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row import workspace as columns
 from pounding_risk.solver.row.trace_reader import contacts_of, forces_at, impulses_at, instants_of, motion_at
-from pounding_risk.solver.row.workspace import (
-    LINE_POINT_COLUMNS,
-    LINE_STATES,
-    POINT_APPROACH_SPEED,
-    POINT_FORCE,
-    POINT_IMPULSE,
-    POINT_PEAK_FORCE,
-    POINT_TOUCH_TIME,
-)
 from pounding_risk.studies import demo
 from pounding_risk.studies.row_trace import followed
 from pounding_risk.studies.simulate import simulate
@@ -226,16 +218,16 @@ def test_a_run_that_fails_has_no_motion_past_its_failure():
 
 def made_log(times, forces, began, impulses):
     """A log by hand: one mass at rest, one contact point."""
-    log = np.zeros((len(times), LINE_STATES + 2 + LINE_POINT_COLUMNS))
+    log = np.zeros((len(times), columns.LINE_STATES + 2 + columns.LINE_POINT_COLUMNS))
     log[:, 0] = times
     for column, values in (
-        (POINT_FORCE, forces),
-        (POINT_TOUCH_TIME, began),
-        (POINT_IMPULSE, impulses),
-        (POINT_APPROACH_SPEED, 0.3),
-        (POINT_PEAK_FORCE, forces),
+        (columns.POINT_FORCE, forces),
+        (columns.POINT_TOUCH_TIME, began),
+        (columns.POINT_IMPULSE, impulses),
+        (columns.POINT_APPROACH_SPEED, 0.3),
+        (columns.POINT_PEAK_FORCE, forces),
     ):
-        log[:, LINE_STATES + 2 + column] = values
+        log[:, columns.LINE_STATES + 2 + column] = values
     return log
 
 
@@ -260,7 +252,7 @@ def test_a_log_is_read_contact_by_contact():
 def test_between_its_instants_a_floor_is_on_a_cubic():
     """A sine at nodes Δ apart, read at the instants of another's steps: off by (ω Δ)⁴ / 384 at most, and near that."""
     omega, step = 20.0, 0.01
-    log = np.full((40, LINE_STATES + 2 + LINE_POINT_COLUMNS), np.nan)
+    log = np.full((40, columns.LINE_STATES + 2 + columns.LINE_POINT_COLUMNS), np.nan)
     log[:, 0] = np.linspace(0.0003, 0.3, 40)
     nodes = step * np.arange(40)
     states = np.stack([np.sin(omega * nodes), omega * np.cos(omega * nodes)], axis=1)[:, :, None]

@@ -1,4 +1,4 @@
-"""Named tuples of arrays that compiled functions take by address, as numba sees them: see `_jit/by_address.py`."""
+"""Named tuples of arrays that compiled functions take by address, as numba sees them: see `_jit/memory.py`."""
 
 from __future__ import annotations
 

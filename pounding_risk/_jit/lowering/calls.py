@@ -8,8 +8,6 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
-from pounding_risk._jit.lowering.build import small
-
 REAL = ir.DoubleType()
 OF_NUMBERS = ir.FunctionType(REAL, [REAL.as_pointer(), REAL, REAL, REAL])
 OF_SLOTS = ir.FunctionType(REAL, [REAL.as_pointer(), REAL.as_pointer()])
@@ -20,52 +18,51 @@ def _leaves(kind) -> int:
     return sum(map(_leaves, kind.types)) if isinstance(kind, types.BaseTuple) else 1
 
 
-def _place_in(context, builder, kind, array, row, column):
-    """Address of an element of a C-contiguous array of two dimensions."""
-    table = make_array(kind)(context, builder, array)
-    width = cgutils.unpack_tuple(builder, table.shape)[1]
-    return builder.gep(table.data, [builder.add(builder.mul(row, width), column)])
-
-
 def _row_of(context, builder, signature, arguments):
-    """Address of row ``arguments[2]`` of the array ``arguments[1]``."""
-    first = context.get_constant(types.intp, 0)
-    return _place_in(context, builder, signature.args[1], arguments[1], arguments[2], first)
+    """Address of row ``arguments[2]`` of the C-contiguous array ``arguments[1]`` of two dimensions."""
+    table = make_array(signature.args[1])(context, builder, arguments[1])
+    width = cgutils.unpack_tuple(builder, table.shape)[1]
+    return builder.gep(table.data, [builder.mul(arguments[2], width)])
+
+
+def _pointer(builder, address):
+    return builder.inttoptr(builder.fptoui(address, ir.IntType(64)), REAL.as_pointer())
+
+
+def _called(builder, address, kind, arguments):
+    entry = builder.inttoptr(builder.fptoui(address, ir.IntType(64)), kind.as_pointer())
+    return builder.call(entry, arguments)
 
 
 @intrinsic
-def _call_at(typingctx, address, values, row, a, b, c):
+def call_at(typingctx, address, values, row, a, b, c):
     def codegen(context, builder, signature, arguments):
-        real = context.get_value_type(types.float64)
-        kind = ir.FunctionType(real, [real.as_pointer(), real, real, real])
-        entry = builder.inttoptr(builder.fptoui(arguments[0], ir.IntType(64)), kind.as_pointer())
-        return builder.call(entry, [_row_of(context, builder, signature, arguments), *arguments[3:]])
+        row = _row_of(context, builder, signature, arguments)
+        return _called(builder, arguments[0], OF_NUMBERS, [row, *arguments[3:]])
 
     real = types.float64
     return real(real, values, types.intp, real, real, real), codegen
 
 
 @intrinsic
-def _call_on(typingctx, address, values, row, slots):
+def call_on(typingctx, address, values, row, slots):
     def codegen(context, builder, signature, arguments):
-        real = context.get_value_type(types.float64)
-        kind = ir.FunctionType(real, [real.as_pointer(), real.as_pointer()])
-        entry = builder.inttoptr(builder.fptoui(arguments[0], ir.IntType(64)), kind.as_pointer())
+        row = _row_of(context, builder, signature, arguments)
         data = make_array(signature.args[3])(context, builder, arguments[3]).data
-        return builder.call(entry, [_row_of(context, builder, signature, arguments), data])
+        return _called(builder, arguments[0], OF_SLOTS, [row, data])
 
     real = types.float64
     return real(real, values, types.intp, slots), codegen
 
 
 @intrinsic
-def _leaves_of(typingctx, model):
+def leaves_of(typingctx, model):
     count = _leaves(model)
     return types.intp(model), lambda context, builder, signature, arguments: context.get_constant(types.intp, count)
 
 
 @intrinsic
-def _model_at(typingctx, model, numbers, offset):
+def model_at(typingctx, model, numbers, offset):
     def codegen(context, builder, signature, arguments):
         def build(part, entry):
             if not isinstance(part, types.BaseTuple):
@@ -83,7 +80,7 @@ def _model_at(typingctx, model, numbers, offset):
 
 
 @intrinsic
-def _lay_at(typingctx, model, numbers, offset):
+def lay_at(typingctx, model, numbers, offset):
     def codegen(context, builder, signature, arguments):
         start = builder.gep(arguments[1], [arguments[2]])
 
@@ -101,17 +98,8 @@ def _lay_at(typingctx, model, numbers, offset):
     return types.intp(model, numbers, types.intp), codegen
 
 
-def _pointer(builder, address):
-    return builder.inttoptr(builder.fptoui(address, ir.IntType(64)), ir.DoubleType().as_pointer())
-
-
-def _called(builder, address, kind, arguments):
-    entry = builder.inttoptr(builder.fptoui(address, ir.IntType(64)), kind.as_pointer())
-    return builder.call(entry, arguments)
-
-
 @intrinsic
-def _call_numbers(typingctx, address, numbers, a, b, c):
+def call_numbers(typingctx, address, numbers, a, b, c):
     def codegen(context, builder, signature, arguments):
         return _called(builder, arguments[0], OF_NUMBERS, [_pointer(builder, arguments[1]), *arguments[2:]])
 
@@ -119,7 +107,7 @@ def _call_numbers(typingctx, address, numbers, a, b, c):
 
 
 @intrinsic
-def _call_slots(typingctx, address, numbers, slots):
+def call_slots(typingctx, address, numbers, slots):
     def codegen(context, builder, signature, arguments):
         return _called(builder, arguments[0], OF_SLOTS, [_pointer(builder, pointer) for pointer in arguments[1:]])
 
@@ -127,7 +115,7 @@ def _call_slots(typingctx, address, numbers, slots):
 
 
 @intrinsic
-def _read_slot(typingctx, slots, number):
+def read_slot(typingctx, slots, number):
     def codegen(context, builder, signature, arguments):
         return builder.load(builder.gep(_pointer(builder, arguments[0]), [arguments[1]]))
 
@@ -135,7 +123,7 @@ def _read_slot(typingctx, slots, number):
 
 
 @intrinsic
-def _write_slots(typingctx, slots, values):
+def write_slots(typingctx, slots, values):
     def codegen(context, builder, signature, arguments):
         start = _pointer(builder, arguments[0])
         for number in range(len(signature.args[1])):
@@ -169,14 +157,5 @@ def _compiled_to(further, kind):
     return entry
 
 
-call_at = small(lambda address, values, row, a, b, c: _call_at(address, values, row, a, b, c))
-call_on = small(lambda address, values, row, slots: _call_on(address, values, row, slots))
-leaves_of = small(lambda model: _leaves_of(model))
-model_at = small(lambda model, numbers, offset: _model_at(model, numbers, offset))
-lay_at = small(lambda model, numbers, offset: _lay_at(model, numbers, offset))
-call_numbers = small(lambda address, numbers, a, b, c: _call_numbers(address, numbers, a, b, c))
-call_slots = small(lambda address, numbers, slots: _call_slots(address, numbers, slots))
-read_slot = small(lambda slots, place: _read_slot(slots, place))
-write_slots = small(lambda slots, values: _write_slots(slots, values))
 entry_of_numbers = _compiled_to((types.float64,) * 3, OF_NUMBERS)
 entry_of_slots = _compiled_to((types.CPointer(types.float64),), OF_SLOTS)

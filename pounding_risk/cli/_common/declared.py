@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
-from inspect import Parameter, Signature
+from inspect import Parameter
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,10 +15,10 @@ import typer
 
 from pounding_risk.cli._common import options as shared
 from pounding_risk.cli._common.files import FIGURES, announce, draw, out_or, writing
-from pounding_risk.cli._common.options import RUN_FAILED, file_option, out_option
+from pounding_risk.cli._common.options import RUN_FAILED, Fields, file_option, out_option, with_options
 from pounding_risk.cli._common.outline import Outline
 from pounding_risk.cli._common.progress import ProgressDisplay
-from pounding_risk.cli._common.subjects import SUBJECTS, Fields
+from pounding_risk.cli._common.subjects import SUBJECTS
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions import Declared, source_of
 from pounding_risk.questions._declaration import File, Option
@@ -32,32 +32,9 @@ _ENTRY = re.compile(r"^(\w+(?:, \w+)*) : .*$")
 
 
 def command_of(declared: Declared) -> Callable[..., None]:
-    """The function of a command, from which typer reads its arguments and options.
-
-    Parameters
-    ----------
-    declared : Declared
-        The question.
-
-    Returns
-    -------
-    callable
-        Takes the command's values by name, runs the question, prints its sheet and writes its files.
-    """
+    """The function of a command, which runs a question, prints its sheet and writes its files."""
     question = Question(declared)
-
-    def command(**values: Any) -> None:
-        question.run(values)
-
-    fields = question.fields()
-    parameters = [
-        Parameter(field, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
-        for field, (annotation, default) in fields.items()
-    ]
-    command.__signature__ = Signature(parameters)  # type: ignore[attr-defined] # typer reads it
-    command.__annotations__ = {field: annotation for field, (annotation, _) in fields.items()}
-    command.__doc__ = question.summary
-    return command
+    return with_options(question.run, question.fields(), question.summary)
 
 
 class Question:

@@ -85,16 +85,8 @@ def write_text(target: Path, text: str) -> None:
 def draw(target: Path | None, name: str, *arguments: Any, quiet: bool = False, **options: Any) -> None:
     """Draw a figure to a file, unless the file is None; raises PoundingError where it cannot be written.
 
-    Parameters
-    ----------
-    target : Path or None
-        The file. Its suffix, one of `FIGURES`, chooses the format.
-    name : str
-        A function below `pounding_risk.figures`, such as "scan.scan_figure", imported only where a figure is drawn.
-    quiet : bool
-        Leave it to the caller to print that the file is written.
-    *arguments, **options
-        What the function takes.
+    ``name`` is a function below `pounding_risk.figures`, such as "scan.scan_figure", imported only where a figure is
+    drawn, with what it takes. ``quiet`` leaves it to the caller to print that the file is written.
     """
     if target is None:
         return

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +17,27 @@ if TYPE_CHECKING:
 
 BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130  # exit statuses
 NONE: list[Any] = []  # default of an option that may be repeated
+Fields = dict[str, tuple[Any, Any]]  # annotation, as typer takes it, and default of each argument and option, by name
+REQUIRED = Parameter.empty
+
+
+def with_options(run: Callable[[dict[str, Any]], None], fields: Fields, help: str) -> Callable[..., None]:
+    """The function of a command with these arguments and options, from whose signature typer reads them.
+
+    It hands their values, by name, to ``run``.
+    """
+
+    def command(**values: Any) -> None:
+        run(values)
+
+    parameters = [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+        for name, (annotation, default) in fields.items()
+    ]
+    command.__signature__ = Signature(parameters)  # type: ignore[attr-defined] # typer reads it
+    command.__annotations__ = {name: annotation for name, (annotation, _) in fields.items()}
+    command.__doc__ = help
+    return command
 
 
 def argument(metavar: str, help: str) -> Any:
@@ -22,9 +45,9 @@ def argument(metavar: str, help: str) -> Any:
     return typer.Argument(metavar=metavar, help=help, show_default=False)
 
 
-def option(help: str, absence: str | None = None, **settings: Any) -> Any:
+def option(help: str, absence: str | None = None, *names: str, **settings: Any) -> Any:
     """An option. The help shows what holds in its ``absence``, by default its value; the rest is for `typer.Option`."""
-    return typer.Option(help=help, show_default=absence or True, **settings)
+    return typer.Option(*names, help=help, show_default=absence or True, **settings)
 
 
 def file_option(description: str, suffixes: tuple[str, ...], *names: str, absence: str | None = None) -> Any:

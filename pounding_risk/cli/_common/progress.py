@@ -15,17 +15,9 @@ EVERY = 30.0  # s between two lines of progress where there is no terminal
 class ProgressDisplay:
     """Progress of a long command: a bar on a terminal, otherwise a line every half minute, even without a report.
 
-    Call it with the numbers done and in all. On leaving ``with ProgressDisplay("scan") as progress: ...`` the bar is
-    removed.
-
-    Parameters
-    ----------
-    what : str
-        The command.
-    unit : str
-        What is counted.
-    resumes : bool
-        The first call comes before any work, with the number done by an earlier start.
+    Call it with the numbers done and in all, in ``unit``. On leaving ``with ProgressDisplay("scan") as progress: ...``
+    the bar is removed. Of a command that ``resumes`` the first call comes before any work, with the number done by an
+    earlier start.
     """
 
     def __init__(self, what: str, unit: str = "cases", *, resumes: bool = False):

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from inspect import Parameter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
 from pounding_risk.cli._common import options as shared
-from pounding_risk.cli._common.options import NONE, argument, option, read_option
+from pounding_risk.cli._common.options import NONE, REQUIRED, Fields, argument, option, read_optional
 from pounding_risk.cli.records import _options as options
 from pounding_risk.errors import PoundingError
 
@@ -19,13 +18,14 @@ if TYPE_CHECKING:
 
 SCENE = ".toml"
 SOURCE = f"A scene file (TOML); or {options.WORDS}, or a record set."
+EXPORTED = "Datasets of scan or damage (.nc or .zarr); a scene (.toml) for opensees."
+UNCERTAIN = "A scene with [uncertain] (.toml), or a dataset of its scan (.nc)."
 TREATMENT = {
     "pga": options.Pga, "scale": options.Scale, "sa": options.SpectralAcceleration, "processing": options.Processing,
     "window": options.Window, "direction": options.Direction,
     "tail": Annotated[str | None, option("Free vibration after each record, at least.", "none")],
     "unit": options.Unit, "dt": options.Step,
 }  # fmt: skip
-Fields = dict[str, tuple[Any, Any]]  # annotation and default of each argument and option, by name
 OVERRIDES: Fields = {"overrides": (shared.Overrides, NONE)}
 SELECT: Fields = {"select": (shared.Select, NONE)}
 
@@ -61,79 +61,9 @@ def _scene(values: dict[str, Any], name: str = "scene") -> Any:
 
 
 def _records(values: dict[str, Any]) -> Any:
+    """The scene, or the request for the records that are named; raises PoundingError for what does not go together."""
+    source, overrides = values.pop("source"), values.pop("overrides")
     treatment = {name: values.pop(name) for name in TREATMENT}
-    return read_subject(values.pop("source"), values.pop("overrides"), treatment)
-
-
-REQUIRED = Parameter.empty
-# By the name that a question gives; without one by the name of the function's first parameter.
-SUBJECTS: dict[str, Subject] = {
-    "results": Subject({"results": (shared.Results, REQUIRED), **SELECT}, _results),
-    "results in part": Subject(
-        {"results": (shared.Results, REQUIRED), **SELECT},
-        lambda values: shared.chosen_results(values.pop("results"), values.pop("select")),
-    ),
-    "results of rows": Subject(
-        {
-            "results": (
-                Annotated[list[Path], argument("RESULTS...", "What scan wrote; or a run of simulate.")],
-                REQUIRED,
-            ),
-            **SELECT,
-        },
-        lambda values: [shared.chosen_results(file, values["select"]) for file in values.pop("results")],
-    ),
-    "results or scenes": Subject(
-        {
-            "source": (
-                Annotated[
-                    list[Path],
-                    argument("SOURCE...", "Datasets of scan or damage (.nc or .zarr); a scene (.toml) for opensees."),
-                ],
-                REQUIRED,
-            ),
-            **SELECT,
-            **OVERRIDES,
-        },
-        lambda values: [_file(file, values["select"], values["overrides"]) for file in values.pop("source")],
-    ),
-    "results file": Subject(
-        {"results": (Annotated[Path, argument("RESULTS", "What scan or demo wrote (.nc).")], REQUIRED)},
-        lambda values: values.pop("results"),
-    ),
-    "optional results": Subject({"results": (shared.OptionalResults, None), **SELECT}, _results),
-    "study": Subject(
-        {"study": (shared.Scene, REQUIRED), **OVERRIDES, **SELECT}, lambda values: _scene(values, "study")
-    ),
-    "scene": Subject({"scene": (shared.Scene, REQUIRED), **OVERRIDES, **SELECT}, _scene),
-    "scene or results": Subject(
-        {
-            "source": (
-                Annotated[
-                    Path, argument("SOURCE", "A scene with [uncertain] (.toml), or a dataset of its scan (.nc).")
-                ],
-                REQUIRED,
-            ),
-            **OVERRIDES,
-        },
-        lambda values: _file(values.pop("source"), [], values.pop("overrides")),
-    ),
-    "records": Subject(
-        {
-            "source": (Annotated[list[str], typer.Argument(metavar="SOURCE...", help=SOURCE)], REQUIRED),
-            **OVERRIDES,
-            **{name: (annotation, None) for name, annotation in TREATMENT.items()},
-        },
-        _records,
-    ),
-}
-
-
-def read_subject(source: Sequence[str], overrides: list[str], treatment: Mapping[str, Any]) -> Any:
-    """The scene, or the request for the records that are named; ``treatment`` are the options of records by name.
-
-    Raises PoundingError for what does not go together, and as `read_scene`.
-    """
     if source[0].lower().endswith(SCENE):
         from pounding_risk.scene.reader import read_scene
 
@@ -146,9 +76,8 @@ def read_subject(source: Sequence[str], overrides: list[str], treatment: Mapping
     chosen = {name: treatment[name] for name in ("window", "pga", "scale", "sa", "direction")}
     request = options.record_request(treatment["processing"], (), **chosen)
     facts = options.stated_facts(treatment["unit"], treatment["dt"])
-    tail = treatment["tail"]
-    seconds = 0.0 if tail is None else read_option("--tail", tail, TAIL)
-    return _of_words(source, request._replace(unit=facts["unit"] or "", dt=facts["dt"], tail=seconds))
+    tail = read_optional("--tail", treatment["tail"], TAIL) or 0.0
+    return _of_words(source, request._replace(unit=facts["unit"] or "", dt=facts["dt"], tail=tail))
 
 
 def _refuse_beside_scene(source: Sequence[str], given: Sequence[str]) -> None:
@@ -164,8 +93,6 @@ def _refuse_beside_scene(source: Sequence[str], given: Sequence[str]) -> None:
 
 def _of_words(words: Sequence[str], request: RecordRequest) -> RecordRequest:
     """The request with the records that the words name, in both polarities."""
-    from pathlib import Path
-
     from pounding_risk.motions.catalogue import entries
     from pounding_risk.motions.generated import is_recipe, recipe_of
     from pounding_risk.motions.read import open_source
@@ -186,3 +113,46 @@ def _of_words(words: Sequence[str], request: RecordRequest) -> RecordRequest:
         if not (Path(word).is_dir() or matching(Path(), word)):
             open_source(word)  # raises, with what the word may have meant
     return request._replace(names=names, files=files, generated=recipes, polarities=POLARITIES)
+
+
+def _argument(name: str, kind: Any, metavar: str, words: str) -> Fields:
+    """An argument that must be given."""
+    return {name: (Annotated[kind, argument(metavar, words)], REQUIRED)}
+
+
+RESULTS: Fields = {"results": (shared.Results, REQUIRED)}
+# By the name that a question gives; without one by the name of the function's first parameter.
+SUBJECTS: dict[str, Subject] = {
+    "results": Subject(RESULTS | SELECT, _results),
+    "results in part": Subject(
+        RESULTS | SELECT, lambda values: shared.chosen_results(values.pop("results"), values.pop("select"))
+    ),
+    "results of rows": Subject(
+        _argument("results", list[Path], "RESULTS...", "What scan wrote; or a run of simulate.") | SELECT,
+        lambda values: [shared.chosen_results(file, values["select"]) for file in values.pop("results")],
+    ),
+    "results or scenes": Subject(
+        _argument("source", list[Path], "SOURCE...", EXPORTED) | SELECT | OVERRIDES,
+        lambda values: [_file(file, values["select"], values["overrides"]) for file in values.pop("source")],
+    ),
+    "results file": Subject(
+        _argument("results", Path, "RESULTS", "What scan or demo wrote (.nc)."), lambda values: values.pop("results")
+    ),
+    "optional results": Subject({"results": (shared.OptionalResults, None), **SELECT}, _results),
+    "study": Subject(
+        {"study": (shared.Scene, REQUIRED), **OVERRIDES, **SELECT}, lambda values: _scene(values, "study")
+    ),
+    "scene": Subject({"scene": (shared.Scene, REQUIRED), **OVERRIDES, **SELECT}, _scene),
+    "scene or results": Subject(
+        _argument("source", Path, "SOURCE", UNCERTAIN) | OVERRIDES,
+        lambda values: _file(values.pop("source"), [], values.pop("overrides")),
+    ),
+    "records": Subject(
+        {
+            "source": (Annotated[list[str], typer.Argument(metavar="SOURCE...", help=SOURCE)], REQUIRED),
+            **OVERRIDES,
+            **{name: (annotation, None) for name, annotation in TREATMENT.items()},
+        },
+        _records,
+    ),
+}

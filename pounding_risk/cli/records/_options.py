@@ -160,22 +160,10 @@ def find_sources(
 ) -> SourceGroups:
     """Open records by words, which are ids, files, file#component, patterns, folders or recipes, and those of a set.
 
-    Raises PoundingError where no record is named or found, and for a file that is no record, unless it is in a folder.
-
-    Parameters
-    ----------
-    words : sequence of str
-        A file stands for all of its components.
-    record_set : str or None
-        Name of a record set.
-    facts : dict
-        What `stated_facts` returns.
-    lenient : bool
-        Leave out damaged records of a folder.
-    horizontal : bool
-        Leave out vertical components, unless they are named one by one.
-    in_pairs : bool
-        Take the two horizontal components of each recording as one group.
+    A file stands for all of its components; ``facts`` are what `stated_facts` returns. ``lenient`` leaves out damaged
+    records of a folder, ``horizontal`` vertical components, unless they are named one by one, and ``in_pairs`` takes
+    the two horizontal components of each recording as one group. Raises PoundingError where no record is named or
+    found, and for a file that is no record, unless it is in a folder.
     """
     from pounding_risk.motions.ensemble import each_once, horizontals, pairs
     from pounding_risk.motions.read import open_source

@@ -14,23 +14,13 @@ import errno
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pounding_risk._common import files
 from pounding_risk._common.dates import now
-from pounding_risk._common.files import (
-    FULL,
-    OWN_FILE,
-    host,
-    is_aside,
-    led_to,
-    limit_words,
-    raised,
-    sync,
-    write_whole,
-)
 from pounding_risk.ensemble.checkpoint.chunks import CHUNK, Damaged, batches_of, chunk_name, read_chunk, write_chunk
 from pounding_risk.ensemble.checkpoint.lock import Held, Lock
 from pounding_risk.ensemble.chunks import Chunk, assembled, merged
@@ -64,7 +54,7 @@ def folder_of(results: str | Path) -> Path:
     path = Path(results)
     if path.name in ("", ".."):
         raise PoundingError(f'"{results}" is a folder; name the results, such as {path / "results.nc"}')
-    return path if path.suffix == SUFFIX else led_to(path).with_suffix(SUFFIX)
+    return path if path.suffix == SUFFIX else files.led_to(path).with_suffix(SUFFIX)
 
 
 def read_study(folder: Path) -> dict[str, Any] | None:
@@ -88,7 +78,7 @@ def read_study(folder: Path) -> dict[str, Any] | None:
     )
 
 
-class Checkpoint:
+class Checkpoint(AbstractContextManager["Checkpoint"]):
     """A checkpoint that is open for writing, by one process or by several that share it.
 
     Use it as a context manager, or `close` it. ``path`` is the folder, ``about`` has facts on the scan.
@@ -103,13 +93,7 @@ class Checkpoint:
 
     @classmethod
     def open(
-        cls,
-        path: str | Path,
-        identity: Mapping[str, Any],
-        about: About,
-        *,
-        new: bool = False,
-        shared: bool = False,
+        cls, path: str | Path, identity: Mapping[str, Any], about: About, *, new: bool = False, shared: bool = False
     ) -> Checkpoint:
         """Begin a scan in a folder, or continue the one that is there.
 
@@ -134,7 +118,11 @@ class Checkpoint:
         except BaseException as error:
             lock.close()
             if isinstance(error, Held):
-                raise _held(folder, error) from None
+                who = " and ".join(f"{holder}, since {holder.since}" for holder in error.holders) or "another process"
+                raise PoundingError(
+                    f"{folder}: another run is writing this study: {who}; wait for it, or stop it, and run the same "
+                    "command again"
+                ) from None
             if isinstance(error, OSError):
                 raise _unwritable(folder, error, "") from None
             raise
@@ -171,13 +159,10 @@ class Checkpoint:
         self.begun = now()
         facts = {"format": FORMAT, "begun": self.begun, "digest": self._digest, **self.about.table()}
         text = json.dumps({**facts, "working_folder": os.getcwd(), "identity": identity}, ensure_ascii=False, indent=1)
-        write_whole(self.path / STUDY, lambda file: file.write(text.encode(errors="backslashreplace")))
+        files.write_whole(self.path / STUDY, lambda file: file.write(text.encode(errors="backslashreplace")))
         (self.path / CHUNKS).mkdir(exist_ok=True)
-        sync(self.path)
+        files.sync(self.path)
         self.log("begin", **self.about.table())
-
-    def __enter__(self) -> Checkpoint:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -283,7 +268,7 @@ class Checkpoint:
         """Remove files that killed processes left aside."""
         for folder, pattern in ((self.path, r"study\.json"), (self.path / CHUNKS, CHUNK)):
             for entry in entries_of(folder):
-                if is_aside(entry.name, pattern):
+                if files.is_aside(entry.name, pattern):
                     self._remove(Path(entry.path), "a process was killed while it wrote this file")
 
     def _remove(self, file: Path, why: str) -> None:
@@ -333,7 +318,7 @@ def check_ours(folder: Path) -> None:
     if STUDY in names:
         read_study(folder)
         return
-    own = {name for name in names if name in OWN or is_aside(name, r"study\.json")}
+    own = {name for name in names if name in OWN or files.is_aside(name, r"study\.json")}
     strangers = sorted(names - own)
     # A scan that was killed as it began has left a lock at least.
     if strangers or (names and LOCK not in names):
@@ -349,19 +334,12 @@ def _differences(study: Mapping[str, Any] | None, identity: Mapping[str, Any], s
     return "".join(f"\n  - {sentence}" for sentence in difference(study["identity"], identity))
 
 
-def _held(folder: Path, held: Held) -> PoundingError:
-    who = " and ".join(f"{holder}, since {holder.since}" for holder in held.holders) or "another process"
-    return PoundingError(
-        f"{folder}: another run is writing this study: {who}; wait for it, or stop it, and run the same command again"
-    )
-
-
 def _unwritable(folder: Path, error: OSError, kept: str, again: str = "the same command") -> PoundingError:
     """The error to raise where the system refuses to write; ``kept`` says what is kept."""
     if error.errno == errno.EFBIG:
-        repair = raised(f"{kept}free space and run {again} again")
-        return PoundingError(f"{folder}: cannot be written ({error.strerror}{limit_words()}); {repair}")
-    if error.errno in FULL:
+        repair = files.raised(f"{kept}free space and run {again} again")
+        return PoundingError(f"{folder}: cannot be written ({error.strerror}{files.limit_words()}); {repair}")
+    if error.errno in files.FULL:
         return PoundingError(
             f"{folder}: no space is left there ({error.strerror}); {kept}free space and run {again} again"
         )
@@ -371,9 +349,9 @@ def _unwritable(folder: Path, error: OSError, kept: str, again: str = "the same 
 def write_line(path: Path, event: str, **facts: Any) -> None:
     """Add an event to a log; it is lost where it cannot be written, as on a full disk."""
     time = datetime.now(UTC).isoformat(timespec="milliseconds")
-    line = json.dumps({"time": time, "event": event, "host": host(), "pid": os.getpid(), **facts}, default=str)
+    line = json.dumps({"time": time, "event": event, "host": files.host(), "pid": os.getpid(), **facts}, default=str)
     with suppress(OSError):
-        handle = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | OWN_FILE, 0o666)
+        handle = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | files.OWN_FILE, 0o666)
         try:
             size = os.fstat(handle).st_size
             # A process that was killed while it wrote may have left half a line.

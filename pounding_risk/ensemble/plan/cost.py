@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pounding_risk.ensemble.job import Job, ScanInput, never
+from pounding_risk.ensemble.job import ScanInput, never
 from pounding_risk.ensemble.job_choice import job_kind, job_of
 from pounding_risk.ensemble.plan.size import bytes_of
 from pounding_risk.motions.levels import driven
@@ -127,25 +127,19 @@ def _evenly(values: tuple[Any, ...], most: int) -> tuple[Any, ...]:
     return tuple(values[place] for place in places)
 
 
-def seconds_per_batch(job: Job, batches: NDArray[np.int64], seconds: float) -> Cost:
+def seconds_per_batch(job: Any, batches: NDArray[np.int64], seconds: float) -> Cost:
     """Time of these batches: as many as ``seconds`` allow, in the order given, are solved on this thread."""
     taken: list[float] = []
     for batch in batches:
         if (len(taken) >= LEAST and sum(taken) >= seconds) or sum(taken) >= LONGEST:
             break
-        _respond(job, batch)
+        motion = np.unravel_index(batch, job.shape[:-1])[:3]
+        job.free(tuple(map(int, motion)))  # which a scan computes once for all batches of a motion
         start = thread_time()
         job.solve(_one(batch), never)
         taken.append(thread_time() - start)
-    return Cost(
-        len(batches), len(taken), float(np.mean(taken)), float(np.std(taken, ddof=1)) if len(taken) > 1 else 0.0
-    )
-
-
-def _respond(job: Any, batch: np.int64) -> None:
-    """Solve the motion without contact, which a scan does once for all batches of a motion."""
-    motion = tuple(int(place) for place in np.unravel_index(batch, job.shape[:-1])[:3])
-    job.free(motion)
+    deviation = float(np.std(taken, ddof=1)) if len(taken) > 1 else 0.0
+    return Cost(len(batches), len(taken), float(np.mean(taken)), deviation)
 
 
 def _one(batch: np.int64) -> range:

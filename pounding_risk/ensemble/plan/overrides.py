@@ -33,10 +33,8 @@ def changes(before: Scene, after: Scene) -> tuple[str, ...]:
 
 def marked_as_idle(changes: tuple[str, ...]) -> tuple[str, ...]:
     """The lines of `changes` for equal motions: keys that act on motions alone are marked as without effect."""
-    return tuple(
-        f"{line} (without effect: every motion stays the same)" if line.startswith(OF_MOTIONS) else line
-        for line in changes
-    )
+    idle = " (without effect: every motion stays the same)"
+    return tuple(f"{line}{idle}" if line.startswith(OF_MOTIONS) else line for line in changes)
 
 
 def flat(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import inf, isnan
 
+from pounding_risk import units
 from pounding_risk._common.words import short_list
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import stiffness_quantity
@@ -22,37 +23,10 @@ from pounding_risk.scene.interfaces import known_law, said_restitution
 from pounding_risk.scene.motions import request_of
 from pounding_risk.scene.notes import Given, given_keys, level_notes
 from pounding_risk.scene.plan import ACROSS, GYRATION
-from pounding_risk.scene.scene import OF_EACH_INTERFACE, Scene
+from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.tables import Effect
-from pounding_risk.units import (
-    DAMPING,
-    FLOOR_LENGTH,
-    GAP,
-    GROUND_DELAY,
-    GROUND_FACTOR,
-    GROUND_VELOCITY,
-    HEIGHT,
-    INITIAL_DISPLACEMENT,
-    INITIAL_VELOCITY,
-    LINK_BRACE,
-    LINK_BREAKING_FORCE,
-    LINK_DAMPING,
-    LINK_SLACK,
-    LINK_STIFFNESS,
-    LINK_STRENGTH,
-    MASS,
-    PERIOD,
-    PGA,
-    RTOL,
-    STIFFNESS,
-    STOREY_HEIGHT,
-    TAIL,
-    TIME,
-    WAVE_SPEED,
-    YIELD_FORCE,
-    Quantity,
-    say,
-)
+from pounding_risk.scene.values import OF_EACH_INTERFACE
+from pounding_risk.units import Quantity, say
 
 FEW = 4  # aftershocks that are named
 
@@ -67,7 +41,7 @@ def scene_words(study: Scene, records: int) -> list[tuple[str, str]]:
         ("records", _amplitude(study, records)),
         ("polarity", " and ".join(study.records.polarities)),
         *_grid(study),
-        ("tolerance", f"rtol {say(study.rtol, RTOL)}"),
+        ("tolerance", f"rtol {say(study.rtol, units.RTOL)}"),
     ]
 
 
@@ -78,11 +52,12 @@ def _places(study: Scene) -> list[tuple[str, str]]:
     """
     yielding, several = "inelastic_storeys" in dict(study.effects), len(study.interfaces) > 1
     sides = ["building"] * len(study.buildings) if several else ["left building", "right building"]
-    rows = [(side, _building(one, yielding)) for side, one in zip(sides, study.buildings, strict=True)]
+    words = [_standing(building, yielding) + _ground(building.support) for building in study.buildings]
+    rows = list(zip(sides, words, strict=True))
     for place, name in enumerate(study.interface_names):
         here = study.at(place)
-        words = [f"{name}: " * several + f"gap {say(here.gap, GAP)}"]
-        words += [f"bumpers of {say(length, GAP)} in it" for length in here.bumpers if length]
+        words = [f"{name}: " * several + f"gap {say(here.gap, units.GAP)}"]
+        words += [f"bumpers of {say(length, units.GAP)} in it" for length in here.bumpers if length]
         if several:
             words += [*_stiffness(here), f"restitution {_restitution(here)}"]
         if not _has_floors(here):
@@ -100,7 +75,7 @@ def _stiffness(here: Scene) -> list[str]:
 
 
 def _strength(force: float) -> str:
-    return "no yielding" if force == inf else f"yield force {say(force, YIELD_FORCE)}"
+    return "no yielding" if force == inf else f"yield force {say(force, units.YIELD_FORCE)}"
 
 
 def _has_floors(here: Scene) -> bool:
@@ -112,9 +87,9 @@ def _has_floors(here: Scene) -> bool:
 def _levels(rule: LevelRule) -> str:
     """The rule by which floors of two neighbours collide floor to floor."""
     if rule.tolerance is not None:
-        return f"floors up to {say(rule.tolerance, STOREY_HEIGHT)} apart in level are one, by tolerance"
-    depths = " and ".join(dict.fromkeys(say(depth, STOREY_HEIGHT) for depth in (rule.left_depth, rule.right_depth)))
-    return f"floors {depths} deep are one where they overlap in height, by floor_depth"
+        return f"floors up to {say(rule.tolerance, units.STOREY_HEIGHT)} apart in level are one, by tolerance"
+    depths = dict.fromkeys(say(depth, units.STOREY_HEIGHT) for depth in (rule.left_depth, rule.right_depth))
+    return f"floors {' and '.join(depths)} deep are one where they overlap in height, by floor_depth"
 
 
 def _points(here: Scene) -> list[tuple[str, str]]:
@@ -127,7 +102,7 @@ def _points(here: Scene) -> list[tuple[str, str]]:
     for kind, force in sorted(dict.fromkeys(meetings), key=lambda one: one[0] == COLUMN):
         places = [
             f"{_place(point.left_floor)} of {left.name}, {_place(point.right_floor)} of {right.name}"
-            + ("" if isnan(point.level) else f" at {say(point.level, STOREY_HEIGHT)}")
+            + ("" if isnan(point.level) else f" at {say(point.level, units.STOREY_HEIGHT)}")
             + ("" if point.across == inf else f", {say(point.across, ACROSS)} across")
             for point, meeting in zip(interface.points, meetings, strict=True)
             if meeting == (kind, force)
@@ -144,35 +119,32 @@ def _links(here: Scene) -> list[tuple[str, str]]:
     if not places:
         return []
     one = here.links[0]
-    slips = f", slips at {say(one.strength, LINK_STRENGTH)}" if one.strength < inf else ""
-    hooks = f", pulls past a slack of {say(one.slack, LINK_SLACK)}" if one.slack > -inf else ""
-    breaks = f", breaks at {say(one.breaking, LINK_BREAKING_FORCE)}" if one.breaking < inf else ""
-    spring = f"{say(one.stiffness, LINK_STIFFNESS)}{slips}{hooks}{breaks}"
+    slips = f", slips at {say(one.strength, units.LINK_STRENGTH)}" if one.strength < inf else ""
+    hooks = f", pulls past a slack of {say(one.slack, units.LINK_SLACK)}" if one.slack > -inf else ""
+    breaks = f", breaks at {say(one.breaking, units.LINK_BREAKING_FORCE)}" if one.breaking < inf else ""
+    spring = f"{say(one.stiffness, units.LINK_STIFFNESS)}{slips}{hooks}{breaks}"
     power = f" at 1 m/s, by the power {one.exponent:g} of the speed" if one.exponent else ""
-    brace = f" on a brace of {say(one.brace, LINK_BRACE)}" if one.is_braced else ""
-    return [("link", f"{spring} and {say(one.damping, LINK_DAMPING)}{power}{brace}: {'; '.join(places)}")]
+    brace = f" on a brace of {say(one.brace, units.LINK_BRACE)}" if one.is_braced else ""
+    return [("link", f"{spring} and {say(one.damping, units.LINK_DAMPING)}{power}{brace}: {'; '.join(places)}")]
 
 
 def _place(floor: float) -> str:
     return f"storey {int(floor)}" if floor == int(floor) else f"column {int(floor) + 1}"
 
 
-def _building(building: Building | Storeys, yielding: bool) -> str:
-    """A building in words; ``yielding`` where an effect lets storeys yield."""
-    return _standing(building, yielding) + _ground(building.support)
-
-
 def _ground(support: Support) -> str:
     """What a building stands on; nothing of one on the records as they are."""
     words = [f"record {', '.join(support.records)}"] if support.records else []
-    words += [f"the motion times {say(support.factor, GROUND_FACTOR)}"] if support.factor != 1.0 else []
-    words += [f"{say(support.delay, GROUND_DELAY)} later"] if support.delay else []
-    words += [f"ground that moves at {say(support.velocity, GROUND_VELOCITY)} at first"] if support.velocity else []
+    words += [f"the motion times {say(support.factor, units.GROUND_FACTOR)}"] if support.factor != 1.0 else []
+    words += [f"{say(support.delay, units.GROUND_DELAY)} later"] if support.delay else []
+    words += (
+        [f"ground that moves at {say(support.velocity, units.GROUND_VELOCITY)} at first"] if support.velocity else []
+    )
     return f"; stands on {', '.join(words)}" if words else ""
 
 
 def _standing(building: Building | Storeys, yielding: bool) -> str:
-    """A building without what it stands on."""
+    """A building without what it stands on; ``yielding`` where an effect lets storeys yield."""
     if isinstance(building, Storeys):
         count = len(building.masses)
         yields = ""
@@ -182,23 +154,24 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
         matrices = "mass and stiffness matrices" if building.mass_matrix else "a stiffness matrix"
         joined = f", joined by {matrices}" if building.stiffness_matrix else ""
         return (
-            f"{building.name}: {count} storey{'s' * (count != 1)}{joined}, {say(building.height, STOREY_HEIGHT)}, "
-            f"{say(building.mass, MASS)}, period {say(building.period, PERIOD)}, damping ratio "
-            f"{say(building.damping, DAMPING)} ({building.damping_rule}){yields}{_special(building)}"
+            f"{building.name}: {count} storey{'s' * (count != 1)}{joined}, "
+            f"{say(building.height, units.STOREY_HEIGHT)}, {say(building.mass, units.MASS)}, "
+            f"period {say(building.period, units.PERIOD)}, damping ratio {say(building.damping, units.DAMPING)} "
+            f"({building.damping_rule}){yields}{_special(building)}"
             + _beginning(building.initial_displacement, building.initial_velocity)
         )
-    height = f", height {say(building.height, HEIGHT)}" if building.height else ""
-    mass = say(building.mass, MASS) if building.mass < inf else "any mass"
+    height = f", height {say(building.height, units.HEIGHT)}" if building.height else ""
+    mass = say(building.mass, units.MASS) if building.mass < inf else "any mass"
     if building.is_rigid:
         return f"{building.name}: {mass}, rigid (moves with the ground){height}"
     floor = (
-        f", floor {say(building.floor_length, FLOOR_LENGTH)} at {say(building.wave_speed, WAVE_SPEED)}"
+        f", floor {say(building.floor_length, units.FLOOR_LENGTH)} at {say(building.wave_speed, units.WAVE_SPEED)}"
         if building.floor_length
         else ""
     )
     return (
-        f"{building.name}: {mass}, period {say(building.period, PERIOD)}, "
-        f"damping ratio {say(building.damping, DAMPING)}{floor}{height}"
+        f"{building.name}: {mass}, period {say(building.period, units.PERIOD)}, "
+        f"damping ratio {say(building.damping, units.DAMPING)}{floor}{height}"
         + _beginning((building.initial_displacement,), (building.initial_velocity,))
     )
 
@@ -212,9 +185,9 @@ def _special(building: Storeys) -> str:
     if law is None or building.isolators is None:
         return ""
     return (
-        f" above the slab, on isolators (storey 1) of {say(law.strength, YIELD_FORCE)} and "
-        f"{say(law.soft, STIFFNESS)} past yield at {say(building.isolators.yield_displacement, GAP)}, period "
-        f"{say(building.isolated_period, PERIOD)} while they yield"
+        f" above the slab, on isolators (storey 1) of {say(law.strength, units.YIELD_FORCE)} and "
+        f"{say(law.soft, units.STIFFNESS)} past yield at {say(building.isolators.yield_displacement, units.GAP)}, "
+        f"period {say(building.isolated_period, units.PERIOD)} while they yield"
     )
 
 
@@ -238,8 +211,11 @@ def _floors_of(plans: Sequence[Plan], plan: Plan) -> str:
 
 def _beginning(displacement: tuple[float, ...], velocity: tuple[float, ...]) -> str:
     """How a building begins, each quantity by its largest value; nothing of one at rest."""
-    values = ((displacement, INITIAL_DISPLACEMENT, "displaced by"), (velocity, INITIAL_VELOCITY, "moving at"))
-    words = [f"{word} {say(max(own, key=abs), quantity)}" for own, quantity, word in values if any(own)]
+    words = []
+    if any(displacement):
+        words.append(f"displaced by {say(max(displacement, key=abs), units.INITIAL_DISPLACEMENT)}")
+    if any(velocity):
+        words.append(f"moving at {say(max(velocity, key=abs), units.INITIAL_VELOCITY)}")
     return f", begins {' and '.join(words)}{' at most' * (len(displacement) > 1)}" if words else ""
 
 
@@ -263,14 +239,10 @@ def _laws(study: Scene) -> list[str]:
             stiffness = f"stiffness from equal {terms.same} at {terms.speed:g} m/s as {study.stiff_name}"
         else:
             (stiffness,) = _stiffness(study)
-        models.append(f"{name}, {stiffness}" + _table(study, name))
+        tables = dict.fromkeys(one.table.words() for one in study.interfaces if one.table is not None)
+        read = f", {'; '.join(tables)}" if TABULATED in study.models_of(name) else ""
+        models.append(f"{name}, {stiffness}{read}")
     return models
-
-
-def _table(study: Scene, name: str) -> str:
-    """What a contact model reads of a table."""
-    tables = dict.fromkeys(one.table.words() for one in study.interfaces if one.table is not None)
-    return f", {'; '.join(tables)}" if TABULATED in study.models_of(name) else ""
 
 
 def _restitution(study: Scene) -> str:
@@ -288,10 +260,8 @@ def _effect(effect: Effect, given: Given) -> str:
     values = {key: option_words(kind.options[key], value) for key, value in effect.options}
     values |= {key: words for key, words in kind.absent.items() if key not in values}
     values = {key: words for key, words in values.items() if not words.startswith("none")}
-    options = ", ".join(
-        f"{key} {value}{'' if ('effects', effect.name, key) in given else ' (default)'}"
-        for key, value in values.items()
-    )
+    stated = {key for key in values if ("effects", effect.name, key) in given}
+    options = ", ".join(f"{key} {value}{' (default)' * (key not in stated)}" for key, value in values.items())
     return f"{effect.name}: {options}" if options else effect.name
 
 
@@ -302,7 +272,7 @@ def _amplitude(study: Scene, count: int) -> str:
         common = "" if request.scale is None else f", then all times {request.scale:g}"
         scaled = f"each times its factor of {request.manifest}{common}"
     if request.sa is not None and request.sa.value is not None:
-        scaled = f"each scaled to {_spectral(request.sa)} of {say(request.sa.value, PGA)}"
+        scaled = f"each scaled to {_spectral(request.sa)} of {say(request.sa.value, units.PGA)}"
     if request.to_median is not None:
         measure = request.to_median.upper() if isinstance(request.to_median, str) else _spectral(request.to_median)
         common = "" if request.scale is None else f", then all times {request.scale:g}"
@@ -314,9 +284,11 @@ def _amplitude(study: Scene, count: int) -> str:
         is_factor = grid.measure.name == FACTOR
         scaled = f"{scaled}, then times {levels}" if is_factor else f"each scaled to {of}{levels}"
     part = f", {request.window[0]:g} s to {request.window[1]:g} s" if request.window else ""
-    tail = f", at least {say(request.tail, TAIL)} of free vibration after (whole time steps)" if request.tail else ""
+    tail = (
+        f", at least {say(request.tail, units.TAIL)} of free vibration after (whole time steps)" if request.tail else ""
+    )
     if study.lag:
-        tail += f", {say(study.lag, GROUND_DELAY)} longer for the building that is reached last"
+        tail += f", {say(study.lag, units.GROUND_DELAY)} longer for the building that is reached last"
     turned = "" if request.direction is None else f", in the direction {request.direction:g}° from north"
     turned += ", and across it" * request_of(study).both
     return f"{count}{turned}{part}, {scaled}{tail}{_aftershock(request)}"
@@ -327,7 +299,7 @@ def _aftershock(request: RecordRequest) -> str:
         return ""
     ratio = request.aftershock_ratio
     size = "with the factor of each motion" if ratio is None else f"at {ratio:g} of the PGA of each motion"
-    return f", followed after {say(request.pause, TIME)} by {short_list(request.aftershock, FEW)} {size}"
+    return f", followed after {say(request.pause, units.TIME)} by {short_list(request.aftershock, FEW)} {size}"
 
 
 def _spectral(asked: Spectral) -> str:
@@ -337,7 +309,7 @@ def _spectral(asked: Spectral) -> str:
 def _grid(study: Scene) -> list[tuple[str, str]]:
     """The dimensions that have more than one value."""
     gaps = f"gaps of {study.gridded_interface}" if study.gridded_interface else "gaps"
-    axes = {gaps: (study.grid.gaps, GAP), "yield forces": (study.grid.yield_forces, YIELD_FORCE)}
+    axes = {gaps: (study.grid.gaps, units.GAP), "yield forces": (study.grid.yield_forces, units.YIELD_FORCE)}
     rows = [(name, _span(values, quantity)) for name, (values, quantity) in axes.items() if len(values) > 1]
     own = (("axis", f"{', '.join(axis.keys)}: {axis.words()}") for axis in study.axes if not axis.dimension)
     drawn = () if study.uncertain is None else study.uncertain.described()

@@ -12,19 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pounding_risk._jit.compile import kernel, small, uncounted
-from pounding_risk.lab.baselines.fixed_step import (
-    CLOSING,
-    COLUMNS,
-    COUNT,
-    DEMAND,
-    FIRST,
-    FORCE,
-    REACH,
-    TOUCHING,
-    UNSTABLE,
-    Ground,
-)
+from pounding_risk._jit.compile import kernel, small
+from pounding_risk._jit.memory import by_address
+from pounding_risk.lab.baselines import fixed_step as fixed
 from pounding_risk.lab.baselines.matrices import RowMatrices
 from pounding_risk.lab.baselines.steppers import Contact, Newmark, contact_force, solve_force, uncapped_force
 
@@ -84,25 +74,6 @@ def stepping(row: RowMatrices, method: str, h: float) -> Stepping:
         np.zeros((points, 5)),
         np.zeros((3, points)),
         np.zeros((ROWS, count)),
-    )
-
-
-@small
-def by_address(row):
-    """The arrays of a row without counted references; the caller holds them."""
-    return Stepping(
-        uncounted(row.first),
-        uncounted(row.inverse_mass),
-        uncounted(row.stiffness),
-        uncounted(row.damping),
-        uncounted(row.inverse),
-        uncounted(row.give),
-        uncounted(row.ends),
-        uncounted(row.shares),
-        uncounted(row.striking),
-        uncounted(row.contacts),
-        uncounted(row.forces),
-        uncounted(row.state),
     )
 
 
@@ -285,20 +256,21 @@ def update_peaks(row, laws, moment, h, out):
         contact, peaks = row.contacts[k], out[k]
         closing, previous_closing = across(row, k, U_AFTER), across(row, k, U)
         delta = closing - contact[GAP]
-        peaks[REACH], peaks[CLOSING] = max(peaks[REACH], abs(closing)), max(peaks[CLOSING], closing)
+        peaks[fixed.REACH] = max(peaks[fixed.REACH], abs(closing))
+        peaks[fixed.CLOSING] = max(peaks[fixed.CLOSING], closing)
         row.forces[0, k] = 0.0
         if delta > 0.0:
             rate = across(row, k, V_AFTER)
             force = contact_force(laws[k], contact_of(row, k), delta, rate)
             row.forces[0, k] = force
-            peaks[DEMAND] = max(peaks[DEMAND], uncapped_force(laws[k], contact_of(row, k), delta, rate))
-            peaks[FORCE] = max(peaks[FORCE], force)
-            peaks[TOUCHING] += 1.0
+            peaks[fixed.DEMAND] = max(peaks[fixed.DEMAND], uncapped_force(laws[k], contact_of(row, k), delta, rate))
+            peaks[fixed.FORCE] = max(peaks[fixed.FORCE], force)
+            peaks[fixed.TOUCHING] += 1.0
             if contact[CLOSED] == 0.0:
-                peaks[COUNT] += 1.0
-                if peaks[COUNT] == 1.0:
+                peaks[fixed.COUNT] += 1.0
+                if peaks[fixed.COUNT] == 1.0:
                     open_gap = contact[GAP] - previous_closing
-                    peaks[FIRST] = moment + h * open_gap / (open_gap + delta)
+                    peaks[fixed.FIRST] = moment + h * open_gap / (open_gap + delta)
             contact[CLOSED] = 1.0
         else:
             contact[CLOSED], contact[MEMORY] = 0.0, nan
@@ -310,7 +282,6 @@ def march_row(method, row, laws, rules, limits, ground, out):
 
     A motion that is not finite ends the run, which is then UNSTABLE.
     """
-    row = by_address(row)
     gaps, yield_forces = limits
     a_g, dt, parts = ground
     h, share = dt / parts, 1.0 / parts
@@ -321,7 +292,7 @@ def march_row(method, row, laws, rules, limits, ground, out):
     if method == CENTRAL:
         state[V] = 0.5 * h * a_g[0]
     out[:] = 0.0
-    out[:, FIRST] = nan
+    out[:, fixed.FIRST] = nan
     row.forces[:] = 0.0
     for k in range(row.ends.shape[0]):
         row.contacts[k, GAP], row.contacts[k, STRENGTH] = gaps[k], laws[k].ceiling(yield_forces[k])
@@ -342,17 +313,17 @@ def march_row(method, row, laws, rules, limits, ground, out):
         for i in range(state.shape[1]):
             total += abs(state[U, i]) + abs(state[V, i])
         if not total < inf:
-            out[:, UNSTABLE] = 1.0
+            out[:, fixed.UNSTABLE] = 1.0
             return
 
 
-def solve_fixed_row(method, row, laws, rules, limits, ground: Ground) -> np.ndarray:
+def solve_fixed_row(method, row, laws, rules, limits, ground: fixed.Ground) -> np.ndarray:
     """One run by a method of `METHODS`: (contact points, COLUMNS) as in `fixed_step`.
 
     ``laws`` and ``rules`` of restitution are tuples by contact point, of one class each.
     """
-    out = np.zeros((len(row.shares), COLUMNS))
+    out = np.zeros((len(row.shares), fixed.COLUMNS))
     arrays = stepping(row, method, ground.dt / ground.parts)
     gaps, forces = (np.asarray(values, dtype=np.float64) for values in limits)
-    march_row(METHODS.index(method), arrays, laws, rules, (gaps, forces), ground, out)
+    march_row(METHODS.index(method), by_address(arrays), laws, rules, (gaps, forces), ground, out)
     return out

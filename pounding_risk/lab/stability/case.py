@@ -11,6 +11,7 @@ from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS, SHIPPED
 from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
+from pounding_risk.solver.row.model import RowModel
 
 # Contact laws that a case can be put to: those with a force, and also those whose velocities jump.
 FORCES = SHIPPED
@@ -80,6 +81,10 @@ class Group:
     def energy(self, number: str, words: str, scene: TrialScene, laws: tuple[str, ...] = ALL) -> None:
         """Declare a case of one run, of which `Trial.unsound` measures the energy."""
         self.case(number, words, ENERGY, LEDGER, laws, scene=scene)(unsound)
+
+    def energy_of_row(self, number: str, words: str, row: RowModel, gap: float) -> None:
+        """As `energy`, of a row whose interfaces have one gap [m]."""
+        self.case(number, words, ENERGY, LEDGER, FORCES, row=row, gap=gap)(Trial.unsound_row)
 
 
 def unsound(trial: Trial, scene: TrialScene) -> float:

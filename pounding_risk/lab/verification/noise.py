@@ -251,7 +251,7 @@ def double_difference() -> Property:
             series("standard deviation, ours", ratio, np.sqrt(squares) / srss, POINTS, (ends[0], ends[1])),
             series("mean peak, ours", ratio, closing[1:] / np.hypot(own[0], own[1:]), POINTS),
         )
-        panels.append(Panel(words, ("ratio of the periods", "$u_1 - u_2$ over SRSS of $u_1$ and $u_2$"), drawn))
+        panels.append(Panel(("ratio of the periods", "$u_1 - u_2$ over SRSS of $u_1$ and $u_2$"), drawn, words))
     return Property(
         "double_difference",
         "Relative displacement of two buildings under stationary noise",
@@ -372,6 +372,12 @@ def first_passage() -> Property:
         )
         for level, share, expected, off in zip(LEVELS, ours, reference, reach, strict=True)
     ]
+    drawn = (
+        series("upper bound: mean upcrossings (Rice)", fine / deviation, np.minimum(counts, 1.0)),
+        series("upcrossings as a Poisson process", fine / deviation, 1.0 - np.exp(-counts)),
+        series("exact recursion", LEVELS, reference, BAND, (reference - reach, reference + reach)),
+        series("ours: share of motions with a contact", LEVELS, ours, POINTS),
+    )
     far = of_gaps < 1.0
     readings.append(
         Reading(
@@ -398,16 +404,5 @@ def first_passage() -> Property:
         f"periods {PASSAGE_PERIODS[0]:g} and {PASSAGE_PERIODS[1]:g} s, damping {100.0 * DAMPING:g} %, at rest at "
         f"first; {PASSAGE_LENGTH:g} s of Kanai and Tajimi's noise, {MOTIONS} motions of seeds 1 to {MOTIONS} against "
         f"{STATES} of the recursion, seed {STATES_SEED}; band: 99.9 % of the samples of a correct program",
-        (
-            Panel(
-                "",
-                ("gap over the standard deviation of $u_1 - u_2$", "P(contact)"),
-                (
-                    series("upper bound: mean upcrossings (Rice)", fine / deviation, np.minimum(counts, 1.0)),
-                    series("upcrossings as a Poisson process", fine / deviation, 1.0 - np.exp(-counts)),
-                    series("exact recursion", LEVELS, reference, BAND, (reference - reach, reference + reach)),
-                    series("ours: share of motions with a contact", LEVELS, ours, POINTS),
-                ),
-            ),
-        ),
+        (Panel(("gap over the standard deviation of $u_1 - u_2$", "P(contact)"), drawn),),
     )

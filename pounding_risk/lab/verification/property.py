@@ -50,9 +50,9 @@ class Series(NamedTuple):
 class Panel(NamedTuple):
     """A panel of a property's figure."""
 
-    title: str
     axes: tuple[str, str]
     series: tuple[Series, ...]
+    title: str = ""
 
 
 class Property(NamedTuple):

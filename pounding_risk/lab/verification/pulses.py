@@ -44,23 +44,12 @@ def pulse_peaks(law: str, amplitude: float, duration: float, ratio: float) -> ND
         "period": f"{duration!r} s",
         "step": f"{duration / SAMPLES!r} s",
     }
-    scene = Scene(
-        [
-            SingleMass(name="left", mass=MASSES[0], period=ratio * duration, damping=0.05),
-            SingleMass(name="right", mass=MASSES[1], period=OTHER * ratio * duration, damping=0.05),
-        ],
-        [
-            Interface(
-                gap=GAP * length,
-                contact_model=law,
-                stiffness=STIFFNESS * MASSES[0] / duration**2 / power,
-                restitution=0.65,
-            )
-        ],
-        Records(generated=(pulse,), tail=REST * duration),
-        solver=Solver(rtol=RTOL),
-    )
-    run = simulate(scene)
+    left = SingleMass(name="left", mass=MASSES[0], period=ratio * duration, damping=0.05)
+    right = SingleMass(name="right", mass=MASSES[1], period=OTHER * ratio * duration, damping=0.05)
+    stiffness = STIFFNESS * MASSES[0] / duration**2 / power
+    interface = Interface(gap=GAP * length, contact_model=law, stiffness=stiffness, restitution=0.65)
+    records = Records(generated=(pulse,), tail=REST * duration)
+    run = simulate(Scene([left, right], [interface], records, solver=Solver(rtol=RTOL)))
     return np.array([*run["peak_displacement"].values, run["peak_contact_force"].item(), run["impact_count"].item()])
 
 
@@ -105,8 +94,8 @@ def self_similarity() -> Property:
         f"Ricker pulses of amplitude $a_p$ and period $T_p$; masses of {MASSES[0] / 1e3:g} t and {MASSES[1] / 1e3:g} "
         f"t, {LAWS[0]} contact (jankowski in the table), e = 0.65, gap {GAP:g} of $a_p T_p^2$",
         (
-            Panel("as they are", (axis, "peak contact force [kN]"), _curves(names, plain * 1e-3)),
-            Panel("over $m a_p$", (axis, "peak contact force over $m a_p$"), _curves(names, collapsed)),
+            Panel((axis, "peak contact force [kN]"), _curves(names, plain * 1e-3), "as they are"),
+            Panel((axis, "peak contact force over $m a_p$"), _curves(names, collapsed), "over $m a_p$"),
         ),
     )
 

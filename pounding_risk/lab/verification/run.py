@@ -17,28 +17,10 @@ from pounding_risk._common.progress import Progress
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
-from pounding_risk.lab.verification.case import (
-    IN_COUNTS,
-    INPUT,
-    KINDS,
-    SUFFIX,
-    Case,
-    Collision,
-    Published,
-    read_case,
-    shipped,
-)
-from pounding_risk.lab.verification.contacts import (
-    isolated_impacts,
-    kelvin_voigt_laws,
-    plateaus,
-    twins_and_wall,
-    yielding_contact,
-)
+from pounding_risk.lab.verification import contacts, noise, pulses
+from pounding_risk.lab.verification.case import INPUT, KINDS, Case, Collision, Published, read_case, shipped
 from pounding_risk.lab.verification.measures import MODAL, Solved, force_curve, history
-from pounding_risk.lab.verification.noise import double_difference, first_passage
 from pounding_risk.lab.verification.property import Property
-from pounding_risk.lab.verification.pulses import self_similarity
 from pounding_risk.motions.read import read_motion
 from pounding_risk.studies.impact import impact
 from pounding_risk.studies.modes import modes
@@ -56,8 +38,8 @@ COMPLETE = "complete"  # status of a run that reached its end
 PROPERTIES: Mapping[str, Callable[[], Property]] = {
     relation.__name__: relation
     for relation in (
-        *(isolated_impacts, kelvin_voigt_laws, twins_and_wall, plateaus, yielding_contact),
-        *(self_similarity, double_difference, first_passage),
+        *(contacts.isolated_impacts, contacts.kelvin_voigt_laws, contacts.twins_and_wall, contacts.plateaus),
+        *(contacts.yielding_contact, pulses.self_similarity, noise.double_difference, noise.first_passage),
     )
 }
 
@@ -166,15 +148,15 @@ class Verification(ShortRepr):
             words = ", ".join(f"{count} {word}" for word, count in counts.items())
             sources = counted(len({check.source for check in checks}), "source")
             clauses.append(f"{counted(len(checks), 'published value')} of {sources}: {words}")
-            of_kind = Counter(check.kind for check in self.checks)
-            kinds = [(IN_COUNTS[kind], of_kind[kind]) for kind in KINDS if kind != INPUT and of_kind[kind]]
+            of_kind = Counter(check.kind for check in checks)
+            kinds = [counted(of_kind[name], kind.one, kind.several) for name, kind in KINDS.items() if of_kind[name]]
             if kinds:
-                listed = ", ".join(f"{count} {one if count == 1 else many}" for (one, many), count in kinds)
-                clauses.append(f"by kind: {listed}")
-            if of_kind[INPUT]:
-                far = sum(check.kind == INPUT and check.word == UNACCEPTABLE for check in self.checks)
-                agree = f"{far} of them more than {100.0 * KINDS[INPUT]:.0f} % apart" if far else "not counted"
-                clauses.append(f"{counted(of_kind[INPUT], 'input')} of their cases, {agree}")
+                clauses.append(f"by kind: {', '.join(kinds)}")
+            inputs = [check for check in self.checks if check.kind == INPUT]
+            if inputs:
+                far = sum(check.word == UNACCEPTABLE for check in inputs)
+                agree = f"{far} of them more than {100.0 * KINDS[INPUT].limit:.0f} % apart" if far else "not counted"
+                clauses.append(f"{counted(len(inputs), 'input')} of their cases, {agree}")
         if self.properties:
             holding = len(self.properties) - len(self.failing)
             clauses.append(f"{holding} of {len(self.properties)} published properties hold")
@@ -277,11 +259,11 @@ def case_files(names: Iterable[str | Path]) -> list[Path]:
         if str(name) in known:
             files.append(known[str(name)])
         elif path.is_dir():
-            inside = sorted(path.glob(f"*{SUFFIX}"))
+            inside = sorted(path.glob("*.toml"))
             if not inside:
-                raise PoundingError(f"{path}: no case file ({SUFFIX}) in this folder; name one with such files")
+                raise PoundingError(f"{path}: no case file (.toml) in this folder; name one with such files")
             files += inside
-        elif path.suffix == SUFFIX or path.exists():
+        elif path.suffix == ".toml" or path.exists():
             files.append(path)
         else:
             raise PoundingError(
@@ -316,16 +298,9 @@ def _results(case: Case) -> list[Any]:
     """What the case gives at each tolerance, or once where it has none."""
     subject = case.subject
     if isinstance(subject, Collision):
-        return [
-            impact(
-                *(subject.law, subject.speed, *subject.masses),
-                restitution=1.0 if subject.restitution is None else subject.restitution,
-                relation=subject.relation,
-                yield_force=subject.yield_force,
-                rtol=rtol,
-            )
-            for rtol in RUNGS
-        ]
+        e = 1.0 if subject.restitution is None else subject.restitution
+        contact: Any = {"restitution": e, "relation": subject.relation, "yield_force": subject.yield_force}
+        return [impact(subject.law, subject.speed, *subject.masses, rtol=rtol, **contact) for rtol in RUNGS]
     if isinstance(subject, tuple):
         return [tuple(read_motion(name) for name in subject)]
     modal = {one.name: one for one in modes(subject)}
@@ -343,35 +318,16 @@ def _results(case: Case) -> list[Any]:
 
 
 def _check(case: Case, value: Published, moved: tuple[float, ...]) -> Check:
-    ours, published = moved[-1], value.printed.value
-    within = max(value.printed.half, _half_of_digit(published))
-    limit = KINDS[value.kind]
-    margin = max(limit * abs(published), value.uncertainty)
+    ours, printed, limit = moved[-1], value.printed, KINDS[value.kind].limit
+    published = printed.value
+    # Half a unit of the last of `DIGITS` digits; 0 of zero.
+    half = 0.5 * 10.0 ** (floor(log10(abs(published))) - DIGITS + 1) if published else 0.0
+    within, margin = max(printed.half, half), max(limit * abs(published), value.uncertainty)
     difference = abs(ours - published)
-    return Check(
-        case.name,
-        case.about.title,
-        case.about.source,
-        value.kind,
-        _words(value),
-        value.measure.unit,
-        value.printed.text,
-        published,
-        value.printed.unit,
-        value.printed.size,
-        within,
-        value.uncertainty,
-        ours,
-        moved if len(moved) > 1 else (),
-        EXACT if difference <= within else ACCEPTABLE if difference <= margin else UNACCEPTABLE,
-        limit,
-        value.note,
-    )
-
-
-def _half_of_digit(value: float) -> float:
-    """Half a unit of the last of `DIGITS` digits; 0 of zero."""
-    return 0.5 * 10.0 ** (floor(log10(abs(value))) - DIGITS + 1) if value else 0.0
+    word = EXACT if difference <= within else ACCEPTABLE if difference <= margin else UNACCEPTABLE
+    of_case = case.name, case.about.title, case.about.source, value.kind, _words(value), value.measure.unit
+    of_source = printed.text, published, printed.unit, printed.size, within, value.uncertainty
+    return Check(*of_case, *of_source, ours, moved if len(moved) > 1 else (), word, limit, value.note)
 
 
 def _words(value: Published) -> str:
@@ -395,15 +351,12 @@ def _curves(case: Case, result: Any) -> Iterable[Curve]:
     for (along, quantity, places, factor, offset), values in groups.items():
         x, y = _line(result, quantity, dict(places))
         unit = values[0].measure.unit
-        points = tuple(
+        points = [
             Point(one.at[along], one.printed.value, one.uncertainty, one.kind, _ours(one, result)) for one in values
-        )
-        axes = (along, quantity.replace("_", " "))
-        yield Curve(
-            *(case.name, case.about.title, case.about.source, axes),
-            ("s" if along == "time" else "m", unit),
-            *(x, factor * y + offset, points),
-        )
+        ]
+        axes, units = (along, quantity.replace("_", " ")), ("s" if along == "time" else "m", unit)
+        about = case.name, case.about.title, case.about.source
+        yield Curve(*about, axes, units, x, factor * y + offset, tuple(points))
 
 
 def _line(result: Any, quantity: str, places: Mapping[str, Any]) -> tuple[Any, Any]:

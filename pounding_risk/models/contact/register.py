@@ -24,10 +24,7 @@ from pounding_risk.models.contact.laws import LAWS, SHIPPED
 Law = TypeVar("Law", bound=type)
 
 METHODS = {name: method for name, method in vars(ContactLaw).items() if not name.startswith("_")}
-FACTS = {
-    "capped": "True where ceiling returns yield_force",
-    "needs_restitution": "True where begin uses e",
-}
+FACTS = {"capped": "True where ceiling returns yield_force", "needs_restitution": "True where begin uses e"}
 
 
 def contact_law(law: Law) -> Law:

@@ -68,17 +68,17 @@ def vibration(masses: Array, springs: Array, stiffness: Array | None = None) -> 
     if masses.ndim > 1 and stiffness is not None:
         inverse = np.linalg.inv(np.linalg.cholesky(masses))
         squares, vectors = np.linalg.eigh(inverse @ stiffness @ inverse.T)
-        forms = inverse.T @ vectors
-        return Vibration(np.sqrt(squares), forms * np.where(forms[-1:] < 0.0, -1.0, 1.0))
-    root = np.sqrt(masses)
-    if stiffness is not None:
+        frequencies, shapes = np.sqrt(squares), inverse.T @ vectors
+    elif stiffness is not None:
+        root = np.sqrt(masses)
         squares, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
-        forms = vectors / root[:, None]
-        return Vibration(np.sqrt(squares), forms * np.where(forms[-1:] < 0.0, -1.0, 1.0))
-    drifts = np.eye(root.size) - np.eye(root.size, k=-1)
-    _, frequencies, rows = np.linalg.svd(np.sqrt(springs)[:, None] * drifts / root)
-    shapes = rows[::-1].T / root[:, None]
-    return Vibration(frequencies[::-1], shapes * np.where(shapes[-1:] < 0.0, -1.0, 1.0))
+        frequencies, shapes = np.sqrt(squares), vectors / root[:, None]
+    else:
+        root = np.sqrt(masses)
+        drifts = np.eye(root.size) - np.eye(root.size, k=-1)
+        _, falling, rows = np.linalg.svd(np.sqrt(springs)[:, None] * drifts / root)
+        frequencies, shapes = falling[::-1], rows[::-1].T / root[:, None]
+    return Vibration(frequencies, shapes * np.where(shapes[-1:] < 0.0, -1.0, 1.0))
 
 
 def stiffness_matrix(springs: Array) -> Array:
@@ -117,9 +117,8 @@ class Storeys:
     initial_displacement: tuple[float, ...] = ()  # m, of each floor relative to the ground when the motion begins
     initial_velocity: tuple[float, ...] = ()  # m/s
     support: Support = SHARED  # what a_g is under it
-    stiffness_matrix: tuple[
-        tuple[float, ...], ...
-    ] = ()  # N/m, of the floors above a slab; empty where storeys are springs
+    # N/m, of the floors above a slab; empty where storeys are springs
+    stiffness_matrix: tuple[tuple[float, ...], ...] = ()
     damping_matrix: tuple[tuple[float, ...], ...] = ()  # N s/m; empty where a rule makes it
     mass_matrix: tuple[tuple[float, ...], ...] = ()  # kg; empty where masses are lumped at floors
     displacement_history: tuple[str, ...] = ()

@@ -12,12 +12,13 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import xarray as xr
 
 from pounding_risk._common.plugins import Registry
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.exports._written import Options, Written
 from pounding_risk.reports.files import write_file
 from pounding_risk.results.check import check_dataset, kind_of
 from pounding_risk.results.files import RESULTS, open_with_axes
@@ -29,9 +30,29 @@ __all__ = ["Options", "Written", "export", "formats", "known_format", "write_fil
 FACTS = ("WORDS", "ENDINGS", "SOURCE", "TAKES", "write")  # that a format has
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from pounding_risk.scene.scene import Scene
+
+
+class Options(NamedTuple):
+    """Options of `export`, as they were read."""
+
+    of: str | None = None  # what fragilities are of
+    gap: float | None = None  # m
+    pga: float | None = None  # m/s2
+    intensity_level: float | str | None = None
+    intensity: str | None = None
+    discrete: bool = False
+    without: bool = False  # without pounding
+    street: Path | None = None  # footprints of a street
+    inventory: Path | None = None  # of the buildings, for their taxonomy
+    method: str | None = None  # by which curves of damage states follow from demands
+
+
+class Written(NamedTuple):
+    """Files of an export, and sentences on what is assumed and left out."""
+
+    files: tuple[Path, ...]
+    notes: tuple[str, ...]
 
 
 def formats() -> Mapping[str, Any]:
@@ -122,17 +143,11 @@ def export(
         endings = " or ".join(filter(None, module.ENDINGS))
         kind = f"a file that ends in {endings}" if endings else "a folder, a name without an ending"
         raise PoundingError(f"{target}: {to} is {kind}; choose another name")
+    metres = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
+    peak = None if pga is None else si(pga, PGA, "pga")
+    outlines, list_of_buildings = (None if name is None else Path(name) for name in (street, inventory))
     options = Options(
-        of,
-        None if gap is None else si(gap, GAP._replace(open_high=True), "gap"),
-        None if pga is None else si(pga, PGA, "pga"),
-        intensity_level,
-        intensity,
-        discrete,
-        without,
-        None if street is None else Path(street),
-        None if inventory is None else Path(inventory),
-        method,
+        of, metres, peak, intensity_level, intensity, discrete, without, outlines, list_of_buildings, method
     )
     stated = [name for name, value in options._asdict().items() if value not in (None, False)]
     if refused := [name for name in stated if name not in module.TAKES]:

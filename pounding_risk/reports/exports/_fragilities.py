@@ -11,21 +11,20 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from math import exp, log
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
+
+import xarray as xr
 
 from pounding_risk.assessment.assess import Assessment, assess
 from pounding_risk.assessment.damage_curves import POUNDING
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import Measure, read_measure
-from pounding_risk.reports.exports._written import Options
+from pounding_risk.reports.exports import Options
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import METHODS
 from pounding_risk.units import GAP, STANDARD_GRAVITY, YIELD_FORCE, say
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 KINDS = ("contact", "yield", "damage")
 STATES = {"contact": "contact", "yield": "yielding"}  # limit states of curves that stand alone

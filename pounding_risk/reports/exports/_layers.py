@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import inf, isfinite, nan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
@@ -19,16 +20,13 @@ from pounding_risk.assessment.demands import SAME_GAP, motions_of, share_with_lo
 from pounding_risk.assessment.row import RowCase, any_of_building, row_case
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
 from pounding_risk.errors import PoundingError
+from pounding_risk.reports.exports import Options
 from pounding_risk.reports.exports._outlines import Places, nominal_places, street_places
-from pounding_risk.reports.exports._written import Options
 from pounding_risk.results.opened import Results
 from pounding_risk.results.variables import NOT_RUN
 from pounding_risk.statistics.proportions import exact_bounds
 from pounding_risk.statistics.required_gap import required_gaps
 from pounding_risk.units import GAP, say
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Array = NDArray[np.float64]
 

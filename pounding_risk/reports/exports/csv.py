@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import cell, csv_text
 from pounding_risk.assessment.demands import UNDEFINED
 from pounding_risk.motions.levels import LEVEL_AXIS
-from pounding_risk.reports.exports._written import Options, Written
+from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.files import write_folder
 from pounding_risk.results.attributes import collapsed, flags_of
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.variables import PLACES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 WORDS = "tidy tables with units in their heads"
 ENDINGS = ("",)

@@ -13,17 +13,16 @@ import warnings
 from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import xarray as xr
 
 from pounding_risk._common.dates import now
 from pounding_risk._common.files import check_target, move_into_place, not_written, partial_of
 from pounding_risk.errors import PoundingError
+from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports._layers import Layer, layers_of
 from pounding_risk.reports.exports._styles import style
-from pounding_risk.reports.exports._written import Options, Written
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 WORDS = "layers of buildings and interfaces, for QGIS"
 ENDINGS = (".gpkg",)
@@ -102,25 +101,22 @@ def _write(file: Path, layers: Iterable[Layer], crs: str | None, notes: Iterable
         connection.execute(COLUMNS)
         connection.execute(STYLES)
         connection.execute("INSERT INTO gpkg_extensions VALUES (?, ?, ?, ?, ?)", SCHEMA)
-        about = ("layer_styles", "attributes", "layer_styles", "styles of the layers, for QGIS", 0)
-        connection.execute(
-            "INSERT INTO gpkg_contents (table_name, data_type, identifier, description, srs_id) VALUES (?, ?, ?, ?, ?)",
-            about,
-        )
+        about: dict[str, Any] = {"table_name": "layer_styles", "data_type": "attributes", "identifier": "layer_styles"}
+        _insert(connection, "gpkg_contents", about | {"description": "styles of the layers, for QGIS", "srs_id": 0})
         for layer in layers:
-            columns = []
             for name, column in layer.columns.items():
                 unit = f" [{column.unit}]" if column.unit not in ("", "1") else ""
-                columns.append((layer.name, name, column.words + unit))
-            connection.executemany(
-                "INSERT INTO gpkg_data_columns (table_name, column_name, description) VALUES (?, ?, ?)", columns
-            )
+                described = {"table_name": layer.name, "column_name": name, "description": column.words + unit}
+                _insert(connection, "gpkg_data_columns", described)
+            place = {"f_table_catalog": "", "f_table_schema": "", "f_table_name": layer.name}
+            place |= {"f_geometry_column": "geom", "styleName": layer.name}
             qml = style(kinds[layer.name], LABELS[layer.name])
-            values = ("", "", layer.name, "geom", layer.name, qml, "", 1, "classes of P(contact)", "", when)
-            connection.execute(
-                "INSERT INTO layer_styles (f_table_catalog, f_table_schema, f_table_name, f_geometry_column, "
-                "styleName, styleQML, styleSLD, useAsDefault, description, owner, update_time) "
-                f"VALUES ({', '.join('?' * len(values))})",
-                values,
-            )
+            look: dict[str, Any] = {"styleQML": qml, "styleSLD": "", "useAsDefault": 1}
+            look |= {"description": "classes of P(contact)", "owner": "", "update_time": when}
+            _insert(connection, "layer_styles", place | look)
         connection.execute("UPDATE gpkg_contents SET last_change = ?", (when,))
+
+
+def _insert(connection: sqlite3.Connection, table: str, values: dict[str, Any]) -> None:
+    places = ", ".join("?" * len(values))
+    connection.execute(f"INSERT INTO {table} ({', '.join(values)}) VALUES ({places})", tuple(values.values()))

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import xarray as xr
+
+from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports._layers import Layer, layers_of
-from pounding_risk.reports.exports._written import Options, Written
 from pounding_risk.reports.exports.geopackage import NEEDED, frame_of, need
 from pounding_risk.reports.files import write_folder
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 WORDS = "layers of buildings and interfaces as GeoParquet"
 ENDINGS = ("",)

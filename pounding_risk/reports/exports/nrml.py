@@ -9,18 +9,15 @@ from __future__ import annotations
 from io import BytesIO
 from math import ceil, exp, log, sqrt
 from pathlib import Path
-from typing import TYPE_CHECKING
 from xml.etree import ElementTree as Xml
 
 import numpy as np
+import xarray as xr
 
+from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports._fragilities import TAIL, Fragilities, Function, Model, distinct, fragilities_of
-from pounding_risk.reports.exports._written import Options, Written
 from pounding_risk.reports.files import write_files
 from pounding_risk.statistics.fragility import fragility_curve
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 WORDS = "OpenQuake fragility model, NRML 0.5"
 ENDINGS = (".xml",)

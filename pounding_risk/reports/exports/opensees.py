@@ -16,7 +16,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.version import __version__
 from pounding_risk.errors import SceneError
 from pounding_risk.motions.levels import at_pga
-from pounding_risk.reports.exports._written import Options, Written
+from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.files import write_file
 
 if TYPE_CHECKING:

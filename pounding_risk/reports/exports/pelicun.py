@@ -14,9 +14,10 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
@@ -24,18 +25,15 @@ from pounding_risk._common.letters import csv_text
 from pounding_risk.assessment.intensities import intensities, resolved_intensity
 from pounding_risk.assessment.sensitivity import force_words
 from pounding_risk.errors import PoundingError
+from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports import _fragilities as fragilities
 from pounding_risk.reports.exports._fragilities import Fragilities, Function, Intensity, identifier_of
-from pounding_risk.reports.exports._written import Options, Written
 from pounding_risk.reports.files import write_folder
 from pounding_risk.results.attributes import flags_of, isolated_of
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results, one_case
 from pounding_risk.results.variables import NOT_RUN, UNPUSHED
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 WORDS = "demands of each building with and without contact, and fragilities, for pelicun"
 ENDINGS = ("",)
@@ -60,26 +58,17 @@ class Demand(NamedTuple):
     values: Array  # (motions,)
 
 
-class Components(NamedTuple):
-    """Components by identifier against one intensity, and what is left out."""
-
-    measure: Intensity | None
-    functions: dict[str, Function]
-    notes: tuple[str, ...]
-
-
 def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     """Write the demands at one gap, contact model and F_E, those of the scene, and the fragilities that there are.
 
     Of a dataset of damage states fragilities alone. Raises PoundingError as `one_case`.
     """
     runs, notes = _runs_or_why(results, options)
-    components = _components(results, options)
-    measure, functions = components.measure, components.functions
+    measure, functions, left_out = _components(results, options)
     tables: dict[str, str] = {}
     if runs is not None:
         notes = list(_demand_tables(results, runs, measure, tables))
-    notes += components.notes
+    notes += left_out
     if measure is not None and functions:
         tables["fragility.csv"] = _fragility_table(measure, functions)
         tables["fragility.json"] = _fragility_words(functions, str(results.attrs.get("title", "")))
@@ -195,10 +184,11 @@ def _demands(one: xr.Dataset, ending: str, heights: Array | None) -> Iterator[De
 # ------------------------------------------------------------------------------------------------ fragilities
 
 
-def _components(results: xr.Dataset, options: Options) -> Components:
-    """The components of contact, yielding and damage states, or of the one kind of the options.
+def _components(results: xr.Dataset, options: Options) -> tuple[Intensity | None, dict[str, Function], list[str]]:
+    """The components of contact, yielding and damage states, or of the one kind of the options, and what is left out.
 
-    Raises PoundingError for an intensity that pelicun does not know, and where the one kind has none.
+    They go by identifier, against one intensity. Raises PoundingError for an intensity that pelicun does not know, and
+    where the one kind has none.
     """
     of_damage = kind_of(results) == "damage"
     has_states = of_damage or bool(Results(results).scene.get("damage"))
@@ -227,7 +217,7 @@ def _components(results: xr.Dataset, options: Options) -> Components:
         raise faults[0]
     names = fragilities.distinct(name for name, _ in named)
     functions = {name: function for name, (_, function) in zip(names, named, strict=True)}
-    return Components(measure, functions, tuple(dict.fromkeys(notes)))
+    return measure, functions, list(dict.fromkeys(notes))
 
 
 def _named(found: Fragilities, kind: str, side: str) -> Iterator[tuple[str, Function]]:

@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import inf, isnan, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import cell, csv_text
@@ -19,17 +20,14 @@ from pounding_risk._common.words import nearest
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
 from pounding_risk.assessment.options import percent_words
 from pounding_risk.errors import PoundingError
+from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports._layers import closing_motions, lost_words, share_of_building
-from pounding_risk.reports.exports._written import Options, Written
 from pounding_risk.reports.files import write_file
 from pounding_risk.results.attributes import read_attribute, tables_of
 from pounding_risk.scene.sections import written_overrides
 from pounding_risk.streets.inventory import read_inventory
 from pounding_risk.streets.inventory.gem import read_taxonomy, with_found
 from pounding_risk.units import GAP, say, shown
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 WORDS = "each building with its GEM taxonomy string (BP1, BP2, POP) and OED's code of pounding"
 ENDINGS = (".csv",)

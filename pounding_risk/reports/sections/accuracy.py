@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
 
 from pounding_risk.questions.accuracy import sheet
 from pounding_risk.render.sheet import Block, Cell, count, facts, heading, number, paragraph
 from pounding_risk.reports.data import ReportData
 from pounding_risk.results.attributes import flags_of
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE, WORDS
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 TITLE = "How exact the numbers are"
 ORDER = 80

@@ -10,7 +10,6 @@ from pounding_risk.figures.assess import draw_contact, draw_fragilities, draw_yi
 from pounding_risk.figures.separations import draw_rules
 from pounding_risk.figures.style import RULE_MARKS_WORDS, panel
 from pounding_risk.questions import adequacy as question
-from pounding_risk.questions.rules import rules
 from pounding_risk.render.sheet import Block, figure, heading, name_of, number, paragraph
 from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.results.amplitudes import intensity_words
@@ -64,7 +63,7 @@ def _contact(data: ReportData, pair: Pair) -> list[Block]:
 
 def _codes(data: ReportData, pair: Pair) -> list[Block]:
     """Figure and table of what each rule requires, motion by motion, over the gap that the motion needs."""
-    one, blocks = pair.assessed, rules(data.assessment.percentile, pair.assessed)
+    one, blocks = pair.assessed, question.rules(data.assessment.percentile, pair.assessed)
     compared = [rule for rule in one.separations if rule.ratio_median is not None]
     if compared:
         motions = sum(closing > 0.0 for closing in one.closing)

@@ -12,9 +12,12 @@ from pounding_risk.assessment.along import along_finding
 from pounding_risk.assessment.separations.rules import RULES, SUPERSEDED
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.along import along_caption, along_figure
-from pounding_risk.questions import along, damage, effects
+from pounding_risk.figures.assess import draw_rates
+from pounding_risk.figures.style import panel
+from pounding_risk.questions import along, damage, effects, rates
+from pounding_risk.questions.adequacy import enough
 from pounding_risk.render.sheet import Block, figure, heading, listing, name_of, paragraph
-from pounding_risk.reports.data import ReportData
+from pounding_risk.reports.data import Pair, ReportData
 
 
 def _along(data: ReportData) -> list[Block]:
@@ -54,6 +57,37 @@ def _damage(data: ReportData) -> list[Block]:
     return damage.sheet(answer)
 
 
+def _rates(data: ReportData) -> list[Block]:
+    """How often contact and yielding come under a hazard curve or in an event, by interface; nothing without these."""
+    assessment, blocks = data.assessment, []
+    for pair in data.pairs:
+        verdict = pair.assessed.rate_verdict
+        of_pair = [] if verdict is None else [paragraph(sentence) for sentence in verdict.conclusion]
+        of_pair += [*_gaps_for_rates(data, pair), *rates.annual_rates(assessment, pair.assessed)]
+        of_pair += rates.scenario(assessment, pair.assessed)
+        if of_pair and len(data.pairs) > 1:
+            blocks.append(heading(pair.name, f"{pair.anchor}-how-often"))
+        blocks += of_pair
+    reading = assessment.hazard_reading
+    return [paragraph(reading), *blocks] if blocks and reading else blocks
+
+
+def _gaps_for_rates(data: ReportData, pair: Pair) -> list[Block]:
+    """Figure of the rate of contact against the gap, and table of the gaps that keep it to usual rates."""
+    assessment, one = data.assessment, pair.assessed
+    blocks = rates.gaps_for_rates(assessment, one)
+    known = [gap for gap in one.gaps_for_rates if not gap.fault]
+    if not known:
+        return blocks
+    sentence = (
+        f"{pair.name}: annual rate of contact against the gap under {assessment.hazard}; its "
+        f"{100.0 * assessment.confidence:g} % bounds carry nothing of the curve's own uncertainty"
+    )
+    alt = f"{sentence}; {known[-1].words} needs {enough(known[-1].gap, unit=True)['text']}."
+    drawing = partial(panel, draw_rates, assessment, one)
+    return [figure(f"{pair.anchor}-rates", drawing, f"{sentence}.", alt), *blocks]
+
+
 def _effects(data: ReportData) -> list[Block]:
     """The effects that the scene names, and what each changes and costs where a dataset of `effects` is given."""
     named = data.scene.get("effects", {})
@@ -91,6 +125,7 @@ def _references(data: ReportData) -> list[Block]:
 
 ROWS = (
     ("axes", 5, "Along the axes of the scene", _along),
+    ("rates", 45, "How often do they touch?", _rates),
     ("uncertainty", 48, "Uncertain numbers", _uncertainty),
     ("damage", 65, "Damage", _damage),
     ("effects", 90, "Effects", _effects),

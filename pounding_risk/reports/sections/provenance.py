@@ -87,22 +87,21 @@ def _commands(data: ReportData) -> list[str]:
 
 def _asked(data: ReportData) -> list[str]:
     """Options of the report that differ from the defaults."""
-    assessment, interface = data.assessment, data.assessment.interfaces[0]
+    assessment, interface, results = data.assessment, data.assessment.interfaces[0], Results(data.results)
+    amplitudes = results.amplitudes
+    level = "--pga" if amplitudes.measure == PEAK else "--intensity-level"
+    own_level = amplitudes.values[results.scene_level] if len(amplitudes.values) > 1 else interface.amplitude
+    asked = (  # each with its usual value, and how it is written
+        ("--gap", interface.gap, results.scene_gap(0), lambda gap: exact(gap, GAP)),
+        ("--percentile", assessment.percentile, USUAL_PERCENTILE, "{:.15g}".format),
+        ("--confidence", assessment.confidence, USUAL_CONFIDENCE, repr),
+        ("--target", assessment.target, target_left_by(assessment.percentile), repr),
+        ("--intensity", assessment.intensity, results.usual_intensity, str),
+        (level, interface.amplitude, own_level, lambda at: exact(at or 0.0, amplitudes.measure.quantity)),
+    )
     options = []
-    if interface.gap != Results(data.results).scene_gap(0):
-        options += ["--gap", str(exact(interface.gap, GAP))]
-    if assessment.percentile != USUAL_PERCENTILE:
-        options += ["--percentile", f"{assessment.percentile:.15g}"]
-    if assessment.confidence != USUAL_CONFIDENCE:
-        options += ["--confidence", repr(assessment.confidence)]
-    if assessment.target != target_left_by(assessment.percentile):
-        options += ["--target", repr(assessment.target)]
-    if assessment.intensity != Results(data.results).usual_intensity:
-        options += ["--intensity", assessment.intensity]
-    amplitudes = Results(data.results).amplitudes
-    if len(amplitudes.values) > 1 and interface.amplitude != amplitudes.values[Results(data.results).scene_level]:
-        option = "--pga" if amplitudes.measure == PEAK else "--intensity-level"
-        options += [option, str(exact(interface.amplitude or 0.0, amplitudes.measure.quantity))]
+    for option, value, usual, written in asked:
+        options += [option, str(written(value))] if value != usual else []
     for name, words in data.signature.lines:
         options += [f"--{name}", words]
     for other in data.others.values():

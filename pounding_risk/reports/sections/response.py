@@ -8,20 +8,7 @@ import numpy as np
 
 from pounding_risk.assessment.sensitivity import force_words
 from pounding_risk.questions.adequacy import response
-from pounding_risk.render.sheet import (
-    MISSING,
-    Block,
-    Row,
-    amount,
-    count,
-    head,
-    middle,
-    name_of,
-    number,
-    paragraph,
-    percentiles,
-    table,
-)
+from pounding_risk.render import sheet
 from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.results.attributes import isolated_of, of_structure
 
@@ -37,21 +24,23 @@ OUTPUTS = {
 }
 
 
-def write(data: ReportData) -> list[Block]:
+def write(data: ReportData) -> list[sheet.Block]:
     """Two tables for each interface, at its gap, under the scene's contact model."""
     return [block for pair in data.pairs for block in (*_buildings(data, pair), *response(pair.assessed))]
 
 
-def _buildings(data: ReportData, pair: Pair) -> list[Block]:
+def _buildings(data: ReportData, pair: Pair) -> list[sheet.Block]:
     case = {"gap": pair.grid_gap, "yield_force": pair.assessed.own_force, "contact_model": data.law}
     here = pair.results.sel(case)
     touching = (here["impact_count"] > 0).transpose("record", "polarity").values
     columns_yield = any(share.yield_force == np.inf for share in pair.assessed.yielding)
-    law = f"{name_of(data.law)}, {force_words(pair.assessed.own_force, columns_yield)}"
-    where = f"at a gap of {amount(pair.grid_gap, 'm')['text']}{pair.at}, under {law}"
+    law = f"{sheet.name_of(data.law)}, {force_words(pair.assessed.own_force, columns_yield)}"
+    where = f"at a gap of {sheet.amount(pair.grid_gap, 'm')['text']}{pair.at}, under {law}"
     if not touching.any():
-        return [paragraph(f"{pair.name}: no motion brings contact {where}; the buildings move as without contact.")]
-    rows: list[Row] = []
+        return [
+            sheet.paragraph(f"{pair.name}: no motion brings contact {where}; the buildings move as without contact.")
+        ]
+    rows: list[sheet.Row] = []
     isolated = isolated_of(here)
     for building, output in product(map(str, pair.results["building"].values), OUTPUTS):
         if output not in here:
@@ -64,11 +53,15 @@ def _buildings(data: ReportData, pair: Pair) -> list[Block]:
         is_known = np.isfinite(free) & np.isfinite(struck)
         free, struck = free[is_known], struck[is_known]
         if not free.size:
-            rows.append([building, words, *[number(np.nan)] * 4, MISSING])
+            rows.append([building, words, *[sheet.number(np.nan)] * 4, sheet.MISSING])
             continue
         ratio = np.divide(struck, free, out=np.full(free.shape, np.nan), where=free > 0.0)
-        spreads = [middle(percentiles(values), of) for values, of in ((free, unit), (struck, unit), (ratio, "1"))]
-        rows.append([building, head(words, unit), *spreads, count((struck > free).sum()), count(free.size)])
+        spreads = [
+            sheet.middle(sheet.percentiles(values), of) for values, of in ((free, unit), (struck, unit), (ratio, "1"))
+        ]
+        rows.append(
+            [building, sheet.head(words, unit), *spreads, sheet.count((struck > free).sum()), sheet.count(free.size)]
+        )
     heads = ["building", "output", "without contact: median (16 to 84 %)", "with contact: median (16 to 84 %)"]
     heads += ["with over without: median (16 to 84 %)", "raised in", "motions"]
-    return [table(f"{pair.name}: peaks of the buildings in the motions with contact, {where}.", heads, rows)]
+    return [sheet.table(f"{pair.name}: peaks of the buildings in the motions with contact, {where}.", heads, rows)]

@@ -8,67 +8,46 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.row import RowCase, Touch, force_text, share_of_building
-from pounding_risk.figures.row import (
-    amplification,
-    between,
-    elevation_figure,
-    has_storeys,
-    plan_figure,
-    profiles_figure,
-    where_words,
-)
+from pounding_risk.figures import row as drawn
 from pounding_risk.questions.notes import OF_LINKS
-from pounding_risk.render.sheet import (
-    KEPT,
-    Block,
-    Row,
-    amount,
-    count,
-    figure,
-    head,
-    middle,
-    number,
-    paragraph,
-    percentiles,
-    table,
-)
+from pounding_risk.render import sheet
 from pounding_risk.reports.data import ReportData
 from pounding_risk.results.attributes import isolated_of
 
 TITLE = "The row"
 ORDER = 50
 
-OF_TOUCH = ["motions", "with contact [%]", "reach F_E [%]", "impacts, median", head("peak force, median", "N")]
+OF_TOUCH = ["motions", "with contact [%]", "reach F_E [%]", "impacts, median", sheet.head("peak force, median", "N")]
 POSITIONS = ("end", "interior")
 
 
-def write(data: ReportData) -> list[Block]:
+def write(data: ReportData) -> list[sheet.Block]:
     """Drawings and tables of contact points and storeys; nothing where the interfaces say all."""
     if not data.has_points:
         return []
     case = data.row
-    where = where_words(case)
+    where = drawn.where_words(case)
     of_interfaces = zip(case.interfaces, case.gaps, case.touches, strict=True)
-    interfaces = [[name, number(gap, "m"), *_touch(touch)] for name, gap, touch in of_interfaces]
+    interfaces = [[name, sheet.number(gap, "m"), *_touch(touch)] for name, gap, touch in of_interfaces]
     blocks = [
-        paragraph(f"{contact_finding(case)}."),
-        figure(
+        sheet.paragraph(f"{contact_finding(case)}."),
+        sheet.figure(
             "row-elevation",
-            lambda: elevation_figure(case, titled=False),
+            lambda: drawn.elevation_figure(case, titled=False),
             f"The row in elevation, {where}. Heights are to scale, widths nominal, gaps drawn larger. Colour: share of "
             "the motions with contact; a thick rim: some reach F_E.",
             f"Elevation of {len(case.buildings)} buildings with {len(case.points)} contact points. "
             f"{contact_finding(case)}. The tables below have the numbers.",
         ),
-        table(f"Neighbours, {where}.", ["neighbours", head("gap", "m"), *OF_TOUCH], interfaces),
+        sheet.table(f"Neighbours, {where}.", ["neighbours", sheet.head("gap", "m"), *OF_TOUCH], interfaces),
         _points(case, where),
     ]
     if len(case.buildings) > 2:  # of two it would say what the elevation says
-        blocks[0] = paragraph(f"{contact_finding(case)}. {struck_finding(case)}.")
+        blocks[0] = sheet.paragraph(f"{contact_finding(case)}. {struck_finding(case)}.")
         blocks.append(
-            figure(
+            sheet.figure(
                 "row-plan",
-                lambda: plan_figure(case, titled=False),
+                lambda: drawn.plan_figure(case, titled=False),
                 f"The row in plan, {where}: share of the motions in which a building touches a neighbour, and in which "
                 "a contact of it reaches F_E.",
                 f"Plan of {len(case.buildings)} buildings. {struck_finding(case)}.",
@@ -91,11 +70,11 @@ def contact_finding(case: RowCase) -> str:
     where = f"at {sum(share > 0.0 for share in shares)} of {len(shares)} interfaces, most often " if is_several else ""
     motions = f"{round(most.contact * most.runs)} of {counted(most.runs, 'motion')}"
     force = force_text(most.force)
-    finding = f"Contact {where}between {between(case.interfaces[at])}: {motions}, {force} in the median"
+    finding = f"Contact {where}between {drawn.between(case.interfaces[at])}: {motions}, {force} in the median"
     yields = np.nan_to_num([touch.yielding for touch in case.touches])
     if yields.max() > 0.0:
         share = f"{100 * yields.max():.0f} %"
-        at_which = between(case.interfaces[int(yields.argmax())])
+        at_which = drawn.between(case.interfaces[int(yields.argmax())])
         finding += f"; F_E reached in {f'up to {share} ({at_which})' if is_several else share}"
     return finding
 
@@ -117,8 +96,8 @@ def drift_finding(case: RowCase) -> str:
     parts = []
     ends = " at the row's ends" if len(case.buildings) > 2 else ""
     for position, where in (("end", ends), ("interior", " inside the row")):
-        same = [at for at, one in enumerate(case.buildings) if one.position == position and has_storeys(one)]
-        ratios = np.array([amplification(case, at) for at in same])
+        same = [at for at, one in enumerate(case.buildings) if one.position == position and drawn.has_storeys(one)]
+        ratios = np.array([drawn.amplification(case, at) for at in same])
         if np.isfinite(ratios).any():
             parts.append(f"{np.nanmedian(ratios):.2f} times{where}")
     if not parts:
@@ -130,67 +109,71 @@ def _drift_words(case: RowCase) -> str:
     return f"largest storey drift{' above isolators' * bool(isolated_of(case.results))}"
 
 
-def _touch(touch: Touch) -> Row:
+def _touch(touch: Touch) -> sheet.Row:
     """Cells of a contact, as the columns of `OF_TOUCH`."""
-    shares = [number(share, "%", 3) for share in (touch.contact, touch.yielding)]
-    return [count(touch.runs), *shares, number(touch.impacts), number(touch.force, "N")]
+    shares = [sheet.number(share, "%", 3) for share in (touch.contact, touch.yielding)]
+    return [sheet.count(touch.runs), *shares, sheet.number(touch.impacts), sheet.number(touch.force, "N")]
 
 
-def _points(case: RowCase, where: str) -> Block:
+def _points(case: RowCase, where: str) -> sheet.Block:
     heads = ["contact point", "left floor", "right floor", "kind", "level [m]"]
     rows = []
     for point in case.points:
-        floors = [number(floor, digits=3) for floor in (point.left_floor, point.right_floor)]
-        place = [point.name, *floors, point.kind, number(point.level)]
+        floors = [sheet.number(floor, digits=3) for floor in (point.left_floor, point.right_floor)]
+        place = [point.name, *floors, point.kind, sheet.number(point.level)]
         rows.append([*place, *_touch(point.touch)])
-    most = sorted(range(len(rows)), key=lambda at: -np.nan_to_num(case.points[at].touch.contact))[:KEPT]
+    most = sorted(range(len(rows)), key=lambda at: -np.nan_to_num(case.points[at].touch.contact))[: sheet.KEPT]
     caption = f"Contact points, {where}. Floor 2.4 is 0.4 up the columns of storey 3."
-    return table(caption, [*heads, *OF_TOUCH], rows, keep=sorted(most), note="those with most contact")
+    return sheet.table(caption, [*heads, *OF_TOUCH], rows, keep=sorted(most), note="those with most contact")
 
 
-def _links(case: RowCase, where: str) -> list[Block]:
+def _links(case: RowCase, where: str) -> list[sheet.Block]:
     """Stretch and forces of the links between neighbours, and how many break; nothing without links."""
-    rows: list[Row] = []
+    rows: list[sheet.Row] = []
     for at, name in enumerate(case.interfaces):
         for output, (words, unit) in OF_LINKS.items():
             values = case.results[output].isel(interface=at).values if output in case.results else np.zeros(0)
             if (known := values[np.isfinite(values)]).size:
-                spread = middle(percentiles(known), unit)
-                rows.append([name, head(words, unit), spread, number(known.max(), unit), count(known.size)])
+                spread = sheet.middle(sheet.percentiles(known), unit)
+                rows.append(
+                    [name, sheet.head(words, unit), spread, sheet.number(known.max(), unit), sheet.count(known.size)]
+                )
     heads = ["neighbours", "largest of their links", "median (16 to 84 %)", "largest", "motions"]
-    return [table(f"Springs and dampers between neighbours, {where}.", heads, rows)] if rows else []
+    return [sheet.table(f"Springs and dampers between neighbours, {where}.", heads, rows)] if rows else []
 
 
-def _storeys(case: RowCase, where: str) -> list[Block]:
+def _storeys(case: RowCase, where: str) -> list[sheet.Block]:
     """Profiles, and the change of drift and acceleration by contact, building by building, ends and interiors apart."""
-    raised = [amplification(case, at) for at in range(len(case.buildings))]
+    raised = [drawn.amplification(case, at) for at in range(len(case.buildings))]
     if not np.isfinite(raised).any():
-        return [paragraph("No building with storeys touches a neighbour; the buildings move as without contact.")]
-    shaken = [amplification(case, at, "peak_floor_acceleration") for at in range(len(case.buildings))]
-    rows: list[Row] = [
-        [building.name, building.position, number(drift, digits=3), number(acceleration, digits=3)]
+        return [sheet.paragraph("No building with storeys touches a neighbour; the buildings move as without contact.")]
+    shaken = [drawn.amplification(case, at, "peak_floor_acceleration") for at in range(len(case.buildings))]
+    rows: list[sheet.Row] = [
+        [building.name, building.position, sheet.number(drift, digits=3), sheet.number(acceleration, digits=3)]
         for building, drift, acceleration in zip(case.buildings, raised, shaken, strict=True)
     ]
     for position in POSITIONS:
         same = [at for at, building in enumerate(case.buildings) if building.position == position]
         if len(case.buildings) < 3 or not same:  # two buildings are the table's own rows
             continue
-        cells = [middle(percentiles([values[at] for at in same] or [nan]), "1") for values in (raised, shaken)]
+        cells = [
+            sheet.middle(sheet.percentiles([values[at] for at in same] or [nan]), "1") for values in (raised, shaken)
+        ]
         who = f"{len(same)} {position}{'s' if len(same) != 1 else ''}"
         rows.append([f"{who}: median (16 to 84 %)", "", *cells])
     impulse = _of_runs(case, "row_impulse", "N s")
     lost = _of_runs(case, "row_energy_lost", "J")
     return [
-        figure(
+        sheet.figure(
             "row-profiles",
-            lambda: profiles_figure(case, titled=False),
+            lambda: drawn.profiles_figure(case, titled=False),
             f"Storeys with and without contact, {where}, in the motions in which each building touches a neighbour.",
             f"Drift, shear and acceleration against height. {drift_finding(case)}.",
         ),
-        paragraph(
+        sheet.paragraph(
             f"{drift_finding(case)}. Per motion the row's contacts have an impulse of {impulse} and take {lost}."
         ),
-        table(
+        sheet.table(
             f"With contact over without, median of the motions in which the building touches, {where}.",
             ["building", "in the row", _drift_words(case), "largest acceleration"],
             rows,
@@ -205,4 +188,4 @@ def _of_runs(case: RowCase, name: str, unit: str) -> str:
     touched = (case.results["impact_count"] > 0).any("interface")
     values = case.results[name].where(touched).values
     finite = values[np.isfinite(values)]
-    return f"{amount(np.median(finite), unit)['text']} in the median" if finite.size else "nothing"
+    return f"{sheet.amount(np.median(finite), unit)['text']} in the median" if finite.size else "nothing"

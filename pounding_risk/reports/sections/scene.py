@@ -7,21 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pounding_risk.render.sheet import (
-    Block,
-    Cell,
-    Row,
-    amount,
-    count,
-    facts,
-    head,
-    heading,
-    listing,
-    name_of,
-    number,
-    paragraph,
-    table,
-)
+from pounding_risk.render import sheet
 from pounding_risk.reports.data import ReportData
 from pounding_risk.results.attributes import has_own_grounds, moves_across, rotating_buildings
 from pounding_risk.results.opened import Results
@@ -41,47 +27,47 @@ OF_A_ROW = (
 )
 
 
-def write(data: ReportData) -> list[Block]:
+def write(data: ReportData) -> list[sheet.Block]:
     """Buildings, interfaces, the grid of cases and the assumptions."""
     results = data.results
-    heads = ["building", head("mass", "kg"), "period [s]", head("damping", "%")]
+    heads = ["building", sheet.head("mass", "kg"), "period [s]", sheet.head("damping", "%")]
     heads += ["storeys", "height [m]", "in the row"] if data.has_points else []
-    rows: list[Row] = []
+    rows: list[sheet.Row] = []
     rigid = []
     for name in map(str, results["building"].values):
         building = results.sel(building=name)
         values = [("building_mass", "kg"), ("building_period", "s"), ("building_damping", "%")]
-        row: Row = [name, *(number(building[variable], unit) for variable, unit in values)]
+        row: sheet.Row = [name, *(sheet.number(building[variable], unit) for variable, unit in values)]
         if data.has_points:
-            row += [count(building["building_storeys"]), number(building["building_height"])]
+            row += [sheet.count(building["building_storeys"]), sheet.number(building["building_height"])]
             row.append(str(building["building_position"].values))
         rows.append(row)
         rigid += [name] if np.isnan(building["building_period"]) else []
     interfaces = data.scene["interface"]
     of_pairs = [interfaces[min(index, len(interfaces) - 1)] for index in range(len(data.pairs))]
     return [
-        table("Buildings, left to right.", heads, rows),
-        *([paragraph(f"{' and '.join(rigid)}: rigid, moves with the ground.")] if rigid else []),
+        sheet.table("Buildings, left to right.", heads, rows),
+        *([sheet.paragraph(f"{' and '.join(rigid)}: rigid, moves with the ground.")] if rigid else []),
         *(
-            facts(f"Between {pair.name.replace(' | ', ' and ')}.", map(_interface_row, keys.items()))
+            sheet.facts(f"Between {pair.name.replace(' | ', ' and ')}.", map(_interface_row, keys.items()))
             for pair, keys in zip(data.pairs, of_pairs, strict=True)
         ),
-        facts("The grid of cases.", _grid(data)),
-        heading("Assumptions", "assumptions"),
-        listing([*([*_of_storeys(data.scene), *OF_A_ROW] if data.has_points else ASSUMED), *_assumed(data)]),
+        sheet.facts("The grid of cases.", _grid(data)),
+        sheet.heading("Assumptions", "assumptions"),
+        sheet.listing([*([*_of_storeys(data.scene), *OF_A_ROW] if data.has_points else ASSUMED), *_assumed(data)]),
     ]
 
 
-def _interface_row(item: tuple[str, Any]) -> tuple[str, Cell | str]:
+def _interface_row(item: tuple[str, Any]) -> tuple[str, sheet.Cell | str]:
     """A key of the scene's interface as its file has it; the gap and the yield force in the units of readers."""
     key, value = item
     if key == "gap":
-        return "gap", amount(float(value.split()[0]), "m")
+        return "gap", sheet.amount(float(value.split()[0]), "m")
     if key in ("yield_force", "column_yield_force"):
         force = float(str(value).split()[0])
-        never: Cell = {"text": "none: never yields", "raw": None}
+        never: sheet.Cell = {"text": "none: never yields", "raw": None}
         name = "yield force F_E" if key == "yield_force" else "of a column"
-        return name, never if np.isinf(force) else amount(force, "N")
+        return name, never if np.isinf(force) else sheet.amount(force, "N")
     return key.replace("_", " "), _value_words(value)
 
 
@@ -98,10 +84,10 @@ def _value_words(value: Any) -> str:
         return str(value).replace("_", " ")
 
 
-def _grid(data: ReportData) -> list[tuple[str, Cell | str]]:
+def _grid(data: ReportData) -> list[tuple[str, sheet.Cell | str]]:
     results = data.results
-    rows: list[tuple[str, Cell | str]] = [("cases", count(results["status"].size))]
-    rows.append(("records", count(results.sizes["record"])))
+    rows: list[tuple[str, sheet.Cell | str]] = [("cases", sheet.count(results["status"].size))]
+    rows.append(("records", sheet.count(results.sizes["record"])))
     rows.append(("polarity", ", ".join(map(str, results["polarity"].values))))
     amplitudes = Results(results).amplitudes
     if amplitudes.axis not in results.coords:
@@ -111,13 +97,13 @@ def _grid(data: ReportData) -> list[tuple[str, Cell | str]]:
     for name, words, unit in (amplitude, ("gap", whose, "m"), ("yield_force", "F_E", "N")):
         if name in results.coords:
             rows.append((words, _span(np.atleast_1d(results[name].values), unit)))
-    rows.append(("contact models", ", ".join(map(name_of, data.laws))))
+    rows.append(("contact models", ", ".join(map(sheet.name_of, data.laws))))
     return rows
 
 
-def _span(values: Any, unit: str) -> Cell:
+def _span(values: Any, unit: str) -> sheet.Cell:
     finite = values[np.isfinite(values)]
-    ends = [amount(end, unit) for end in dict.fromkeys((finite.min(), finite.max()))] if finite.size else []
+    ends = [sheet.amount(end, unit) for end in dict.fromkeys((finite.min(), finite.max()))] if finite.size else []
     text = " to ".join(end["text"] for end in ends)
     if len(finite) > 1:
         text += f", {len(finite)} values"

@@ -8,15 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.models.ground import (
-    DelayedGround,
-    Support,
-    UniformGround,
-    accelerations,
-    delayed,
-    divided,
-    is_apart,
-)
+from pounding_risk.models.ground import DelayedGround, Support, UniformGround, accelerations, delayed, divided, is_apart
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.sdof import Building, Oscillator
 from pounding_risk.solver.counters import FIRST_YIELD, STATUS, STEPS, TALLIED, YIELDS, Log, make_log
@@ -26,7 +18,7 @@ from pounding_risk.solver.pair.free import fill_free_response
 from pounding_risk.solver.pair.laws import by_address
 from pounding_risk.solver.pair.outputs import building_outputs, run_outputs
 from pounding_risk.solver.pair.run import march
-from pounding_risk.solver.workspace import MAX_TERMS, SIGNALS, make_workspace
+from pounding_risk.solver.workspace import SIGNALS, make_workspace, parts_and_terms
 
 AT_REST = (0.0, 0.0, 0.0, 0.0)  # of `initial_state`
 
@@ -104,14 +96,10 @@ def at_rest(
 ) -> Free:
     """Arrays of a `free_response` that has not been computed yet: the pair at rest at every node."""
     omega = max(0.0 if o.inverse_omega == 0.0 else 1.0 / o.inverse_omega for o in pair)
-    parts = max(1, ceil(omega * dt / 2.5))
+    parts, terms = parts_and_terms(omega, dt)
     under = accelerations(supports, np.asarray(acceleration), own)
     ground = np.where(np.isfinite(under), under, np.nan) if parts == 1 else divided(under, parts)
     step = dt / parts
-    terms, size = 4, 1.0
-    while size > 1e-19 and terms < MAX_TERMS:
-        size *= max(omega * step, 1e-3) / (terms - 3)
-        terms += 1
     passage: UniformGround | DelayedGround = UniformGround(parts)
     if is_apart(supports, under):
         left, right = supports
@@ -119,12 +107,9 @@ def at_rest(
         ground, passage = passing.left, passing._replace(maps=vibration_maps(pair, step - passing.first))
     states = np.zeros((ground.size, 4))
     blocks = ceil((ground.size - 1) / BLOCK)
-    extremes = np.zeros((blocks, SIGNALS)), np.zeros((blocks, SIGNALS))
-    node_map, block_map = (
-        vibration_maps(pair, passage.width(step, 0)),
-        vibration_maps(pair, passage.moment(step, BLOCK)),
-    )
-    return Free(ground, step, terms, states, *extremes, node_map, block_map, 0.0, passage)
+    high, low = np.zeros((2, blocks, SIGNALS))
+    node_map, block_map = (vibration_maps(pair, time) for time in (passage.width(step, 0), passage.moment(step, BLOCK)))
+    return Free(ground, step, terms, states, high, low, node_map, block_map, 0.0, passage)
 
 
 def workspace_for(free: Free, rtol: float) -> Any:

@@ -104,12 +104,7 @@ def impulsive_contact(pair, free, law, limits, rtol, start, state, workspace, lo
         rebound = 0.0
     rests = pressed and rebound == 0.0
     force = -mass * series[SIGNAL, 0] if rests else 0.0
-    state = (
-        state[0],
-        state[1],
-        rate - joint.share_right * rebound,
-        rate + joint.share_left * rebound,
-    )
+    state = (state[0], state[1], rate - joint.share_right * rebound, rate + joint.share_left * rebound)
     write_state(workspace, state)
     workspace.states[BEGIN, 4] = 0.5 * mass * (speed - rebound) * (speed + rebound)
     workspace.states[BEGIN, 5] = mass * (speed + rebound)

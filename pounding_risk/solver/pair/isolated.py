@@ -137,19 +137,8 @@ def collide(law: Any, rule: Restitution, speed: float, values: tuple[float, floa
 def meeting(law: Any, rule: Restitution, speed: float, values: tuple[float, float, float, float]) -> tuple[Any, ...]:
     """Arguments of `run.begin_contact` for `collide`, ``law`` as kernels take it; ``values`` as there."""
     mass, other_mass, yield_force, rtol = map(float, values)
-    no_maps = ((0.0,) * 4,) * 2
-    free = Free(
-        np.zeros(2),
-        NEVER,
-        4,
-        np.zeros((2, 4)),
-        np.zeros((1, SIGNALS)),
-        np.zeros((1, SIGNALS)),
-        no_maps,
-        no_maps,
-        0.0,
-        UniformGround(),
-    )
+    no_map, (high, low) = ((0.0,) * 4,) * 2, np.zeros((2, 1, SIGNALS))
+    free = Free(np.zeros(2), NEVER, 4, np.zeros((2, 4)), high, low, no_map, no_map, 0.0, UniformGround())
     start = (0.0, 0.0, float(speed), 0.0)
     log, workspace = make_log(1, ROWS, np.zeros(0)), make_workspace(rtol)
     pair = free_mass(mass), free_mass(other_mass)

@@ -100,9 +100,7 @@ RUN: dict[str, Output] = {
     ),
     "energy_viscous": Output("J", "energy that the contact's damper takes", _column(counters.VISCOUS)),
     "energy_plastic": Output(
-        "J",
-        "energy that yielding takes; none in laws whose plateau is retraced",
-        _column(counters.PLASTIC),
+        "J", "energy that yielding takes; none in laws whose plateau is retraced", _column(counters.PLASTIC)
     ),
     "permanent_set": Output("m", "widening of the gap by indentations at the end of the run", _column(counters.SET)),
     "energy_residual": Output(

@@ -12,5 +12,5 @@ In the order in which a run passes through the modules:
   `local_maxima` and `peaks`
 - a log of a run: `trace`, read by `trace_reader`
 - velocities that jump: `impulsive`, with `complementarity`
-- many runs: `model`, `partition`, `cases`, `grid`, `outputs`
+- many runs: `model`, `partition`, `cases`, `outputs`
 """

@@ -13,10 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk._jit.by_address import by_address
 from pounding_risk._jit.calls import numbers_of
 from pounding_risk._jit.compile import lowered
-from pounding_risk._jit.records import column, set_column
+from pounding_risk._jit.memory import by_address, column, set_column
 from pounding_risk.models.ground import arriving
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.hysteresis import _numbers as laws
@@ -247,9 +246,8 @@ def _results_of(layout: RowLayout, run: Run, states: np.ndarray) -> RowRun:
     # A storey that has never passed its limit has the shear of its drift: flights search for the drift's peak alone.
     elastic = floors[:, DRIFT - DISPLACEMENT] <= row.floors[LIMIT]
     floors[elastic, STOREY_FORCE - DISPLACEMENT] = row.floors[SHEAR, elastic] * floors[elastic, DRIFT - DISPLACEMENT]
-    floors[row.floors[SHEAR] == 0.0, STOREY_FORCE - DISPLACEMENT] = (
-        np.nan
-    )  # floors joined by a matrix: no storey spring
+    # Floors joined by a matrix have no storey spring.
+    floors[row.floors[SHEAR] == 0.0, STOREY_FORCE - DISPLACEMENT] = np.nan
     at_end = run.dofs[AT_END]
     drift = at_end - np.where(row.floors[BOTTOM] > 0.0, 0.0, np.concatenate([[0.0], at_end[:-1]])[: at_end.size])
     # A storey that yields drags its elastic range along, which is written down when it turns.
@@ -259,6 +257,7 @@ def _results_of(layout: RowLayout, run: Run, states: np.ndarray) -> RowRun:
     if row.storeys.size:
         rest = _with_laws(rest, row.storeys[:, laws.STIFFNESS] > 0.0, run.storeys)
     workspace, contacts = run.workspace, run.contacts
+    kept = np.concatenate([masses, layout.braces])  # dofs whose states are, at the steps of the layout
     points = [column(contacts, name) for name in ("counters", "highest", "lowest")]
     if row.links.size:
         counters, links = points[0].reshape(len(contacts), TALLIED), run.links
@@ -280,8 +279,8 @@ def _results_of(layout: RowLayout, run: Run, states: np.ndarray) -> RowRun:
         column(contacts, "fastest"),
         run.timed[1],
         run.timed[2],
-        _states_of(layout, states),
-        _log_of_masses(run, np.concatenate([masses, layout.braces])),
+        states[:: layout.phases, :, kept],
+        _log_of_masses(run, kept),
     )
 
 
@@ -308,11 +307,6 @@ def _with_laws(rest: np.ndarray, has_law: np.ndarray, numbers: np.ndarray) -> np
     whole[has_law, 1] = drift - shear / values[laws.UNLOADING]
     whole[has_law, 2], whole[has_law, 3] = _dissipated(numbers[has_law], drift), values[laws.STRENGTH]
     return whole
-
-
-def _states_of(layout: RowLayout, states: np.ndarray) -> np.ndarray:
-    """Of the states at nodes (nodes, 2, dofs) those of the masses, then of the braces, at the steps of the layout."""
-    return states[:: layout.phases, :, np.concatenate([layout.masses, layout.braces])]
 
 
 def _log_of_masses(run: Run, masses: np.ndarray) -> np.ndarray:

@@ -23,6 +23,7 @@ from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import GREW_STATUS, HIGHEST, Contacts, RowRun
 from pounding_risk.solver.row.impulsive.api import jumps, run_jumps
 from pounding_risk.solver.row.model import Part, RowModel
+from pounding_risk.solver.row.outputs import Frame
 from pounding_risk.solver.row.partition import HELD, Span, solved_spans, tied
 from pounding_risk.solver.row.workspace import FreeMotion
 
@@ -57,6 +58,30 @@ class Limits(NamedTuple):
     gaps: Array  # m
     yield_forces: Array  # N
     largest: Array  # N, the yield forces of the grid's last case, the one that yields least
+
+
+class RowGrid(NamedTuple):
+    """The grid of a study of a row, as its cases need it."""
+
+    frame: Frame
+    mechanics: tuple[Mechanics, ...]  # by contact model
+    gaps: Array  # (gaps, interfaces) [m]
+    yield_forces: Array  # (yield forces, points of the model) [N]
+    rtol: float
+
+    @property
+    def model(self) -> RowModel:
+        """The row of buildings with its contact points."""
+        return self.frame.model
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Numbers of contact models, gaps and yield forces."""
+        return len(self.mechanics), len(self.gaps), len(self.yield_forces)
+
+    def limits(self, gap: int, strength: int) -> Limits:
+        """Gaps and yield forces of one case, by point of the model."""
+        return Limits(self.model.gaps(self.gaps[gap]), self.yield_forces[strength], self.yield_forces[-1])
 
 
 class Answered(NamedTuple):
@@ -156,11 +181,7 @@ class Cases:
         part, mechanics = self._part(span), self.mechanics
         points = part.points
         contacts = Contacts(
-            gaps[points],
-            yield_forces[points],
-            mechanics.laws[points],
-            mechanics.restitutions[points],
-            part.watched,
+            gaps[points], yield_forces[points], mechanics.laws[points], mechanics.restitutions[points], part.watched
         )
         acceleration = part.under(self.driven.acceleration)
         if jumps(mechanics.laws):

@@ -6,7 +6,7 @@ The buildings are chains of masses (`mdof.Chain`), the contact points places on 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, inf
+from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -52,7 +52,7 @@ from pounding_risk.solver.row.workspace import (
     SWAY,
     Row,
 )
-from pounding_risk.solver.workspace import MAX_TERMS
+from pounding_risk.solver.workspace import parts_and_terms
 
 if TYPE_CHECKING:
     from pounding_risk.models.structures.mdof import Chain
@@ -130,7 +130,7 @@ def lay_out(
     if interfaces != sorted(interfaces):
         raise ValueError("contact points are not in the order of their interfaces")
     rate = max((_rate(chain) for chain in chains), default=0.0)
-    parts, terms = _parts_and_terms(rate, dt)
+    parts, terms = parts_and_terms(rate, dt)
     step = dt / parts
     times, speeds = (np.zeros(len(chains)) if values is None else values for values in (arrivals, velocities))
     is_one_ground = not many and not np.ptp(times) > 0.0 and not np.ptp(speeds) > 0.0
@@ -164,23 +164,9 @@ def lay_out(
         laws,
         inertia,
     )
-    initial = np.hstack(
-        [
-            chain.initial if chain.initial.size else np.zeros((2, count))
-            for chain, count in zip(chains, counts, strict=True)
-        ]
-    )
+    begun = zip(chains, counts, strict=True)
+    initial = np.hstack([chain.initial if chain.initial.size else np.zeros((2, count)) for chain, count in begun])
     return RowLayout(row, float(dt), parts, terms, np.concatenate([*block_maps, np.zeros(1)]), initial, arrived)
-
-
-def _parts_and_terms(rate: float, dt: float) -> tuple[int, int]:
-    """Node intervals a sample, and terms of the Taylor series over one, for the largest |eigenvalue| [1/s] of a row."""
-    parts = max(1, ceil(rate * dt / 2.5))
-    step, terms, size = dt / parts, 4, 1.0
-    while size > 1e-19 and terms < MAX_TERMS:
-        size *= max(rate * step, 1e-3) / (terms - 3)
-        terms += 1
-    return parts, terms
 
 
 def _braces(points: Sequence[Any], of_body: Sequence[int], counts: Sequence[int]) -> np.ndarray:
@@ -189,7 +175,8 @@ def _braces(points: Sequence[Any], of_body: Sequence[int], counts: Sequence[int]
     for point in points:
         # A link to a rigid neighbour is of the body of the other.
         body = of_body[int(point.interface)]
-        braces[body if counts[body] else body + 1] += is_on_brace(point)
+        law = getattr(point, "law", ())
+        braces[body if counts[body] else body + 1] += bool(law) and law[ALONG_RATE] > 0.0 and law[BRACE] > 0.0
     return braces
 
 
@@ -234,9 +221,10 @@ def _ends(
     ends = np.full((len(points), 4 + ground_dofs), -1, dtype=np.int64)
     shares = np.zeros((len(points), 4 + ground_dofs))
     for k, point in enumerate(points):
+        across = float(getattr(point, "across", inf))  # infinite where that does not matter
         for side, level in enumerate((point.left_floor, point.right_floor)):
             b = int(point.interface) + side
-            for end, (mass, share) in enumerate(floor_shares(buildings[b], float(level), across_of(point))):
+            for end, (mass, share) in enumerate(floor_shares(buildings[b], float(level), across)):
                 ends[k, 2 * side + end] = firsts[b] + mass
                 shares[k, 2 * side + end] = share * (1.0 - 2.0 * side)
         ends[k, 4:], shares[k, 4:] = firsts[int(point.interface) + 2] - 1, -1.0
@@ -324,17 +312,6 @@ def _within(links: np.ndarray, first: int, dof: int) -> np.ndarray:
         links[:, OWNER] -= first
         links[:, BRACE_DOF] -= dof
     return links
-
-
-def is_on_brace(point: Any) -> bool:
-    """True where a point is that of a damper on a brace."""
-    law = getattr(point, "law", ())
-    return bool(law) and law[ALONG_RATE] > 0.0 and law[BRACE] > 0.0
-
-
-def across_of(point: Any) -> float:
-    """Where a point stands across the row [m]; infinite where that does not matter."""
-    return float(getattr(point, "across", inf))
 
 
 def cut_out(layout: RowLayout, first: int, last: int) -> RowLayout:

@@ -120,23 +120,17 @@ OF_LINKS = {
         "largest force of the spring of any link, without the dashpot beside it; NaN without spring",
         ("interface",),
     ),
-}
-OF_LOSSES = {
     "link_energy": Variable(
         "J",
         "energy that all links have lost by slipping, breaking and dampers with link_exponent or a brace; NaN without",
         ("interface",),
     ),
-}
-OF_BREAKING = {
-    "broken_links": Variable("1", "links with a link_breaking_force that have broken; NaN without", ("interface",)),
-}
-OF_DAMPERS = {
     "peak_link_damper_force": Variable(
         "N",
         "largest force of any damper with link_exponent or a brace, without the spring beside it; NaN without",
         ("interface",),
     ),
+    "broken_links": Variable("1", "links with a link_breaking_force that have broken; NaN without", ("interface",)),
 }
 OF_YIELDING = {
     "storey_ductility": Variable("1", "largest drift of the storey over the drift at yield", AT_STOREYS),
@@ -177,20 +171,16 @@ class Frame(NamedTuple):
         """True where a storey of the row has a yield strength."""
         return bool(np.isfinite(self.yield_drifts).any())
 
-    @property
-    def slips(self) -> bool:
-        """True where a link of the row slips at its strength, or breaks."""
-        return any(link.law and link.largest < inf for link in self.model.links)
-
-    @property
-    def breaks(self) -> bool:
-        """True where a link of the row may break."""
-        return any(link.breaking < inf for link in self.model.links)
-
-    @property
-    def has_dampers(self) -> bool:
-        """True where a damper of a power law joins neighbours of the row."""
-        return any(link.exponent for link in self.model.links)
+    def of_links(self) -> list[str]:
+        """Those of `OF_LINKS` that the links of the row have: what they lose, and what breaks, where any may."""
+        links = self.model.links
+        has_dampers = any(link.exponent for link in links)  # of a power law
+        known = {
+            "link_energy": has_dampers or any(link.law and link.largest < inf for link in links),
+            "peak_link_damper_force": has_dampers,
+            "broken_links": any(link.breaking < inf for link in links),
+        }
+        return [name for name in OF_LINKS if known.get(name, bool(links))]
 
     @property
     def has_laws(self) -> bool:
@@ -212,8 +202,10 @@ def frame_of(model: RowModel) -> Frame:
 
 def variables(frame: Frame) -> dict[str, Variable]:
     """Names of all variables of a case."""
+    gathered = {name: f"; {words}" for name, words in OVER_POINTS.items()}  # how the values of points are put together
     interfaces = {
-        name: Variable(output.unit, _gathered_words(name), ("interface",), output.whole) for name, output in RUN.items()
+        name: Variable(output.unit, output.words + gathered.get(name, ""), ("interface",), output.whole)
+        for name, output in RUN.items()
     }
     points = {
         f"{POINT}{name}": interfaces[name]._replace(dims=("contact_point",), words=f"{RUN[name].words}; of one point")
@@ -222,16 +214,9 @@ def variables(frame: Frame) -> dict[str, Variable]:
     return interfaces | points | OF_RUNS | moving_variables(frame)
 
 
-def _gathered_words(name: str) -> str:
-    """The words for an interface's output, with how its contact points' values are put together."""
-    return f"{RUN[name].words}; {OVER_POINTS[name]}" if name in OVER_POINTS else RUN[name].words
-
-
 def moving_variables(frame: Frame) -> dict[str, Variable]:
     """Those that a row has without contact too."""
-    of_links = OF_LINKS if frame.model.links else {}
-    losses = OF_LOSSES if frame.slips or frame.has_dampers else {}
-    of_links = of_links | losses | (OF_DAMPERS if frame.has_dampers else {}) | (OF_BREAKING if frame.breaks else {})
+    of_links = {name: OF_LINKS[name] for name in frame.of_links()}
     of_laws = OF_LAWS if frame.has_laws else {}
     return OF_BUILDINGS | OF_STOREYS | (OF_YIELDING if frame.yields else {}) | of_laws | of_links
 
@@ -277,9 +262,9 @@ def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
 
 
 def _of_links(run: RowRun, frame: Frame) -> Outputs:
-    """Values of `OF_LINKS`, and of `OF_LOSSES`, `OF_DAMPERS` and `OF_BREAKING` where any, (..., interfaces)."""
+    """Values of those of `OF_LINKS` that the row has, (..., interfaces)."""
     model, points = frame.model, np.asarray(run.points)
-    values = np.full((6, *points.shape[:-2], len(model.chains) - 1), np.nan)
+    values = np.full((len(OF_LINKS), *points.shape[:-2], len(model.chains) - 1), np.nan)
     for link, point in zip(model.links, np.flatnonzero(model.is_link), strict=True):
         stretched, shortened = -points[..., point, LOWEST], points[..., point, HIGHEST]
         force = link.peak_force(stretched, shortened) if link.stiffness else np.nan * stretched
@@ -294,9 +279,8 @@ def _of_links(run: RowRun, frame: Frame) -> Outputs:
             is_broken = points[..., point, counters.PLASTIC] * link.stiffness > 0.25 * link.breaking**2
             here[5] = np.nan_to_num(here[5]) + is_broken
     values[:, np.asarray(run.status) != counters.COMPLETE] = np.nan
-    known = [True] * len(OF_LINKS) + [frame.slips or frame.has_dampers, frame.has_dampers, frame.breaks]
-    names = [*OF_LINKS, *OF_LOSSES, *OF_DAMPERS, *OF_BREAKING]
-    return {name: of_name for name, of_name, is_known in zip(names, values, known, strict=True) if is_known}
+    of_links = dict(zip(OF_LINKS, values, strict=True))
+    return {name: of_links[name] for name in frame.of_links()}
 
 
 def closing(run: RowRun, frame: Frame) -> tuple[Array, Array]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk._jit.records import copy_record
+from pounding_risk._jit.memory import copy_record
 from pounding_risk.solver.row.link import is_link_of
 from pounding_risk.solver.row.trace import drop_lines
 from pounding_risk.solver.row.workspace import FIRST, SAVED, SOLVED, START, TANGENT, TIED

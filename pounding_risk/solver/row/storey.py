@@ -10,13 +10,7 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
-from pounding_risk.models.structures.hysteresis._numbers import (
-    COMING,
-    DIRECTION,
-    POTENTIAL,
-    SLOPE,
-    STIFFNESS,
-)
+from pounding_risk.models.structures.hysteresis._numbers import COMING, DIRECTION, POTENTIAL, SLOPE, STIFFNESS
 from pounding_risk.models.structures.hysteresis._numbers import CONSTANT as LAW_CONSTANT
 from pounding_risk.solver.counters import COLLAPSED
 from pounding_risk.solver.pair.taylor import SIGNAL, first_rise

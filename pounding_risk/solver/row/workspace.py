@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk._jit.compile import small
-from pounding_risk._jit.records import new_records, record_type
+from pounding_risk._jit.memory import new_records, record_type
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.hysteresis import called
 from pounding_risk.solver.counters import TALLIED
@@ -119,22 +119,9 @@ SAVED = ROWS - TANGENT  # rows of `Run.saved` that an interval begins with
 # bounds on its motion alone over the present interval; whether it needs a group, and has been solved in one. By
 # interface: whether its distances are searched in this block; whether it ties both buildings to one group.
 (
-    MOVED,
-    VIBRATION_NODE,
-    STATE_NODE,
-    ALONE,
-    BY_NODE,
-    FLOORS_SEARCHED,
-    DISPLACEMENT_BOUND,
-    ACCELERATION_BOUND,
-    FREE_NODE,
-    MOTION_BOUND,
-    GROUPED,
-    SOLVED,
-    DISTANCES_SEARCHED,
-    TIED,
-    MARKS,
-) = range(15)
+    MOVED, VIBRATION_NODE, STATE_NODE, ALONE, BY_NODE, FLOORS_SEARCHED, DISPLACEMENT_BOUND, ACCELERATION_BOUND,
+    FREE_NODE, MOTION_BOUND, GROUPED, SOLVED, DISTANCES_SEARCHED, TIED, MARKS,
+) = range(15)  # fmt: skip
 
 RowWorkspace = record_type(
     search=Search,

@@ -39,6 +39,13 @@ class Line(NamedTuple):
     cells: Mapping[str, str]
     geometry: Any = None  # of a feature
 
+    @classmethod
+    def of(cls, place: str, cells: Iterable[tuple[str, Any]], geometry: Any = None) -> Line:
+        """A line from all its cells by head."""
+        texts = ((key_of(head), json.dumps(cell) if isinstance(cell, dict) else str(cell)) for head, cell in cells)
+        known = {key: text for key, text in texts if text.strip() and text.strip().lower() not in NOT_KNOWN}
+        return cls(place, known, geometry)
+
 
 class Sheet(NamedTuple):
     """The lines of an inventory and the heads as they are written."""
@@ -50,24 +57,35 @@ class Sheet(NamedTuple):
 
     def unit(self, head: str) -> str:
         """The unit in brackets behind a head, "" where it has none."""
-        units = (split_unit(each)[1] for each in self.heads if bare(each).lower() == head.lower())
+        units = (split_unit(each)[1] for each in self.heads if key_of(each) == head.lower())
         return next(filter(None, units), "")
 
-    def own(self, claimed: Iterable[str], prefix: str = "") -> dict[str, tuple[str, str]]:
+    def own(self, claimed: Iterable[str], notes: Notes, prefix: str = "") -> dict[str, tuple[str, str]]:
         """Column and unit, by key, of columns of a street's table that stand beside the ``claimed`` ones of a format.
 
         Tags of others may have such names too: the head has a unit, as "gap [mm]", or the format's prefix for columns
-        that the standard does not have.
+        that the standard does not have. Of the others those that hold something are noted: they are not read.
         """
         taken = {head.lower() for head in claimed}
         columns = {}
-        for head in self.heads:
-            key = bare(head).lower()
+        for key in map(key_of, self.heads):
             name = " ".join(key.removeprefix(prefix).replace("_", " ").split())
             is_own = self.unit(key) or name == "street" or (prefix and key.startswith(prefix))
             if key not in taken and name in COLUMNS and is_own:
                 columns[key] = name, self.unit(key)
+        held = {key for line in self.lines for key in line.cells} - taken - set(columns)
+        unread = [shown(head) for head in self.heads if key_of(head) in held]
+        if unread:
+            notes.add("", f"head: {listed(unread, SAID)} {'is' if len(unread) == 1 else 'are'} not read")
         return columns
+
+    def name_head(self, *heads: str) -> str:
+        """The first of some heads whose cells differ in every line; "" where none does."""
+        for head in heads:
+            names = [line.cells.get(head.lower(), "") for line in self.lines]
+            if all(names) and len(set(names)) == len(names):
+                return head
+        return ""
 
 
 class Building(NamedTuple):
@@ -296,12 +314,12 @@ def heads_of(path: Path, text: str) -> list[str]:
     else:
         first_features = collection_of(text, WHAT, [], is_typed=False)["features"][:10]
         heads = list(dict.fromkeys(key for feature in first_features for key in properties_of(feature)))
-    return [bare(head).lower() for head in heads]
+    return [key_of(head) for head in heads]
 
 
-def bare(head: str) -> str:
-    """A head without its unit in brackets."""
-    return split_unit(head)[0]
+def key_of(head: str) -> str:
+    """A head in lower case, without its unit in brackets."""
+    return split_unit(head)[0].lower()
 
 
 def sheet_of(path: Path, text: str, faults: list[str]) -> Sheet:
@@ -313,7 +331,7 @@ def sheet_of(path: Path, text: str, faults: list[str]) -> Sheet:
     lines = []
     for number, feature in enumerate(features, start=1):
         cells = {"id": feature.get("id"), **properties_of(feature)}
-        lines.append(Line(f"feature {number}", known_cells(cells.items()), feature.get("geometry")))
+        lines.append(Line.of(f"feature {number}", cells.items(), feature.get("geometry")))
     return Sheet(path, heads, lines)
 
 
@@ -323,8 +341,8 @@ def csv_sheet(path: Path, text: str, faults: list[str], named: str = "") -> Shee
     if not rows:
         return Sheet(path, (), [])
     at, heads = rows[0][0], tuple(head.strip() for head in rows[0][1])
-    lower = [bare(head).lower() for head in heads]
-    twice = sorted({head for head in heads if head and lower.count(bare(head).lower()) > 1})
+    keys = [key_of(head) for head in heads]
+    twice = sorted({head for head in heads if head and keys.count(key_of(head)) > 1})
     if twice:
         faults.append(f"{named}line {at}: {', '.join(map(shown, twice))} stands twice; leave one of the two out")
         return Sheet(path, heads, [])
@@ -333,29 +351,5 @@ def csv_sheet(path: Path, text: str, faults: list[str], named: str = "") -> Shee
         if words := uneven(cells, heads):
             faults.append(f"{named}line {at}: {words}")
         else:
-            lines.append(Line(f"{named}line {at}", known_cells(zip(heads, cells, strict=True))))
+            lines.append(Line.of(f"{named}line {at}", zip(heads, cells, strict=True)))
     return Sheet(path, heads, lines)
-
-
-def known_cells(cells: Iterable[tuple[str, Any]]) -> dict[str, str]:
-    """Cells by head in lower case, as text, without those that say nothing."""
-    texts = ((bare(key).lower(), json.dumps(cell) if isinstance(cell, dict) else str(cell)) for key, cell in cells)
-    return {key: text for key, text in texts if text.strip() and text.strip().lower() not in NOT_KNOWN}
-
-
-def note_unread(sheet: Sheet, read: Iterable[str], notes: Notes) -> None:
-    """Note the columns that hold something and are not read."""
-    held = {head for line in sheet.lines for head in line.cells} - {head.lower() for head in read}
-    unread = [head for head in sheet.heads if bare(head).lower() in held]
-    if unread:
-        verb = "is" if len(unread) == 1 else "are"
-        notes.add("", f"head: {listed([*map(shown, unread)], SAID)} {verb} not read")
-
-
-def own_name(sheet: Sheet, *heads: str) -> str:
-    """The first of some heads whose cells differ in every line; "" where none does."""
-    for head in heads:
-        names = [line.cells.get(head.lower(), "") for line in sheet.lines]
-        if all(names) and len(set(names)) == len(names):
-            return head
-    return ""

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from types import MappingProxyType
 
 from pounding_risk.models.structures.storeys import MOST_STOREYS
-from pounding_risk.streets.inventory._lines import Building, Draft, Kind, Notes, Sheet, note_unread, own_name
+from pounding_risk.streets.inventory._lines import Building, Draft, Kind, Notes, Sheet
 from pounding_risk.streets.inventory.gem import put_taxonomy
 
 WORDS = "an OED location file"
@@ -71,9 +71,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
     """The buildings of a location file."""
     for head in filter(sheet.unit, READ):
         faults.append(f"head: {head} has a unit in brackets, which OED says by a code; write {head}Unit, and its code")
-    own = sheet.own(READ, OWN)
-    note_unread(sheet, [*READ, *own], notes)
-    name = own_name(sheet, "LocName", "LocNumber")
+    own, name = sheet.own(READ, notes, OWN), sheet.name_head("LocName", "LocNumber")
     for line in sheet.lines:
         draft = Draft(line, faults, notes)
         parts = [draft.text(head) for head in ((name,) if name else ("PortNumber", "AccNumber", "LocNumber"))]

@@ -15,19 +15,7 @@ from typing import Any
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.streets.hazus import family_of
-from pounding_risk.streets.inventory._lines import (
-    Building,
-    Draft,
-    Kind,
-    Line,
-    Notes,
-    Sheet,
-    bare,
-    csv_sheet,
-    known_cells,
-    note_unread,
-    own_name,
-)
+from pounding_risk.streets.inventory._lines import Building, Draft, Kind, Line, Notes, Sheet, csv_sheet, key_of
 from pounding_risk.streets.inventory.gem import put_taxonomy, read_taxonomy, year_of
 from pounding_risk.streets.table import BlockError, file_text
 from pounding_risk.units import shown
@@ -54,9 +42,7 @@ def recognises(heads: frozenset[str]) -> bool:
 def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Building]:
     """The buildings of an exposure."""
     heads = _heads(sheet)
-    own = sheet.own(heads.values())
-    note_unread(sheet, [*heads.values(), *own], notes)
-    name = own_name(sheet, heads["id"])
+    own, name = sheet.own(heads.values(), notes), sheet.name_head(heads["id"])
     unit = sheet.unit(heads["area"]) or str(sheet.facts.get("area unit", "")).strip()
     for line in sheet.lines:
         draft = Draft(line, faults, notes)
@@ -132,7 +118,7 @@ def metadata_sheet(path: Path, text: str, faults: list[str]) -> Sheet:
         lines = []
         for number, each in enumerate(assets, 1):
             place = next((part for part in each if _tag(part) == "location"), each)
-            lines.append(Line(f"asset {number}", known_cells({**each.attrib, **place.attrib}.items())))
+            lines.append(Line.of(f"asset {number}", {**each.attrib, **place.attrib}.items()))
         return Sheet(path, FIELDS, lines, {**facts, "fields": {}})  # other names are those of tables
     heads: list[str] = []
     lines = []
@@ -148,7 +134,7 @@ def metadata_sheet(path: Path, text: str, faults: list[str]) -> Sheet:
     if not lines and not faults:
         faults.append("<assets> names no table with a line; write the names of CSV files beside it")
     sheet = Sheet(path, tuple(heads), lines, facts)
-    known = {bare(head).lower() for head in heads}
+    known = {key_of(head) for head in heads}
     for field, head in _heads(sheet).items():
         if heads and head.lower() not in known and (field in NEEDED or field in facts["fields"]):
             faults.append(f'no table has the column {shown(head)} for "{field}"; write its name into exposureFields')

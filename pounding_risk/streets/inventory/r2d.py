@@ -15,16 +15,7 @@ import numpy as np
 from pounding_risk._common.inputs import EXPORT, read_text
 from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.streets.hazus import FAMILIES, family_of
-from pounding_risk.streets.inventory._lines import (
-    Building,
-    Draft,
-    Kind,
-    Notes,
-    Sheet,
-    note_unread,
-    outline_json,
-    own_name,
-)
+from pounding_risk.streets.inventory._lines import Building, Draft, Kind, Notes, Sheet, outline_json
 from pounding_risk.streets.table import AREA, DEGREE, HEIGHT
 from pounding_risk.units import QuantityError, parse
 
@@ -48,9 +39,7 @@ def recognises(heads: frozenset[str]) -> bool:
 
 def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Building]:
     """The buildings of a table of assets."""
-    own = sheet.own(READ)
-    note_unread(sheet, [*READ, *own], notes)
-    name = own_name(sheet, "id", "Building_ID")
+    own, name = sheet.own(READ, notes), sheet.name_head("id", "Building_ID")
     length, unit_words = _run_unit(sheet.path)
     for line in sheet.lines:
         draft = Draft(line, faults, notes)

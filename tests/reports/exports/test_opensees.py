@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import output
 from scenes import rigid, scene_text, single, storeyed
 from sweeps import sweep
 
@@ -62,9 +61,8 @@ SCENES = {
 
 def peaks_of(script: Path, step: float) -> dict[str, tuple[float, float]]:
     """Peak displacement [m] and force [N] of each contact that a run of a script prints."""
-    done = subprocess.run([sys.executable, script, repr(step)], capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    lines = done.stdout[done.stdout.index("contact ") :].partition("pounding-risk\n")[0].splitlines()[1:]
+    printed = output(script, repr(step))
+    lines = printed[printed.index("contact ") :].partition("pounding-risk\n")[0].splitlines()[1:]
     return {line[:40].strip(): tuple(map(float, line[40:].split())) for line in lines}
 
 

@@ -1,5 +1,4 @@
-"""Hard cases, one module a group, found here by `stability`.
+"""Hard cases, found here by `stability`: those of each `Group` of a module.
 
-A module holds one object ``GROUP``; its cases are the functions decorated with ``GROUP.case`` and the scenes given to
-``GROUP.energy``.
+A group's cases are the functions decorated with ``case`` and the scenes given to ``energy`` and ``energy_of_row``.
 """

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from math import inf
 from typing import Any
 
 import numpy as np
 
 from pounding_risk.lab.stability.case import ALL, BITS, HERTZ, LINEAR, ONE, POTENTIAL, Bound, Group
-from pounding_risk.lab.stability.trial import SOFT, STIFF, Trial, TrialScene, largest_difference, shaking
+from pounding_risk.lab.stability.trial import SOFT, STIFF, Ground, Trial, TrialScene, largest_difference, shaking
 from pounding_risk.solver.counters import STEPS
 from pounding_risk.solver.pair.api import free_response, oscillators
+from pounding_risk.solver.pair.flight import Free
 from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS
 from pounding_risk.solver.workspace import make_workspace
@@ -26,13 +28,18 @@ PEAKS = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration
 @GROUP.case("31", "seen from behind: −a_g, left for right", "the same run", BITS)
 def mirror(trial: Trial) -> float:
     """The pair seen from behind: buildings swapped, the ground reversed."""
-    other = trial.solve(USUAL._replace(left=STIFF, right=SOFT, ground=-USUAL.ground))
-    swapped = {"left": "right", "right": "left"}
-    back = {}
-    for name, value in other.items():
-        stem, _, side = name.rpartition("_")
-        back[f"{stem}_{swapped[side]}" if side in swapped else name] = value
-    return largest_difference(trial.solve(USUAL), back)
+    return largest_difference(trial.solve(USUAL), swapped(trial.solve(from_behind(USUAL))))
+
+
+def from_behind(scene: TrialScene) -> TrialScene:
+    """A pair seen from behind."""
+    return scene._replace(left=scene.right, right=scene.left, ground=-scene.ground)
+
+
+def swapped(outputs: dict[str, float]) -> dict[str, float]:
+    """Outputs with those of the left building under the names of the right one, and the reverse."""
+    others = {"left": "right", "right": "left"}
+    return {re.sub("(left|right)$", lambda side: others[side[0]], name): value for name, value in outputs.items()}
 
 
 def scaled(outputs: dict[str, float], factors: dict[str, float]) -> dict[str, float]:
@@ -96,6 +103,7 @@ SLOWER = TrialScene(
     dt=16.0 * USUAL.dt,
 )
 SLOWED: dict[str, Any] = {"one": USUAL, "other": SLOWER, "time": 16.0, "force": 1.0 / 256.0}
+CLOCK = Bound(1e-11, 1e-3, "the clock of a contact rounds with the time since the record began; so do the steps")
 # The error control of laws in δ^1.5 takes its scale of depth from a search good to a tenth: peaks alone.
 OF_HERTZ = Bound(
     1e-11, 10.0, "the steps differ: their scale of depth is a search good to a tenth, corners are stepped over"
@@ -137,12 +145,7 @@ def quiet_before(trial: Trial) -> float:
     return float(np.abs(later[48:] - one).max() + np.abs(later[:48]).max())
 
 
-@GROUP.case(
-    "38b",
-    "48 zeros before the record",
-    "the same peaks",
-    Bound(1e-11, 1e-3, "the clock of a contact rounds with the time since the record began; so do the steps"),
-)
+@GROUP.case("38b", "48 zeros before the record", "the same peaks", CLOCK)
 def quiet_before_contact(trial: Trial) -> float:
     """The same with contact, whose clock rounds otherwise at another time: difference of the peaks."""
     return similar(trial, USUAL, USUAL._replace(ground=np.append(np.zeros(48), USUAL.ground)), PEAKS)
@@ -151,19 +154,22 @@ def quiet_before_contact(trial: Trial) -> float:
 @GROUP.case("45", "7 gaps × 4 yield forces, screened", "every case run by itself", BITS)
 def pruned(trial: Trial) -> float:
     """Seven gaps and four yield forces with screening and without: columns that differ; inf where nothing was saved."""
-    pair = oscillators(SOFT, STIFF)
-    free = free_response(pair, shaking(4.0), 0.01)
+    free = free_response(oscillators(SOFT, STIFF), shaking(4.0), 0.01)
     closing = float(free.high[:, 0].max())
     gaps = np.append(np.linspace(0.0, 0.9 * closing, 5), [closing, 2.0 * closing])
     forces = np.array([1e5, 1.5e6, 1e9, inf])
-    answers, runs = [], []
-    for screening in (True, False):
-        out = np.zeros((len(gaps), len(forces), COLUMNS))
-        how = np.zeros((len(gaps), len(forces)), dtype=np.int8)
-        grid = (gaps, forces, TrialScene().restitution)
-        solve_grid(pair, free, trial.law(TrialScene()), grid, trial.rtol, screening, make_workspace(), out, how)
-        trial.steps += int(out[..., STEPS].sum())
-        answers.append(np.delete(out, STEPS, axis=-1))
-        runs.append(int(how.sum()))
-    same = (answers[0] == answers[1]) | (np.isnan(answers[0]) & np.isnan(answers[1]))
-    return inf if runs[0] >= runs[1] else float(np.count_nonzero(~same))
+    (screened, few), (whole, many) = (grid_of(trial, TrialScene(), free, gaps, forces, one) for one in (True, False))
+    same = (screened == whole) | (np.isnan(screened) & np.isnan(whole))
+    return inf if few >= many else float(np.count_nonzero(~same))
+
+
+def grid_of(
+    trial: Trial, scene: TrialScene, free: Free, gaps: Ground, forces: Ground, screening: bool
+) -> tuple[Ground, int]:
+    """Every column but that of the steps of a pair's grid, and how many of its cases were simulated."""
+    out = np.zeros((len(gaps), len(forces), COLUMNS))
+    how = np.zeros(out.shape[:2], dtype=np.int8)
+    pair, grid = oscillators(scene.left, scene.right), (gaps, forces, scene.restitution)
+    solve_grid(pair, free, trial.law(scene), grid, trial.rtol, screening, make_workspace(), out, how)
+    trial.steps += int(out[..., STEPS].sum())
+    return np.delete(out, STEPS, axis=-1), int(how.sum())

@@ -10,10 +10,19 @@ from pounding_risk.lab.stability.case import BITS, CAPPED, ENERGY, FORCES, LEDGE
 from pounding_risk.lab.stability.trial import NO_PULL, SOFT, STIFF, WALL, Trial, TrialScene, largest_difference, shaking
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.solver.pair.isolated import Impact
 
 GROUP = Group("limits of a law")
 
+CONTACT = Bound(1e-11, 1.0, "one contact at the tolerance; rounding")
+CLOSED_FORM = Bound(1e-10, 1.0, "ten digits are given; one contact at the tolerance")
+OF_CONCRETE = Bound(1e-11, 1.0, "e depends on ξ alone; one contact at the tolerance")
+GHOSTS = Bound(1e-11, 10.0, "the free motion, integrated while in contact; as for the energy")
+LOW_YIELD = Bound(1e-5, 1.0, "the loss falls as the yield force to the power 1.8: 0.009 at a tenth")
+STIFF_LIMIT = Bound(0.01, 1.0, "the contact lasts 3e-3 of the period, in which the spring acts too")
+TWO_CONTACTS = Bound(1e-11, 1.0, "two contacts at the tolerance; rounding")
+NO_MASS = Bound(1e-11, 1.0, "e depends on no mass; two contacts at the tolerance")
+CORNERS = Bound(1e-11, 30.0, "two contacts, whose corners the steps pass over; rounding")
+GAINS_LITTLE = "gains at most 2 m/M v; e as against a wall"
 ROUNDING = Bound(1e-12, 0.0, "rounding of some tens of steps; both masses are moved by the same force")
 BLOCK, SPEED = TrialScene(hertz=2.75e9, linear=9.35e7), 0.5  # N/m^1.5, N/m, m/s: concrete cubes of 570 kg
 MASS = 570.0
@@ -34,15 +43,10 @@ RETURNED = {
     "viscous_elastoplastic": 0.0089519160,
     "tabulated": 1.0,
 }
+KNOWN = tuple(name for name in FORCES if name in RETURNED)
 
 
-@GROUP.case(
-    "10",
-    "e = 1, two equal masses",
-    "no speed is lost; velocities are exchanged",
-    Bound(1e-11, 1.0, "one contact at the tolerance; rounding"),
-    FORCES,
-)
+@GROUP.case("10", "e = 1, two equal masses", "no speed is lost; velocities are exchanged", CONTACT, FORCES)
 def full_restitution(trial: Trial) -> float:
     """e = 1: the speed lost, and by how much two equal masses fail to exchange theirs."""
     scene = BLOCK._replace(restitution=Restitution(1.0))
@@ -50,24 +54,11 @@ def full_restitution(trial: Trial) -> float:
     return max(abs(1.0 - collision.restitution), abs(collision.impulse / (MASS * SPEED) - 1.0))
 
 
-@GROUP.case(
-    "11",
-    "e = 0.01, isolated impact",
-    "the law's closed form of e",
-    Bound(1e-10, 1.0, "ten digits are given; one contact at the tolerance"),
-    tuple(name for name in FORCES if name in RETURNED),
-)
+@GROUP.case("11", "e = 0.01, isolated impact", "the law's closed form of e", CLOSED_FORM, KNOWN)
 def hardly_any_restitution(trial: Trial) -> float:
     """e = 0.01: the e returned, against the law's closed form."""
     collision = trial.collide(BLOCK._replace(restitution=Restitution(0.01)), SPEED, MASS)
     return abs(collision.restitution - RETURNED[trial.name])
-
-
-def reversals(collision: Impact, least: float) -> int:
-    """How often a force history turns from rising to falling or back; ``least`` [N] is the smallest change."""
-    change = np.diff(collision.force)
-    change = change[np.abs(change) > least]
-    return int(np.count_nonzero(np.diff(np.sign(change))))
 
 
 @GROUP.case("24", "e = 0.01: dashpot of sixty times the critical", "F rises and falls once; no pull", BITS, FORCES)
@@ -75,17 +66,14 @@ def overdamped(trial: Trial) -> float:
     """e = 0.01, a dashpot of up to 60 times the critical: turns of the force beyond the three of a smooth history."""
     collision = trial.collide(BLOCK._replace(restitution=Restitution(0.01)), SPEED, MASS)
     # The Hertz-damp laws part with a force that is all but zero, to the tolerance of the rates.
-    pulls = trial.name != "kelvin_voigt" and collision.force.min() < -max(trial.rtol, NO_PULL) * collision.peak_force
-    return inf if pulls else float(max(0, reversals(collision, max(trial.rtol, NO_PULL) * collision.peak_force) - 3))
+    least = max(trial.rtol, NO_PULL) * collision.peak_force
+    pulls = trial.name != "kelvin_voigt" and collision.force.min() < -least
+    change = np.diff(collision.force)
+    turns = np.count_nonzero(np.diff(np.sign(change[np.abs(change) > least])))
+    return inf if pulls else max(0.0, turns - 3.0)
 
 
-@GROUP.case(
-    "12a",
-    "concrete at 5, 7.2 and 20 m/s",
-    "e held at the end of its fit",
-    Bound(1e-11, 1.0, "e depends on ξ alone; one contact at the tolerance"),
-    FORCES,
-)
+@GROUP.case("12a", "concrete at 5, 7.2 and 20 m/s", "e held at the end of its fit", OF_CONCRETE, FORCES)
 def same_at_any_speed(trial: Trial) -> float:
     """Approaches of 5, 7.2 and 20 m/s on concrete: spread of the e returned, which is that of 5 m/s."""
     scene = BLOCK._replace(restitution=CONCRETE)
@@ -102,13 +90,7 @@ def faster_than_the_fit(trial: Trial) -> float:
     return trial.unsound(outputs) if fast else inf
 
 
-@GROUP.case(
-    "14",
-    "F_E = 1e-9 N",
-    "the motion without contact",
-    Bound(1e-11, 10.0, "the free motion, integrated while in contact; as for the energy"),
-    CAPPED,
-)
+@GROUP.case("14", "F_E = 1e-9 N", "the motion without contact", GHOSTS, CAPPED)
 def no_yield_force(trial: Trial) -> float:
     """F_E = 1e-9 N, the contact of two ghosts: difference from the motion without contact."""
     free = trial.solve(TrialScene(gap=inf))
@@ -119,13 +101,7 @@ def no_yield_force(trial: Trial) -> float:
     return largest_difference(outputs, free, only=names)
 
 
-@GROUP.case(
-    "15",
-    "F_E = a thousandth of the peak force",
-    "rebounds all but elastically",
-    Bound(1e-5, 1.0, "the loss falls as the yield force to the power 1.8: 0.009 at a tenth"),
-    CAPPED,
-)
+@GROUP.case("15", "F_E = a thousandth of the peak force", "rebounds all but elastically", LOW_YIELD, CAPPED)
 def low_yield_force(trial: Trial) -> float:
     """F_E = a thousandth of the uncapped peak: how far the rebound is from elastic, which it nears from below."""
     peak = trial.collide(BLOCK, SPEED, MASS).peak_force
@@ -148,22 +124,13 @@ def high_yield_force(trial: Trial) -> float:
 def yield_force_just_reached(trial: Trial) -> float:
     """F_E from just below the largest force down: the largest force is F_E, to the bit, up to that of no cap."""
     scene = TrialScene(gap=0.005)
-    whole = trial.solve(scene)
-    peak = whole["peak_contact_force"]
-    worst = 0.0
-    for share in (1.0 - 1e-9, 0.999, 0.5, 0.05, 2.0):
-        outputs = trial.solve(scene._replace(yield_force=share * peak))
-        worst = max(worst, abs(outputs["peak_contact_force"] / min(share * peak, peak) - 1.0))
-    return worst
+    peak = trial.solve(scene)["peak_contact_force"]
+    strengths = [share * peak for share in (1.0 - 1e-9, 0.999, 0.5, 0.05, 2.0)]
+    capped = [trial.solve(scene._replace(yield_force=strength))["peak_contact_force"] for strength in strengths]
+    return max(abs(force / min(strength, peak) - 1.0) for force, strength in zip(capped, strengths, strict=True))
 
 
-@GROUP.case(
-    "23",
-    "one impact on a wall, β = 1e13, k = 1e12",
-    "the stereomechanical rebound",
-    Bound(0.01, 1.0, "the contact lasts 3e-3 of the period, in which the spring acts too"),
-    FORCES,
-)
+@GROUP.case("23", "one impact on a wall, β = 1e13, k = 1e12", "the stereomechanical rebound", STIFF_LIMIT, FORCES)
 def stiff_limit(trial: Trial) -> float:
     """An undamped oscillator hits a wall once: its next swing, against the stereomechanical one.
 
@@ -183,20 +150,8 @@ def stiff_limit(trial: Trial) -> float:
     return abs(trial.solve(scene)["peak_opening"] / sqrt(scene.gap**2 + (e * speed / omega) ** 2) - 1.0)
 
 
-@GROUP.case(
-    "22b",
-    "free impact, β up to 1e13",
-    "peak force ~ β^(2/5), k^(1/2)",
-    Bound(1e-11, 1.0, "two contacts at the tolerance; rounding"),
-    POTENTIAL,
-)
-@GROUP.case(
-    "22c",
-    "free impact, β up to 1e13, a law with corners",
-    "peak force ~ β^(2/5)",
-    Bound(1e-11, 30.0, "two contacts, whose corners the steps pass over; rounding"),
-    PATH,
-)
+@GROUP.case("22b", "free impact, β up to 1e13", "peak force ~ β^(2/5), k^(1/2)", TWO_CONTACTS, POTENTIAL)
+@GROUP.case("22c", "free impact, β up to 1e13, a law with corners", "peak force ~ β^(2/5)", CORNERS, PATH)
 def force_of_stiffness(trial: Trial) -> float:
     """β and 1024 β, up to 1e13: the peak force of a free impact grows by 1024^(2/5) = 16, of a linear law by 32."""
     power = 32.0 if trial.is_linear else 16.0
@@ -214,13 +169,7 @@ def momentum(trial: Trial, ratio: float) -> float:
     return abs(collision.momentum_change * collision.impulse) / (1e4 * SPEED)
 
 
-@GROUP.case(
-    "19c",
-    "a mass struck by a millionth of it",
-    "gains at most 2 m/M v; e as against a wall",
-    Bound(1e-11, 1.0, "e depends on no mass; two contacts at the tolerance"),
-    FORCES,
-)
+@GROUP.case("19c", "a mass struck by a millionth of it", GAINS_LITTLE, NO_MASS, FORCES)
 def heavy_side_hardly_moves(trial: Trial) -> float:
     """A mass struck by a millionth of it: its speed beyond 2 m_light/m_heavy v, and e against that on a wall."""
     light, heavy = 1e3, 1e9

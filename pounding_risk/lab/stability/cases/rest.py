@@ -18,6 +18,11 @@ LIGHT = Building("light", 7.8e3, 1.8, 0.058)  # leans on the heavy one throughou
 HEAVY = SOFT._replace(period=1.4)
 GROUP.energy("46", "a light building leans on a heavy one, shaken", TrialScene(HEAVY, LIGHT, ground=shaking(6.0)))
 
+RESTING = Bound(1e-12, 0.0, "rounding: what it vibrated has died away, whatever the tolerance")
+SHRUNK = Bound(1e-9, 1.0, "the vibration falls by 1e-11 in the 20 s; at rest each step renews its error")
+ON_PLATEAU = "F = F_E throughout; energy closes"
+IN_BALANCE = "rests in balance, with a force of its loop"
+STATIC = "comes to rest on the static solution"
 # Damped well, so that a building that is let alone is at rest within seconds.
 LEANING, PROP = SOFT._replace(damping=0.3), STIFF._replace(damping=0.3)
 LEVEL = -3.0  # m/s²: pushes the softer building, on the left, towards the other
@@ -75,13 +80,7 @@ def unrest(trial: Trial, scene: TrialScene) -> float:
     return max(abs(steps[-1, 5] / resting.force - 1.0), abs(depth / resting.penetration - 1.0))
 
 
-@GROUP.case(
-    "5",
-    "pressed together by a lasting push",
-    "comes to rest on the static solution",
-    Bound(1e-12, 0.0, "rounding: what it vibrated has died away, whatever the tolerance"),
-    POTENTIAL,
-)
+@GROUP.case("5", "pressed together by a lasting push", STATIC, RESTING, POTENTIAL)
 def resting(trial: Trial) -> float:
     """A push that rises over 1 s and stays for 30 s, from a closed gap.
 
@@ -91,13 +90,7 @@ def resting(trial: Trial) -> float:
     return unrest(trial, TrialScene(LEANING, PROP, ground=push(GENTLE, 1.0, 30.0)))
 
 
-@GROUP.case(
-    "5b",
-    "pressed together by a lasting push, a law with a path",
-    "rests in balance, with a force of its loop",
-    Bound(1e-12, 0.0, "rounding: what it vibrated has died away, whatever the tolerance"),
-    PATH,
-)
+@GROUP.case("5b", "pressed together by a lasting push, a law with a path", IN_BALANCE, RESTING, PATH)
 def resting_in_balance(trial: Trial) -> float:
     """The same for a law whose force at rest depends on its path: forces out of balance, over the contact's.
 
@@ -113,34 +106,18 @@ def resting_in_balance(trial: Trial) -> float:
     lower = law.force(law.turned(memory, 2.0 * delta, True), delta, 0.0, False)
     if not lower * (1.0 - 1e-9) <= force <= upper * (1.0 + 1e-9):
         return inf
-    missed = (
-        LEANING.stiffness * left + force + LEANING.mass * LEVEL,
-        PROP.stiffness * right - force + PROP.mass * LEVEL,
-    )
-    return max(map(abs, missed)) / force
+    missed_left = LEANING.stiffness * left + force + LEANING.mass * LEVEL
+    missed_right = PROP.stiffness * right - force + PROP.mass * LEVEL
+    return max(abs(missed_left), abs(missed_right)) / force
 
 
 def bouncing(hold: float, dt: float = 0.02) -> TrialScene:
     """A sudden push over a gap that leaves 1.7 mm of it, e = 0.9: a bounce, smaller ones after it, rest."""
-    return TrialScene(
-        SOFT._replace(damping=0.1),
-        STIFF._replace(damping=0.1),
-        gap=0.01,
-        hertz=1e11,
-        linear=1e10,
-        restitution=Restitution(0.9),
-        ground=push(LEVEL, 0.1, hold, dt),
-        dt=dt,
-    )
+    pair, ground = (SOFT._replace(damping=0.1), STIFF._replace(damping=0.1)), push(LEVEL, 0.1, hold, dt)
+    return TrialScene(*pair, gap=0.01, hertz=1e11, linear=1e10, restitution=Restitution(0.9), ground=ground, dt=dt)
 
 
-@GROUP.case(
-    "26",
-    "bounces that shrink, e = 0.9, under a push",
-    "comes to rest on the static solution",
-    Bound(1e-9, 1.0, "the vibration falls by 1e-11 in the 20 s; at rest each step renews its error"),
-    POTENTIAL,
-)
+@GROUP.case("26", "bounces that shrink, e = 0.9, under a push", STATIC, SHRUNK, POTENTIAL)
 def chattering(trial: Trial) -> float:
     """Bounces that shrink to rest within 20 s; infinite where there were fewer than five."""
     scene = bouncing(20.0)
@@ -149,22 +126,14 @@ def chattering(trial: Trial) -> float:
     return unrest(trial, scene) if bounces >= 5 else inf
 
 
-@GROUP.case(
-    "6",
-    "a push that needs three times F_E",
-    "rests with F = F_E on the static solution",
-    Bound(1e-12, 0.0, "rounding, as in case 5"),
-    CAPPED,
-)
+@GROUP.case("6", "a push that needs three times F_E", "rests with F = F_E on the static solution", RESTING, CAPPED)
 def pushed_past_yielding(trial: Trial) -> float:
     """A push that needs three times F_E to be held: F = F_E, and the structures carry the rest."""
     scene = TrialScene(LEANING, PROP, ground=push(LEVEL, 1.0, 30.0))
     return unrest(trial, scene._replace(yield_force=static_solution(trial, scene, LEVEL).force / 3.0))
 
 
-@GROUP.case(
-    "18", "shaken on the plateau, approach and retreat in turn", "F = F_E throughout; energy closes", LEDGER, CAPPED
-)
+@GROUP.case("18", "shaken on the plateau, approach and retreat in turn", ON_PLATEAU, LEDGER, CAPPED)
 def shaken_on_the_plateau(trial: Trial) -> float:
     """The same shaken, so that approach and retreat change within the plateau: energy; inf where F leaves F_E."""
     held = TrialScene(LEANING, PROP, ground=push(LEVEL, 1.0, 8.0))

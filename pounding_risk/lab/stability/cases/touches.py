@@ -16,6 +16,10 @@ from pounding_risk.models.structures.sdof import Building
 GROUP = Group("touches")
 
 OVERLAP = 1e-6  # of the gap
+BETWEEN = Bound(OVERLAP, 0.0, "the closing lies between the gap and that of the free motion")
+AS_ENERGY = Bound(1e-11, 10.0, "as for the energy: two hundred steps, should all err alike")
+FINER = "same count and peaks when sampled finer"
+PEAKS = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration")
 
 
 @GROUP.case("8a", "gap = closing of the free motion × (1 + 1e-12)", "no contact; the free motion", BITS)
@@ -25,13 +29,7 @@ def just_not_touching(trial: Trial) -> float:
     return largest_difference(trial.solve(TrialScene(gap=free["peak_closing"] * (1.0 + 1e-12))), free)
 
 
-@GROUP.case(
-    "8b",
-    "gap = closing of the free motion × (1 − 1e-6)",
-    "one contact; the same closing",
-    Bound(OVERLAP, 0.0, "the closing lies between the gap and that of the free motion"),
-    FORCES,
-)
+@GROUP.case("8b", "gap = closing of the free motion × (1 − 1e-6)", "one contact; the same closing", BETWEEN, FORCES)
 def just_touching(trial: Trial) -> float:
     """The gap is a millionth less: one touch, and by how much the largest closing differs from the free one."""
     free = trial.solve(TrialScene(gap=inf))
@@ -56,17 +54,10 @@ def resampled(trial: Trial, scene: TrialScene, parts: int) -> float:
     one, other = trial.solve(scene), trial.solve(finer(scene, parts))
     if one["impact_count"] != other["impact_count"]:
         return inf
-    peaks = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration", "peak_displacement_left")
-    return largest_difference(one, other, only=peaks)
+    return largest_difference(one, other, only=(*PEAKS, "peak_displacement_left"))
 
 
-@GROUP.case(
-    "9",
-    "several contacts of a vibration within one sample",
-    "same count and peaks when sampled finer",
-    Bound(1e-11, 10.0, "as for the energy: two hundred steps, should all err alike"),
-    FORCES,
-)
+@GROUP.case("9", "several contacts of a vibration within one sample", FINER, AS_ENERGY, FORCES)
 def two_touches_in_one_sample(trial: Trial) -> float:
     """T = 0.1 s against a wall, kicked by one pulse of a record that has four samples a second."""
     quick, pulse = Building("quick", 2e5, 0.1, 0.02), np.zeros(10)
@@ -74,13 +65,7 @@ def two_touches_in_one_sample(trial: Trial) -> float:
     return resampled(trial, TrialScene(quick, WALL, hertz=2e10, linear=2e9, ground=pulse, dt=0.25), 16)
 
 
-@GROUP.case(
-    "27",
-    "several bounces within one sample",
-    "same count and peaks when sampled finer",
-    Bound(1e-11, 10.0, "as in case 9"),
-    FORCES,
-)
+@GROUP.case("27", "several bounces within one sample", FINER, AS_ENERGY, FORCES)
 def bounces_in_one_sample(trial: Trial) -> float:
     """Bounces under a sudden push, e = 0.9, in a record of ten samples a second."""
     return resampled(trial, bouncing(4.0, dt=0.1), 8)
@@ -107,7 +92,7 @@ def further_record(trial: Trial) -> float:
     """A record cut at two places: peaks and counts of the longer one that lie below those of the shorter one."""
     scene = TrialScene(SOFT, gap=0.005)
     runs = [trial.solve(scene._replace(ground=scene.ground[:count])) for count in (250, 350, 501)]
-    names = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration", "impact_count", "contact_time")
+    names = (*PEAKS, "impact_count", "contact_time")
     missing = [max(0.0, one[name] - other[name]) for one, other in pairwise(runs) for name in names]
     touches = {outputs["first_impact_time"] for outputs in runs}
     return max(missing) if len(touches) == 1 else inf

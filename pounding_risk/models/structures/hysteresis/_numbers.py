@@ -22,35 +22,10 @@ from pounding_risk._jit.compile import small
 # above zero [N/m], it follows what is left of the rate of the stretch beside that of the brace, whose deformation is a
 # dof; then flights are shortened by a stiffness over the slope.
 (
-    VERB,
-    COMING,
-    WORK,
-    DRIFT,
-    SHEAR,
-    COLLAPSE,
-    DIRECTION,
-    POTENTIAL,
-    LOWER,
-    UPPER,
-    SLOPE,
-    CONSTANT,
-    UNLOADING,
-    STRENGTH,
-    STIFFNESS,
-    SIZE,
-    PACE,
-    COUNT,
-    LAST_SLOPE,
-    OWNER,
-    ALONG_RATE,
-    LONGEST,
-    SHORTENING,
-    FASTEST,
-    TAKEN,
-    BRACE,
-    BRACE_DOF,
-    OWN,
-) = range(28)
+    VERB, COMING, WORK, DRIFT, SHEAR, COLLAPSE, DIRECTION, POTENTIAL, LOWER, UPPER, SLOPE, CONSTANT, UNLOADING,
+    STRENGTH, STIFFNESS, SIZE, PACE, COUNT, LAST_SLOPE, OWNER, ALONG_RATE, LONGEST, SHORTENING, FASTEST, TAKEN, BRACE,
+    BRACE_DOF, OWN,
+) = range(28)  # fmt: skip
 # Events; ±1 where the drift passes the upper or the lower end of its branch, STAY where a flight only ends.
 BEGIN, TURN, STAY = 0.0, 2.0, 4.0
 # No events: a law along the rate is asked for its force at a speed, given back in place of the shear; or for the speed

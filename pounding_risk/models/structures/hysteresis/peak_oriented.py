@@ -43,24 +43,9 @@ OPTIONS = ("pinching_drift", "pinching_force", "unloading", "energy_capacity", "
 # counted positive in its direction; largest drifts and shares of strength, upwards and downwards; work at the last
 # passage through zero shear; (drift, shear) of the backbone's points.
 (
-    PINCH_DRIFT,
-    PINCH_FORCE,
-    EXPONENT,
-    CAPACITY,
-    ENERGY_EXPONENT,
-    SIDE,
-    RELOAD,
-    PINCH,
-    PINCH_SHEAR,
-    TARGET,
-    TARGET_SHEAR,
-    PEAK_UP,
-    PEAK_DOWN,
-    LEFT_UP,
-    LEFT_DOWN,
-    PASSED,
-    POINTS,
-) = range(OWN, OWN + 17)
+    PINCH_DRIFT, PINCH_FORCE, EXPONENT, CAPACITY, ENERGY_EXPONENT, SIDE, RELOAD, PINCH, PINCH_SHEAR, TARGET,
+    TARGET_SHEAR, PEAK_UP, PEAK_DOWN, LEFT_UP, LEFT_DOWN, PASSED, POINTS,
+) = range(OWN, OWN + 17)  # fmt: skip
 LOST = 2.0  # in place of a direction, of a storey without strength
 
 

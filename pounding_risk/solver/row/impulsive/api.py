@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pounding_risk._jit.by_address import by_address
-from pounding_risk._jit.records import column, new_record, new_records, set_column
+from pounding_risk._jit.memory import by_address, column, new_record, new_records, set_column
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.solver.row.api import HIGHEST, LOWEST, Contacts, RowRun

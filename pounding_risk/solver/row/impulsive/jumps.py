@@ -33,8 +33,8 @@ from pounding_risk.solver.counters import (
 from pounding_risk.solver.pair.joined import ROUNDING
 from pounding_risk.solver.row.complementarity import ANSWER, COUPLING, DIAGONAL, GIVEN, SLACK, solve_complementarity
 from pounding_risk.solver.row.impulsive.events import chain_at, plan_event, raise_body_peaks, raise_link_extremes
-from pounding_risk.solver.row.impulsive.log import write_line
 from pounding_risk.solver.row.impulsive.motion import advance, weighted_mean, write_groups
+from pounding_risk.solver.row.impulsive.state import write_line
 from pounding_risk.solver.row.run import WATCHED
 
 CLEAR = 4e-16  # of the displacements: so far apart are set what part, lest rounding make them touch at once

@@ -20,8 +20,8 @@ from pounding_risk.solver.counters import (
 )
 from pounding_risk.solver.row.impulsive.events import first_event, plan_event, raise_body_peaks, raise_link_extremes
 from pounding_risk.solver.row.impulsive.jumps import end_rest, jump
-from pounding_risk.solver.row.impulsive.log import write_line
 from pounding_risk.solver.row.impulsive.motion import advance, group_of, write_groups
+from pounding_risk.solver.row.impulsive.state import write_line
 
 
 @kernel

@@ -1,14 +1,27 @@
-"""Arrays of a run of single masses whose velocities jump."""
+"""Arrays of a run of single masses whose velocities jump, and what it writes down where a log is kept."""
 
 from __future__ import annotations
 
+from math import nan
 from typing import NamedTuple
 
 import numpy as np
 
-from pounding_risk._jit.records import record_type
+from pounding_risk._jit.compile import kernel
+from pounding_risk._jit.memory import record_type
 from pounding_risk.models.restitution import Restitution
-from pounding_risk.solver.counters import TALLIED
+from pounding_risk.solver.counters import COUNT, IMPULSE, TALLIED
+from pounding_risk.solver.row.workspace import (
+    LINE_BUILDING,
+    LINE_POINT_COLUMNS,
+    LINE_STATES,
+    LINE_TIME,
+    POINT_APPROACH_SPEED,
+    POINT_FORCE,
+    POINT_IMPULSE,
+    POINT_PEAK_FORCE,
+    POINT_TOUCH_TIME,
+)
 from pounding_risk.solver.workspace import MAX_TERMS, Search
 
 Body = record_type(
@@ -69,4 +82,30 @@ class Chain(NamedTuple):
     links: np.ndarray  # (L,) records of the type `Link`
     table: np.ndarray  # (TABLE_ROWS, L) as `complementarity` has it
     totals: np.record  # of the type `Totals`
-    log: np.ndarray  # (lines, numbers) as `trace` writes it
+    log: np.ndarray  # (lines, numbers) as `write_line` fills it
+
+
+@kernel
+def write_line(chain, first, last, time, jumped):
+    """A line of the log: these buildings now; with ``jumped`` contacts that begin and end at once are in it."""
+    bodies, links, log, totals = chain.bodies, chain.links, chain.log, chain.totals
+    line = int(totals.lines_written)
+    totals.lines_written += 1.0
+    if line >= log.shape[0]:
+        return
+    for column in range(log.shape[1]):
+        log[line, column] = nan
+    log[line, LINE_TIME], log[line, LINE_BUILDING] = time, float(first)
+    masses = (log.shape[1] - LINE_STATES - LINE_POINT_COLUMNS * chain.table.shape[1]) // 2
+    for b in range(first, last + 1):
+        if bodies[b].mass > 0.0:
+            log[line, LINE_STATES + int(bodies[b].dof)] = bodies[b].u
+            log[line, LINE_STATES + masses + int(bodies[b].dof)] = bodies[b].v
+    for k in range(first, last):
+        link, column = links[k], LINE_STATES + 2 * masses + LINE_POINT_COLUMNS * k
+        log[line, column + POINT_FORCE], log[line, column + POINT_IMPULSE] = 0.0, link.counters[IMPULSE]
+        if link.rests > 0.0 or (jumped and link.touch_time == time and link.counters[COUNT] > 0.0):
+            log[line, column + POINT_FORCE] = link.acting_force if link.rests > 0.0 else 0.0
+            log[line, column + POINT_TOUCH_TIME] = link.touch_time
+            log[line, column + POINT_APPROACH_SPEED] = link.approach_speed
+            log[line, column + POINT_PEAK_FORCE] = max(link.peak_force, link.acting_force) if link.rests > 0.0 else nan
