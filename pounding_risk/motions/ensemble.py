@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 from pounding_risk._common.progress import Progress
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import read, record_sets, scaling
-from pounding_risk.motions.copies import Copy, copies
 from pounding_risk.motions.formats import is_record, split_component
 from pounding_risk.motions.manifest import read_manifest, source_of
 from pounding_risk.motions.motion import Motion
@@ -27,7 +26,9 @@ from pounding_risk.motions.record import (
     GENERATED,
     RAW,
     STATED,
+    Copy,
     Source,
+    copies,
     is_vertical,
     recording,
     recording_words,
@@ -152,34 +153,25 @@ def _in_one_recording(copy: Copy, chosen: list[_Chosen]) -> str:
 
 
 def sources_named(
-    pattern: str,
-    folder: Path,
-    left_out: list[str],
-    *,
-    unit: str | None = None,
-    dt: float | None = None,
-    lenient: bool = False,
+    pattern: str, folder: Path, left_out: list[str], *, lenient: bool = False, **stated: Any
 ) -> Iterator[Source]:
     """Every component of every file that a name, a pattern or a folder stands for.
 
     A grid of sites stands for the motions of all, with a site after "#" for those of one (`sites.event_grid`).
     Files of a folder that are no records are left out, with a sentence in ``left_out``; with ``lenient`` damaged
-    records are too.
+    records are too. ``stated`` are unit and dt [s] of files that do not state theirs, as `open_source` takes them.
     """
     in_folder = (folder / pattern).is_dir()
     for path in matching(folder, pattern):
         file, component = split_component(path)
         if not in_folder and is_grid(file):
-            yield from sources_at(file, component, unit=unit, dt=dt)
+            yield from sources_at(file, component, **stated)
             continue
         if in_folder and not is_record(path):
             left_out += [] if path.suffix.lower() == BESIDE else [f"{path} is not a record"]
             continue
         try:
-            if component:
-                yield open_source(path, unit=unit, dt=dt)
-            else:
-                yield from components(path, unit=unit, dt=dt)
+            yield from [open_source(path, **stated)] if component else components(path, **stated)
         except RecordError as error:
             if not (in_folder and lenient):
                 raise

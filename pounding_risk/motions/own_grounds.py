@@ -57,7 +57,7 @@ class _Laid(NamedTuple):
 
 
 def _laid(records: Sequence[Motion], dt: float) -> list[_Laid]:
-    """Records on samples every ``dt`` [s], zeros before what begins later: more was cut there."""
+    """Records on samples every ``dt`` [s]. What begins later, as more was cut or fewer zeros put on, follows zeros."""
     cuts = [float(record.record.get("cut_from_start", 0.0)) for record in records]
     before = [round((cut - min(cuts)) / dt) for cut in cuts]
     return [_Laid(record, _parts(record, dt, records), zeros) for record, zeros in zip(records, before, strict=True)]

@@ -107,7 +107,7 @@ def read_motion(
         scale=None if scale is None else in_si("scale", scale, SCALE),
         tail=in_si("tail", tail, TAIL),
     )
-    opened = open_source(source, unit=unit, dt=None if dt is None else in_si("dt", dt, STEP))
+    opened = open_source(source, unit=unit, dt=_step(dt))
     return treated([processed(opened, processing)], request, polarity)[0]
 
 
@@ -331,7 +331,7 @@ def read_trace(
     obspy.Trace
         Acceleration in m/s²; ``stats.processing`` has the history.
     """
-    opened = open_source(source, unit=unit, dt=None if dt is None else in_si("dt", dt, STEP))
+    opened = open_source(source, unit=unit, dt=_step(dt))
     motion = read_motion(opened, **choices)
     trace = opened.trace.copy()  # the one that was handed over stays as it was
     trace.data = np.array(motion.acceleration)
@@ -363,9 +363,14 @@ def read_stream(source: str | Path | Stream, **choices: Any) -> Stream:
         return Stream([read_trace(trace, **choices) for trace in source])
     if isinstance(source, str | Path) and Path(source).is_file():
         unit, dt = choices.pop("unit", None), choices.pop("dt", None)
-        step = None if dt is None else in_si("dt", dt, STEP)
-        return Stream([read_trace(component, **choices) for component in components(Path(source), unit=unit, dt=step)])
+        opened = components(Path(source), unit=unit, dt=_step(dt))
+        return Stream([read_trace(component, **choices) for component in opened])
     return Stream([read_trace(source, **choices)])
+
+
+def _step(dt: float | str | None) -> float | None:
+    """A time step [s] from a number or text, where one is given."""
+    return None if dt is None else in_si("dt", dt, STEP)
 
 
 def _after_steps(motion: Motion, chain: Sequence[Step]) -> Motion:

@@ -20,10 +20,9 @@ from typing import Any
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.copies import SAME_STEP
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.motions.record import recording
+from pounding_risk.motions.record import SAME_STEP, recording
 from pounding_risk.units import shown
 
 SQUARE = 2.0  # degrees by which components called perpendicular may miss it

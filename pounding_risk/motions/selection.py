@@ -29,11 +29,10 @@ import numpy as np
 from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.copies import copies
 from pounding_risk.motions.matching import Aim, Limits, match
 from pounding_risk.motions.motion import USUAL_FACTORS, Motion, in_si
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.motions.record import is_vertical, lowest_usable, recording
+from pounding_risk.motions.record import copies, is_vertical, lowest_usable, recording
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.scaling import by_factor, period_range, spectral_accelerations
 from pounding_risk.motions.target_spectra import Target

@@ -16,9 +16,9 @@ from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
-from pounding_risk.motions.copies import copies
 from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.read import open_source, read_motion
+from pounding_risk.motions.record import copies
 from pounding_risk.motions.record_sets import load, members
 from pounding_risk.motions.request import RecordRequest, Spectral
 from pounding_risk.motions.selection import select

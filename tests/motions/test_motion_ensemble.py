@@ -1,8 +1,16 @@
-"""What [records] of a scene stands for: names, files, folders and sets, turned, scaled, and what is left out."""
+"""What [records] of a scene stands for: names, files, folders and sets, turned, scaled, and what is left out.
+
+A manifest of them comes back as it was, and says what is not as it was.
+"""
+
+from __future__ import annotations
 
 import csv
 import re
 import shutil
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,14 +20,16 @@ from sentences import refusal
 from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import RecordError, SceneError
-from pounding_risk.motions import catalogue
+from pounding_risk.motions import catalogue, manifest
 from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.intensity import measure, response_spectra
-from pounding_risk.motions.manifest import write_manifest
+from pounding_risk.motions.manifest import check_manifest, read_manifest, write_manifest
+from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.read import open_source, read_motion
 from pounding_risk.motions.record import recording
 from pounding_risk.motions.request import RecordRequest, Spectral
 from pounding_risk.motions.rotation import rotated
+from pounding_risk.motions.scaling import by_factor
 from pounding_risk.motions.selection import select
 from pounding_risk.motions.target_spectra import read_target
 from pounding_risk.scene.motions import gathered
@@ -27,6 +37,7 @@ from pounding_risk.scene.reader import parse_scene
 
 G = 9.80665
 PLAIN = RecordRequest()
+SA = Spectral(1.0, 0.05, 0.4 * G)
 PAIR = PLAIN._replace(names=("RSN6-180", "RSN6-270"))
 SCENE = scene_text(
     single("left", "10 t", "0.5 s"),
@@ -134,10 +145,13 @@ def test_a_component_without_its_partner_has_no_direction(says):
     says(refusal(read_ensemble, PAIR._replace(names=("RSN6-180",), direction=0.0), None))
 
 
-def test_every_record_is_scaled_to_one_spectral_acceleration():
-    found = read_ensemble(PAIR._replace(sa=Spectral(1.0, 0.05, 0.4 * G), tail=2.0), None).motions
+@pytest.mark.parametrize("window", [None, (0.0, 6.0)])
+def test_every_record_is_scaled_to_one_spectral_acceleration(window):
+    """That of what a window leaves of it, and without the tail."""
+    found = read_ensemble(PAIR._replace(sa=SA, tail=2.0, window=window), None).motions
     for motion in found:
-        kept = motion.acceleration[: -round(2.0 / motion.dt)]
+        kept = motion.without_tail().acceleration
+        assert window is None or len(kept) == 601
         spectrum = response_spectra(kept, motion.dt, [1.0])
         assert spectrum.pseudo_acceleration[0] == pytest.approx(0.4 * G, rel=1e-12)
 
@@ -153,7 +167,6 @@ def test_both_components_keep_one_factor_to_the_median_and_then_the_common_one()
     assert factors[0::2] == pytest.approx(2.0 * np.median(means) / means, rel=1e-12)
 
 
-SA = Spectral(1.0, 0.05, 0.4 * G)
 RIVALS = {
     "sa scale": {"sa": SA, "scale": 2.0},
     "pga scale": {"pga": 4.0, "scale": 2.0},
@@ -197,15 +210,6 @@ def test_one_chain_treats_what_is_named_listed_and_read_alone(tmp_path):
         assert [sentence.partition(":")[0] for sentence in motion.processing] == ["units", "window", "scale", "tail"]
         assert motion.record["factor"] == 1.5 and motion.record["cut_from_start"] == 1.0
         assert motion.flags == alone.flags
-
-
-def test_a_window_comes_before_the_scale():
-    (motion,) = read_ensemble(
-        PLAIN._replace(names=("RSN6-180",), window=(0.0, 6.0), sa=Spectral(0.5, 0.05, 0.5 * G)), None
-    ).motions
-    assert motion.duration == pytest.approx(6.0)
-    assert response_spectra(motion.acceleration, motion.dt, [0.5]).pseudo_acceleration[0] == pytest.approx(0.5 * G)
-    assert [sentence.partition(":")[0] for sentence in motion.processing] == ["units", "window", "scale"]
 
 
 def test_a_set_drives_a_scan():
@@ -293,3 +297,44 @@ def test_two_earthquakes_of_one_day_at_one_station_are_two_recordings():
     facts = [dict(open_source(trace).record) for trace in traces]
     later = {**facts[0], "start": "2014-08-24T11:00:00"}
     assert recording(facts[0], "a") == recording(facts[1], "b") != recording(later, "c")
+
+
+@pytest.fixture(scope="module")
+def motions() -> list[Motion]:
+    own = Motion("own, with a comma", np.array([0.1, -1.0 / 3.0, 0.2]), 0.005, {})
+    return [read_motion("RSN6-180", pga="0.5 g"), read_motion("CCC-HNZ"), own, own.reversed()]
+
+
+def test_rows_come_back(motions, tmp_path):
+    """Every number with every digit; what is unknown is None again."""
+    path = write_manifest(motions, tmp_path / "m.csv")
+    check_manifest(path, motions)
+    rows = read_manifest(path)
+    assert rows == manifest.manifest(motions)
+    assert path.read_text(encoding="utf-8").count("\n") == 5  # a header and four records
+    first, raw, own, _ = rows
+    assert first["sha256"] == sha256(Path(catalogue.path("RSN6-180")).read_bytes()).hexdigest()
+    assert (first["magnitude"], first["npts"], first["dt [s]"]) == (6.95, 5372, 0.01)
+    assert first["PGA [m/s2]"] == pytest.approx(0.5 * 9.80665, rel=1e-12) and first["azimuth [deg]"] == 180.0
+    assert first["processing"].split(" | ") == list(motions[0].processing)
+    assert raw["state"] == "raw" and raw["azimuth [deg]"] is None
+    assert own["event"] is None and own["duration [s]"] == 0.01 and own["PGA [m/s2]"] == 1.0 / 3.0
+
+
+def test_every_difference_is_told(motions, tmp_path, says):
+    path = write_manifest(motions, tmp_path / "m.csv")
+    changed = replace(motions[1], record={**motions[1].record, "sha256": "f" * 64})
+    stronger = by_factor(motions[2], 2.0)
+    says(refusal(check_manifest, path, [changed, stronger, Motion("new", np.ones(3), 0.01, {})]))
+
+
+def test_a_damaged_manifest_is_refused(motions, tmp_path, says):
+    path = write_manifest(motions, tmp_path / "m.csv")
+    text = path.read_text(encoding="utf-8")
+    for old, new in (("npts", "n"), ("5372", "many")):
+        path.write_text(text.replace(old, new), encoding="utf-8")
+        says(refusal(read_manifest, path))
+
+
+def test_places_that_cannot_be(motions, tmp_path, says):
+    says(refusal(write_manifest, motions, tmp_path / "no" / "m.csv"), refusal(read_manifest, tmp_path / "m.csv"))

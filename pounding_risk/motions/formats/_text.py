@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import wraps
 from math import isfinite
@@ -22,8 +22,8 @@ from obspy import Trace
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
+from pounding_risk.motions.formats import LARGEST
 
-LARGEST = 256 * 2**20  # bytes; the longest records of the databases have some megabytes
 SHORTEST_STEP, LONGEST_STEP = 1e-6, 1.0  # s; anything else is a damaged header
 LONGEST_NUMBER = 64  # characters; no program writes more, and the search takes the square of them
 START = 8192  # bytes from which a format is recognised
@@ -135,7 +135,7 @@ def free_numbers(name: str, lines: Sequence[str], first: int, example: str) -> N
     Raises RecordError, naming the line, for a word that is no finite number.
     """
     words = ((at, word) for at, line in enumerate(lines) for word in line.split())
-    return _numbers(name, words, first, example, "samples after the header")
+    return numbers(name, words, first, example, "the samples after the header must be")
 
 
 def fixed_numbers(
@@ -159,17 +159,21 @@ def fixed_numbers(
         for at, line in enumerate(lines)
         for column in range(0, len(line), width)
     )
-    return _numbers(name, words, first, example, what)
+    return numbers(name, words, first, example, f"the {what} must be")
 
 
-def _numbers(name: str, words: Iterator[tuple[int, str]], first: int, example: str, what: str) -> NDArray[np.float64]:
+def numbers(name: str, words: Iterable[tuple[int, str]], first: int, example: str, must: str) -> NDArray[np.float64]:
+    """The numbers of words, each with the line that it stands in, counted from that of the index ``first``.
+
+    Raises RecordError, naming the line, for one that is no finite number; ``must`` says there what has to be numbers.
+    """
     values: list[float] = []
     for at, word in words:
         value = number(word)
         if value is None:
             raise RecordError(
-                f"{name}, line {first + at + 1}: {quoted(word)} is not a finite number; the {what} "
-                f"must be plain numbers such as {example}: repair that line, or fetch the file again"
+                f"{name}, line {first + at + 1}: {quoted(word)} is not a finite number; {must} "
+                f"plain numbers such as {example}: repair that line, or fetch the file again"
             )
         values.append(value)
     return np.array(values, dtype=np.float64)
@@ -354,7 +358,7 @@ class Lines:
 
 def channel_code(dt: float, azimuth: float | None, vertical: bool) -> str:
     """The SEED code of a channel: the band by the time step, N for an accelerometer, the direction."""
-    band = "H" if dt <= 1.0 / 80.0 else "B"
+    band = "H" if dt <= 1.0 / 80.0 else "B"  # of the FDSN, from 80 Hz on and below
     directions = {0.0: "N", 90.0: "E", 360.0: "N"}
     direction = "Z" if vertical else directions.get(-1.0 if azimuth is None else azimuth, "")
     return f"{band}N{direction}"

@@ -205,14 +205,7 @@ def column(name: str, first: int, words: list[str]) -> NDArray[np.float64]:
 
     Raises RecordError, naming the line, for a word that is no finite number.
     """
-    values = [_text.number(word) for word in words]
-    for at, value in enumerate(values):
-        if value is None:
-            raise RecordError(
-                f"{name}, line {first + at + 1}: {quoted(words[at])} is not a finite number; every line after the head "
-                "must hold plain numbers such as -0.0123: repair that line, or fetch the file again"
-            )
-    return np.array(values, dtype=np.float64)
+    return _text.numbers(name, enumerate(words), first, "-0.0123", "every line after the head must hold")
 
 
 def step_of_times(name: str, first: int, words: list[str]) -> tuple[float, float]:
@@ -314,9 +307,7 @@ def _read_columns(
     """One trace in m/s² from plain columns.
 
     ``unit`` and ``dt`` [s] are what the caller knows of a file that does not say it; where both say it, they must
-    agree. A column of times must rise in equal steps: each may be off its place on the line from the first to the last
-    by one unit of the last digit printed (of the most decimals, or of the most significant digits, whichever is
-    coarser), but by no more than a tenth of the step. The time step is then the shortest decimal that fits them.
+    agree. A column of times must rise in equal steps (`step_of_times`).
 
     Raises RecordError, naming file and line, for no unit or time step or two that differ, for what is no column of
     finite numbers, for times that do not fit, fewer than two samples, and another number of them than stated.

@@ -32,7 +32,6 @@ HEADING_LINES = TEXT_LINES + WHOLE_LINES + REAL_LINES
 COLUMNS, WIDTH = 10, 8
 MILLIMETRE = 0.001  # m
 UNIT = "mm/s/s"
-LONGEST_HIGH_BAND_STEP = 1.0 / 80.0  # s; below 80 Hz is the FDSN's band B
 
 # Places in the whole and the real numbers of the heading, from 0.
 ORIGIN, START_YEAR, START_DAY, START_MINUTE = slice(0, 3), slice(8, 10), slice(18, 20), slice(38, 40)
@@ -283,7 +282,7 @@ def _trace(name: str, heading: Heading, azimuth: float | None, letter: str, samp
     )
     facts = {"title": title["id"], "site": text[2].strip(), "latitude": -real[LATITUDE], "longitude": real[LONGITUDE]}
     filtered = {"low_transition": low, "high_transition": high} if any((*low, *high)) else {}
-    code = f"{'H' if heading.dt <= LONGEST_HIGH_BAND_STEP else 'B'}N{letter}"
+    code = f"{_text.channel_code(heading.dt, None, False)}{letter}"
     named = {"network": NETWORK, "station": site[1], "channel": code, "location": location[1] if location else ""}
     begins = start - integers[PREPENDED] * heading.dt if start else origin
     return _text.trace_of(

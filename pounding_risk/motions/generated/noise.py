@@ -282,7 +282,7 @@ class Noise(Form):
 
 
 @motion_kind("white_noise", amplitude=STRENGTH, random=True, **OF_NOISE)
-def white_noise(*, rms: float | None, psd: float | None, **keys: Any) -> Noise:
+def white_noise(**keys: Any) -> Noise:
     """White noise, limited by its step: independent normal samples, a straight line between each two.
 
         variance of the samples = 2π S₀ / step
@@ -291,11 +291,11 @@ def white_noise(*, rms: float | None, psd: float | None, **keys: Any) -> Noise:
     ``psd`` keeps the spectrum whatever the step, ``rms`` the size of the samples. Clough and Penzien (1993), Dynamics
     of Structures.
     """
-    return _noise(None, rms, psd, 0.0, **keys)
+    return _noise(None, 0.0, **keys)
 
 
 @motion_kind("kanai_tajimi", amplitude=STRENGTH, random=True, **OF_NOISE, **OF_GROUND)
-def kanai_tajimi(*, rms: float | None, psd: float | None, frequency: float, damping: float, **keys: Any) -> Noise:
+def kanai_tajimi(*, frequency: float, damping: float, **keys: Any) -> Noise:
     """White noise through a ground layer that vibrates as one mass.
 
         S(ω) = S₀ (1 + 4ζ²r²) / ((1 − r²)² + 4ζ²r²),   r = f/f_g
@@ -307,7 +307,7 @@ def kanai_tajimi(*, rms: float | None, psd: float | None, frequency: float, damp
     rate = 2.0 * pi * frequency
     drift = np.array([[0.0, 1.0], [-(rate**2), -2.0 * damping * rate]])
     layer = Filter(drift, np.array([0.0, -1.0]), drift[1].copy())
-    return _noise(layer, rms, psd, 1.0 / frequency, **keys)
+    return _noise(layer, 1.0 / frequency, **keys)
 
 
 @motion_kind(
@@ -321,16 +321,7 @@ def kanai_tajimi(*, rms: float | None, psd: float | None, frequency: float, damp
     ),
     low_damping=Option("ζ_f: its damping ratio.", RATIO, 0.6),
 )
-def clough_penzien(
-    *,
-    rms: float | None,
-    psd: float | None,
-    frequency: float,
-    damping: float,
-    low_frequency: float,
-    low_damping: float,
-    **keys: Any,
-) -> Noise:
+def clough_penzien(*, frequency: float, damping: float, low_frequency: float, low_damping: float, **keys: Any) -> Noise:
     """Kanai and Tajimi's noise through a second filter, which takes out the lowest frequencies.
 
         S(ω) = S_KT(ω) r⁴ / ((1 − r²)² + 4ζ_f²r²),   r = f/f_f
@@ -347,27 +338,24 @@ def clough_penzien(
     second = [*layer, -(low**2), -2.0 * low_damping * low]
     drift = np.array([[0.0, 1.0, 0.0, 0.0], [*layer, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], second])
     both = Filter(drift, np.array([0.0, -1.0, 0.0, 0.0]), drift[3].copy())
-    return _noise(both, rms, psd, 1.0 / frequency, **keys)
+    return _noise(both, 1.0 / frequency, **keys)
 
 
 def _noise(
     through: Filter | None,
-    rms: float | None,
-    psd: float | None,
     shortest_period: float,
     *,
+    rms: float | None,
+    psd: float | None,
     duration: float,
-    envelope: str,
-    rise: float | None,
-    level: float | None,
-    last: float | None,
     ends: str,
+    **envelope: Any,
 ) -> Noise:
     """Noise of these keys; raises Unfit where its strength is not given, or twice."""
     if (rms is None) == (psd is None):
         fault = "missing" if rms is None else "rms and psd are both given, and each sets the strength"
         raise Unfit("rms", f'{fault}; write one of rms = "0.1 g" and psd = "0.01 m^2/s^3"')
-    shape = read_envelope(envelope, duration, rise, level, last)
+    shape = read_envelope(duration=duration, **envelope)
     return Noise(through, rms, psd, duration, shape, ends, shortest_period)
 
 
