@@ -70,12 +70,9 @@ OF_PLACES = {
     "storey": ["building_height", "building_storeys", "building_position", "floor_level"],
 }
 # What stands beside any output of contact points, and of storeys.
+OF_CONTACTS = ["impact_count", "peak_contact_force", "yield_exceedance"]
 BESIDE = {
-    "contact_point_": [
-        f"{prefix}{name}"
-        for prefix in ("contact_point_", "")
-        for name in ("impact_count", "peak_contact_force", "yield_exceedance")
-    ],
+    "contact_point_": [*(f"contact_point_{name}" for name in OF_CONTACTS), *OF_CONTACTS],
     "storey_": ["storey_displacement_free"],
 }
 
