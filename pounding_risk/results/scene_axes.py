@@ -396,8 +396,8 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
             f"{source}: has lost its {' and '.join(lost)}: select with a list, such as {lost[0]}=[...], or without "
             "drop=True, so that it is known what was selected"
         )
-    missing = [dim for dim in (*axes, *PLACES) if dim not in dataset.dims and dim in dataset.coords]
-    missing = [dim for dim in missing if dim not in MAY_LACK]
+    there = {*dataset.dims, *MAY_LACK}
+    missing = [dim for dim in (*axes, *PLACES) if dim in dataset.coords and dim not in there]
     if not missing:
         return _with_own_points(dataset)
     if elsewhere := [axis for axis in missing if dataset[axis].ndim]:

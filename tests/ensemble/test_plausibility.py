@@ -16,7 +16,6 @@ from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.plausibility import HERTZ_TIME, contact_duration, notes_along, of_input, with_ranges
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.laws import Hertz, Linear
 from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.write import write_columns
 from pounding_risk.questions import simulate as simulating
@@ -203,25 +202,6 @@ def test_the_time_of_a_hertz_contact_is_that_of_the_integral():
         2.0 * half * (1.25 * 28.9e3 * 0.25 / 2.75e9) ** 0.4 / 0.5, rel=2e-5
     )
     assert contact_duration(4e7, "N/m", 1e5) == pytest.approx(pi * sqrt(1e5 / 4e7), rel=1e-12)
-
-
-@pytest.mark.parametrize("law", [Linear(4e7), Hertz(2.75e9)])
-def test_the_time_of_a_contact_is_that_of_an_integration(law):
-    """SciPy's, of m δ̈ = −F(δ) from the touch on; 1e-4 is above its tolerance and the digits of 3.2181."""
-    from scipy.integrate import solve_ivp
-
-    mass, power = 1.2e5, 1.0 if isinstance(law, Linear) else 1.5
-
-    def motion(_time, state):
-        return state[1], -law.stiffness * max(state[0], 0.0) ** power / mass
-
-    def parting(_time, state):
-        return state[0]
-
-    parting.terminal, parting.direction = True, -1.0
-    run = solve_ivp(motion, (0.0, 10.0), (1e-12, 0.5), events=parting, rtol=1e-9, atol=1e-12, max_step=1e-3)
-    unit = "N/m" if isinstance(law, Linear) else "N/m^1.5"
-    assert contact_duration(law.stiffness, unit, mass) == pytest.approx(run.t_events[0][0], rel=1e-4)
 
 
 # --- where they are told ----------------------------------------------------------------------------------
