@@ -20,7 +20,7 @@ import numpy as np
 from pounding_risk._common.letters import refused, refused_below
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS
-from pounding_risk.results.attributes import from_text, name_of
+from pounding_risk.results.attributes import DAMAGED, TAKE_ANOTHER, from_text, name_of
 from pounding_risk.results.layout import dims_in, scene_dims
 from pounding_risk.results.variables import CHANGES, COORDINATES, NUMBER, TEXT, VARIABLES, WHOLE, Declared
 from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse, shown
@@ -55,7 +55,7 @@ KINDS = ("floor", "column")  # of contact points
 NOT_WHERE = (
     "where() of xarray makes floats of whole numbers and fills in NaN: to select records write isel(record=mask.values)"
 )
-REPAIR = "the file was damaged or changed since it was written: take the one that scan wrote, or run the scan again"
+REPAIR = f"{DAMAGED}: {TAKE_ANOTHER}"
 # Attributes that hold JSON, and of what kind: a table, or a list.
 TABLES = ("stiffness", "flags", "options", "motions_sha256", "processing", "versions", "plugins", "level_notes")
 LISTS = ("left_out", "overrides", "copies", "notes", "unused_keys")

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
-from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.table import TABULATED, beyond_end
+from pounding_risk.results.attributes import unreadable
 from pounding_risk.results.layout import streamed
 from pounding_risk.results.opened import Results
 from pounding_risk.units import FLOOR_LENGTH, GAP, PERIOD, TIME, QuantityError, parse, say
@@ -44,10 +44,7 @@ def of_results(results: Results) -> tuple[str, ...]:
         lengths = [parse(table.get("floor_length", "0 m"), ANY_LENGTH) for table in tables[0]]
         tabulated = {place: table for place, table in enumerate(tables[1]) if "table" in table}
     except (tomllib.TOMLDecodeError, AttributeError, TypeError, QuantityError):
-        raise PoundingError(
-            'the attribute "scene_resolved" of the results cannot be read: the file was changed since; run the scan '
-            "again"
-        ) from None
+        raise unreadable("scene_resolved") from None
     return (*notes, *_of_contacts(results.dataset, lengths, tabulated))
 
 
