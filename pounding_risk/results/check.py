@@ -112,16 +112,13 @@ def check_version(dataset: xr.Dataset, whose: str = "the dataset") -> None:
             f"{whose}: the attribute {VERSION} is {shown(version)}, not a whole number from 1 on: the file was changed "
             "since it was written; take the one that scan wrote"
         )
+    if version == DATASET_VERSION:
+        return
+    since, repair = ", written before the first release", "run the scan again"
     if version > DATASET_VERSION:
-        raise PoundingError(
-            f"{whose}: is a dataset of version {version}, and this version of pounding-risk reads version "
-            f"{DATASET_VERSION}; run: pip install --upgrade pounding-risk"
-        )
-    if version < DATASET_VERSION:
-        raise PoundingError(
-            f"{whose}: is a dataset of version {version}, written before the first release, and this version of "
-            f"pounding-risk reads version {DATASET_VERSION}; run the scan again"
-        )
+        since, repair = "", "run: pip install --upgrade pounding-risk"
+    reads = f"this version of pounding-risk reads version {DATASET_VERSION}"
+    raise PoundingError(f"{whose}: is a dataset of version {version}{since}, and {reads}; {repair}")
 
 
 @contextmanager
