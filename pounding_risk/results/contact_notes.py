@@ -113,8 +113,8 @@ def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[s
         closing = results["peak_closing"].isel(interface=place, contact_model=chosen)
         own = "interface_gap" in results.variables
         gaps = results["interface_gap"].isel(interface=place) if own else results["gap"]
-        for at, gap in enumerate(gaps.values):
-            depth = closing.isel(gap=at).values - gap
+        for at in range(results.sizes["gap"]):
+            depth = (closing.isel(gap=at) - gaps.isel(gap=at)).values  # a drawn gap lies along the samples too
             count += int((depth > end).sum())
             deepest = max(deepest, float(np.nanmax(depth, initial=0.0)))
         if words := beyond_end(deepest, end):
