@@ -73,6 +73,18 @@ def two_records(**interface: Any) -> str:
     )
 
 
+def yielding_row(length: str) -> str:
+    """A row whose storeys yield and whose floors meet columns, so long under two records, with a state of damage."""
+    buildings = (
+        storeyed("A", "200 t", "200 MN/m", "3.6 m", storeys=2, storey_strengths="900 kN"),
+        storeyed("B", "180 t", "400 MN/m", storeys=2, storey_strengths="900 kN"),
+        single("C", "150 t", "0.25 s", height="6 m"),
+    )
+    records = {"names": ["RSN6-180", "NAPA-HNE"], "window": ["0 s", length], "pga": "0.5 g"}
+    text = scene_text(*buildings, law="linear", records=records, effects={"inelastic_storeys": {}}, gap="10 mm")
+    return f'{text}\n[[damage]]\nname = "slight"\ndrift = "0.5 %"\n'
+
+
 def _value(value: Any) -> str:
     """A value as TOML writes it."""
     if isinstance(value, Mapping):

@@ -20,6 +20,7 @@ from pounding_risk.scene.scene_axis import SAMPLE, UNCERTAIN, SceneAxis
 from pounding_risk.scene.uncertain import GROWING
 
 BYTES = 64e6  # of the samples that are read at once
+REPLACE = f"{OTHER_NAME}, or replace it (--new, or new=True in Python)"
 TABLES = ("scene", "records", "options", "program", "laws")  # of an identity, all of which a dataset must tell
 
 
@@ -44,7 +45,7 @@ def samples_before(target: Path, identity: Mapping[str, Any]) -> int:
         raise PoundingError(
             f"{target}: holds {count} samples of the same scene, to which none can be added: the points of a "
             f'{requested["method"]} of {requested["samples"]} are others; write method = "{GROWING[0]}" in [uncertain] '
-            f"next time, and now {OTHER_NAME}, or replace it (--new, or new=True in Python)"
+            f"next time, and now {REPLACE}"
         )
     return count
 
@@ -93,10 +94,8 @@ class KnownSamples:
             start = sample - sample % self._step
             self._span, self._arrays = range(start, min(start + self._step, self.count)), {}
         if name not in self._dataset.variables:
-            raise PoundingError(
-                f"{self._target}: has no variable {name}, so that it was damaged or changed and no samples can be "
-                f"added; {OTHER_NAME}, or replace it (--new, or new=True in Python)"
-            )
+            lost = f"has no variable {name}, so that it was damaged or changed and no samples can be added"
+            raise PoundingError(f"{self._target}: {lost}; {REPLACE}")
         if name not in self._arrays:
             variable = self._dataset[name].variable
             if SAMPLE in variable.dims:

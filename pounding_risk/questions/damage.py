@@ -32,11 +32,10 @@ from pounding_risk.figures.damage import damage_figure
 from pounding_risk.questions._declaration import text_file
 from pounding_risk.questions.rates import AT_LEAST, at_least
 from pounding_risk.render.sheet import Block, Row, count, figure, head, listing, number, paragraph, table, with_bounds
-from pounding_risk.results.amplitudes import intensity_quantity
+from pounding_risk.results.amplitudes import intensity_quantity, place_of
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import open_scan
-from pounding_risk.results.grid_values import place_of
 from pounding_risk.results.opened import Results
 from pounding_risk.results.variables import NOT_RUN
 from pounding_risk.statistics.damage_fits import METHODS, bootstrap_weights

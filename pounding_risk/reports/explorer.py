@@ -23,10 +23,10 @@ from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say
 from pounding_risk.reports.files import write_file
 from pounding_risk.reports.html import packed, script_page
 from pounding_risk.results import check as form
+from pounding_risk.results.amplitudes import axis_words
 from pounding_risk.results.attributes import bumper_words, flags_of, gaps_needed, isolated_notes
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.files import check_target, open_results
-from pounding_risk.results.grid_values import axis_words
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import (

@@ -19,8 +19,8 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._common.words import listed
 from pounding_risk.errors import PoundingError
+from pounding_risk.results.amplitudes import axis_words, listed_values
 from pounding_risk.results.check import kind_of
-from pounding_risk.results.grid_values import axis_words, listed_values
 from pounding_risk.results.layout import axes_of_cases
 from pounding_risk.results.opened import Results, one_case
 from pounding_risk.results.scene_axes import along_words

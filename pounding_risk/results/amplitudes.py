@@ -1,17 +1,23 @@
-"""Intensities by their names, in words and with their units, and the amplitudes of a grid.
+"""Values of a grid, its amplitudes among them, found by what a user writes; intensities in words and with their units.
 
-The amplitudes of a grid are its axis ``pga``, or ``intensity`` for levels of another measure (`opened.Results`).
+The amplitudes of a grid are its axis ``pga``, or ``intensity`` for levels of another measure (`opened.Results`). A user
+writes a number in SI, text with a unit, or a name.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from math import inf, isclose, isinf
 from typing import Any, NamedTuple
 
+from pounding_risk._common.words import nearest, short_list
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import DIGITS, PEAK, PGA_AXIS, Measure, read_measure, say_level
-from pounding_risk.units import PGA, SHOWN, Quantity, say, si
+from pounding_risk.units import GAP, PGA, SHOWN, YIELD_FORCE, Quantity, say, si
 
-SAME = 1e-9  # relative difference up to which two values are equal
+SAME = 1e-9  # relative difference up to which two values are equal: one may be written down and read again
+FEW = 8  # values of a grid that a sentence lists
+QUANTITIES = {"pga": PGA, "gap": GAP, "yield_force": YIELD_FORCE}
 
 
 def own(value: float, quantity: Any) -> str:
@@ -69,8 +75,7 @@ def intensity_words(intensity: str) -> str:
 
 def intensity_quantity(intensity: str) -> Quantity:
     """What the values of an intensity are: accelerations, but of PGV and of factors."""
-    measure = read_measure(intensity)
-    return PGA if measure is None else measure.quantity
+    return quantity_of(intensity) or PGA
 
 
 def intensity_unit(intensity: str) -> str:
@@ -88,3 +93,54 @@ def intensity_label(intensity: str) -> str:
     """An intensity with its unit, as an axis of a figure has it: "Sa(0.5 s) [g]"."""
     unit, _ = intensity_shown(intensity)
     return f"{intensity_words(intensity)} [{unit or '1'}]"
+
+
+def quantity_of(axis: str) -> Quantity | None:
+    """What the values of an axis are; None of names.
+
+    The axis of levels of a measure goes by the word of that measure, such as "sa(0.5 s)" (`Results.axis_name`).
+    """
+    measure = read_measure(axis)
+    return QUANTITIES.get(axis) if measure is None else measure.quantity
+
+
+def place_of(axis: str, known: tuple[Any, ...], value: Any) -> int:
+    """Index of a value among those of an axis of `AXES`; a number in SI, or text with a unit.
+
+    A number stands for the value that is as large, within 1e-9 of it. Raises PoundingError for what is not there.
+    """
+    quantity = quantity_of(axis)
+    if quantity is not None:
+        value = si(value, quantity, axis_words(axis))
+    if known == (None,):
+        raise PoundingError(
+            "the scene scales its records to no PGA, so that there is none to choose; leave it out, or choose records"
+        )
+    for index, level in enumerate(known):
+        if level == value or (quantity is not None and isclose(level, value, rel_tol=SAME)):
+            return index
+    raise PoundingError(_absent(axis, known, value))
+
+
+def _absent(axis: str, known: tuple[Any, ...], value: Any) -> str:
+    quantity = quantity_of(axis)
+    if quantity is None:
+        meant = nearest(str(value), known)
+        return f"{axis_words(axis)} {value!r} is not in the grid{meant}, which has {listed_values(axis, known)}"
+    written = say_level(value, quantity, 10)
+    beside = sorted(known, key=lambda level: abs(level - value) if not isinf(level) else inf)[:2]
+    close = f" (next to it are {listed_values(axis, sorted(beside))})" if len(known) > FEW else ""
+    return f"{axis_words(axis)} {written} is not in the grid, which has {listed_values(axis, known)}{close}"
+
+
+def listed_values(axis: str, values: Sequence[Any]) -> str:
+    """Values of an axis in words: all where they are few, otherwise how many from which to which."""
+    quantity = quantity_of(axis)
+    words = [str(value) if quantity is None else say_level(value, quantity, 10) for value in values]
+    return short_list(words, FEW)
+
+
+def axis_words(axis: str) -> str:
+    """The name of an axis in a sentence."""
+    measure = read_measure(axis)
+    return axis.replace("_", " ") if measure is None else measure.words

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SOURCE = "source"  # of a dataset's encoding: the file that it was opened from, where xarray has it too
+DAMAGED = "the file was damaged or changed since it was written"  # in sentences on attributes
+TAKE_ANOTHER = "take the one that scan wrote, or run the scan again"
 POINT = "contact_point_"
 JUMPING = ("peak_contact_force", f"{POINT}peak_contact_force", "peak_floor_acceleration", "storey_acceleration")
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
@@ -52,12 +54,14 @@ def read_attribute(dataset: xr.Dataset, name: str, default: Any) -> Any:
     """
     value = from_text(dataset.attrs[name]) if name in dataset.attrs else default
     if type(value) is not type(default):
-        whose = f"{name_of(dataset)}: " if SOURCE in dataset.encoding else ""
-        raise PoundingError(
-            f'{whose}the attribute "{name}" of the results cannot be read: the file was changed since; run the scan '
-            "again"
-        )
+        raise unreadable(name, f"{name_of(dataset)}: " if SOURCE in dataset.encoding else "")
     return value
+
+
+def unreadable(attribute: str, whose: str = "") -> PoundingError:
+    """The error to raise for an attribute that is damaged."""
+    what = f'{whose}the attribute "{attribute}" of the results cannot be read'
+    return PoundingError(f"{what}: the file was changed since; run the scan again")
 
 
 def name_of(dataset: xr.Dataset) -> str:

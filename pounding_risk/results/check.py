@@ -20,7 +20,7 @@ import numpy as np
 from pounding_risk._common.letters import refused, refused_below
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS
-from pounding_risk.results.attributes import from_text, name_of
+from pounding_risk.results.attributes import DAMAGED, TAKE_ANOTHER, from_text, name_of
 from pounding_risk.results.layout import dims_in, scene_dims
 from pounding_risk.results.variables import CHANGES, COORDINATES, NUMBER, TEXT, VARIABLES, WHOLE, Declared
 from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse, shown
@@ -55,7 +55,7 @@ KINDS = ("floor", "column")  # of contact points
 NOT_WHERE = (
     "where() of xarray makes floats of whole numbers and fills in NaN: to select records write isel(record=mask.values)"
 )
-REPAIR = "the file was damaged or changed since it was written: take the one that scan wrote, or run the scan again"
+REPAIR = f"{DAMAGED}: {TAKE_ANOTHER}"
 # Attributes that hold JSON, and of what kind: a table, or a list.
 TABLES = ("stiffness", "flags", "options", "motions_sha256", "processing", "versions", "plugins", "level_notes")
 LISTS = ("left_out", "overrides", "copies", "notes", "unused_keys")
@@ -70,12 +70,9 @@ OF_PLACES = {
     "storey": ["building_height", "building_storeys", "building_position", "floor_level"],
 }
 # What stands beside any output of contact points, and of storeys.
+OF_CONTACTS = ["impact_count", "peak_contact_force", "yield_exceedance"]
 BESIDE = {
-    "contact_point_": [
-        f"{prefix}{name}"
-        for prefix in ("contact_point_", "")
-        for name in ("impact_count", "peak_contact_force", "yield_exceedance")
-    ],
+    "contact_point_": [*(f"contact_point_{name}" for name in OF_CONTACTS), *OF_CONTACTS],
     "storey_": ["storey_displacement_free"],
 }
 
@@ -115,16 +112,13 @@ def check_version(dataset: xr.Dataset, whose: str = "the dataset") -> None:
             f"{whose}: the attribute {VERSION} is {shown(version)}, not a whole number from 1 on: the file was changed "
             "since it was written; take the one that scan wrote"
         )
+    if version == DATASET_VERSION:
+        return
+    since, repair = ", written before the first release", "run the scan again"
     if version > DATASET_VERSION:
-        raise PoundingError(
-            f"{whose}: is a dataset of version {version}, and this version of pounding-risk reads version "
-            f"{DATASET_VERSION}; run: pip install --upgrade pounding-risk"
-        )
-    if version < DATASET_VERSION:
-        raise PoundingError(
-            f"{whose}: is a dataset of version {version}, written before the first release, and this version of "
-            f"pounding-risk reads version {DATASET_VERSION}; run the scan again"
-        )
+        since, repair = "", "run: pip install --upgrade pounding-risk"
+    reads = f"this version of pounding-risk reads version {DATASET_VERSION}"
+    raise PoundingError(f"{whose}: is a dataset of version {version}{since}, and {reads}; {repair}")
 
 
 @contextmanager

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
-from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.table import TABULATED, beyond_end
+from pounding_risk.results.attributes import unreadable
 from pounding_risk.results.layout import streamed
 from pounding_risk.results.opened import Results
 from pounding_risk.units import FLOOR_LENGTH, GAP, PERIOD, TIME, QuantityError, parse, say
@@ -44,10 +44,7 @@ def of_results(results: Results) -> tuple[str, ...]:
         lengths = [parse(table.get("floor_length", "0 m"), ANY_LENGTH) for table in tables[0]]
         tabulated = {place: table for place, table in enumerate(tables[1]) if "table" in table}
     except (tomllib.TOMLDecodeError, AttributeError, TypeError, QuantityError):
-        raise PoundingError(
-            'the attribute "scene_resolved" of the results cannot be read: the file was changed since; run the scan '
-            "again"
-        ) from None
+        raise unreadable("scene_resolved") from None
     return (*notes, *_of_contacts(results.dataset, lengths, tabulated))
 
 
@@ -116,8 +113,8 @@ def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[s
         closing = results["peak_closing"].isel(interface=place, contact_model=chosen)
         own = "interface_gap" in results.variables
         gaps = results["interface_gap"].isel(interface=place) if own else results["gap"]
-        for at, gap in enumerate(gaps.values):
-            depth = closing.isel(gap=at).values - gap
+        for at in range(results.sizes["gap"]):
+            depth = (closing.isel(gap=at) - gaps.isel(gap=at)).values  # a drawn gap lies along the samples too
             count += int((depth > end).sum())
             deepest = max(deepest, float(np.nanmax(depth, initial=0.0)))
         if words := beyond_end(deepest, end):

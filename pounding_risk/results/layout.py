@@ -15,6 +15,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
+from pounding_risk.results.attributes import DAMAGED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -189,9 +190,7 @@ def read_scene_axes(dataset: xr.Dataset, read: Callable[[Any], Axis]) -> tuple[A
     try:
         return tuple(map(read, json.loads(text)))
     except (TypeError, ValueError, LookupError, AttributeError, RecursionError):
-        raise PoundingError(
-            f"the attribute {SCENE_AXES} cannot be read: the file was damaged or changed since it was written"
-        ) from None
+        raise PoundingError(f"the attribute {SCENE_AXES} cannot be read: {DAMAGED}") from None
 
 
 def values_at(dataset: xr.Dataset, template: Template, block: range, names: Iterable[str]) -> dict[str, np.ndarray]:

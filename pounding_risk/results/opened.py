@@ -18,10 +18,18 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import DIGITS, FACTOR, LEVEL_AXIS, PEAK, USUAL_DAMPING, Level, Measure, sa_at
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
 from pounding_risk.motions.record import recording
-from pounding_risk.results.amplitudes import SAME, Amplitudes, check_pga, own
+from pounding_risk.results.amplitudes import (
+    SAME,
+    Amplitudes,
+    axis_words,
+    check_pga,
+    listed_values,
+    own,
+    place_of,
+    quantity_of,
+)
 from pounding_risk.results.attributes import collapsed, flags_of, read_attribute, tables_of
 from pounding_risk.results.check import check_scene, kind_of
-from pounding_risk.results.grid_values import axis_words, listed_values, place_of, quantity_of
 from pounding_risk.results.layout import amplitude_axis, axes_of_cases
 from pounding_risk.results.scene_axes import at_one_place
 from pounding_risk.results.variables import UNPUSHED

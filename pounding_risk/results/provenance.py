@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 NEEDED = ("scene_resolved", "scene_sha256", "options", "records", "motions_sha256")
 SHOWN = 12  # digits of a checksum
+CHANGED = "the file was changed since; run its scene with scan"
 
 
 class Recorded(NamedTuple):
@@ -74,10 +75,8 @@ def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) 
         )
     text = str(attrs["scene_resolved"])
     if text_digest(text) != str(attrs["scene_sha256"]):
-        raise PoundingError(
-            f"{path}: the attribute scene_resolved is not the one that scene_sha256 was taken of: the file was "
-            "changed since; run its scene with scan"
-        )
+        what = "the attribute scene_resolved is not the one that scene_sha256 was taken of"
+        raise PoundingError(f"{path}: {what}: {CHANGED}")
     screening, fraction = _options(results, path)
     raw = tomllib.loads(text)
     _check_laws(raw, path)
@@ -97,10 +96,7 @@ def _options(results: xr.Dataset, path: Path) -> tuple[bool, float]:
     options = read_attribute(results, "options", {})
     screening, fraction = (options.get(key) for key in ("screening", "check_fraction"))
     if not isinstance(screening, bool) or isinstance(fraction, bool) or not isinstance(fraction, int | float):
-        raise PoundingError(
-            f"{path}: the attribute options holds no screening and check_fraction: the file was changed since; run its "
-            "scene with scan"
-        )
+        raise PoundingError(f"{path}: the attribute options holds no screening and check_fraction: {CHANGED}")
     check_share(fraction)
     return screening, fraction
 
@@ -165,10 +161,8 @@ def _checksums(results: xr.Dataset) -> dict[str, str]:
     try:
         return dict(one for record in read_attribute(results, "records", []) for one in _files_of(record))
     except (TypeError, KeyError, AttributeError):
-        raise PoundingError(
-            "the attribute records of the results holds no names and checksums: the file was changed since; run its "
-            "scene with scan"
-        ) from None
+        what = "the attribute records of the results holds no names and checksums"
+        raise PoundingError(f"{what}: {CHANGED}") from None
 
 
 def _files_of(record: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

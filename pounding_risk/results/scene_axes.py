@@ -24,7 +24,7 @@ import numpy as np
 from pounding_risk._common.words import nearest, short_list
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
-from pounding_risk.results.attributes import as_text, from_text
+from pounding_risk.results.attributes import DAMAGED, TAKE_ANOTHER, as_text, from_text
 from pounding_risk.results.check import check_version
 from pounding_risk.results.layout import AXES, SCENE_AXES, axes_of_cases, read_scene_axes
 from pounding_risk.results.variables import COORDINATES, PLACES, VARIABLES, described
@@ -84,15 +84,11 @@ def check_axes(dataset: xr.Dataset, source: str) -> None:
         axes, variants = axes_of(dataset), variants_of(dataset)
     except PoundingError as error:
         raise PoundingError(f"{source}: {error}") from None
-    lost = [
-        f"the attribute {VARIANTS} has no {name}" for name in ("attributes", "tables") if axes and name not in variants
-    ]
+    needed = ("attributes", "tables") if axes else ()
+    lost = [f"the attribute {VARIANTS} has no {name}" for name in needed if name not in variants]
     faults = [*lost, *_label_faults(dataset, axes), *_variant_faults(variants, tuple(axis.size for axis in axes))]
     if faults:
-        raise PoundingError(
-            f"{source}: {'; '.join(faults)}: the file was damaged or changed since it was written; take the one that "
-            "scan wrote, or run the scan again"
-        )
+        raise PoundingError(f"{source}: {'; '.join(faults)}: {DAMAGED}; {TAKE_ANOTHER}")
 
 
 def _label_faults(dataset: xr.Dataset, axes: Sequence[SceneAxis]) -> Iterator[str]:
@@ -108,9 +104,8 @@ def _label_faults(dataset: xr.Dataset, axes: Sequence[SceneAxis]) -> Iterator[st
             may_be = [known[place : place + 1] if whole else known for place in range(variable.size)]
             pairs = zip(variable.values.tolist(), may_be, strict=True)
             is_text = variable.dtype.kind in "UOT"
-            if is_text != isinstance(known[0], str) or not all(
-                any(_is_label(k, v) for k in among) for v, among in pairs
-            ):
+            are_known = (any(_is_label(label, value) for label in among) for value, among in pairs)
+            if is_text != isinstance(known[0], str) or not all(are_known):
                 yield f"the labels {name} are not those of the attribute {SCENE_AXES}"
             elif str(variable.attrs.get("units")) != str(labels.unit):
                 yield f"the labels {name} are in {variable.attrs.get('units')!r}, not in {labels.unit!r}"
@@ -141,10 +136,7 @@ def variants_of(dataset: xr.Dataset) -> dict[str, list[Any]]:
     """What else differs along the axes: lists of attributes and of tables; raises PoundingError where it is damaged."""
     variants = from_text(dataset.attrs.get(VARIANTS, "{}"))
     if not isinstance(variants, dict) or not all(isinstance(entries, list) for entries in variants.values()):
-        raise PoundingError(
-            f"the attribute {VARIANTS} cannot be read: the file was damaged or changed since it was written; take the "
-            "one that scan wrote, or run the scan again"
-        )
+        raise PoundingError(f"the attribute {VARIANTS} cannot be read: {DAMAGED}; {TAKE_ANOTHER}")
     return variants
 
 
@@ -181,9 +173,8 @@ def own_places(dataset: xr.Dataset) -> dict[str, int]:
                 own[key] = labels_of([reduce(getitem, path, tables)]).values[0]
         labels = {key: _labels_along(dataset, key) for key in own}
         for place in range(dataset.sizes[axis.name] if len(own) == len(axis.keys) else 0):
-            if all(
-                type(labels[key][place]) is type(own[key]) and _is_label(labels[key][place], own[key]) for key in own
-            ):
+            here = {key: labels[key][place] for key in own}
+            if all(type(here[key]) is type(own[key]) and _is_label(here[key], own[key]) for key in own):
                 places[axis.name] = place
                 break
     return places
@@ -272,10 +263,8 @@ def at_one_place(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset
     try:
         chosen.attrs = _attributes_of_scene(dataset, axes, places)
     except (TypeError, ValueError, LookupError, AttributeError, RecursionError):  # of tables that are none too
-        raise PoundingError(
-            f"{source}: the attributes {VARIANTS} and scene_resolved cannot be read together: the file was damaged or "
-            "changed since it was written"
-        ) from None
+        what = f"the attributes {VARIANTS} and scene_resolved cannot be read together"
+        raise PoundingError(f"{source}: {what}: {DAMAGED}") from None
     chosen = _under_its_motion(chosen) if is_drawn else chosen
     return _with_drawn_gap(chosen) if any(axis.dimension and has_gap(axis.keys) for axis in axes) else chosen
 
@@ -396,8 +385,8 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
             f"{source}: has lost its {' and '.join(lost)}: select with a list, such as {lost[0]}=[...], or without "
             "drop=True, so that it is known what was selected"
         )
-    missing = [dim for dim in (*axes, *PLACES) if dim not in dataset.dims and dim in dataset.coords]
-    missing = [dim for dim in missing if dim not in MAY_LACK]
+    there = {*dataset.dims, *MAY_LACK}
+    missing = [dim for dim in (*axes, *PLACES) if dim in dataset.coords and dim not in there]
     if not missing:
         return _with_own_points(dataset)
     if elsewhere := [axis for axis in missing if dataset[axis].ndim]:

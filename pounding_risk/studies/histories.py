@@ -29,9 +29,9 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PEAK, PGA_AXIS, driven
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results import labels
+from pounding_risk.results.amplitudes import axis_words, place_of
 from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import RESULTS, check_target, open_results, reading
-from pounding_risk.results.grid_values import axis_words, place_of
 from pounding_risk.results.layout import AMPLITUDE, AXES, CaseVariable, Template, axes_by, axes_of_cases, blocks
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.results.run_labels import Case
@@ -345,7 +345,7 @@ def _skeleton(cases: Cases) -> xr.Dataset:
 def values_of(study: Scene, records: Sequence[str]) -> dict[str, tuple[Any, ...]]:
     """The values of a study's grid by axis, in order; ``records`` are the names of its motions.
 
-    The axis of levels goes by the word of their measure, as `grid_values` takes it.
+    The axis of levels goes by the word of their measure, as `amplitudes` takes it.
     """
     grid = study.grid
     along = (tuple(records), study.records.polarities, grid.levels, grid.contact_models, grid.gaps, grid.yield_forces)

@@ -31,9 +31,8 @@ def test_the_sequence_is_both_motions_with_still_ground_between():
     begins = 8.0 + 20.0
     times = step * np.arange(motion.acceleration.size)
     known = np.where(times <= 8.0, np.interp(times, first.times, first.acceleration), 0.0)
-    known += np.interp(
-        times - begins, after.times, 0.5 * first.pga / after.pga * after.acceleration, left=0.0, right=0.0
-    )
+    scaled = 0.5 * first.pga / after.pga * after.acceleration
+    known += np.interp(times - begins, after.times, scaled, left=0.0, right=0.0)
     np.testing.assert_allclose(motion.acceleration, known, atol=1e-12 * first.pga)
     assert motion.duration == pytest.approx(begins + after.duration, abs=step)
     assert motion.pga == pytest.approx(first.pga, rel=1e-12)

@@ -62,18 +62,17 @@ def test_each_interface_of_a_row_has_its_own():
     row = *FLOORS, storeyed("flats", ["80 t", "80 t"], "40 MN/m", ["3.6 m"] * 2)
     contact = {"contact_model": "jankowski", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65}
 
-    def interfaces(gaps, *lengths):
-        own = ({} if length is None else {"bumper_length": length} for length in lengths)
-        return [contact | {"gap": gap} | each for gap, each in zip(gaps, own, strict=True)]
+    def scanned_row(gaps, *lengths):
+        pairs = zip(gaps, lengths, strict=True)
+        interfaces = [contact | {"gap": gap, "bumper_length": length} for gap, length in pairs]
+        return pr.scan(scene_text(*row, records=RECORDS, interfaces=interfaces))
 
-    plain = pr.scan(scene_text(*row, records=RECORDS, interfaces=interfaces((CLEAR[1], CLEAR[0]), None, None)))
-    padded = pr.scan(
-        scene_text(*row, records=RECORDS, interfaces=interfaces((WITH_SHORT[1], WITH_LONG[0]), SHORT, LONG))
-    )
+    plain = scanned_row((CLEAR[1], CLEAR[0]), None, None)
+    padded = scanned_row((WITH_SHORT[1], WITH_LONG[0]), SHORT, LONG)
     assert (plain["impact_count"] > 0).any()
     by_point = np.array([0.015625, 0.03125])[padded["contact_point_interface"].values.astype(int)]
     are_alike(padded, plain, [0.015625, 0.03125], by_point)
-    one = pr.scan(scene_text(*row, records=RECORDS, interfaces=interfaces((WITH_SHORT[1], CLEAR[0]), SHORT, None)))
+    one = scanned_row((WITH_SHORT[1], CLEAR[0]), SHORT, None)
     assert one["interface_bumper"].values.tolist() == [0.015625, 0.0]
     assert np.array_equal(one["impact_count"].values, plain["impact_count"].values)
 
@@ -158,10 +157,9 @@ def test_what_does_not_fit_is_refused(keys, says):
 
 def test_a_start_within_them_is_refused():
     moved = single("frame", "500 t", "1.0 s", initial_displacement="15 mm"), MASSES[1]
-    assert "10 mm of them clear of bumpers" in refusal(
-        pr.read_scene, scene_text(*moved, gap="50 mm", bumper_length="40 mm")
-    )
-    pr.read_scene(scene_text(*moved, gap="50 mm", bumper_length="30 mm"))
+    close, wide = (scene_text(*moved, gap="50 mm", bumper_length=length) for length in ("40 mm", "30 mm"))
+    assert "10 mm of them clear of bumpers" in refusal(pr.read_scene, close)
+    pr.read_scene(wide)
 
 
 def test_drawings_show_and_name_the_bumpers(tmp_path):

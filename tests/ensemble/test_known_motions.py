@@ -203,9 +203,8 @@ def test_a_case_that_closes_the_gap_is_not_run_and_says_so(sines, tmp_path):
     assert answer.exit_code == 0 and "no contact is run" in page.read_text("utf-8")
     answer = commands.run("view", tmp_path / "r.nc", "-o", page)
     assert answer.exit_code == 0 and "2 not run, as a known motion would have to be pushed" in page.read_text("utf-8")
-    assert "needs a building that can be pushed" in refusal(
-        pr.histories, tmp_path / "r.nc", tmp_path / "h.nc", folder=folder
-    )
+    told = refusal(pr.histories, tmp_path / "r.nc", tmp_path / "h.nc", folder=folder)
+    assert "needs a building that can be pushed" in told
 
 
 def test_fragilities_of_motions_that_do_not_collide_alone_are_refused(sines, tmp_path, says):
@@ -238,9 +237,8 @@ def test_neighbours_vary_along_axes_beside_a_known_motion(sines):
     along = pr.scan(folder / "axes.toml", check_fraction=0.0)
     for place, period in enumerate(("0.3 s", "0.5 s")):
         one = scanned(folder, frame, HALL | {"period": period})
-        np.testing.assert_array_equal(
-            along["peak_closing_free"].isel({"building.hall.period": place}), one["peak_closing_free"]
-        )
+        here = along.isel({"building.hall.period": place})
+        np.testing.assert_array_equal(here["peak_closing_free"], one["peak_closing_free"])
 
 
 def test_a_path_with_velocities_is_the_cubic_through_them():
@@ -261,12 +259,10 @@ def test_cubics_have_their_extremes_inside():
         values, starts, ends = rng.normal(size=4), *rng.normal(scale=4.0, size=(2, 3))
         every = list(values)
         for low, high, start, end in zip(values, values[1:], starts, ends, strict=False):
-            cubic = np.polynomial.Polynomial(
-                [low, start, 3.0 * (high - low) - 2.0 * start - end, start + end - 2.0 * (high - low)]
-            )
-            every += [
-                cubic(root.real) for root in cubic.deriv().roots() if abs(root.imag) < 1e-12 and 0.0 < root.real < 1.0
-            ]
+            rise = high - low
+            cubic = np.polynomial.Polynomial([low, start, 3.0 * rise - 2.0 * start - end, start + end - 2.0 * rise])
+            real = [root.real for root in cubic.deriv().roots() if abs(root.imag) < 1e-12]
+            every += [cubic(root) for root in real if 0.0 < root < 1.0]
         assert extremes(values, starts, ends) == pytest.approx((max(every), min(every)), rel=1e-9, abs=1e-9)
     straight = np.array([0.0, 1.0, 1.0, -2.0])
     assert extremes(straight, np.diff(straight), np.diff(straight)) == (1.0, -2.0)

@@ -100,9 +100,8 @@ def test_a_row_along_levels_is_a_loop_of_scans():
     row = FOUR_IN_A_ROW.replace('pga = "0.5 g"\n', "").replace('["0.5 s", "5.5 s"]', '["0.5 s", "3.5 s"]')
     table = 'intensity = {measure = "sa", period = "0.9 s", levels = ["0.1 g", "0.3 g"]}'
     small = ['grid.gap=["5 mm", "40 mm"]', 'grid.yield_force=["inf"]', 'records.names=["RSN6-180"]']
-    along = pr.scan(
-        parse_scene(row.replace("[records]\n", f"[records]\n{table}\n"), "row.toml", small), check_fraction=0.0
-    )
+    levels = row.replace("[records]\n", f"[records]\n{table}\n")
+    along = pr.scan(parse_scene(levels, "row.toml", small), check_fraction=0.0)
     one = [*small, 'records.sa={value = "0.3 g", period = "0.9 s"}']
     assert_alike(along.isel(intensity=1), pr.scan(parse_scene(row, "row.toml", one), check_fraction=0.0))
 
@@ -115,9 +114,8 @@ def test_the_dataset_says_what_its_levels_are(scanned):
         assert Results(dataset).measure.name == name
     about = scanned["sa_avg"]["intensity"].attrs
     assert about["units"] == "m/s2"
-    assert about["long_name"].startswith(
-        "geometric mean of the pseudo-spectral acceleration at 10 periods from 0.2 s to"
-    )
+    words = "geometric mean of the pseudo-spectral acceleration at 10 periods from 0.2 s to"
+    assert about["long_name"].startswith(words)
     assert scanned["pgv"]["intensity"].attrs["units"] == "m/s"
     assert scanned["scale"]["intensity"].values.tolist() == [0.5, 4.5]
 
@@ -199,9 +197,8 @@ def test_levels_and_intensities_that_a_dataset_has_not_are_refused(along_sa, tmp
     says(refusal(intensities, Results(along_sa), "scale"), refusal(intensities, Results(along_sa), "sa_avg(0.2-9 s)"))
     says(refusal(intensities, Results(along_sa.drop_vars("record_pgv")), "pgv"))
     study, out = scene(intensity=SA), tmp_path / "others.nc"
-    says(
-        refusal(pr.histories, study, out, pgas=[0.4 * G]), refusal(pr.histories, study, out, intensity_levels=["0.3 g"])
-    )
+    others = {"pgas": [0.4 * G]}, {"intensity_levels": ["0.3 g"]}
+    says([refusal(pr.histories, study, out, **levels) for levels in others])
     says(refusal(pr.assess, along_sa, pga="0.1 g"), refusal(pr.assess, along_sa, intensity_level="0.3 g"))
     says(refusal(pr.view, along_sa, tmp_path / "view.html", pgas=["0.4 g"]))
 
@@ -210,19 +207,14 @@ def test_levels_and_intensities_that_a_dataset_has_not_are_refused(along_sa, tmp
 def test_one_run_is_that_of_the_scan(scanned, name):
     table = MEASURES[name]
     study = scene(intensity=table)
-    run = pr.simulate(study, record="RSN1690-090", intensity_level=table["levels"][1], gap="5 mm")
-    case = scanned[name].pounding.case(
-        record="RSN1690-090", intensity_level=table["levels"][1], gap="5 mm", yield_force="40 kN"
-    )
+    which = {"record": "RSN1690-090", "intensity_level": table["levels"][1], "gap": "5 mm"}
+    run = pr.simulate(study, **which)
+    case = scanned[name].pounding.case(**which, yield_force="40 kN")
     for output in ("peak_contact_force", "impact_count", "peak_closing"):
         np.testing.assert_array_equal(run[output].values, case[output].values)
-    first = pr.simulate(study, record="RSN1690-090", gap="5 mm")
-    np.testing.assert_array_equal(
-        first["peak_closing"].values,
-        scanned[name]
-        .isel(intensity=0)
-        .sel(record="RSN1690-090", polarity="as recorded", gap=0.005)["peak_closing"][0, 0],
-    )
+    first = pr.simulate(study, record="RSN1690-090", gap="5 mm")["peak_closing"].values
+    cases = scanned[name].isel(intensity=0).sel(record="RSN1690-090", polarity="as recorded", gap=0.005)
+    np.testing.assert_array_equal(first, cases["peak_closing"][0, 0])
 
 
 @pytest.mark.complete

@@ -62,6 +62,17 @@ def test_gaps_that_are_drawn_equal_a_loop_of_set():
     assert len(set(whole["peak_contact_force"].values.ravel())) > 1
 
 
+def test_contacts_beyond_a_table_are_counted_from_the_gap_of_each_sample():
+    """As many as have a deeper penetration, by the solver; with the stated gap there would be one more."""
+    gap = {"distribution": "uniform", "low": "8 mm", "high": "12 mm"}
+    end, table = 0.1345, {"penetration": ["0 mm", "134.5 mm"], "force": ["0 kN", "2690 kN"]}
+    law = {"law": "tabulated", "stiffness": None, "restitution": None, "table": table}
+    whole = pr.scan(uncertain_text({"interface.gap": gap}, 3, grid={"gap": None}, **law), check_fraction=0.0)
+    (note,) = [note for note in pr.summary(whole).notes if "passes the table's last point" in note]
+    beyond = int((whole["peak_penetration"] > end).sum())
+    assert f", in {beyond} cases: " in note and 0 < beyond < whole["peak_penetration"].size
+
+
 def test_gaps_of_a_row_that_are_drawn_equal_a_loop_of_set():
     gap = {"distribution": "uniform", "low": "8 mm", "high": "12 mm"}
     text = uncertain_row_text({'interface."A | B".gap': gap}, 2, {"gap": None}, 2)

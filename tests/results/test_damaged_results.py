@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from made_row import STREET, made_row
-from scenes import scene_text, single, storeyed, two_records
+from scenes import two_records, yielding_row
 from sentences import refusal
 from sweeps import sweep
 
@@ -168,14 +168,7 @@ def test_no_mutant_ends_in_a_traceback(sound, kind, share, tmp_path):
 @pytest.fixture(scope="module")
 def storeys() -> xr.Dataset:
     """A row whose storeys yield and whose floors meet columns, with a state of damage: what a report reads most of."""
-    buildings = (
-        storeyed("A", "200 t", "200 MN/m", "3.6 m", storeys=2, storey_strengths="900 kN"),
-        storeyed("B", "180 t", "400 MN/m", storeys=2, storey_strengths="900 kN"),
-        single("C", "150 t", "0.25 s", height="6 m"),
-    )
-    records = {"names": ["RSN6-180", "NAPA-HNE"], "window": ["0 s", "6 s"], "pga": "0.5 g"}
-    text = scene_text(*buildings, law="linear", records=records, effects={"inelastic_storeys": {}}, gap="10 mm")
-    return scan(parse_scene(f'{text}\n[[damage]]\nname = "slight"\ndrift = "0.5 %"\n'), check_fraction=0.0)
+    return scan(parse_scene(yielding_row("6 s")), check_fraction=0.0)
 
 
 NEEDED = ["peak_closing_free", "building_mass", "peak_storey_shear_free", "peak_contact_force"]

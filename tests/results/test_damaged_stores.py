@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from axes import pair_text
-from scenes import scene_text, single, storeyed, two_records
+from scenes import two_records, yielding_row
 from sentences import refusal
 from uncertain import uncertain_text
 from zarr_metadata import changed
@@ -50,15 +50,7 @@ Damage = Callable[[Path], object]
 def stores(tmp_path_factory) -> Path:
     """A folder with a sound store of each kind."""
     folder = tmp_path_factory.mktemp("sound")
-    buildings = (
-        storeyed("A", "200 t", "200 MN/m", "3.6 m", storeys=2, storey_strengths="900 kN"),
-        storeyed("B", "180 t", "400 MN/m", storeys=2, storey_strengths="900 kN"),
-        single("C", "150 t", "0.25 s", height="6 m"),
-    )
-    records = {"names": ["RSN6-180", "NAPA-HNE"], "window": ["0 s", "3 s"], "pga": "0.5 g"}
-    row = scene_text(*buildings, law="linear", records=records, effects={"inelastic_storeys": {}}, gap="10 mm")
-    row += '\n[[damage]]\nname = "slight"\ndrift = "0.5 %"\n'
-    pair, street = parse_scene(two_records(law="jankowski", stiffness="2e9 N/m^1.5")), parse_scene(row)
+    pair, street = map(parse_scene, (two_records(law="jankowski", stiffness="2e9 N/m^1.5"), yielding_row("3 s")))
     made = {"pair": pr.scan(pair, check_fraction=0.4), "storeys": pr.scan(street, check_fraction=0.0)}
     made["samples"] = pr.scan(parse_scene(uncertain_text()))
     made["axes"] = pr.scan(parse_scene(pair_text({"building.left.period": ["0.3 s", "0.5 s"]})))

@@ -85,9 +85,8 @@ def test_what_the_buildings_felt_stands_along_the_records(dataset):
 
 def test_the_factor_of_a_scaled_record_is_that_of_the_whole_chain():
     """To a spectral acceleration, whose factor the sentence of the processing tells as well."""
-    text = SCENE.replace('pga = ["0.1 g", "0.3 g"]', "").replace(
-        "[grid]", 'sa = {value = "0.7 g", period = "0.62 s"}\n[grid]'
-    )
+    scaled = 'sa = {value = "0.7 g", period = "0.62 s"}\n[grid]'
+    text = SCENE.replace('pga = ["0.1 g", "0.3 g"]', "").replace("[grid]", scaled)
     found = scan(parse_scene(text), check_fraction=0.0)
     assert found["record_scale_factor"].dims == ("record",)
     factors = [float(re.search(r"scale: times (\S+) to Sa", words)[1]) for words in _scalings(found)]

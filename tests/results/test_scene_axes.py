@@ -146,11 +146,8 @@ def test_the_scene_s_own_place_is_known(whole):
 def test_where_the_target_is_kept_is_told(whole):
     """Made-up shares: from one value on, up to one, at some, everywhere; the worst interface decides."""
     along = pr.assess_along(whole, gap="30 mm", target="16 %")
-    one = (
-        along.isel({"interface.restitution": [0], "building.left.mass": [0]})
-        .squeeze(drop=True)
-        .expand_dims("interface")
-    )
+    one = along.isel({"interface.restitution": [0], "building.left.mass": [0]}).squeeze(drop=True)
+    one = one.expand_dims("interface")
 
     def told(*shares: float, made=one) -> str:
         high = xr.full_like(made["contact_probability"], 0.5)

@@ -248,9 +248,8 @@ def test_any_run_of_lines_may_be_written_over(tmp_path_factory, runs, kind):
     template = made_template()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(layout, "BLOCK_BYTES", 10_000)
-        store = (
-            Memory(template) if kind is Memory else store_of(template, tmp_path_factory.mktemp("patched") / f"r{kind}")
-        )
+        folder = tmp_path_factory.mktemp("patched")
+        store = Memory(template) if kind is Memory else store_of(template, folder / f"r{kind}")
         expected = values_of(template, range(template.batches))
         for block, values in pieces(template):
             store.write(block, values)
@@ -287,9 +286,8 @@ def test_what_has_holes_is_not_finished(tmp_path, suffix):
     assert "never written" in refusal(store.finish, {}, kind=ValueError)
     assert names(tmp_path) == []
     store = store_of(template, tmp_path / f"results{suffix}")
-    assert "count is (3, 2) for 3 batches" in refusal(
-        store.write, range(3), {"count": np.zeros((3, 2))}, kind=ValueError
-    )
+    told = refusal(store.write, range(3), {"count": np.zeros((3, 2))}, kind=ValueError)
+    assert "count is (3, 2) for 3 batches" in told
     assert names(tmp_path) == []
 
 

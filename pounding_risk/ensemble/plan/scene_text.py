@@ -164,11 +164,10 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
     mass = say(building.mass, units.MASS) if building.mass < inf else "any mass"
     if building.is_rigid:
         return f"{building.name}: {mass}, rigid (moves with the ground){height}"
-    floor = (
-        f", floor {say(building.floor_length, units.FLOOR_LENGTH)} at {say(building.wave_speed, units.WAVE_SPEED)}"
-        if building.floor_length
-        else ""
-    )
+    floor = ""
+    if building.floor_length:
+        length, speed = say(building.floor_length, units.FLOOR_LENGTH), say(building.wave_speed, units.WAVE_SPEED)
+        floor = f", floor {length} at {speed}"
     return (
         f"{building.name}: {mass}, period {say(building.period, units.PERIOD)}, "
         f"damping ratio {say(building.damping, units.DAMPING)}{floor}{height}"
