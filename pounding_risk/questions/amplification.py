@@ -240,12 +240,7 @@ FILES = {
 
 def sheet(dataset: xr.Dataset) -> list[Block]:
     """The finding, amplifications of the displacements at a few ratios and gaps, and what was run."""
-    return [
-        paragraph(dataset.attrs["finding"]),
-        _amplifications(dataset),
-        _facts(dataset),
-        *notes_of(dataset),
-    ]
+    return [paragraph(dataset.attrs["finding"]), _amplifications(dataset), _facts(dataset), *notes_of(dataset)]
 
 
 def _amplifications(dataset: xr.Dataset) -> Block:

@@ -189,10 +189,7 @@ def drawn(answer: Beside) -> CodeTable:
 
 
 def _site(
-    height: Sequence[float | str],
-    behaviour_factor: Sequence[str],
-    factor: Sequence[float],
-    ground: float | str | None,
+    height: Sequence[float | str], behaviour_factor: Sequence[str], factor: Sequence[float], ground: float | str | None
 ) -> Site:
     """Heights, factors and design acceleration of a site; raises PoundingError for what is out of its range."""
     heights = _pair("height", [si(each, HEIGHT, "height") for each in height], '"12 m"', '"20 m"')

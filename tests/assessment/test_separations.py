@@ -14,7 +14,7 @@ import xarray as xr
 from figure_words import words_of
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import rigid, scene_text, single, storeyed
+from scenes import BOTH, rigid, scene_text, single, storeyed
 from scipy.linalg import solve_continuous_lyapunov
 from scipy.signal import cont2discrete, lfilter
 from sentences import refusal
@@ -27,6 +27,8 @@ from pounding_risk.figures.separations import separations_figure
 from pounding_risk.figures.style import MEANING
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.models.structures.sdof import Building
+from pounding_risk.motions.intensity import response_spectra
+from pounding_risk.motions.read import read_motion
 from pounding_risk.questions.separations import _footnotes as footnotes
 from pounding_risk.questions.separations import _own_note as own_note
 from pounding_risk.questions.separations import separations as beside_motions
@@ -334,8 +336,6 @@ def test_given_periods_give_the_double_difference(words, dampings, taken, tmp_pa
 
 
 def test_given_design_displacements_in_python():
-    import pounding_risk as pr
-
     rows = {row.rule: row for row in pr.separations(("A", "B"), ("45 mm", 0.03), site=pr.Site(factors=(3.0, 3.0)))}
     assert rows["eurocode8"].separation == pytest.approx(0.045 * np.sqrt(13.0), rel=1e-12)
     assert rows["cqc"].separation is None and rows["cqc"].note == "needs periods and dampings"
@@ -486,13 +486,6 @@ def test_without_a_finite_motion_nothing_is_asked_for(results, says):
 
 def test_a_scan_tells_all_that_is_needed():
     """On real records no sum of peaks is exceeded, which no rounding may break; displacements are spectral ones."""
-    from scenes import BOTH, scene_text, single
-
-    from pounding_risk.ensemble.scan import scan
-    from pounding_risk.motions import intensity as measures
-    from pounding_risk.motions.read import read_motion
-    from pounding_risk.scene.reader import parse_scene
-
     records = ["RSN6-180", "CCC-HN1"]
     # No gap so wide is ever closed: nothing is simulated.
     text = scene_text(
@@ -501,11 +494,11 @@ def test_a_scan_tells_all_that_is_needed():
         gap="9 m",
         records={"names": records, "polarity": BOTH},
     )
-    table = code_table(scan(parse_scene(text), check_fraction=0.0))
+    table = code_table(pr.scan(text, check_fraction=0.0))
     assert (table.motions, table.amplitude) == (4, None)
     assert table.rules[0].safe and table.rules[0].ratio_low > 1.0
     first = read_motion(records[0])
-    peaks = measures.response_spectra([first.acceleration], first.dt, [0.5, 0.8]).displacement[0]
+    peaks = response_spectra([first.acceleration], first.dt, [0.5, 0.8]).displacement[0]
     # Both find local maxima between samples, each in its own way: 1e-9 apart.
     assert table.asked["abs"][:2] == pytest.approx((peaks.sum(), peaks.sum()), rel=1e-7)
 

@@ -220,13 +220,7 @@ def test_an_output_of_contact_is_read_from_a_dataset(scanned):
 
 @pytest.mark.parametrize(
     "options",
-    [
-        {"sobol": True},
-        {"samples": 8},
-        {"output": "peak_contact_forc"},
-        {"intensity": "sa(left)"},
-        {"pga": "0.3 g"},
-    ],
+    [{"sobol": True}, {"samples": 8}, {"output": "peak_contact_forc"}, {"intensity": "sa(left)"}, {"pga": "0.3 g"}],
     ids=str,
 )
 def test_what_a_dataset_cannot_give_is_refused(scanned, options, says):

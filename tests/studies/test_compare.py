@@ -36,9 +36,7 @@ from pounding_risk.studies.demo import scene
 LAWS = ["jankowski", "kelvin_voigt", "hertz", "viscous_elastoplastic"]
 RECORDS = {"names": ["RSN6-180", "RSN6-270", "RSN753-000"], "window": ["0 s", "6 s"], "pga": "0.3 g", "polarity": BOTH}
 SCENE = scene_text(
-    name="two buildings",
-    records=RECORDS,
-    grid={"gap": ["10 mm", "40 mm", "2 m"], "yield_force": ["2 MN", "inf"]},
+    name="two buildings", records=RECORDS, grid={"gap": ["10 mm", "40 mm", "2 m"], "yield_force": ["2 MN", "inf"]}
 )
 
 
@@ -479,10 +477,8 @@ def test_what_a_row_cannot_run_is_left_out_or_refused(says):
 
 
 def test_the_shipped_scene_compares_every_law():
-    from pounding_risk.models.contact.impulsive import CONTACT_MODELS as KNOWN
-
     found = on_equal_terms(scene("compare"), (), None, (None, None))
-    assert sorted(found.grid.contact_models) == sorted({*KNOWN} - {"tabulated"})  # it has no table
+    assert sorted(found.grid.contact_models) == sorted({*CONTACT_MODELS} - {"tabulated"})  # it has no table
     assert found.equal_terms == EqualTerms("peak force", 0.5, True)
     assert parse_scene(found.to_toml()) == found
 
