@@ -109,9 +109,8 @@ def equal_e() -> dict[str, tuple[str, str, float]]:
     """By damped law: the relation where none is asked for, why no other, and e in the reference impact under it."""
     equal, why = with_damping_relation(on_equal_terms(parse_scene(SCENE), (), None, (None, None)), None)
     names = equal.grid.contact_models
-    found = reference_impacts(
-        equal, {n: getattr(law, "stiffness", None) for n, law in zip(names, laws_of(equal), strict=True)}
-    )
+    stiffness = {n: getattr(law, "stiffness", None) for n, law in zip(names, laws_of(equal), strict=True)}
+    found = reference_impacts(equal, stiffness)
     return {
         name: (equal.relation, why, each.restitution)
         for name, each in zip(names, found, strict=True)
@@ -415,9 +414,8 @@ def test_the_figures_of_a_row_are_of_one_interface(of_row):
     for interface, where in ((None, "left | right of 2, where"), ("right | wall", "right | wall of 2; ")):
         words = words_of(figures.agreement_figure(of_row, interface=interface)).replace("\n", " ")
         assert f"interface {where}" in words and "36 cases a law" in words
-        assert f"interface {where}" in words_of(figures.reference_figure(of_row, interface=interface)).replace(
-            "\n", " "
-        )
+        words = words_of(figures.reference_figure(of_row, interface=interface)).replace("\n", " ")
+        assert f"interface {where}" in words
 
 
 def test_equal_terms_are_those_of_each_interface():
