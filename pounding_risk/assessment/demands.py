@@ -229,15 +229,15 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
     finite = np.flatnonzero(every.finite[:, level])
     if not finite.size:
         raise PoundingError(no_response(results.dataset))
-    here = slice(level, level + 1)
+    chosen = finite, slice(level, level + 1)
     motions = Motions(
         tuple(every.records[motion] for motion in finite),
         tuple(every.polarities[motion] for motion in finite),
         labels(list(every.recordings[finite])),
         (every.amplitudes[level],),
-        every.closing[finite, here],
-        every.finite[finite, here],
-        None if every.alone is None else every.alone[finite, here],
+        every.closing[chosen],
+        every.finite[chosen],
+        None if every.alone is None else every.alone[chosen],
     )
     closing = motions.closing[:, 0]
     independent = independent_motions(logs_of(closing), motions.recordings)
@@ -245,14 +245,7 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
     gaps = np.unique([*map(float, results.dataset["gap"].values), gap]).tolist()
     touched = np.stack([touching(results, every, one)[finite, level] for one in gaps], axis=1)
     percentiles = (*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile)
-    return Contact(
-        gap,
-        every,
-        level,
-        results.amplitude_words(every.amplitudes[level]),
-        motions,
-        independent,
-        shares(touched.astype(float), [{"gap": one} for one in gaps], weight, criterion.confidence),
-        {one.percentile: one for one in required_gaps(closing, weight, percentiles, criterion.confidence)},
-        touched[:, gaps.index(gap)],
-    )
+    at, here = results.amplitude_words(every.amplitudes[level]), touched[:, gaps.index(gap)]
+    of_gaps = shares(touched.astype(float), [{"gap": one} for one in gaps], weight, criterion.confidence)
+    required = {one.percentile: one for one in required_gaps(closing, weight, percentiles, criterion.confidence)}
+    return Contact(gap, every, level, at, motions, independent, of_gaps, required, here)

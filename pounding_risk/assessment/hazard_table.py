@@ -339,15 +339,8 @@ def _spectrum(head: Row, names: Sequence[str], rate: Array, im: Array, reading: 
     order = np.argsort(periods)
     sorted_periods, table = np.array(periods)[order], im[:, order]
     at_zero = bool(sorted_periods[0] == 0.0)
-    return HazardSpectrum(
-        periods=sorted_periods[at_zero:],
-        rate=rate,
-        im=table[:, at_zero:],
-        damping=of_period[0].damping,
-        pga=table[:, 0] if at_zero else None,
-        source=head.source.name,
-        reading=reading,
-    )
+    curves = sorted_periods[at_zero:], rate, table[:, at_zero:], of_period[0].damping
+    return HazardSpectrum(*curves, table[:, 0] if at_zero else None, head.source.name, reading)
 
 
 def _column(head: Row, cell: str) -> Column | None:

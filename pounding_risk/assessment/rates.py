@@ -230,17 +230,8 @@ def judge_rate(here: Rate, required: GapForRate, criterion: RateCriterion, lost:
         word = ADEQUATE
     sentence = f"{word.capitalize()} by rate: {_finding(here, target, confidence)}{_why(word, here, target, lost)}"
     provide = _provide(required, criterion)
-    return RateVerdict(
-        word=word,
-        sentence=sentence,
-        conclusion=(f"{sentence} {provide}",),
-        target=target.rate,
-        words=target.words,
-        annual=here.annual,
-        low=here.low,
-        high=here.high,
-        required=required,
-    )
+    rates = here.annual, here.low, here.high
+    return RateVerdict(word, sentence, (f"{sentence} {provide}",), target.rate, target.words, *rates, required)
 
 
 def _finding(here: Rate, target: AnnualRate, confidence: str) -> str:

@@ -410,14 +410,9 @@ def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
         *json.loads(dataset.attrs.get("notes", "[]")),
         *([f"{'; '.join(correlated)} {CORRELATED}"] if correlated else []),
     ]
-    return Samples(
-        dataset,
-        axis.keys,
-        tuple(np.asarray(dataset[key].values) for key in axis.keys),
-        str(dataset.attrs.get("title", "")),
-        f"{dataset.sizes[SAMPLE]} samples of {counted(len(axis.keys), 'number')}",
-        tuple(assumptions),
-    )
+    values = tuple(np.asarray(dataset[key].values) for key in axis.keys)
+    words = f"{dataset.sizes[SAMPLE]} samples of {counted(len(axis.keys), 'number')}"
+    return Samples(dataset, axis.keys, values, str(dataset.attrs.get("title", "")), words, tuple(assumptions))
 
 
 def sampled_scene(
@@ -444,16 +439,11 @@ def sampled_scene(
     whole = free_motion(scene, np.concatenate(parts), workers=workers, progress=progress)
     ends = np.cumsum([0, *map(len, parts)]).tolist()
     pieces = [whole.isel({SAMPLE: slice(low, high)}) for low, high in pairwise(ends)]
-    return Samples(
-        pieces[0],
-        tuple(uncertain.keys),
-        tuple(np.asarray(pieces[0][key].values) for key in uncertain.keys),
-        str(whole.attrs.get("title", "")),
-        "; ".join(f"{name}: {words}" for name, words in uncertain.described()).removeprefix("samples: "),
-        tuple(_assumptions_of_scene(uncertain, whole)),
-        None if is_drawn else pieces[1],
-        pieces[2] if num else None,
-    )
+    values = tuple(np.asarray(pieces[0][key].values) for key in uncertain.keys)
+    words = "; ".join(f"{name}: {words}" for name, words in uncertain.described()).removeprefix("samples: ")
+    title, assumptions = str(whole.attrs.get("title", "")), tuple(_assumptions_of_scene(uncertain, whole))
+    others = None if is_drawn else pieces[1], pieces[2] if num else None
+    return Samples(pieces[0], tuple(uncertain.keys), values, title, words, assumptions, *others)
 
 
 def _check_sobol(num: int, uncertain: Any) -> None:

@@ -180,18 +180,12 @@ def fragilities(assessment: Assessment, one: InterfaceAssessment) -> list[Block]
     median = head(f"median {intensity_words(assessment.intensity)}", intensity_unit(assessment.intensity))
     heads = [*EVENT_HEADS, median, "dispersion", "s.e. of ln median; by recording", "s.e. of dispersion; by recording"]
     heads += ["method", "scaled by"]
-    rows: list[Row] = [
-        [
-            *event_cells(curve),
-            number(curve.median, curve.unit),
-            number(curve.dispersion, digits=3),
-            _error(curve.se_median, curve.se_median_recordings),
-            _error(curve.se_dispersion, curve.se_dispersion_recordings),
-            curve.method,
-            number(curve.factor, digits=3),
-        ]
-        for curve in curves
-    ]
+    rows: list[Row] = []
+    for curve in curves:
+        row = [*event_cells(curve), number(curve.median, curve.unit), number(curve.dispersion, digits=3)]
+        row.append(_error(curve.se_median, curve.se_median_recordings))
+        row.append(_error(curve.se_dispersion, curve.se_dispersion_recordings))
+        rows.append([*row, curve.method, number(curve.factor, digits=3)])
     caption = f"{one.name}: fragility against {intensity_words(assessment.intensity)}, by maximum likelihood."
     keep = of_gap(one, curves)
     return [

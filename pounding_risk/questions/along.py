@@ -53,22 +53,14 @@ def places(assessed: xr.Dataset) -> Block:
         cell = assessed.isel(dict(zip((*axes, "interface"), place, strict=True)))
         share, need = ([float(cell[f"{name}{end}"]) for end in ("", "_low", "_high")] for name in NAMES)
         at = {key: cell[key].item() for key in keys}
-        required, low, high = enough(need[0]), number(need[1], "m"), enough(need[2])
-        bounds = joined(low, high)
+        bounds = joined(number(need[1], "m"), enough(need[2]))
         if not cell["required_gap_bounded"] > 0.0:
             bounds |= {"text": f"{bounds['text']} {NO_UPPER}"}
-        rows.append(
-            [
-                *(at[key] if isinstance(at[key], str) else number(at[key], shown[key], GIVEN) for key in keys),
-                *([str(cell["interface"].item())] if several else []),
-                number(cell["assessed_gap"], "m", GIVEN),
-                number(share[0], "%", 3),
-                between(share[1], share[2], "%", 3),
-                required,
-                bounds,
-                *([count(cell["motions_without_response"])] if is_lost else []),
-            ]
-        )
+        row: Row = [at[key] if isinstance(at[key], str) else number(at[key], shown[key], GIVEN) for key in keys]
+        row += [str(cell["interface"].item())] if several else []
+        row += [number(cell["assessed_gap"], "m", GIVEN), number(share[0], "%", 3), between(share[1], share[2], "%", 3)]
+        row += [enough(need[0]), bounds]
+        rows.append([*row, *([count(cell["motions_without_response"])] if is_lost else [])])
     needs = assessed["required_gap"].transpose(*axes, "interface").values.ravel()
     most = sorted(range(len(rows)), key=lambda at: -needs[at])[:KEPT]
     note = "those that need most"

@@ -160,17 +160,12 @@ def amplification(
         raise PoundingError("gaps and gap_shares are both given; shares are gaps too: leave one out")
     ratio_values = closings.rising_axis(ratios, num, spacing, "ratios", study.RATIO)
     shares = GAP_SHARES if gap_shares is None else gap_shares
-    gap_axis = (
-        ("gap_share", closings.rising_axis(shares, num_gaps, "linear", "gap_shares", study.SHARE))
-        if gaps is None
-        else ("gap", closings.rising_axis(gaps, num_gaps, "linear", "gaps", GAP))
-    )
+    dim, steps, bounds = ("gap_share", shares, study.SHARE) if gaps is None else ("gap", gaps, GAP)
+    gap_axis = dim, closings.rising_axis(steps, num_gaps, "linear", f"{dim}s", bounds)
     scene = study.pair_scene(closings.opened(source), mass_ratio)
-    stated = closings.stated_damping(scene)
-    dampings = closings.damping_pair(damping, stated)
-    scene = scene.updated(
-        buildings=tuple(one._replace(damping=ratio) for one, ratio in zip(scene.pair, dampings, strict=True))
-    )
+    dampings = closings.damping_pair(damping, closings.stated_damping(scene))
+    pair = zip(scene.pair, dampings, strict=True)
+    scene = scene.updated(buildings=tuple(one._replace(damping=ratio) for one, ratio in pair))
     stays = study.staying(fixed, scene)
     fixed_periods = study.staying_periods(periods, scene.pair[stays].period)
     shaking = closings.shaking_of(scene, np.concatenate([fixed_periods, *(fixed_periods[:, None] * ratio_values)]))
@@ -178,12 +173,10 @@ def amplification(
         [_reference(shaking, float(period), ratio_values, stays, dampings, (share_of, at)) for period in fixed_periods]
     )
     shape = (*reference.shape, gap_axis[1].size)
-    absolute = np.broadcast_to(gap_axis[1], shape) if gap_axis[0] == "gap" else reference[..., None] * gap_axis[1]
-    words = (
-        f"gap that {at:g} % of the motions need"
-        if share_of == REQUIRED
-        else f"{rule_words(share_of)} of the spectral displacements at {at:g} % of the motions"
-    )
+    absolute = np.broadcast_to(gap_axis[1], shape) if dim == "gap" else reference[..., None] * gap_axis[1]
+    words = f"gap that {at:g} % of the motions need"
+    if share_of != REQUIRED:
+        words = f"{rule_words(share_of)} of the spectral displacements at {at:g} % of the motions"
     chart = study.Chart(fixed_periods, ratio_values, stays, gap_axis, absolute, reference, words)
     peaks = study.responses(scene, shaking, chart.pairs(), workers, progress)
     dataset = study.amplification_dataset(scene, shaking, chart, peaks, requested, motions)
@@ -240,12 +233,7 @@ FILES = {
 
 def sheet(dataset: xr.Dataset) -> list[Block]:
     """The finding, amplifications of the displacements at a few ratios and gaps, and what was run."""
-    return [
-        paragraph(dataset.attrs["finding"]),
-        _amplifications(dataset),
-        _facts(dataset),
-        *notes_of(dataset),
-    ]
+    return [paragraph(dataset.attrs["finding"]), _amplifications(dataset), _facts(dataset), *notes_of(dataset)]
 
 
 def _amplifications(dataset: xr.Dataset) -> Block:

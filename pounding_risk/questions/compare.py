@@ -152,17 +152,11 @@ def _terms(one: xr.Dataset) -> Block:
             note = ["elastic with e = 1"]
         else:
             note = ["elastic: cannot dissipate, no restitution can be given to it"]
-        row: Row = [
-            str(name),
-            amount(law["stiffness"], str(law["stiffness_unit"].values) or "1"),
-            number(reference if law["dissipates"] else nan),
-            number(law["reference_restitution"]),
-            number(law["reference_peak_force"], "N"),
-            number(law["reference_peak_penetration"], "m", 3),
-            milliseconds(float(law["reference_duration"])),
-            "; ".join([*note, *YIELDS[int(law["capped"])]]),
-        ]
-        rows.append(row)
+        row: Row = [str(name), amount(law["stiffness"], str(law["stiffness_unit"].values) or "1")]
+        row += [number(reference if law["dissipates"] else nan), number(law["reference_restitution"])]
+        row += [number(law["reference_peak_force"], "N"), number(law["reference_peak_penetration"], "m", 3)]
+        row.append(milliseconds(float(law["reference_duration"])))
+        rows.append([*row, "; ".join([*note, *YIELDS[int(law["capped"])]])])
     return table("Terms: each law in the reference impact.", heads, rows)
 
 

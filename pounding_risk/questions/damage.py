@@ -144,15 +144,9 @@ def damage(
     elif method not in METHODS:
         meant = nearest(str(method), METHODS)
         raise PoundingError(f"method: {shown(method)} is none{meant}; write {', '.join(METHODS)}")
-    options = Options(
-        word,
-        method,
-        share(confidence, "confidence", low=0.5),
-        shaking.hazard,
-        None if at is None else si(at, intensity_quantity(word), "at"),
-        int(motions.recordings.max(initial=0)) + 1,
-        shaking.events(opened),
-    )
+    bounds, recordings = share(confidence, "confidence", low=0.5), int(motions.recordings.max(initial=0)) + 1
+    compared = None if at is None else si(at, intensity_quantity(word), "at")
+    options = Options(word, method, bounds, shaking.hazard, compared, recordings, shaking.events(opened))
     weights = bootstrap_weights(motions.recordings, DRAWS, SEED)
     curves = [curves_of(case, state, motions, options, weights) for state in chosen]
     answer = dataset_of(curves, motions, options, case)

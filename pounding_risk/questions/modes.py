@@ -59,12 +59,6 @@ def _rows(building: Modes) -> Iterator[Row]:
         return
     carried = building.shares.cumsum()
     for place in range(min(int((carried < SHOWN_SHARE).sum()) + 1, carried.size)):
-        yield [
-            building.name if place == 0 else "",
-            count(place + 1),
-            number(building.periods[place], "s"),
-            number(building.participations[place], digits=3),
-            number(building.shares[place], "%", 3),
-            number(carried[place], "%", 3),
-            number(building.dampings[place], "%", 3),
-        ]
+        row: Row = [building.name if place == 0 else "", count(place + 1), number(building.periods[place], "s")]
+        shares = (building.shares[place], carried[place], building.dampings[place])
+        yield [*row, number(building.participations[place], digits=3), *(number(one, "%", 3) for one in shares)]

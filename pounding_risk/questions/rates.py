@@ -26,17 +26,11 @@ def annual_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Block
     if not rates:
         return []
     heads = [*EVENT_HEADS, "a year", "bounds", "in 50 years [%]", "P at the weakest [%]", "beyond the curve [%]"]
-    rows: list[Row] = [
-        [
-            *event_cells(rate),
-            at_least(number(rate.annual, digits=3), rate.at_least),
-            between(rate.low, rate.high, "1", 3),
-            at_least(number(rate.fifty_years, "%", 3), rate.at_least),
-            number(rate.below, "%", 2),
-            number(rate.missing, "%", 2),
-        ]
-        for rate in rates
-    ]
+    rows: list[Row] = []
+    for rate in rates:
+        row = [*event_cells(rate), at_least(number(rate.annual, digits=3), rate.at_least)]
+        row += [between(rate.low, rate.high, "1", 3), at_least(number(rate.fifty_years, "%", 3), rate.at_least)]
+        rows.append([*row, number(rate.below, "%", 2), number(rate.missing, "%", 2)])
     curve, unit = assessment.hazard_rows, intensity_unit(assessment.intensity)
     weakest, strongest = (amount(im, unit)["text"] for im in (curve[0][0], curve[-1][0]))
     explained = (
@@ -58,17 +52,12 @@ def gaps_for_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Blo
     if known:
         heads = ["contact no more often than", "a year", head("gap", "m"), head("bounds", "m")]
         heads += [head("motions counted", "m"), "beyond the curve [%]"]
-        rows: list[Row] = [
-            [
-                f"{gap.words}{', the target' if gap.rate == assessment.target_rate else ''}",
-                number(gap.rate, digits=3),
-                gap_for_rate(gap),
-                joined(number(gap.low, "m"), enough(gap.high)),
-                enough(gap.counted),
-                number(gap.missing, "%", 2),
-            ]
-            for gap in known
-        ]
+        rows: list[Row] = []
+        for gap in known:
+            words = f"{gap.words}{', the target' if gap.rate == assessment.target_rate else ''}"
+            row: Row = [words, number(gap.rate, digits=3), gap_for_rate(gap)]
+            row += [joined(number(gap.low, "m"), enough(gap.high)), enough(gap.counted)]
+            rows.append([*row, number(gap.missing, "%", 2)])
         blocks.append(table(f"{one.name}: gap that keeps contact to a rate under {assessment.hazard}.", heads, rows))
         explained = AT_LEAST * any(gap.at_least for gap in known)
         if not all(isnan(gap.counted) for gap in known):
@@ -87,15 +76,10 @@ def scenario(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
         return []
     bounds = f"{100 * assessment.confidence:g} % bounds [%]"
     heads = [*EVENT_HEADS, "P in an event [%]", bounds, "excluded events add at most [%]"]
-    rows: list[Row] = [
-        [
-            *event_cells(result),
-            number(result.probability, "%", 3),
-            between(result.low, result.high, "%", 3),
-            number(result.left_out, "%", 2),
-        ]
-        for result in known
-    ]
+    rows: list[Row] = []
+    for result in known:
+        row = [*event_cells(result), number(result.probability, "%", 3), between(result.low, result.high, "%", 3)]
+        rows.append([*row, number(result.left_out, "%", 2)])
     words = intensity_words(assessment.intensity)
     caption = f"{one.name}: probability in an event of {assessment.gmfs}, by its {words} at the site."
     explained = (

@@ -228,12 +228,7 @@ def status(comparison: Rerun) -> int:
 def _row(difference: Difference, comparison: Rerun) -> Row:
     """Cells of a variable that differs."""
     unit = str(comparison.dataset[difference.name].attrs.get("units", ""))
-    return [
-        difference.name,
-        count(difference.cases),
-        count(difference.of),
-        worded(difference.absolute, f"{difference.absolute:.2g}"),
-        unit,
-        worded(difference.relative, f"{difference.relative:.1e}"),
-        difference.words,
-    ]
+    absolute = worded(difference.absolute, f"{difference.absolute:.2g}")
+    relative = worded(difference.relative, f"{difference.relative:.1e}")
+    counts = count(difference.cases), count(difference.of)
+    return [difference.name, *counts, absolute, unit, relative, difference.words]

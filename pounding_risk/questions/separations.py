@@ -189,10 +189,7 @@ def drawn(answer: Beside) -> CodeTable:
 
 
 def _site(
-    height: Sequence[float | str],
-    behaviour_factor: Sequence[str],
-    factor: Sequence[float],
-    ground: float | str | None,
+    height: Sequence[float | str], behaviour_factor: Sequence[str], factor: Sequence[float], ground: float | str | None
 ) -> Site:
     """Heights, factors and design acceleration of a site; raises PoundingError for what is out of its range."""
     heights = _pair("height", [si(each, HEIGHT, "height") for each in height], '"12 m"', '"20 m"')
@@ -271,19 +268,11 @@ def _rules() -> list[Block]:
     """Every rule with its clause, its formula and how its text is known; then the texts, and later editions."""
     rules = RULES.values()
     heads = ["rule", "clause", "year", "text", "superseded", "needs", "what it is and how it is found", "ground motion"]
-    rows: list[Row] = [
-        [
-            rule.name,
-            rule.clause,
-            MISSING if rule.year is None else count(rule.year),
-            rule.verification,
-            "yes" if rule.superseded else MISSING,
-            " and ".join(rule.needs) or MISSING,
-            f"{rule.title}: {rule.formula}",
-            rule.level or MISSING,
-        ]
-        for rule in rules
-    ]
+    rows: list[Row] = []
+    for rule in rules:
+        row: Row = [rule.name, rule.clause, MISSING if rule.year is None else count(rule.year), rule.verification]
+        row += ["yes" if rule.superseded else MISSING, " and ".join(rule.needs) or MISSING]
+        rows.append([*row, f"{rule.title}: {rule.formula}", rule.level or MISSING])
     return [
         table("Rules of building codes.", heads, rows, keep=range(len(rows))),
         paragraph(f"{SHARED[FROM_MEMORY]}. {SHARED[QUOTED_ONLY]}."),
@@ -310,18 +299,11 @@ def _of_given(given: Given) -> list[Block]:
     """Each rule's separation of given elastic design displacements, with its factor, level and clause."""
     heads = ["rule", head("separation", "m"), "factor is", "clause", "text", "ground motion of the clause", "note"]
     plain = [replace(row, note="; ".join(_parts(row, (NOT_REDUCED,)))) for row in given.rows]
-    rows: list[Row] = [
-        [
-            row.rule,
-            length(row.separation),
-            RULES[row.rule].factor or MISSING,
-            row.clause,
-            row.verification,
-            RULES[row.rule].level or MISSING,
-            _own_note(row),
-        ]
-        for row in plain
-    ]
+    rows: list[Row] = []
+    for row in plain:
+        rule = RULES[row.rule]
+        cells: Row = [row.rule, length(row.separation), rule.factor or MISSING, row.clause, row.verification]
+        rows.append([*cells, rule.level or MISSING, _own_note(row)])
     left, right = (number(each, "m")["text"] for each in given.displacements)
     factors = given.site.factors
     if factors == (1.0, 1.0):

@@ -159,16 +159,12 @@ def _contacts(run: xr.Dataset) -> Block:
     if law is not None and not getattr(law, "needs_restitution", True):
         shown = shown.drop_vars("contact_restitution_asked", errors="ignore")
     heads = ["contact", *(words for words, _, _ in OF_CONTACTS)]
-    rows = [
-        [
-            count(place + 1),
-            *(cell(float(shown[name][place])) if name in shown else MISSING for _, name, cell in OF_CONTACTS),
-        ]
-        for place in range(run.sizes["contact"])
-    ]
-    return table(
-        "Contacts.", heads, rows, keep=range(min(len(rows), MOST_CONTACTS)), note="the first; -o writes them all"
-    )
+    rows: list[Row] = []
+    for place in range(run.sizes["contact"]):
+        cells = (cell(float(shown[name][place])) if name in shown else MISSING for _, name, cell in OF_CONTACTS)
+        rows.append([count(place + 1), *cells])
+    first = range(min(len(rows), MOST_CONTACTS))
+    return table("Contacts.", heads, rows, keep=first, note="the first; -o writes them all")
 
 
 def _places(run: xr.Dataset, dim: str, prefix: str = "") -> Block:

@@ -136,13 +136,7 @@ def spectra(
 
 def sheet(dataset: xr.Dataset) -> list[Block]:
     """The finding, required gaps at a few pairs of periods, every rule beside them, and what was run."""
-    return [
-        paragraph(dataset.attrs["finding"]),
-        _gaps(dataset),
-        _rules(dataset),
-        _facts(dataset),
-        *notes_of(dataset),
-    ]
+    return [paragraph(dataset.attrs["finding"]), _gaps(dataset), _rules(dataset), _facts(dataset), *notes_of(dataset)]
 
 
 def check(given: Mapping[str, Any]) -> None:

@@ -93,16 +93,10 @@ def _share(value: float) -> Cell:
 
 
 def _properties_in_short(outcome: Verification) -> Block:
-    rows = [
-        (
-            one.name,
-            one.source,
-            plain(one.headline),
-            out_of(sum(reading.holds for reading in one.readings), len(one.readings)),
-            one.word,
-        )
-        for one in outcome.properties
-    ]
+    rows = []
+    for one in outcome.properties:
+        held = out_of(sum(reading.holds for reading in one.readings), len(one.readings))
+        rows.append((one.name, one.source, plain(one.headline), held, one.word))
     heads = ("property", "source", "ours", "readings in bounds", "")
     return table("Published properties.", heads, rows, keep=range(len(rows)))
 
@@ -122,15 +116,10 @@ def _ladder(outcome: Verification) -> list[Block]:
     apart = [check for check in outcome.checks if check.rungs and check.word != EXACT and check.ours]
     if not apart:
         return []
-    rows = [
-        (
-            f"{check.source} ({check.case})",
-            check.quantity,
-            _share(check.difference),
-            *(_share(abs(value / check.ours - 1.0)) for value in check.rungs[:-1]),
-        )
-        for check in apart
-    ]
+    rows = []
+    for check in apart:
+        distances = (_share(abs(value / check.ours - 1.0)) for value in check.rungs[:-1])
+        rows.append((f"{check.source} ({check.case})", check.quantity, _share(check.difference), *distances))
     heads = ("source and case", "quantity", "difference", *(f"{rtol:.0e}" for rtol in RUNGS[:-1]))
     words = (
         f"How far ours at each tolerance is from ours at {RUNGS[-1]:.0e}, where a published value is not met exactly."

@@ -68,10 +68,7 @@ class Fit:
     @property
     def errors(self) -> tuple[float, float]:
         """The larger standard error of ln θ and of β: few recordings show too little of how alike they are."""
-        return (
-            max(self.se_median, self.se_median_recordings),
-            max(self.se_dispersion, self.se_dispersion_recordings),
-        )
+        return (max(self.se_median, self.se_median_recordings), max(self.se_dispersion, self.se_dispersion_recordings))
 
 
 def fragility_curve(im: Array, median: Array | float, dispersion: Array | float) -> Array:

@@ -195,7 +195,7 @@ def stiffness_for(duration: float, unit: str, mass: float, speed: float) -> floa
 
 
 def stiffness_range(scene: Scene, index: int, point: Point, speed: float, floor_length: float) -> StiffnessRange:
-    """The range at interface ``place``, of the floors at a contact ``point`` that meet at ``speed`` [m/s].
+    """The range at the interface ``index``, of the floors at a contact ``point`` that meet at ``speed`` [m/s].
 
     ``floor_length`` [m] is for buildings that give none. The interface has a stiffness.
     """

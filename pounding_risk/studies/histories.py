@@ -286,15 +286,10 @@ def template_of(cases: Cases) -> Template:
     choice = cases.choice
     first = [choice.places[choice.places[:, LAW] == law][0] for law in dict.fromkeys(choice.places[:, LAW].tolist())]
     run, *_ = [cases.run(case) for case in first]
-    variables = {
-        name: CaseVariable(
-            (*map(str, run[name].dims[1:]), "sample"),
-            np.dtype(np.float64),
-            {**run[name].attrs, "cell_methods": "sample: point"},
-        )
-        for name in WRITTEN
-        if name in run
-    }
+    variables = {}
+    for name in (name for name in WRITTEN if name in run):
+        dims, about = (*map(str, run[name].dims[1:]), "sample"), run[name].attrs | {"cell_methods": "sample: point"}
+        variables[name] = CaseVariable(dims, np.dtype(np.float64), about)
     return Template(_skeleton(cases), {**variables, "status": labels.OUTCOME["status"]}, choice.shape)
 
 

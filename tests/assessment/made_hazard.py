@@ -17,6 +17,10 @@ def fragility(median: float = 3.0, dispersion: float = 0.4, **more: float) -> Fr
 
 def site_file(folder: Path, *lines: str) -> Path:
     """A table of hazard of these lines; a head alone has the rates 0.01 im^−2 from 0.1 to 100."""
-    file = folder / "site.csv"
-    file.write_text("\n".join(lines if len(lines) > 1 else [*lines, "0.1,1", "100,1e-6"]) + "\n")
+    return written(folder / "site.csv", "\n".join(lines if len(lines) > 1 else [*lines, "0.1,1", "100,1e-6"]) + "\n")
+
+
+def written(file: Path, text: str) -> Path:
+    """The file, with this text in it."""
+    file.write_text(text)
     return file

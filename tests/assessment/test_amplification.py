@@ -17,6 +17,7 @@ from pounding_risk.assessment import amplification as chart
 from pounding_risk.errors import SceneError
 from pounding_risk.figures.amplification_chart import amplification_figure
 from pounding_risk.questions.amplification import amplification_table
+from pounding_risk.scene.motions import motions_of
 from pounding_risk.statistics.separations import srss
 from pounding_risk.studies import amplification as study
 
@@ -73,10 +74,7 @@ def test_the_reference_integrator_gives_the_same():
     """An oracle that shares no code with the solver, with contact and with a gap that nothing closes."""
     one = pr.amplification(scene(records={"generated": PULSES[1:]}), ratios=(0.5, 0.7, 1.7), gaps=(0.02, 0.04, 0.06),
                            motions=True)  # fmt: skip
-    motion = pr.read_scene(scene(records={"generated": PULSES[1:]}))
-    from pounding_risk.scene.motions import motions_of
-
-    (motion,) = motions_of(motion)
+    (motion,) = motions_of(pr.read_scene(scene(records={"generated": PULSES[1:]})))
     left, right = oracle.Oscillator(400e3, 0.5 * RIGHT), oracle.Oscillator(150e3, RIGHT, 0.03)
     struck, free = (
         oracle.integrate(oracle.Scene(left, right, "jankowski", 2.75e9, gap), motion.acceleration, motion.dt)
@@ -168,11 +166,8 @@ def test_the_scene_s_own_case_is_run(says):
     own = pr.amplification(scene(records={"generated": PULSES[1:]}), **few)
     np.testing.assert_allclose(of_grid["displacement_amplification"], own["displacement_amplification"], rtol=1e-9)
     assert float(of_grid["pga"]) == pytest.approx(0.5 * 9.80665) and "0.5 g" in of_grid.attrs["amplitude"]
-    says(
-        refusal(
-            pr.amplification, scene(grid={"gap": ["1 mm"], "building.tower.mass": ["300 t", "400 t"]}), kind=SceneError
-        )
-    )
+    along = scene(grid={"gap": ["1 mm"], "building.tower.mass": ["300 t", "400 t"]})
+    says(refusal(pr.amplification, along, kind=SceneError))
 
 
 def test_the_finding_is_of_the_stiffer_and_the_softer_building(results):
@@ -182,9 +177,8 @@ def test_the_finding_is_of_the_stiffer_and_the_softer_building(results):
                   if periods[r, b] <= periods[r, 1 - b])  # fmt: skip
     place = chart.worst(results, stiffer=True)
     assert place.value == stiffer > 1.0
-    cell = results["displacement_amplification"].sel(
-        percentile=84, building=place.building, period_ratio=place.ratio, gap=place.gap
-    )
+    at = {"percentile": 84, "building": place.building, "period_ratio": place.ratio, "gap": place.gap}
+    cell = results["displacement_amplification"].sel(at)
     assert float(cell.isel(fixed_period=0)) == stiffer
     words = results.attrs["finding"]
     assert f"the stiffer building up to {stiffer:.2f} times (T(tower) / T(hall) = {place.ratio:.2g}" in words
@@ -203,17 +197,13 @@ def test_the_dataset_is_written_read_and_drawn(results, tmp_path, says):
     says(refusal(pr.spectra, scene(), path, num=2))
     table = amplification_table(read)
     assert len(table) == 4 * 4 * 2
-    row = table[
-        (table["period_ratio"] == 0.8) & (table["building"] == "hall") & (table["gap"] == read["gap"][1].item())
-    ]
+    row = table.query("period_ratio == 0.8 and building == 'hall'").set_index("gap").loc[[read["gap"][1].item()]]
     cell = read.isel(fixed_period=0, gap=1).sel(period_ratio=0.8, building="hall")
     assert float(row["displacement_amplification_84"].iloc[0]) == float(cell["displacement_amplification"][2])
     assert float(row["contact_share"].iloc[0]) == float(cell["contact_share"])
     words = words_of(read.pounding.figure())
-    assert (
-        words.startswith("Amplification of the peak displacement by contact, 84 %")
-        and "m(tower) / m(hall) = 2.67" in words
-    )
+    assert words.startswith("Amplification of the peak displacement by contact, 84 %")
+    assert "m(tower) / m(hall) = 2.67" in words
     figure = amplification_figure(results, "acceleration", percentile=50)
     assert figure.get_suptitle() == "Amplification of the peak acceleration by contact, 50 % of the motions"
     drawn = figure.axes[2].get_lines()[0].get_ydata()
@@ -246,17 +236,8 @@ def test_what_cannot_be_meant_is_refused(wrong, says):
 
 
 def test_other_buildings_and_sources_are_refused(monkeypatch, says):
-    says(
-        refusal(
-            pr.amplification,
-            scene_tables(storeyed("A", "200 t", "9e7 N/m", storeys=2), single("B", "300 t", "0.5 s")),
-            kind=SceneError,
-        ),
-        refusal(pr.amplification, [3]),
-    )
+    storeys = storeyed("A", "200 t", "9e7 N/m", storeys=2), single("B", "300 t", "0.5 s")
+    tables = tomllib.loads(scene_text(*storeys, records=RECORDS))
+    says(refusal(pr.amplification, tables, kind=SceneError), refusal(pr.amplification, [3]))
     monkeypatch.setattr(study, "MOST_BYTES", 1e3)
     says(refusal(pr.amplification, scene()))
-
-
-def scene_tables(*buildings) -> dict:
-    return tomllib.loads(scene_text(*buildings, records=RECORDS))

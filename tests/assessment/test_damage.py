@@ -241,9 +241,8 @@ def test_levels_of_a_measure_are_those_of_the_curves():
     asked = {"measure": "pgv", "levels": [f"{level} m/s" for level in levels]}
     records = {"names": NAMES[:3], "window": ["0 s", "8 s"], "intensity": asked}
     scan = pr.scan(tomllib.loads(scene_text(*MASSES, law="linear", records=records)), check_fraction=0.0)
-    found = pr.damage(
-        scan, states=[pr.DamageState("x", building="left", displacement="60 mm")], method="ida", at="50 cm/s"
-    )
+    state = pr.DamageState("x", building="left", displacement="60 mm")
+    found = pr.damage(scan, states=[state], method="ida", at="50 cm/s")
     assert found["level"].values.tolist() == levels and found.attrs["intensity"] == "pgv"
     assert {found[name].attrs["units"] for name in ("level", "im", "median", "capacity", "at_intensity")} == {"m/s"}
     assert found["at_intensity"].item() == 0.5 and "Median PGV" in found.attrs["finding"]
@@ -316,9 +315,8 @@ def test_demands_of_storeys_and_columns(row):
         np.testing.assert_allclose(found[2, side], rest.max(axis=-1) / 3.0 / 0.002)
         np.testing.assert_allclose(found[3, side], part[f"peak_storey_shear{ending}"].values[:, :, 0] / 8e4)
         # A yielding single mass: its one drift over strength / stiffness.
-        np.testing.assert_allclose(
-            found[5, side], part[f"storey_drift{ending}"].values[:, :, 1, 0] / (15e4 / 40e6) / 2.0
-        )
+        ductility = part[f"storey_drift{ending}"].values[:, :, 1, 0] / (15e4 / 40e6)
+        np.testing.assert_allclose(found[5, side], ductility / 2.0)
     # At a gap that nothing closes storeys yield as they do without contact.
     assert float(row["impact_count"].sel(gap=0.9).max()) == 0.0
     apart = pr.damage(row, states=states[:4], gap="900 mm")["demand_ratio"]

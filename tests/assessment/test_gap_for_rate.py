@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from figure_words import words_of
+from made_hazard import written
 from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.stats import norm
@@ -17,7 +18,7 @@ from test_assess import in_a_row, lognormal, made_up
 from pounding_risk import assess
 from pounding_risk.assessment.annual_rates import read_rate
 from pounding_risk.assessment.fragility import ContactMotions
-from pounding_risk.assessment.hazard import Hazard
+from pounding_risk.assessment.hazard import Hazard, rate_of
 from pounding_risk.assessment.rates import RateOfGaps
 from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.questions.assess import sheet
@@ -43,10 +44,8 @@ def motions_of(capacities: np.ndarray, recordings: np.ndarray | None = None, lin
 
 
 def site(folder: Path, k0: float = K0, k: float = K, head: str = "pga [m/s^2],annual rate") -> Path:
-    file = folder / "site.csv"
-    im = np.geomspace(1e-3, 1e3, 13)
-    file.write_text(f"{head}\n" + "".join(f"{x!r},{k0 * x**-k!r}\n" for x in im.tolist()))
-    return file
+    rows = (f"{x!r},{k0 * x**-k!r}\n" for x in np.geomspace(1e-3, 1e3, 13).tolist())
+    return written(folder / "site.csv", f"{head}\n{''.join(rows)}")
 
 
 def test_the_gap_is_cornells_rate_solved_for_the_gap():
@@ -103,8 +102,6 @@ def test_rarer_contact_takes_a_wider_gap_and_its_rate_is_the_target():
 
 def test_the_bounds_of_a_gap_are_where_those_of_the_rate_pass_the_target():
     """At ``high`` the upper bound of the rate is the target, at ``low`` the lower one: one statement, two ways."""
-    from pounding_risk.assessment.hazard import rate_of
-
     motions = motions_of(np.random.default_rng(2).lognormal(0.0, 0.3, 24), np.repeat(np.arange(12), 2))
     found = RateOfGaps(power_law(), motions, 0.9).gap(TARGET)
     for gap, bound in ((found.low, "low"), (found.high, "high")):
@@ -205,8 +202,7 @@ def test_the_verdict_says_which_gap_to_provide(tmp_path):
 def test_a_rate_that_is_only_a_lower_bound_shows_nothing_adequate(tmp_path):
     """A curve that ends at 2 m/s2, before most motions touch: their rate in the table is small, and says little."""
     results = made_up(lognormal(40), pga=4.0)
-    file = tmp_path / "short.csv"
-    file.write_text("pga [m/s^2],annual rate\n1,1e-2\n2,2.5e-3\n")
+    file = written(tmp_path / "short.csv", "pga [m/s^2],annual rate\n1,1e-2\n2,2.5e-3\n")
     assessed = assess(results, gap=0.02, hazard=file, target_rate=5e-3)
     found = assessed.interfaces[0].rate_verdict
     assert found.high <= 5e-3
@@ -249,18 +245,13 @@ UNIFORM = "return period [years],pga [m/s^2],sa(0.2 s) [m/s^2],sa(2 s) [m/s^2]\n
         (None, 1.2, "The curve is that of Sa(1.2 s), at the longest period of the buildings."),
         ("sa(longer)", 1.2, "at the longest period of the buildings."),
         ("sa(shorter)", 0.5, "The curve is that of Sa(0.5 s), at the shortest period of the buildings."),
-        (
-            "sa(mean)",
-            np.sqrt(0.6),
-            "that of Sa(0.774597 s), at the geometric mean of the buildings' periods.",
-        ),
+        ("sa(mean)", np.sqrt(0.6), "that of Sa(0.774597 s), at the geometric mean of the buildings' periods."),
         ("sa(0.9 s)", 0.9, "The curve is that of Sa(0.9 s)."),
     ],
 )
 def test_spectra_are_joined_with_the_fragility_at_one_period(tmp_path, asked, period, words):
     """Sa of hazard and motions are powers of the period: the gap follows from Cornell's form, whatever the period."""
-    file = tmp_path / "uniform.csv"
-    file.write_text(UNIFORM)
+    file = written(tmp_path / "uniform.csv", UNIFORM)
     results = with_spectra()
     found = assess(results, hazard=file, intensity=asked, target_rate=1e-3)
     assert words in found.hazard_reading and "is read between 0.2 s and 2 s" in found.hazard_reading
@@ -286,8 +277,7 @@ def test_a_curve_is_taken_at_its_own_intensity_unless_another_is_asked_for(tmp_p
 
 def test_a_dataset_without_spectra_says_how_to_get_them(tmp_path, says):
     """Older versions wrote none: the motions have no Sa then."""
-    file = tmp_path / "uniform.csv"
-    file.write_text(UNIFORM)
+    file = written(tmp_path / "uniform.csv", UNIFORM)
     results = with_spectra().drop_vars("record_spectral_acceleration")
     says(refusal(assess, results, hazard=file))
     assert assess(results, hazard=file, intensity="pga").intensity == "pga"
@@ -295,9 +285,8 @@ def test_a_dataset_without_spectra_says_how_to_get_them(tmp_path, says):
 
 def test_spectra_of_another_damping_are_refused(tmp_path, says):
     """The right building has 2 %, and what is read of the motions at its period is that of 2 % too."""
-    file = tmp_path / "uniform.csv"
-    file.write_text(UNIFORM)
-    says(refusal(assess, with_spectra(), hazard=file, intensity="sa(right)"))
+    hazard = written(tmp_path / "uniform.csv", UNIFORM)
+    says(refusal(assess, with_spectra(), hazard=hazard, intensity="sa(right)"))
 
 
 def test_a_curve_of_another_damping_than_the_buildings_is_refused(tmp_path, says):

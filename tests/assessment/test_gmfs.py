@@ -119,23 +119,20 @@ def test_an_assessment_tells_the_probability_in_an_event(fields, monkeypatch, sa
     assert len(at_sa.interfaces[0].scenario) == len(at_sa.interfaces[0].fragility)
     says(refusal(pr.assess, dataset, gmfs=f"{fields}#1", intensity="sa(1 s)"))
     monkeypatch.chdir(fields.parent)
-    words = ["assess", "scan.nc", "--gmfs", "gmf-data_7.csv", "--site", "23.8,38.1", "-o", "a.json"]
-    done = commands.run(*words)
+    done = commands.run("assess", "scan.nc", "--gmfs", "gmf-data_7.csv", "--site", "23.8,38.1", "-o", "a.json")
     assert done.exit_code == 0, done.output
     assert "probability in an event of gmf-data_7.csv#23.8,38.1, by its PGA at the site" in done.output
     written = json.loads((fields.parent / "a.json").read_text())
     assert written["interfaces"][0]["scenario"][0]["probability"] is not None
     (fields.parent / "curve.csv").write_text(CURVE)
-    words = ["assess", "scan.nc", "--hazard", "curve.csv", "--site", "23.71,38"]
-    done = commands.run(*words)
+    done = commands.run("assess", "scan.nc", "--hazard", "curve.csv", "--site", "23.71,38")
     assert done.exit_code == 0 and "The site is at 23.7, 38, 0.876 km from 23.71, 38" in done.output
 
 
 def test_states_of_damage_have_their_probability_in_an_event(fields):
     states = [{"name": "cracks", "displacement": "20 mm"}]
-    dataset = pr.damage(
-        pr.scan(pr.read_scene(SCENE), check_fraction=0.0), states=states, method="ida", gmfs=f"{fields}#0"
-    )
+    scanned = pr.scan(pr.read_scene(SCENE), check_fraction=0.0)
+    dataset = pr.damage(scanned, states=states, method="ida", gmfs=f"{fields}#0")
     for side in ("with", "without"):
         one = dataset.sel(pounding=side, state="cracks")
         each = norm.cdf(np.log(G * np.array([0.1, 0.4]) / float(one["median"])) / float(one["dispersion"]))
@@ -151,9 +148,8 @@ def test_an_id_that_is_none_is_refused_by_its_line(found, column, fields):
     rows = [row.split(",") for row in ROWS]
     rows[1][column] = found
     fields.write_text(NEW.partition("\n")[0] + "\n" + "".join(",".join(row) + "\n" for row in rows), encoding="utf-8")
-    with pytest.raises(
-        PoundingError, match=f"gmf-data_7.csv, line 3: {name} is .*; it must be a whole number such as 3"
-    ):
+    told = f"gmf-data_7.csv, line 3: {name} is .*; it must be a whole number such as 3"
+    with pytest.raises(PoundingError, match=told):
         read_fields(f"{fields}#0")
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_hazard import fragility, site_file
+from made_hazard import fragility, site_file, written
 from scenes import scene_text, storeyed
 from scipy.integrate import quad
 from scipy.stats import chi2, kstest, norm
@@ -196,9 +196,7 @@ def test_a_table_is_read_with_its_unit(tmp_path):
     ],
 )
 def test_a_table_that_is_none_is_refused_by_its_line(tmp_path, text, says):
-    file = tmp_path / "site.csv"
-    file.write_text(text)
-    told = refusal(read_hazard, file)
+    told = refusal(read_hazard, written(tmp_path / "site.csv", text))
     says(told)
     assert len(told) < 1000  # what is damaged is shown shortened
 
@@ -218,11 +216,10 @@ CURVE = power_law(0.5, 20.0, 9)
 @pytest.mark.parametrize("rate_first", [False, True])
 def test_one_hazard_in_all_forms_gives_the_same_rates(tmp_path, head, rate_first):
     """The closed forms are written out here; a table may start with either column."""
-    file = tmp_path / "site.csv"
     rows = [[repr(float(im)), repr(float(FORMS[head](rate)))] for im, rate in zip(CURVE.im, CURVE.rate, strict=True)]
     table = [["pga [m/s^2]", head], *rows]
-    file.write_text("\n".join(",".join(row[::-1] if rate_first else row) for row in table))
-    found = read_hazard(file)
+    text = "\n".join(",".join(row[::-1] if rate_first else row) for row in table)
+    found = read_hazard(written(tmp_path / "site.csv", text))
     assert found.im.tolist() == CURVE.im.tolist()
     assert found.rate == pytest.approx(CURVE.rate, rel=1e-11)
     annual, known = (rate_of(hazard, fragility(), 0.95).annual for hazard in (found, CURVE))
@@ -274,9 +271,7 @@ def curves_by_period() -> str:
 
 @pytest.mark.parametrize("period", [0.1, 0.25, 0.4, 1.3, 2.0])
 def test_curves_at_several_periods_are_spectra_at_their_common_rates(tmp_path, period):
-    file = tmp_path / "curves.csv"
-    file.write_text(curves_by_period())
-    spectra = read_hazard(file)
+    spectra = read_hazard(written(tmp_path / "curves.csv", curves_by_period()))
     for found, scale in ((spectra.at(f"sa({period} s)"), period**-0.7), (spectra.at("pga"), 0.4)):
         assert found.rate == pytest.approx(K0 * (found.im / scale) ** -K, rel=1e-9)
         assert found.rate.size > 20
@@ -286,11 +281,8 @@ def test_curves_at_several_periods_are_spectra_at_their_common_rates(tmp_path, p
 
 
 def test_a_curve_of_the_table_is_not_cut_by_those_beside_it(tmp_path):
-    file = tmp_path / "curves.csv"
-    file.write_text(
-        "sa [g],annual rate at PGA,annual rate at 1 s\n0.05,0.1,0.2\n0.2,0.01,0.02\n0.4,,0.004\n1,,0.0005\n"
-    )
-    spectra = read_hazard(file)
+    text = "sa [g],annual rate at PGA,annual rate at 1 s\n0.05,0.1,0.2\n0.2,0.01,0.02\n0.4,,0.004\n1,,0.0005\n"
+    spectra = read_hazard(written(tmp_path / "curves.csv", text))
     whole = spectra.at("sa(1 s)")
     assert whole.im == pytest.approx(G * np.array([0.05, 0.2, 0.4, 1.0]))
     assert whole.rate.tolist() == [0.2, 0.02, 0.004, 0.0005]
@@ -300,9 +292,7 @@ def test_a_curve_of_the_table_is_not_cut_by_those_beside_it(tmp_path):
 @pytest.mark.parametrize("text", [spectra_by_rate(), spectra_by_period()])
 @pytest.mark.parametrize("period", [0.1, 0.25, 0.4, 1.3, 2.0])
 def test_a_curve_between_the_periods_of_spectra_is_that_of_the_power(tmp_path, text, period):
-    file = tmp_path / "uniform.csv"
-    file.write_text(text)
-    spectra = read_hazard(file)
+    spectra = read_hazard(written(tmp_path / "uniform.csv", text))
     assert isinstance(spectra, HazardSpectrum)
     found = spectra.at(f"sa({period} s)")
     assert found.im == pytest.approx(UNIFORM.im * period**-0.7, rel=1e-12)
@@ -320,32 +310,20 @@ def test_one_curve_may_name_its_period_beside_its_rate(tmp_path):
 
 def test_spectra_between_periods_need_not_be_a_power(tmp_path):
     """At a third of the way, in the logarithms, from 0.2 s to 1.6 s: the intensities there too, at each rate."""
-    file = tmp_path / "uniform.csv"
-    file.write_text("annual rate,sa(0.2 s) [m/s^2],sa(1.6 s) [m/s^2]\n1e-2,1,8\n1e-3,2,16\n1e-4,27,64\n")
-    found = read_hazard(file).at("sa(0.4 s)")
+    text = "annual rate,sa(0.2 s) [m/s^2],sa(1.6 s) [m/s^2]\n1e-2,1,8\n1e-3,2,16\n1e-4,27,64\n"
+    found = read_hazard(written(tmp_path / "uniform.csv", text)).at("sa(0.4 s)")
     assert found.im == pytest.approx([2.0, 4.0, 36.0])
     assert "between 0.2 s and 1.6 s" in found.reading
 
 
-@pytest.mark.parametrize(
-    "intensity",
-    [
-        "sa(0.05 s)",
-        "sa(2.5 s)",
-        "sa(0.4 s, 2 %)",
-        "pgv",
-    ],
-)
+@pytest.mark.parametrize("intensity", ["sa(0.05 s)", "sa(2.5 s)", "sa(0.4 s, 2 %)", "pgv"])
 def test_spectra_are_not_continued(tmp_path, intensity, says):
-    file = tmp_path / "uniform.csv"
-    file.write_text(spectra_by_rate())
-    says(refusal(read_hazard(file).at, intensity))
+    says(refusal(read_hazard(written(tmp_path / "uniform.csv", spectra_by_rate())).at, intensity))
 
 
 def test_spectra_of_another_damping_say_so(tmp_path, says):
-    file = tmp_path / "uniform.csv"
-    file.write_text('annual rate,"sa(0.2 s, 2 %) [g]","sa(1 s, 2 %) [g]"\n1e-2,1,2\n1e-3,2,3\n')
-    spectra = read_hazard(file)
+    text = 'annual rate,"sa(0.2 s, 2 %) [g]","sa(1 s, 2 %) [g]"\n1e-2,1,2\n1e-3,2,3\n'
+    spectra = read_hazard(written(tmp_path / "uniform.csv", text))
     assert spectra.damping == pytest.approx(0.02)
     assert spectra.at("sa(0.2 s, 2 %)").im == pytest.approx(G * np.array([1.0, 2.0]))
     says(refusal(spectra.at, "sa(0.2 s)"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from made_hazard import written
 from scenes import scene_text, single
 from scipy.integrate import cumulative_trapezoid
 from scipy.stats import norm
@@ -87,8 +88,7 @@ def test_sentences_have_the_unit_of_the_measure(along_pgv):
 
 def test_a_hazard_of_pgv_gives_the_rate(along_pgv, tmp_path):
     """∫ P(contact) |dλ| summed here over a fine grid of the curve, straight in the logarithms."""
-    table = tmp_path / "pgv.csv"
-    table.write_text(RATES)
+    table = written(tmp_path / "pgv.csv", RATES)
     hazard = read_hazard(table)
     assert hazard.name == "pgv"
     assert hazard.im == pytest.approx([0.02, 0.1, 0.4, 1.6])
@@ -103,8 +103,7 @@ def test_a_hazard_of_pgv_gives_the_rate(along_pgv, tmp_path):
 
 
 def test_a_hazard_of_mean_sa_is_joined_with_the_same_range(eightfold, tmp_path, says):
-    table = tmp_path / "avg.csv"
-    table.write_text("sa_avg(0.2 s-1 s) [g],annual rate [1/year]\n0.02,0.1\n0.2,0.01\n2,0.0001\n")
+    table = written(tmp_path / "avg.csv", "sa_avg(0.2 s-1 s) [g],annual rate [1/year]\n0.02,0.1\n0.2,0.01\n2,0.0001\n")
     assessment = pr.assess(eightfold, hazard=table)
     assert assessment.intensity == "sa_avg(0.2-1 s)"
     assert next(rate for rate in assessment.interfaces[0].rates if rate.what == "contact").annual > 0.0

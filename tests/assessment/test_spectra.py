@@ -63,13 +63,11 @@ def test_percentiles_are_numpys(results):
     each = results["required_gap_of_motion"].values.reshape(4, 5, 5)
     assert results["percentile"].values.tolist() == [16.0, 50.0, 84.0]
     for place, percentile in enumerate((16, 50, 84)):
-        np.testing.assert_array_equal(
-            results["required_gap"][place], np.percentile(each, percentile, axis=0, method="inverted_cdf")
-        )
+        required = np.percentile(each, percentile, axis=0, method="inverted_cdf")
+        np.testing.assert_array_equal(results["required_gap"][place], required)
         peaks = np.concatenate([results["left_displacement_of_record"].values] * 2)
-        np.testing.assert_allclose(
-            results["left_displacement"][place], np.percentile(peaks, percentile, axis=0, method="inverted_cdf")
-        )
+        left = np.percentile(peaks, percentile, axis=0, method="inverted_cdf")
+        np.testing.assert_allclose(results["left_displacement"][place], left)
 
 
 def test_rules_are_those_of_each_pair(results):
@@ -179,8 +177,7 @@ def test_the_figure_says_what_it_shows(results, says):
     assert "damping 2 % and 7 %" in words
     assert "16 % of the motions" in pr.figures.gap_spectra_figure(results, 16.0).get_suptitle()
     assert words_of(results.pounding.figure()) == words_of(pr.figures.gap_spectra_figure(results))
-    other = words_of(pr.figures.gap_spectra_figure(results, rules=["eurocode8", "ubc97"]))
-    other = " ".join(other.split())
+    other = " ".join(words_of(pr.figures.gap_spectra_figure(results, rules=["eurocode8", "ubc97"])).split())
     assert "Eurocode 8, same property (from memory)" in other and "UBC 97, same property (quoted)" in other
     assert "DDC" not in other
     says(

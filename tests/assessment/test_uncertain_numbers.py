@@ -64,9 +64,8 @@ def test_in_a_row_what_others_push_counts_as_in_each_assessment():
         shares = [one.contact_at_gap().probability for one in alone]
         np.testing.assert_allclose(part["contact_probability_of_sample"], shares)
         closings = np.concatenate([one.closing for one in alone])
-        assert float(part["required_gap"].sel(percentile=84)) == pytest.approx(
-            np.percentile(closings, 84, method="inverted_cdf")
-        )
+        required = np.percentile(closings, 84, method="inverted_cdf")
+        assert float(part["required_gap"].sel(percentile=84)) == pytest.approx(required)
         free = row["peak_closing_free"].isel(interface=number).transpose("sample", ...).values.ravel()
         pushed += int((np.sort(closings) > np.sort(free)).sum())
     assert pushed, "the row shows something that the motion without contact does not"
@@ -109,13 +108,11 @@ def test_a_linear_scene_has_the_variance_that_is_known():
         "building.right.initial_displacement": {"distribution": "uniform", "low": "-60 mm", "high": "-40 mm"},
     }
     still = [{"kind": "ricker", "pga": "0.0001 g", "period": f"{period} s"} for period in (0.05, 0.06)]
-    study = uncertain_pulses(
-        numbers,
-        128,
-        records={"generated": still, "polarity": BOTH},
-        buildings=(single("left", "500 t", "0.5 s"), single("right", "800 t", "1.0 s")),
-        gap="200 mm",
+    records, pair = (
+        {"generated": still, "polarity": BOTH},
+        (single("left", "500 t", "0.5 s"), single("right", "800 t", "1 s")),
     )
+    study = uncertain_pulses(numbers, 128, records=records, buildings=pair, gap="200 mm")
     part = pr.uncertainty(study, output="required_gap", gap="140 mm").isel(interface=0)
     variances = np.array([60.0, 20.0]) ** 2 * 1e-6 / 12.0
     indices = part["first_order"].sel(output="required_gap")
@@ -202,9 +199,8 @@ def test_indices_on_a_design_and_points_at_quantiles(of_scene):
     assert float(moved[0, 1]) == float(moved[1, 1])
     assert part["closing_at_medians"].size == 2 * len(PULSES)
     nominal = pr.scan(parse_scene(scene_text(records={"generated": PULSES, "polarity": BOTH}, law="linear")))
-    np.testing.assert_allclose(
-        part["closing_at_medians"], np.sort(nominal["peak_closing_free"].values.ravel()), rtol=1e-6
-    )
+    closing = np.sort(nominal["peak_closing_free"].values.ravel())
+    np.testing.assert_allclose(part["closing_at_medians"], closing, rtol=1e-6)
 
 
 def test_an_output_of_contact_is_read_from_a_dataset(scanned):
@@ -220,13 +216,7 @@ def test_an_output_of_contact_is_read_from_a_dataset(scanned):
 
 @pytest.mark.parametrize(
     "options",
-    [
-        {"sobol": True},
-        {"samples": 8},
-        {"output": "peak_contact_forc"},
-        {"intensity": "sa(left)"},
-        {"pga": "0.3 g"},
-    ],
+    [{"sobol": True}, {"samples": 8}, {"output": "peak_contact_forc"}, {"intensity": "sa(left)"}, {"pga": "0.3 g"}],
     ids=str,
 )
 def test_what_a_dataset_cannot_give_is_refused(scanned, options, says):

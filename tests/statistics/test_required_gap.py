@@ -138,8 +138,7 @@ def test_steps_of_contact_are_the_counted_shares_with_their_bounds():
 
 
 @given(
-    closing=st.lists(st.floats(0.0, 0.5), min_size=1, max_size=60),
-    target=st.sampled_from([0.01, 0.05, 0.1, 0.16, 0.3]),
+    closing=st.lists(st.floats(0.0, 0.5), min_size=1, max_size=60), target=st.sampled_from([0.01, 0.05, 0.1, 0.16, 0.3])
 )
 def test_the_gap_to_provide_keeps_the_target_as_it_is_written(closing, target):
     """Counted on the gap as three digits say it; a gap of two units less would no longer keep it."""

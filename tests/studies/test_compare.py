@@ -36,9 +36,7 @@ from pounding_risk.studies.demo import scene
 LAWS = ["jankowski", "kelvin_voigt", "hertz", "viscous_elastoplastic"]
 RECORDS = {"names": ["RSN6-180", "RSN6-270", "RSN753-000"], "window": ["0 s", "6 s"], "pga": "0.3 g", "polarity": BOTH}
 SCENE = scene_text(
-    name="two buildings",
-    records=RECORDS,
-    grid={"gap": ["10 mm", "40 mm", "2 m"], "yield_force": ["2 MN", "inf"]},
+    name="two buildings", records=RECORDS, grid={"gap": ["10 mm", "40 mm", "2 m"], "yield_force": ["2 MN", "inf"]}
 )
 
 
@@ -111,9 +109,8 @@ def equal_e() -> dict[str, tuple[str, str, float]]:
     """By damped law: the relation where none is asked for, why no other, and e in the reference impact under it."""
     equal, why = with_damping_relation(on_equal_terms(parse_scene(SCENE), (), None, (None, None)), None)
     names = equal.grid.contact_models
-    found = reference_impacts(
-        equal, {n: getattr(law, "stiffness", None) for n, law in zip(names, laws_of(equal), strict=True)}
-    )
+    stiffness = {n: getattr(law, "stiffness", None) for n, law in zip(names, laws_of(equal), strict=True)}
+    found = reference_impacts(equal, stiffness)
     return {
         name: (equal.relation, why, each.restitution)
         for name, each in zip(names, found, strict=True)
@@ -417,9 +414,8 @@ def test_the_figures_of_a_row_are_of_one_interface(of_row):
     for interface, where in ((None, "left | right of 2, where"), ("right | wall", "right | wall of 2; ")):
         words = words_of(figures.agreement_figure(of_row, interface=interface)).replace("\n", " ")
         assert f"interface {where}" in words and "36 cases a law" in words
-        assert f"interface {where}" in words_of(figures.reference_figure(of_row, interface=interface)).replace(
-            "\n", " "
-        )
+        words = words_of(figures.reference_figure(of_row, interface=interface)).replace("\n", " ")
+        assert f"interface {where}" in words
 
 
 def test_equal_terms_are_those_of_each_interface():
@@ -479,10 +475,8 @@ def test_what_a_row_cannot_run_is_left_out_or_refused(says):
 
 
 def test_the_shipped_scene_compares_every_law():
-    from pounding_risk.models.contact.impulsive import CONTACT_MODELS as KNOWN
-
     found = on_equal_terms(scene("compare"), (), None, (None, None))
-    assert sorted(found.grid.contact_models) == sorted({*KNOWN} - {"tabulated"})  # it has no table
+    assert sorted(found.grid.contact_models) == sorted({*CONTACT_MODELS} - {"tabulated"})  # it has no table
     assert found.equal_terms == EqualTerms("peak force", 0.5, True)
     assert parse_scene(found.to_toml()) == found
 

@@ -135,14 +135,12 @@ def test_a_building_that_is_reached_late_has_the_whole_motion(keys, solver):
     peaks = results.peak_displacement_free.values.ravel()
     assert peaks[1] == pytest.approx(peaks[0], rel=1e-9)
     alone = response_spectra(motions_of(study)[0].without_tail().acceleration, 0.01, [0.5]).displacement[0]
-    assert peaks[0] == pytest.approx(
-        alone, rel=1e-8
-    )  # a spectrum's peak is that of a parabola about the highest sample
+    # A spectrum's peak is that of a parabola about the highest sample.
+    assert peaks[0] == pytest.approx(alone, rel=1e-8)
     lag = study.lag
     assert 3.0 + lag - 1e-9 <= run["time"].values[-1] < 3.01 + lag
-    assert results.record_ground_widening_end.values.ravel()[0] == pytest.approx(
-        float(run.ground_widening[-1].values.ravel()[0]), rel=1e-9
-    )
+    widening = float(run.ground_widening[-1].values.ravel()[0])
+    assert results.record_ground_widening_end.values.ravel()[0] == pytest.approx(widening, rel=1e-9)
 
 
 def test_validate_says_how_long_a_run_lasts():
@@ -253,11 +251,8 @@ def test_records_of_unlike_pads_begin_at_one_instant():
 
 
 def test_time_steps_that_do_not_fit_are_refused(says):
-    says(
-        refusal(
-            set_beside, motion("fine", [0.0, 1.0], 0.01), (None, motion("odd", [0.0, 1.0], 0.015)), kind=RecordError
-        )
-    )
+    fine, odd = motion("fine", [0.0, 1.0], 0.01), motion("odd", [0.0, 1.0], 0.015)
+    says(refusal(set_beside, fine, (None, odd), kind=RecordError))
 
 
 def test_what_is_done_to_a_motion_is_done_to_those_beside_it(says):

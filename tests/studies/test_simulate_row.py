@@ -23,6 +23,7 @@ from pounding_risk.studies.row_trace import followed
 from pounding_risk.studies.simulate import simulate
 
 STIFFNESS = 2.75e9  # N/m^1.5
+CONTACT = {"stiffness": "2.75e9 N/m^1.5", "restitution": 0.65, "yield_force": "900 kN"}
 SCENE = scene_text(
     storeyed("tall", "200 t", "180 MN/m", storeys=4),
     storeyed("middle", "150 t", "300 MN/m", "3.9 m", storeys=2),
@@ -30,16 +31,9 @@ SCENE = scene_text(
     rigid(),
     name="Three beside a wall",
     interfaces=[
-        {
-            "gap": "6 mm",
-            "contact_model": "jankowski",
-            "stiffness": "2.75e9 N/m^1.5",
-            "restitution": 0.65,
-            "yield_force": "900 kN",
-            "column_yield_force": "300 kN",
-        },
-        {"gap": "4 mm", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65, "yield_force": "900 kN"},
-        {"gap": "3 mm", "stiffness": "2.75e9 N/m^1.5", "restitution": 0.65, "yield_force": "900 kN"},
+        {"gap": "6 mm", "contact_model": "jankowski", **CONTACT, "column_yield_force": "300 kN"},
+        {"gap": "4 mm", **CONTACT},
+        {"gap": "3 mm", **CONTACT},
     ],
     records={"window": ["1 s", "5 s"], "polarity": BOTH},
 )

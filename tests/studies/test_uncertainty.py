@@ -133,11 +133,8 @@ def test_the_demands_of_a_sample_are_read_as_those_of_a_scan():
     ((same, other),) = Results(scanned).interfaces
     found, expected = motions_of(part), motions_of(other)
     assert name == same
-    assert (found.records, found.polarities, found.amplitudes) == (
-        expected.records,
-        expected.polarities,
-        expected.amplitudes,
-    )
+    for key in ("records", "polarities", "amplitudes"):
+        assert getattr(found, key) == getattr(expected, key)
     np.testing.assert_array_equal(found.recordings, expected.recordings)
     np.testing.assert_allclose(found.closing, expected.closing, rtol=1e-12)
 

@@ -223,11 +223,7 @@ def _check_site(site: Site) -> None:
 
 
 def code_table(
-    results: xr.Dataset,
-    percentile: float | str = USUAL_PERCENTILE,
-    site: Site = PLAIN,
-    *,
-    interface: str | None = None,
+    results: xr.Dataset, percentile: float | str = USUAL_PERCENTILE, site: Site = PLAIN, *, interface: str | None = None
 ) -> CodeTable:
     """Separations that rules ask for, from the spectral displacements of each motion, beside the gap that it needs.
 
