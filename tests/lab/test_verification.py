@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import errno
 import re
+from functools import partial
 from math import asin, ceil, cos, exp, pi, sin, sqrt
 from pathlib import Path
 
 import closed_forms as forms
+import commands
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -15,10 +17,8 @@ from scipy.integrate import quad
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 from sentences import refusal
-from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.figures import verification_differences_figure, verification_figure
 from pounding_risk.lab.verification import Verification
@@ -544,10 +544,7 @@ def test_every_kind_of_value_has_its_bound():
 
 
 # ------------------------------------------------------------------------------------------------ command and page
-
-
-def run(*arguments: object):
-    return CliRunner().invoke(app, ["verify", *map(str, arguments)], env={"COLUMNS": "400"})
+run = partial(commands.run, "verify", env={"COLUMNS": "400"})
 
 
 def test_the_command_prints_a_line_for_each_value_and_writes_the_page(tmp_path):

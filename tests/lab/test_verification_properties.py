@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from math import exp, isnan, nan, pi, sqrt
 
 import closed_forms
+import commands
 import figure_words
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from sentences import refusal
-from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk.cli import app
 from pounding_risk.figures import property_figure
 from pounding_risk.lab.verification import contacts, noise, pulses
 from pounding_risk.lab.verification.case import BASES, read_case, shipped
@@ -26,9 +26,7 @@ from pounding_risk.models.contact.laws import LAWS, SHIPPED
 from pounding_risk.reports.pages import verification_page
 from pounding_risk.statistics.separations import cqc
 
-
-def run(*arguments: object):
-    return CliRunner().invoke(app, ["verify", *map(str, arguments)], env={"COLUMNS": "400"})
+run = partial(commands.run, "verify", env={"COLUMNS": "400"})
 
 
 def readings_of(outcome, name: str) -> dict[str, Reading]:
