@@ -58,11 +58,9 @@ def read_features(path: Path, layer: str | None, metres: bool, faults: list[str]
     except BlockError:
         raise
     except Exception as error:  # of GDAL, pyogrio, pyarrow, pandas and shapely: whatever a damaged file brings about
-        reason = " ".join(str(error).split())[:200]
-        advice = "export the footprints again"
-        raise BlockError(
-            str(path), [f"cannot be read as {kind} ({reason or type(error).__name__}); {advice}"]
-        ) from None
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        sentence = f"cannot be read as {kind} ({reason}); export the footprints again"
+        raise BlockError(str(path), [sentence]) from None
 
 
 def _from_layer(path: Path, layer: str | None) -> Features:

@@ -204,9 +204,8 @@ def values_of(
         column, unit = columns[head]
         try:
             if column not in WORDS and isinstance(cell, str) and cell.strip().lower() in NOT_KNOWN:
-                raise ValueError(
-                    f"{shown(cell)} is no value; leave it empty where it is not known, to be filled by rule"
-                )
+                repair = "leave it empty where it is not known, to be filled by rule"
+                raise ValueError(f"{shown(cell)} is no value; {repair}")
             values[column] = cell_value(cell, unit, COLUMNS[column])
         except ValueError as error:
             faults.append(f"{where}, {column}: {error}")

@@ -113,17 +113,25 @@ def _whole(name: str, words: str, absent: str) -> Key:
     return Key(words, read, "1", absent, schema={"type": "integer"})
 
 
-def _factor(value: Any, number: Number) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < abs(value) < inf:
-        raise Unreadable(f"{shown(value)} is not a finite number other than 0; write factor = -1, or remove it")
-    return float(value)
+def _factor(words: str) -> Key:
+    def read(value: Any, number: Number) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < abs(value) < inf:
+            raise Unreadable(f"{shown(value)} is not a finite number other than 0; write factor = -1, or remove it")
+        return float(value)
+
+    return Key(words, read, "-1", "1", schema={"type": "number"})
 
 
-def _components(value: Any, number: Number) -> tuple[str, ...]:
-    names = list_of(value, 'components = ["RSN77-164", "RSN77-254"]')
-    if len(names) != 2 or not all(isinstance(name, str) and name for name in names):
-        raise Unreadable(f'{shown(value)} is not the names of two components; write ["RSN77-164", "RSN77-254"]')
-    return tuple(names)
+def _components(words: str) -> Key:
+    example = '["RSN77-164", "RSN77-254"]'
+
+    def read(value: Any, number: Number) -> tuple[str, ...]:
+        names = list_of(value, f"components = {example}")
+        if len(names) != 2 or not all(isinstance(name, str) and name for name in names):
+            raise Unreadable(f"{shown(value)} is not the names of two components; write {example}")
+        return tuple(names)
+
+    return Key(words, read, example, schema={"type": "array"})
 
 
 def _kind_of_value(absent: str) -> Key:
@@ -158,14 +166,7 @@ class PublishedTable(Table):
         str, _quoted("Reading error or scatter, in the unit of the value.", '"2 kN"', "half a unit of the last digit")
     ] = ""
     factor: Annotated[
-        float,
-        Key(
-            "The source's value is factor × ours + offset, where its axis points the other way.",
-            _factor,
-            "-1",
-            "1",
-            schema={"type": "number"},
-        ),
+        float, _factor("The source's value is factor × ours + offset, where its axis points the other way.")
     ] = 1.0
     offset: Annotated[str, _quoted("See factor; where its origin or its clock is another.", '"0.05 m"', "0")] = ""
     building: Annotated[str, text("Name of the building.", "frame", "the only one")] = ""
@@ -221,15 +222,7 @@ class ImpactTable(Table):
 class MotionTable(Table):
     """The table [motion]: a recording."""
 
-    components: Annotated[
-        tuple[str, ...],
-        Key(
-            "Both horizontal components, ids of the catalogue.",
-            _components,
-            '["RSN77-164", "RSN77-254"]',
-            schema={"type": "array"},
-        ),
-    ]
+    components: Annotated[tuple[str, ...], _components("Both horizontal components, ids of the catalogue.")]
 
 
 # ------------------------------------------------------------------------------------------------ cases
