@@ -72,9 +72,8 @@ def _from_layer(path: Path, layer: str | None) -> Features:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of values that no column here has, such as dates, and of measured corners
         layers = {str(name): kind for name, kind in pyogrio.list_layers(path)}
-        meta, fids, geometry, columns = pyogrio.raw.read(
-            path, layer=_layer(path, layer, layers), return_fids=True, force_2d=False
-        )
+        own = _layer(path, layer, layers)
+        meta, fids, geometry, columns = pyogrio.raw.read(path, layer=own, return_fids=True, force_2d=False)
     names = [str(name) for name in meta["fields"]]
     rows = zip(*(column.tolist() for column in columns), strict=True) if names else ((),) * len(fids)
     properties = [dict(zip(names, map(_known, row), strict=True)) for row in rows]
@@ -106,10 +105,8 @@ def _from_parquet(path: Path) -> Features:
     import geopandas
 
     frame = geopandas.read_parquet(path)
-    properties = [
-        {str(key): _known(value) for key, value in row.items()}
-        for row in frame.drop(columns=frame.active_geometry_name).to_dict("records")
-    ]
+    rows = frame.drop(columns=frame.active_geometry_name).to_dict("records")
+    properties = [{str(key): _known(value) for key, value in row.items()} for row in rows]
     places = [f"feature {number}" for number in range(1, len(frame) + 1)]
     return Features(places, properties, list(frame.geometry.array), _ids(properties), frame.crs)
 

@@ -347,10 +347,8 @@ def _faults_of_extent(entries: Sequence[Entry], projection: Projection | None) -
         if projection is not None:
             kind, repair = f"as {projection.system.name}", "set the coordinate reference system that the file has"
         words = say(float(across.max()), GAP, 2)
-        return [
-            f"read {kind}, no footprint is more than {words} across: the coordinates look like longitude and latitude; "
-            f"{repair}"
-        ]
+        doubt = "the coordinates look like longitude and latitude"
+        return [f"read {kind}, no footprint is more than {words} across: {doubt}; {repair}"]
     if projection is not None and LARGEST < across.min() < inf:
         kind, repair = projection.system.name, "set the coordinate reference system that the file really has"
         if projection.system.is_geographic:

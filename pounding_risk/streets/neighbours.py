@@ -98,10 +98,8 @@ class Neighbours(NamedTuple):
     @property
     def faced_words(self) -> str:
         """The faced length and its share in words."""
-        front = self.faced / self.share if self.share > 0.0 else nan
-        return (
-            f"face each other over {say(self.faced, GAP, 2)} of a front of {say(front, GAP, 3)} ({percent(self.share)})"
-        )
+        front = say(self.faced / self.share if self.share > 0.0 else nan, GAP, 3)
+        return f"face each other over {say(self.faced, GAP, 2)} of a front of {front} ({percent(self.share)})"
 
 
 class ClosePair(NamedTuple):

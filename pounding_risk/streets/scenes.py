@@ -205,10 +205,8 @@ def _middle(row: BlockRow) -> dict[str, float]:
     first = mapped[0].longitude  # across the meridian of 180 degrees longitudes go on
     east = sum((each.longitude - first + 180.0) % 360.0 - 180.0 for each in mapped) / len(mapped)
     longitude = (first + east + 180.0) % 360.0 - 180.0
-    return {
-        "longitude": round(longitude, DEGREE_DIGITS),
-        "latitude": round(sum(each.latitude for each in mapped) / len(mapped), DEGREE_DIGITS),
-    }
+    latitude = sum(each.latitude for each in mapped) / len(mapped)
+    return {"longitude": round(longitude, DEGREE_DIGITS), "latitude": round(latitude, DEGREE_DIGITS)}
 
 
 def horizontal_records() -> list[str]:

@@ -135,9 +135,8 @@ def read_table(path: Path) -> Table:
 
 def _with_mark(lines: Sequence[str], first: int, columns: int) -> list[str]:
     """A note on lines that start with #, from the ``first`` on, and have a cell for each column as buildings have."""
-    places = [
-        f"line {at}" for at, line in enumerate(lines, first) if line.startswith("#") and line.count(",") >= columns - 1
-    ]
+    comments = [(at, line) for at, line in enumerate(lines, first) if line.startswith("#")]
+    places = [f"line {at}" for at, line in comments if line.count(",") >= columns - 1]
     repair = "put a name that starts with # in quotes"
     return [f"{', '.join(places)}: left out, as what starts with # is a comment; {repair}"] if places else []
 

@@ -363,10 +363,8 @@ class _Reader:
         package, _, rest = name.removeprefix(OF_PACKAGE).partition("/")
         spec = find_spec(package) if package.isidentifier() else None
         if spec is None or not spec.submodule_search_locations:
-            self._fault(
-                f"{shown(name)}: no package {shown(package)} is installed; install it, or name a file",
-                *("records", "files", at),
-            )
+            sentence = f"{shown(name)}: no package {shown(package)} is installed; install it, or name a file"
+            self._fault(sentence, "records", "files", at)
             return name
         return str(Path(spec.submodule_search_locations[0]) / rest)
 

@@ -123,10 +123,8 @@ for number, words, invariant, bound, laws, arguments in (
 def free_motion_scales(trial: Trial) -> float:
     """a_g times 2^40 and 2^−40 without contact: every displacement times it."""
     scene = TrialScene(gap=inf)
-    return max(
-        similar(trial, scene, scene._replace(ground=factor * scene.ground), length=factor, force=factor)
-        for factor in (2.0**40, 2.0**-40)
-    )
+    scenes = {factor: scene._replace(ground=factor * scene.ground) for factor in (2.0**40, 2.0**-40)}
+    return max(similar(trial, scene, other, length=factor, force=factor) for factor, other in scenes.items())
 
 
 @GROUP.case("38a", "48 zeros before the record, no contact", "the same motion, later", BITS, ONE)
