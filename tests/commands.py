@@ -10,9 +10,9 @@ from typer.testing import CliRunner
 from pounding_risk import cli
 
 
-def run(*words: object) -> Any:
-    """What a command prints, and its exit status."""
-    return CliRunner().invoke(cli.app, list(map(str, words)), prog_name="pounding-risk")
+def run(*words: object, **settings: Any) -> Any:
+    """What a command prints, and its exit status; ``settings`` are those of click's runner, such as ``env``."""
+    return CliRunner().invoke(cli.app, list(map(str, words)), prog_name="pounding-risk", **settings)
 
 
 def done(*words: object) -> Any:

@@ -257,20 +257,18 @@ class Bench:
         contacts, steps, durations = 0.0, 0.0, []
         at, (laws, rules) = len(self.yield_forces) - 1, self.models(0)
         case_contacts = Contacts(self.limits[at].gaps, laws, rules, self.limits[at].yield_forces)
+        open_contacts = case_contacts._replace(gaps=np.full(len(laws), OPEN))
         for number, each in enumerate(self.driven[: self.most_general]):
             ground, begun = (each.motion.acceleration, each.motion.dt), process_time()
             run = solve_general(solver, self.matrices, case_contacts, ground, rtol)
             middle = process_time()
-            alone = solve_general(
-                solver, self.matrices, case_contacts._replace(gaps=np.full(len(laws), OPEN)), ground, rtol
-            )
+            alone = solve_general(solver, self.matrices, open_contacts, ground, rtol)
             durations.append((middle - begun, process_time() - middle))
             contacts, steps = contacts + run.impact_count.sum(), steps + run.steps
             by_name = run._asdict() | {"yield_exceedance": run.uncapped_force >= case_contacts.yield_forces}
             of_motion = number * self.size // len(self.motions)
-            values[of_motion + at] = np.column_stack(
-                [self._gathered(by_name), self.of_interfaces(np.maximum, alone.peak_closing)]
-            )
+            required = self.of_interfaces(np.maximum, alone.peak_closing)
+            values[of_motion + at] = np.column_stack([self._gathered(by_name), required])
         seconds, free_seconds = np.mean(durations, axis=0)
         return Outcome(values, steps / max(contacts, 1.0), nan, float(seconds), float(free_seconds))
 
@@ -326,9 +324,8 @@ class PairBench(Bench):
 
     def free_event(self, driven: Driven) -> Timed:
         motion, begun = driven.motion, process_time()
-        free = free_response(
-            self.pair, motion.acceleration, motion.dt, self.study.supports, self.initial, motion.own_grounds
-        )
+        grounds = self.study.supports, self.initial, motion.own_grounds
+        free = free_response(self.pair, motion.acceleration, motion.dt, *grounds)
         seconds = process_time() - begun
         self.free[driven.place] = free
         return np.array([max(float(free.high[:, 0].max()), 0.0)]), seconds

@@ -119,11 +119,8 @@ def beaten_at(dataset: xr.Dataset) -> list[str]:
         ours = reach.sel(solver=EVENT).values[output]
         faster = []
         for solver in (name for name in reach["solver"].values if name != EVENT):
-            ratios = [
-                (level, a / b)
-                for level, a, b in zip(LEVELS, ours, reach.sel(solver=solver).values[output], strict=True)
-            ]
-            at = [(level, ratio) for level, ratio in ratios if ratio > 1.0]
+            ratios = ours / reach.sel(solver=solver).values[output]
+            at = [(level, ratio) for level, ratio in zip(LEVELS, ratios.tolist(), strict=True) if ratio > 1.0]
             if at:
                 faster.append(f"{solver} down to {at[-1][0]:.0e} ({max(ratio for _, ratio in at):.2g} times at most)")
         if faster:

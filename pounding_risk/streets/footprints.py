@@ -141,10 +141,8 @@ def facing(outlines: Sequence[Outline], pairs: Pairs, farthest: float, tolerance
         one, other = int(first[at]), int(second[at])
         # Where one lies wholly before the other along u, the order is known.
         orders = [order for order, gap in zip(((one, other), (other, one)), ahead, strict=True) if gap[at] >= 0.0]
-        nearest = [
-            Facing(*order, clear_distance(outlines[order[0]], outlines[order[1]]))
-            for order in orders or ((one, other), (other, one))
-        ]
+        ways = orders or ((one, other), (other, one))
+        nearest = [Facing(left, right, clear_distance(outlines[left], outlines[right])) for left, right in ways]
         best = max(nearest, key=lambda pair: pair.gap)
         if best.gap < farthest:
             pairs_facing.append(best)

@@ -47,10 +47,9 @@ def with_inventory(table: Table, path: Path) -> Table:
             entry = entry._replace(place=place, values=values, derived=derived)
         entries.append(entry)
     missing = [entry.place for number, entry in enumerate(table.entries) if number not in first]
-    joined = (
-        f"{path.name}: {counted(len(holding), 'building')} joined to footprints by point, {len(named)} by id or name"
-    )
-    notes += [joined, *_note(path, without, "in no footprint, left out")]
+    by_point = f"{counted(len(holding), 'building')} joined to footprints by point"
+    notes.append(f"{path.name}: {by_point}, {len(named)} by id or name")
+    notes += _note(path, without, "in no footprint, left out")
     notes += _note(path, doubled, "a second building in one footprint, left out")
     notes += _note(None, missing, f"not in {path.name}; taken with what the map and the rules say")
     return Table(entries, [*table.left_out, *notes], table.resolution)
@@ -81,10 +80,9 @@ def _footprints_of(buildings: Sequence[Building], entries: Sequence[Entry]) -> t
         holding = {located[place]: on_earth[outline] for place, outline in zip(places[::-1], held[::-1], strict=True)}
     # The number of the footprint that alone has a name, or an id.
     by_name: dict[str, int] = {}
-    for texts in (
-        [entry.values.get("name", "") for entry in entries],
-        [entry.mapped.id if entry.mapped is not None else "" for entry in entries],
-    ):
+    names = [entry.values.get("name", "") for entry in entries]
+    ids = [entry.mapped.id if entry.mapped is not None else "" for entry in entries]
+    for texts in (names, ids):
         shared = set(repeated(texts))
         by_name |= {text: number for number, text in enumerate(texts) if text and text not in shared}
     named = {}

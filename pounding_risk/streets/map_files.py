@@ -58,11 +58,9 @@ def read_features(path: Path, layer: str | None, metres: bool, faults: list[str]
     except BlockError:
         raise
     except Exception as error:  # of GDAL, pyogrio, pyarrow, pandas and shapely: whatever a damaged file brings about
-        reason = " ".join(str(error).split())[:200]
-        advice = "export the footprints again"
-        raise BlockError(
-            str(path), [f"cannot be read as {kind} ({reason or type(error).__name__}); {advice}"]
-        ) from None
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        sentence = f"cannot be read as {kind} ({reason}); export the footprints again"
+        raise BlockError(str(path), [sentence]) from None
 
 
 def _from_layer(path: Path, layer: str | None) -> Features:
@@ -74,9 +72,8 @@ def _from_layer(path: Path, layer: str | None) -> Features:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of values that no column here has, such as dates, and of measured corners
         layers = {str(name): kind for name, kind in pyogrio.list_layers(path)}
-        meta, fids, geometry, columns = pyogrio.raw.read(
-            path, layer=_layer(path, layer, layers), return_fids=True, force_2d=False
-        )
+        own = _layer(path, layer, layers)
+        meta, fids, geometry, columns = pyogrio.raw.read(path, layer=own, return_fids=True, force_2d=False)
     names = [str(name) for name in meta["fields"]]
     rows = zip(*(column.tolist() for column in columns), strict=True) if names else ((),) * len(fids)
     properties = [dict(zip(names, map(_known, row), strict=True)) for row in rows]
@@ -108,10 +105,8 @@ def _from_parquet(path: Path) -> Features:
     import geopandas
 
     frame = geopandas.read_parquet(path)
-    properties = [
-        {str(key): _known(value) for key, value in row.items()}
-        for row in frame.drop(columns=frame.active_geometry_name).to_dict("records")
-    ]
+    rows = frame.drop(columns=frame.active_geometry_name).to_dict("records")
+    properties = [{str(key): _known(value) for key, value in row.items()} for row in rows]
     places = [f"feature {number}" for number in range(1, len(frame) + 1)]
     return Features(places, properties, list(frame.geometry.array), _ids(properties), frame.crs)
 

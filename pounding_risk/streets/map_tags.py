@@ -17,9 +17,8 @@ from pounding_risk.streets.table import Derived, Entry
 OF_PART = "that of its tallest part"
 # Heights of OpenStreetMap are in metres unless they have a unit (its wiki, Key:height).
 OSM_FEET = re.compile(r"""([0-9]+(?:\.[0-9]+)?)'(?:\s*([0-9]+(?:\.[0-9]+)?)\")?""")
-OTHER_TAGS = re.compile(
-    r'"((?:[^"\\]|\\.)*)"=>"((?:[^"\\]|\\.)*)"'
-)  # hstore, in which GDAL writes tags without a column
+# hstore, in which GDAL writes tags without a column
+OTHER_TAGS = re.compile(r'"((?:[^"\\]|\\.)*)"=>"((?:[^"\\]|\\.)*)"')
 # Values of the tag building that mean no building with floors; the others are uses, from which no typology follows.
 OSM_HOLLOW = ("no", "roof", "carport", "construction", "ruins", "collapsed", "demolished", "proposed", "tent", "bridge")
 # Properties of Overture's buildings (docs.overturemaps.org/schema/reference/buildings/building); heights in metres.
@@ -58,14 +57,10 @@ def _of_overture(table: Mapping[str, Any]) -> dict[str, Any]:
             names = json.loads(names)
         except ValueError:
             names = None
-    primary = (
-        names.get("primary") if isinstance(names, Mapping) else table.get("names.primary", table.get("names_primary"))
-    )
-    values = {
-        key: value
-        for key, value in table.items()
-        if key not in ("names", "names.primary", "names_primary", "min_height")
-    }
+    flat = table.get("names.primary", table.get("names_primary"))
+    primary = names.get("primary") if isinstance(names, Mapping) else flat
+    unread = ("names", "names.primary", "names_primary", "min_height")
+    values = {key: value for key, value in table.items() if key not in unread}
     return values | {"name": table.get("name") or primary, "height": _in_metres(table.get("height"))}
 
 
@@ -118,11 +113,9 @@ def notes_of(dialect: Dialect, tables: Sequence[Mapping[str, Any]], places: Sequ
         if re.fullmatch(r"[0-9]+(\.[0-9]+)?( m)?", low := str(table.get("min_height", "")).strip()):
             raised += [place] if float(low.removesuffix(" m")) > 0.0 and not is_part_of_building(table) else []
     for kind, own in hollow.items():
-        one = len(own) == 1
-        yield (
-            f'{listed(own)}: {"its" if one else "their"} tag building is "{kind}"; leave {"it" if one else "them"} '
-            f"out where nothing with floors stands there"
-        )
+        their, them = ("its", "it") if len(own) == 1 else ("their", "them")
+        repair = f"leave {them} out where nothing with floors stands there"
+        yield f'{listed(own)}: {their} tag building is "{kind}"; {repair}'
     if raised:
         yield f"{listed(raised)}: min_height is above 0, as of a bridge; taken from the ground up"
 

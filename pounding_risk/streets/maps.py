@@ -115,10 +115,8 @@ def _projection(features: Features, metres: bool, faults: list[str]) -> Projecti
         return None
     if metres:
         if system is not None and system.is_geographic:
-            faults.append(
-                f"its coordinates are degrees ({system.name}), so they are no metres; leave out --metres (metres=True "
-                "in Python)"
-            )
+            why = f"its coordinates are degrees ({system.name}), so they are no metres"
+            faults.append(f"{why}; leave out --metres (metres=True in Python)")
         return None
     if system is None:
         faults.append(
@@ -147,9 +145,8 @@ def _within(features: Features, within: str, projection: Projection | None, faul
     if projection is not None:
         middles = projection.degrees(middles)
     elif features.geometries:
-        faults.append(
-            "--within is in degrees, and nothing ties the coordinates of this file to the Earth; leave it out"
-        )
+        why = "nothing ties the coordinates of this file to the Earth"
+        faults.append(f"--within is in degrees, and {why}; leave it out")
     return features.chosen(np.flatnonzero(shapely.contains_xy(area, *middles.T)).tolist())
 
 
@@ -165,12 +162,9 @@ def _area(within: str) -> Geometry:
             return shapely.box(west, south, east, north)
     path = Path(within)
     if path.suffix.lower() not in MAPS:
-        raise BlockError(
-            "--within",
-            [f'{shown(within)} is no box "west, south, east, north" in degrees, and no file of polygons; write one'],
-        )
-    table = read_map_outlines(path)
-    area = shapely.union_all(table)
+        kinds = 'no box "west, south, east, north" in degrees, and no file of polygons'
+        raise BlockError("--within", [f"{shown(within)} is {kinds}; write one"])
+    area = shapely.union_all(read_map_outlines(path))
     shapely.prepare(area)
     return area
 
@@ -280,9 +274,8 @@ def outlined_table(source: Path, entries: Sequence[Entry], notes: Sequence[str])
     faults: list[str] = []
     features = Features([entry.place for entry in entries], [], [entry.footprint for entry in entries], [], DEGREES)
     projection = _projection(features, False, faults)
-    flat, resolution, more = (
-        _laid_flat(entries, projection, Dialect(), faults) if not faults else ([], Resolution(), [])
-    )
+    if not faults:
+        flat, resolution, more = _laid_flat(entries, projection, Dialect(), faults)
     if faults:
         raise BlockError(str(source), faults)
     return Table(flat, [*notes, *more], resolution)
@@ -313,10 +306,9 @@ def _laid_flat(
 def _lacks_unit(head: str, column: str, unit: str, tables: Sequence[Mapping[str, Any]], faults: list[str]) -> bool:
     """True, with one fault for all features, where a property has numbers alone, and its name has no unit."""
     quantity = COLUMNS[column]
-    numbers = [table[head] for table in tables if table.get(head) is not None]
-    if quantity is None or quantity.unit == "1" or unit or not numbers:
-        return False
-    if not all(isinstance(number, int | float) and not isinstance(number, bool) for number in numbers):
+    cells = [table[head] for table in tables if table.get(head) is not None]
+    are_numbers = cells and all(isinstance(cell, int | float) and not isinstance(cell, bool) for cell in cells)
+    if quantity is None or quantity.unit == "1" or unit or not are_numbers:
         return False
     faults.append(
         f'properties: {shown(head)} has numbers without a unit; name it "{head} [{quantity.unit}]", by the unit that '
@@ -336,12 +328,11 @@ def _flat(entries: list[Entry], projection: Projection | None) -> list[Entry]:
     flat = shapely.transform(shapes, projection.metres)
     middles = projection.degrees(shapely.get_coordinates(shapely.centroid(shapes)))
     world = shapely.transform(shapes, projection.degrees)
-    return [
-        entry._replace(
-            footprint=shape, mapped=(entry.mapped or Mapped())._replace(longitude=x, latitude=y, outline=outline)
-        )
-        for entry, shape, (x, y), outline in zip(entries, flat, middles.tolist(), world, strict=True)
-    ]
+    placed = []
+    for entry, shape, (x, y), outline in zip(entries, flat, middles.tolist(), world, strict=True):
+        mapped = (entry.mapped or Mapped())._replace(longitude=x, latitude=y, outline=outline)
+        placed.append(entry._replace(footprint=shape, mapped=mapped))
+    return placed
 
 
 def _faults_of_extent(entries: Sequence[Entry], projection: Projection | None) -> list[str]:
@@ -356,10 +347,8 @@ def _faults_of_extent(entries: Sequence[Entry], projection: Projection | None) -
         if projection is not None:
             kind, repair = f"as {projection.system.name}", "set the coordinate reference system that the file has"
         words = say(float(across.max()), GAP, 2)
-        return [
-            f"read {kind}, no footprint is more than {words} across: the coordinates look like longitude and latitude; "
-            f"{repair}"
-        ]
+        doubt = "the coordinates look like longitude and latitude"
+        return [f"read {kind}, no footprint is more than {words} across: {doubt}; {repair}"]
     if projection is not None and LARGEST < across.min() < inf:
         kind, repair = projection.system.name, "set the coordinate reference system that the file really has"
         if projection.system.is_geographic:

@@ -98,10 +98,8 @@ class Neighbours(NamedTuple):
     @property
     def faced_words(self) -> str:
         """The faced length and its share in words."""
-        front = self.faced / self.share if self.share > 0.0 else nan
-        return (
-            f"face each other over {say(self.faced, GAP, 2)} of a front of {say(front, GAP, 3)} ({percent(self.share)})"
-        )
+        front = say(self.faced / self.share if self.share > 0.0 else nan, GAP, 3)
+        return f"face each other over {say(self.faced, GAP, 2)} of a front of {front} ({percent(self.share)})"
 
 
 class ClosePair(NamedTuple):
@@ -273,12 +271,10 @@ class Street(NamedTuple):
             along = np.array([sin(radians(stated)), cos(radians(stated))])  # east, north
             both = along, np.array([-along[1], along[0]])
         outlines = [[footprints.turned(outline, axis) for outline in plain] for axis in both]
+        near, survey = local.reshape(-1, 2), self.rules.survey
         met = [
-            [
-                pair._replace(left=int(members[pair.left]), right=int(members[pair.right]))
-                for pair in footprints.facing(seen, local.reshape(-1, 2), reach(self.rules), self.rules.survey)
-            ]
-            for seen in outlines
+            [pair._replace(left=int(members[pair.left]), right=int(members[pair.right])) for pair in own]
+            for own in (footprints.facing(seen, near, reach(self.rules), survey) for seen in outlines)
         ]
         first = int(stated is None and len(met[1]) > len(met[0]))
         return View(both[first], dict(zip(members.tolist(), outlines[first], strict=True)), met[first], met[1 - first])

@@ -109,10 +109,8 @@ class Block(ShortRepr):
             return "gaps are as the table has them"
         if self.resolution.size == 0.0:
             return "gaps are the distances of the walls, which are taken for known (as stated)"
-        return (
-            "gaps are the distances of the walls; the file does not say how well its outlines are known (--resolution, "
-            "resolution in Python, makes them distributions)"
-        )
+        option = "--resolution, resolution in Python, makes them distributions"
+        return f"gaps are the distances of the walls; the file does not say how well its outlines are known ({option})"
 
     def scenes(
         self,
@@ -127,12 +125,9 @@ class Block(ShortRepr):
         that of the records, such as ``{"effects": {"p_delta": {}}, "records": {"set": "fema-p695-farfield"}}``.
         Raises PoundingError for a section that belongs to the buildings.
         """
-        return {
-            name: scene_text(
-                row, *own, self.source, records=records, contact=contact, tables=tables, gaps=self.gap_words
-            )
-            for name, row, own in zip(self.file_names(), self.rows, self._by_row(), strict=True)
-        }
+        given: dict[str, Any] = {"records": records, "contact": contact, "tables": tables, "gaps": self.gap_words}
+        rows = zip(self.file_names(), self.rows, self._by_row(), strict=True)
+        return {name: scene_text(row, *own, self.source, **given) for name, row, own in rows}
 
     def file_names(self) -> list[str]:
         """The name of each row's scene; a number follows names that would be the same, or all where one has it."""
@@ -162,10 +157,8 @@ class Block(ShortRepr):
 
         A footprint is WKT in degrees of WGS 84, or in metres where nothing ties the coordinates to the Earth.
         """
-        in_metres = any(
-            house.footprint is not None and (house.mapped is None or house.mapped.outline is None)
-            for house in self.houses
-        )
+        shaped = (house.mapped for house in self.houses if house.footprint is not None)
+        in_metres = any(mapped is None or mapped.outline is None for mapped in shaped)
         lines: list[Iterable[Any]] = [(*BUILDING_HEADS, f"footprint [WKT, {'m' if in_metres else 'deg'}]")]
 
         def add(house: House, row: str, position: str) -> None:
@@ -195,9 +188,8 @@ class Block(ShortRepr):
             axis = "another direction of the street" if self.rules.axis is not None else "the direction of the street"
             part = " or a smaller --least-facing" if self.rules.least_facing > 0.0 else ""
             count = f"{len(self.close)} pair{'s stand' if len(self.close) > 1 else ' stands'}"
-            words += (
-                f" as neighbours, though {count} so close, such as {self.close[0].words}; state {axis} (--axis){part}"
-            )
+            words += f" as neighbours, though {count} so close, such as {self.close[0].words}"
+            words += f"; state {axis} (--axis){part}"
         else:
             words += "; check the walls and the coordinates, or write a larger limit (--limit)"
         raise BlockError(self.source, [words])

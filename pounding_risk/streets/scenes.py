@@ -187,15 +187,11 @@ def _uncertain(row: BlockRow, own_tables: Mapping[str, Any]) -> dict[str, Any]:
     varied = [*own_tables.get("grid", {}), *stated, *(numbers if isinstance(numbers, Mapping) else ())]
     if any(key == "gap" or (key.startswith("interface") and key.endswith("gap")) for key in varied):
         return stated
-    spreads = {
-        f"interface.{number}.gap": {
-            "distribution": "uniform",
-            "low": written(pair.gaps[0], GAP),
-            "high": written(pair.gaps[1], GAP),
-        }
-        for number, pair in enumerate(row.pairs, start=1)
-        if pair.resolution > 0.0 and pair.gaps[1] > 0.0
-    }
+    spreads = {}
+    for number, pair in enumerate(row.pairs, start=1):
+        if pair.resolution > 0.0 and pair.gaps[1] > 0.0:
+            low, high = (written(end, GAP) for end in pair.gaps)
+            spreads[f"interface.{number}.gap"] = {"distribution": "uniform", "low": low, "high": high}
     if spreads:
         return {"samples": SAMPLES, **stated, **spreads}
     return stated if set(stated) - {"samples", "method", "seed"} else {}  # no number of this row is uncertain
@@ -209,10 +205,8 @@ def _middle(row: BlockRow) -> dict[str, float]:
     first = mapped[0].longitude  # across the meridian of 180 degrees longitudes go on
     east = sum((each.longitude - first + 180.0) % 360.0 - 180.0 for each in mapped) / len(mapped)
     longitude = (first + east + 180.0) % 360.0 - 180.0
-    return {
-        "longitude": round(longitude, DEGREE_DIGITS),
-        "latitude": round(sum(each.latitude for each in mapped) / len(mapped), DEGREE_DIGITS),
-    }
+    latitude = sum(each.latitude for each in mapped) / len(mapped)
+    return {"longitude": round(longitude, DEGREE_DIGITS), "latitude": round(latitude, DEGREE_DIGITS)}
 
 
 def horizontal_records() -> list[str]:

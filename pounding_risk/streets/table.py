@@ -135,9 +135,8 @@ def read_table(path: Path) -> Table:
 
 def _with_mark(lines: Sequence[str], first: int, columns: int) -> list[str]:
     """A note on lines that start with #, from the ``first`` on, and have a cell for each column as buildings have."""
-    places = [
-        f"line {at}" for at, line in enumerate(lines, first) if line.startswith("#") and line.count(",") >= columns - 1
-    ]
+    comments = [(at, line) for at, line in enumerate(lines, first) if line.startswith("#")]
+    places = [f"line {at}" for at, line in comments if line.count(",") >= columns - 1]
     repair = "put a name that starts with # in quotes"
     return [f"{', '.join(places)}: left out, as what starts with # is a comment; {repair}"] if places else []
 
@@ -204,9 +203,8 @@ def values_of(
         column, unit = columns[head]
         try:
             if column not in WORDS and isinstance(cell, str) and cell.strip().lower() in NOT_KNOWN:
-                raise ValueError(
-                    f"{shown(cell)} is no value; leave it empty where it is not known, to be filled by rule"
-                )
+                repair = "leave it empty where it is not known, to be filled by rule"
+                raise ValueError(f"{shown(cell)} is no value; {repair}")
             values[column] = cell_value(cell, unit, COLUMNS[column])
         except ValueError as error:
             faults.append(f"{where}, {column}: {error}")

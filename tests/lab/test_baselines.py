@@ -145,9 +145,8 @@ def test_contacts_of_fixed_steps_converge(name, method):
     # Second order: contacts have not begun by then, and the line between two steps finds the crossing.
     assert found[fixed.FIRST] == pytest.approx(truth["first_impact_time"], rel=1e-9)
     # A step more or less at either end of each contact.
-    assert found[fixed.TOUCHING] * 1e-6 == pytest.approx(
-        truth["contact_time"], abs=2e-6 * truth["impact_count"], rel=1e-3
-    )
+    ends = 2e-6 * truth["impact_count"]
+    assert found[fixed.TOUCHING] * 1e-6 == pytest.approx(truth["contact_time"], abs=ends, rel=1e-3)
     if LAWS[name].capped:
         assert found[fixed.DEMAND] / STRENGTH == pytest.approx(truth["yield_demand"], rel=error)
         assert truth["yield_demand"] > 1.0

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 
+import commands
 import numpy as np
 import pytest
 from figure_words import words_of
 from scenes import rigid, scene_text, single, storeyed
-from typer.testing import CliRunner
 
 import pounding_risk as pr
 from pounding_risk import figures
-from pounding_risk.cli import app
 from pounding_risk.lab.effects import combinations, effects
 from pounding_risk.lab.effects_findings import ALL, COMPARED, NONE, changed_cases, changes, finding, yielding
 from pounding_risk.models.effects import EFFECTS, acts_on_buildings
@@ -29,9 +28,8 @@ GRID = {"gap": ["0 mm", "4 mm"], "yield_force": ["300 kN", "3 MN"], "contact_mod
 def scene(**more):
     """The paper's pair, a small grid, both polarities."""
     base = demo.scene("paper").resolved()
-    return scene_of(
-        {**base, "records": {**base["records"], "polarity": ["as recorded", "reversed"]}, "grid": GRID, **more}
-    )
+    records = {**base["records"], "polarity": ["as recorded", "reversed"]}
+    return scene_of({**base, "records": records, "grid": GRID, **more})
 
 
 @pytest.fixture(scope="module")
@@ -66,9 +64,8 @@ def test_numbers_are_those_of_scans(found):
         assert np.array_equal(found[output].sel(effects=NONE).values, plain[output].values)
     yields = plain["yield_exceedance"].values == 1
     before, after = (each["peak_relative_displacement"].values[yields] for each in (plain, with_set))
-    assert changes(found, "permanent_set", "peak_relative_displacement") == pytest.approx(
-        after / before - 1.0, abs=1e-15
-    )
+    changed = changes(found, "permanent_set", "peak_relative_displacement")
+    assert changed == pytest.approx(after / before - 1.0, abs=1e-15)
     assert changed_cases(found, "permanent_set") <= int(yields.sum())
     assert np.isposinf(changes(found, "permanent_set", "permanent_set")).any()
 
@@ -124,11 +121,10 @@ def test_a_scene_that_cannot_yield_knows_the_wave_alone():
 @pytest.mark.complete
 def test_command_prints_draws_and_writes(tmp_path):
     path = tmp_path / "scene.toml"
-    path.write_text(
-        scene(effects={"strain_rate": {"code": "mc1990", "length": "0.6 m", "strength": "30 MPa"}}).to_toml()
-    )
+    of_rate = {"code": "mc1990", "length": "0.6 m", "strength": "30 MPa"}
+    path.write_text(scene(effects={"strain_rate": of_rate}).to_toml())
     figure, out = tmp_path / "effects.svg", tmp_path / "effects.nc"
-    told = CliRunner().invoke(app, ["effects", str(path), "-o", str(out), "--figure", str(figure)])
+    told = commands.run("effects", path, "-o", out, "--figure", figure)
     assert told.exit_code == 0, told.output
     lines = told.stdout.splitlines()
     assert [line.split("  ")[0] for line in lines[5:7]] == ["none", "strain_rate"]
@@ -136,7 +132,7 @@ def test_command_prints_draws_and_writes(tmp_path):
     assert lines[0].startswith("strain_rate changes the peak relative displacement")
     dataset = pr.open_results(out)
     assert dataset.attrs["finding"] in told.stdout and "<svg" in figure.read_text()
-    refused = CliRunner().invoke(app, ["effects", str(path), "--figure", "f.bmp"])
+    refused = commands.run("effects", path, "--figure", "f.bmp")
     assert refused.exit_code == 2
 
 
@@ -186,9 +182,7 @@ def test_changes_of_a_row_are_those_of_scans(of_row):
 @pytest.mark.complete
 def test_what_has_no_place_in_a_row_is_said():
     """Neither strengths nor a height: two effects are left out, with the reason."""
-    bare = ROW.replace('storey_strengths = "2 MN"\n', "").replace(
-        'period = "0.25 s"\nheight = "3 m"', 'period = "0.25 s"'
-    )
+    bare = ROW.replace('storey_strengths = "2 MN"\n', "").replace('"0.25 s"\nheight = "3 m"', '"0.25 s"')
     found = effects(parse_scene(bare), repeats=1)
     assert found["effects"].values.tolist() == [NONE, "wave_passage", "soil_flexibility", ALL]
     assert "no building gives storey_strengths" in found.attrs["left_out"]
@@ -205,7 +199,7 @@ def test_command_and_figure_of_a_row(of_row, tmp_path):
         assert all(low < value < high for values in dots for value in values)
     path = tmp_path / "row.toml"
     path.write_text(ROW + "[effects]\np_delta = {}\n", "utf-8")
-    told = CliRunner().invoke(app, ["effects", str(path), "--figure", str(tmp_path / "effects.png")])
+    told = commands.run("effects", path, "--figure", tmp_path / "effects.png")
     assert told.exit_code == 0, told.output
     assert [line.split("  ")[0] for line in told.stdout.splitlines()[5:7]] == ["none", "p_delta"]
 

@@ -17,7 +17,7 @@ from hypothesis import example, given, settings, target
 from hypothesis import strategies as st
 from sweeps import examples, many
 
-from pounding_risk.lab.stability.cases.exact import factors, from_behind, grid_of, scaled, swapped
+from pounding_risk.lab.stability.cases.exact import factors, from_behind, grid_of, heavier, larger, scaled, swapped
 from pounding_risk.lab.stability.trial import PULLING, SIDES, Trial, TrialScene, largest_difference
 from pounding_risk.models.contact.law import is_path_dependent
 from pounding_risk.models.contact.laws import LAWS
@@ -186,9 +186,8 @@ def test_an_independent_integrator_agrees(name: str, seed: int, closed: bool):
     sides = (oracle.Oscillator(building.mass, building.period, building.damping) for building in scene[:2])
     stiffness = scene.linear if trial.is_linear else scene.hertz
     strength = scene.yield_force if trial.kind.capped else inf
-    known = oracle.integrate(
-        oracle.Scene(*sides, name, stiffness, scene.gap, scene.restitution.c0, strength), scene.ground, scene.dt
-    )
+    same = oracle.Scene(*sides, name, stiffness, scene.gap, scene.restitution.c0, strength)
+    known = oracle.integrate(same, scene.ground, scene.dt)
     worst = largest_difference(found, known, only=PEAKS)
     tell(worst, "disagreement")
     assert worst <= 1e-5
@@ -222,14 +221,7 @@ def test_the_mirror_image_is_the_same_run(name: str, scene: TrialScene):
 def test_masses_times_a_power_of_two(name: str, scene: TrialScene, power: int):
     """m, k, β and F_E times 2^n: the same motion to the bit, forces and energies times it."""
     factor = 2.0**power
-    heavy = scene._replace(
-        left=scene.left._replace(mass=factor * scene.left.mass),
-        right=scene.right._replace(mass=factor * scene.right.mass),
-        hertz=factor * scene.hertz,
-        linear=factor * scene.linear,
-        yield_force=factor * scene.yield_force,
-    )
-    one, other = Trial(name, 1e-6).solve(scene), Trial(name, 1e-6).solve(heavy)
+    one, other = Trial(name, 1e-6).solve(scene), Trial(name, 1e-6).solve(heavier(scene, factor))
     wanted = scaled(one, factors(force=factor)) if one["status"] == COMPLETE else one
     assert largest_difference(wanted, other) == 0.0
 
@@ -243,13 +235,7 @@ SIMILAR = st.sampled_from([name for name in FOLLOWED if not name.startswith("her
 def test_amplitude_times_a_power_of_sixteen(name: str, seed: int, closed: bool, power: int):
     """a_g, gap and F_E times 16^n, β times 4^−n, k as it is: displacements and forces times 16^n, to the bit."""
     factor, scene = 16.0**power, ordinary(seed, closed=closed)
-    more = scene._replace(
-        gap=factor * scene.gap,
-        hertz=scene.hertz / 4.0**power,
-        yield_force=factor * scene.yield_force,
-        ground=factor * scene.ground,
-    )
-    one, other = Trial(name, 1e-6).solve(scene), Trial(name, 1e-6).solve(more)
+    one, other = Trial(name, 1e-6).solve(scene), Trial(name, 1e-6).solve(larger(scene, power))
     assert largest_difference(scaled(one, factors(length=factor, force=factor)), other) == 0.0
 
 

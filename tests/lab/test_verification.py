@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import errno
 import re
+from functools import partial
 from math import asin, ceil, cos, exp, pi, sin, sqrt
 from pathlib import Path
 
 import closed_forms as forms
+import commands
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -15,10 +17,8 @@ from scipy.integrate import quad
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 from sentences import refusal
-from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk.cli import app
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.figures import verification_differences_figure, verification_figure
 from pounding_risk.lab.verification import Verification
@@ -97,9 +97,8 @@ def check_of(folder: Path, text: str):
 def test_some_published_values_are_reached():
     """Of laws, of a run with a wall, of an impact, and of links; all of them by the next test."""
     of_links = ["linked_by_damper", "power_law_damper", "sdnd107"]
-    found = pr.verify(
-        ["hertz_1881", "goldsmith_2001", "schwager_2007", "sdnd101", "sdnd108b", "chopra_10_4", *of_links]
-    )
+    others = ["hertz_1881", "goldsmith_2001", "schwager_2007", "sdnd101", "sdnd108b", "chopra_10_4"]
+    found = pr.verify([*others, *of_links])
     assert [check for check in found.checks if check.word not in ("exact", "acceptable")] == []
     assert len(found.checks) == 26 and all(check.change < 1e-7 for check in found.checks if check.rungs)
 
@@ -256,17 +255,13 @@ CLOSED_FORMS = {
 
 def test_published_closed_forms_are_what_their_formulas_give(outcome):
     """A slip in a case file would show here; to the digits that are printed."""
-    found: dict[str, list] = {}
-    for case in outcome.cases:
-        values = [item.printed for item in case.published if item.kind == "closed form"]
-        if values:
-            found[case.name] = values
+    every = {case.name: [one.printed for one in case.published if one.kind == "closed form"] for case in outcome.cases}
+    found = {name: values for name, values in every.items() if values}
     assert set(found) == set(CLOSED_FORMS)
     for name, values in found.items():
         for published, known in zip(values, CLOSED_FORMS[name], strict=True):
-            slack = max(
-                published.half * 1.02, 2e-9 * abs(known)
-            )  # SDND108 B's take-off is 6e-10 off, its last height 1.1e-9
+            # SDND108 B's take-off is 6e-10 off, its last height 1.1e-9.
+            slack = max(published.half * 1.02, 2e-9 * abs(known))
             assert published.value == pytest.approx(known, abs=slack), name
 
 
@@ -293,9 +288,8 @@ def test_what_the_ladder_does_not_refine():
 def test_inputs_are_not_counted_among_the_values(outcome):
     """The e that a law is asked for, and periods that a source prints beside the masses and stiffnesses."""
     inputs = [check for check in outcome.checks if check.kind == INPUT]
-    assert {check.case for check in inputs} == {
-        *("anagnostopoulos_1988", "cole_2010", "jankowski_2006", "jankowski_2008", "lankarani_1990", "mahmoud_2011")
-    }
+    of_contacts = {"anagnostopoulos_1988", "jankowski_2006", "lankarani_1990", "mahmoud_2011"}
+    assert {check.case for check in inputs} == {"cole_2010", "jankowski_2008"} | of_contacts
     counted = len(outcome.checks) - len(inputs)
     words = outcome.finding()
     assert words.startswith(f"{counted} published values of ") and "; 8 inputs of their cases, not counted; " in words
@@ -305,11 +299,9 @@ def test_inputs_are_not_counted_among_the_values(outcome):
 
 
 def test_names_of_cases_and_the_facts_of_all(outcome):
-    one = pr.verify(["sdnd101", shipped()["hertz_1881"]])
-    assert [case.name for case in one.cases] == ["sdnd101", "hertz_1881"]
-    assert one.checks == tuple(
-        check for name in ("sdnd101", "hertz_1881") for check in outcome.checks if check.case == name
-    )
+    one, names = pr.verify(["sdnd101", shipped()["hertz_1881"]]), ["sdnd101", "hertz_1881"]
+    assert [case.name for case in one.cases] == names
+    assert one.checks == tuple(check for name in names for check in outcome.checks if check.case == name)
     assert "published values of" in repr(outcome) and outcome.finding() in repr(outcome)
     seen = []
     pr.verify("johnson_1985", progress=lambda done, of: seen.append((done, of)))
@@ -544,26 +536,20 @@ def test_every_kind_of_value_has_its_bound():
 
 
 # ------------------------------------------------------------------------------------------------ command and page
-
-
-def run(*arguments: object):
-    return CliRunner().invoke(app, ["verify", *map(str, arguments)], env={"COLUMNS": "400"})
+run = partial(commands.run, "verify", env={"COLUMNS": "400"})
 
 
 def test_the_command_prints_a_line_for_each_value_and_writes_the_page(tmp_path):
     done = run("sdnd108b", "khatiwada_2011", "-o", tmp_path / "page.html", "--figure", tmp_path / "a.png")
     assert done.exit_code == 0, done.output
     lines = done.output.splitlines()
-    assert re.split(r"  +", lines[2].strip()) == [
-        *("case", "quantity", "source", "kind", "published", "ours", "difference", "tolerance effect")
-    ]
+    heads = "case, quantity, source, kind, published, ours, difference, tolerance effect"
+    assert re.split(r"  +", lines[2].strip()) == heads.split(", ")
     assert sum(line.startswith("sdnd108b ") for line in lines) == 6
     (seed,) = [line for line in lines if line.startswith("khatiwada_2011 ")]
     assert re.search(r"2\.4 s +2\.39\d* s +-0\.3\d %.* exact$", seed)
-    assert (
-        "7 published values of 2 sources: 5 exact, 2 acceptable, 0 unacceptable; "
-        "by kind: 4 closed forms, 2 results of other programs, 1 printed result"
-    ) in lines
+    kinds = "by kind: 4 closed forms, 2 results of other programs, 1 printed result"
+    assert f"7 published values of 2 sources: 5 exact, 2 acceptable, 0 unacceptable; {kinds}" in lines
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     page = (tmp_path / "page.html").read_text("utf-8")
     for words in ("0.92403882542 s", "SDND108, modelling B", "F<sub>E</sub>" if "F_E" in page else "450 kN", "exact"):
@@ -576,9 +562,8 @@ def test_a_folder_of_ones_own_and_a_wrong_value_end_with_status_1(tmp_path):
     written(tmp_path / "mine", ABOUT + IMPACT + DURATION.replace("31.416", "41.416"), "wrong")
     done = run(tmp_path / "mine", "sdnd101", "-o", tmp_path / "page.html")
     assert done.exit_code == 1
-    assert re.search(r"^right .* exact$", done.output, re.M) and re.search(
-        r"^wrong .* unacceptable$", done.output, re.M
-    )
+    assert re.search(r"^right .* exact$", done.output, re.M)
+    assert re.search(r"^wrong .* unacceptable$", done.output, re.M)
     assert "wrong, duration: -24 % from 41.416 ms of A test, more than 5 %; ours has converged" in done.output
     assert "unacceptable" in (tmp_path / "page.html").read_text("utf-8")
 

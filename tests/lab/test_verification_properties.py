@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from math import exp, isnan, nan, pi, sqrt
 
 import closed_forms
+import commands
 import figure_words
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from sentences import refusal
-from typer.testing import CliRunner
 
 import pounding_risk as pr
-from pounding_risk.cli import app
 from pounding_risk.figures import property_figure
 from pounding_risk.lab.verification import contacts, noise, pulses
 from pounding_risk.lab.verification.case import BASES, read_case, shipped
@@ -26,9 +26,7 @@ from pounding_risk.models.contact.laws import LAWS, SHIPPED
 from pounding_risk.reports.pages import verification_page
 from pounding_risk.statistics.separations import cqc
 
-
-def run(*arguments: object):
-    return CliRunner().invoke(app, ["verify", *map(str, arguments)], env={"COLUMNS": "400"})
+run = partial(commands.run, "verify", env={"COLUMNS": "400"})
 
 
 def readings_of(outcome, name: str) -> dict[str, Reading]:
@@ -190,12 +188,10 @@ def test_the_bounds_tell_other_dampings_apart(outcome, monkeypatch):
 def test_restitutions_in_closed_form():
     known = contacts.restitutions()
     e = contacts.SPECIFIED
-    assert known["kelvin_voigt_tension_cut"] == pytest.approx(
-        closed_forms.kelvin_voigt_cut_restitution(closed_forms.kelvin_voigt_ratio(e)), rel=1e-13
-    )
-    assert known["modified_kelvin_voigt"] == pytest.approx(
-        closed_forms.modified_kelvin_voigt_restitution(closed_forms.modified_kelvin_voigt_ratio(e)), rel=1e-13
-    )
+    cut = closed_forms.kelvin_voigt_cut_restitution(closed_forms.kelvin_voigt_ratio(e))
+    assert known["kelvin_voigt_tension_cut"] == pytest.approx(cut, rel=1e-13)
+    modified = closed_forms.modified_kelvin_voigt_restitution(closed_forms.modified_kelvin_voigt_ratio(e))
+    assert known["modified_kelvin_voigt"] == pytest.approx(modified, rel=1e-13)
     damped = closed_forms.hertz_damp_restitution(closed_forms.hertz_damp_factor(e))
     assert known["hertz_damp"] == pytest.approx(damped, rel=1e-11)
 
@@ -232,11 +228,8 @@ def test_the_drop_in_closed_form(is_cut: bool):
 def test_the_published_drop_is_that_of_the_case_file(outcome):
     readings = readings_of(outcome, "kelvin_voigt_laws")
     whole = readings["kelvin_voigt: height at 1.1 s"]
-    (value,) = [
-        one.printed.value
-        for one in read_case(shipped()["sdnd108b"]).published
-        if one.kind == "closed form" and one.at.get("time") == 1.1
-    ]
+    heights = [one for one in read_case(shipped()["sdnd108b"]).published if one.at.get("time") == 1.1]
+    (value,) = [one.printed.value for one in heights if one.kind == "closed form"]
     assert whole.expected == value == -1.81496422497
     assert readings["kelvin_voigt_tension_cut: that height over the published one, less 1"].ours < -0.03
 
@@ -306,9 +299,8 @@ def failing(monkeypatch) -> Property:
 def test_a_property_that_fails_ends_with_status_1_and_says_which_reading(failing, tmp_path):
     done = run("odd", "-o", tmp_path / "page.html", "--figure", tmp_path / "a.png")
     assert done.exit_code == 1
-    assert re.search(
-        r"^odd +A source +1 of 2 readings are out of bounds: An odd relation +1 of 2 +fails$", done.output, re.M
-    )
+    line = r"^odd +A source +1 of 2 readings are out of bounds: An odd relation +1 of 2 +fails$"
+    assert re.search(line, done.output, re.M)
     assert "odd, another share: 1.2, bounds 0.9 to 1.1: samples" in done.output
     assert "0 of 1 published properties hold" in done.output
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
@@ -323,10 +315,8 @@ def test_cases_and_properties_together(says):
     done = run("hertz_1881", "plateaus")
     assert done.exit_code == 0, done.output
     assert re.search(r"^plateaus +van Mier et al\. \(1991\) +Equal peaks.* +3 of 3 +holds$", done.output, re.M)
-    assert (
-        "3 published values of 1 source: 2 exact, 1 acceptable, 0 unacceptable; by kind: 3 closed forms; "
-        "1 of 1 published properties hold" in (done.output)
-    )
+    values = "3 published values of 1 source: 2 exact, 1 acceptable, 0 unacceptable; by kind: 3 closed forms"
+    assert f"{values}; 1 of 1 published properties hold" in done.output
     seen = []
     pr.verify(["hertz_1881", "plateaus"], progress=lambda done, of: seen.append((done, of)))
     assert seen == [(1, 2), (2, 2)]

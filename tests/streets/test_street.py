@@ -108,9 +108,8 @@ def assert_alike(one: Block, other: Block) -> None:
     for mine, theirs in zip(one.rows, other.rows, strict=True):
         # Both are rounded to 0.1 mm; a distance between two roundings may come out as either.
         assert mine.gaps == pytest.approx(theirs.gaps, abs=1.01e-4)
-        assert [house.floor_mass for house in mine.buildings] == pytest.approx(
-            [house.floor_mass for house in theirs.buildings], rel=1e-3
-        )
+        masses, others = ([house.floor_mass for house in row.buildings] for row in (mine, theirs))
+        assert masses == pytest.approx(others, rel=1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -151,10 +150,9 @@ def test_a_mirrored_street_is_the_mirrored_rows(folder, street):
     mirrored = read(folder, as_csv(behind)).rows[::-1]
     listed = read(folder, as_geojson(street[::-1]), JSON, metres=True).rows[::-1]
     for reverse in (mirrored, listed):
-        assert [[house.name for house in row.buildings] for row in rows] == [
-            [house.name for house in row.buildings[::-1]]
-            for row in sorted(reverse, key=lambda row: row.buildings[-1].name)
-        ]
+        back = sorted(reverse, key=lambda row: row.buildings[-1].name)
+        names = [[house.name for house in row.buildings[::-1]] for row in back]
+        assert [[house.name for house in row.buildings] for row in rows] == names
     turned_over = read(folder, as_geojson(street, mirror=True), JSON, metres=True)
     assert_alike(read(folder, as_geojson(street), JSON, metres=True), turned_over)
 
@@ -629,9 +627,8 @@ def test_the_command_writes_what_the_call_returns(tmp_path):
     assert "alone, no neighbour within 1 m along the street: 47" in told.output
     assert re.search(r"street, row 2 +12 +2 to 9 +0 mm to 100 mm +23, 25", told.output)
     block = pr.block(STREETS / "street.csv", tmp_path / "again", tables={"records": {"pga": "0.3 g"}})
-    assert {name: (out / name).read_text(encoding="utf-8") for name in block.file_names()} == block.scenes(
-        tables={"records": {"pga": "0.3 g"}}
-    )
+    texts = block.scenes(tables={"records": {"pga": "0.3 g"}})
+    assert {name: (out / name).read_text(encoding="utf-8") for name in block.file_names()} == texts
     for name in ("buildings.csv", "filled.csv", "neighbours.csv", *block.file_names()):
         assert (out / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
     (out / "old.toml").touch()

@@ -59,10 +59,8 @@ def row_matrices(
         stiffness += link.stiffness * np.outer(ends, ends)
         damping += link.damping * np.outer(ends, ends)
     for share, point in zip(shares, points, strict=True):
-        for sign, building, floor in (
-            (1.0, point.interface, point.left_floor),
-            (-1.0, point.interface + 1, point.right_floor),
-        ):
+        sides = (1.0, point.interface, point.left_floor), (-1.0, point.interface + 1, point.right_floor)
+        for sign, building, floor in sides:
             for mass, part in floor_shares(chains[building], float(floor), getattr(point, "across", inf)):
                 share[first[building] + mass] += sign * part
     return RowMatrices(first, np.concatenate([chain.mass for chain in chains]), stiffness, damping, shares)

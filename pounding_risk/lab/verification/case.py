@@ -113,17 +113,25 @@ def _whole(name: str, words: str, absent: str) -> Key:
     return Key(words, read, "1", absent, schema={"type": "integer"})
 
 
-def _factor(value: Any, number: Number) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < abs(value) < inf:
-        raise Unreadable(f"{shown(value)} is not a finite number other than 0; write factor = -1, or remove it")
-    return float(value)
+def _factor(words: str) -> Key:
+    def read(value: Any, number: Number) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < abs(value) < inf:
+            raise Unreadable(f"{shown(value)} is not a finite number other than 0; write factor = -1, or remove it")
+        return float(value)
+
+    return Key(words, read, "-1", "1", schema={"type": "number"})
 
 
-def _components(value: Any, number: Number) -> tuple[str, ...]:
-    names = list_of(value, 'components = ["RSN77-164", "RSN77-254"]')
-    if len(names) != 2 or not all(isinstance(name, str) and name for name in names):
-        raise Unreadable(f'{shown(value)} is not the names of two components; write ["RSN77-164", "RSN77-254"]')
-    return tuple(names)
+def _components(words: str) -> Key:
+    example = '["RSN77-164", "RSN77-254"]'
+
+    def read(value: Any, number: Number) -> tuple[str, ...]:
+        names = list_of(value, f"components = {example}")
+        if len(names) != 2 or not all(isinstance(name, str) and name for name in names):
+            raise Unreadable(f"{shown(value)} is not the names of two components; write {example}")
+        return tuple(names)
+
+    return Key(words, read, example, schema={"type": "array"})
 
 
 def _kind_of_value(absent: str) -> Key:
@@ -157,12 +165,8 @@ class PublishedTable(Table):
     uncertainty: str = _quoted(
         "Reading error or scatter, in the unit of the value.", '"2 kN"', "half a unit of the last digit"
     ).defaults_to("")
-    factor: float = Key(
-        "The source's value is factor × ours + offset, where its axis points the other way.",
-        _factor,
-        "-1",
-        "1",
-        schema={"type": "number"},
+    factor: float = _factor(
+        "The source's value is factor × ours + offset, where its axis points the other way."
     ).defaults_to(1.0)
     offset: str = _quoted("See factor; where its origin or its clock is another.", '"0.05 m"', "0").defaults_to("")
     building: str = text("Name of the building.", "frame", "the only one").defaults_to("")
@@ -365,10 +369,8 @@ class _Reader:
         package, _, rest = name.removeprefix(OF_PACKAGE).partition("/")
         spec = find_spec(package) if package.isidentifier() else None
         if spec is None or not spec.submodule_search_locations:
-            self._fault(
-                f"{shown(name)}: no package {shown(package)} is installed; install it, or name a file",
-                *("records", "files", at),
-            )
+            sentence = f"{shown(name)}: no package {shown(package)} is installed; install it, or name a file"
+            self._fault(sentence, "records", "files", at)
             return name
         return str(Path(spec.submodule_search_locations[0]) / rest)
 

@@ -59,11 +59,9 @@ def instant_impacts() -> dict[str, tuple[float, float]]:
 
     Bars of one section, of 10 and 20 m, part when the wave is back in the shorter one: e is the ratio of their lengths.
     """
+    newton = INSTANT_LAWS["stereomechanical"]()
     struck = {
-        "stereomechanical": (
-            SPECIFIED,
-            impact(INSTANT_LAWS["stereomechanical"](), SPEED, STRIKER, STRUCK, restitution=SPECIFIED),
-        ),
+        "stereomechanical": (SPECIFIED, impact(newton, SPEED, STRIKER, STRUCK, restitution=SPECIFIED)),
         "merged": (0.0, impact(INSTANT_LAWS["merged"](), SPEED, STRIKER, STRUCK)),
         "distributed_mass": (0.5, impact(INSTANT_LAWS["distributed_mass"](10.0, 20.0), SPEED, STRIKER, 2.0 * STRIKER)),
     }
@@ -149,11 +147,9 @@ def twin_runs(law: str) -> tuple[xr.Dataset, xr.Dataset]:
     pair = Interface(gap=TWIN_GAP, stiffness=TWIN_STIFFNESS[law], **contact)
     stiffer = TWIN_STIFFNESS[law] * (2.0 if linear else 2.0**1.5)
     wall = Interface(gap=0.5 * TWIN_GAP, stiffness=stiffer, **contact)
-    runs = [
-        simulate(Scene([left, other], [interface], still, solver=Solver(rtol=RTOL)))
-        for other, interface in ((right, pair), (RigidWall(name="wall"), wall))
-    ]
-    return runs[0], runs[1]
+    solver = Solver(rtol=RTOL)
+    twins = simulate(Scene([left, right], [pair], still, solver=solver))
+    return twins, simulate(Scene([left, RigidWall(name="wall")], [wall], still, solver=solver))
 
 
 def twins_and_wall() -> Property:

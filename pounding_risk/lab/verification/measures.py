@@ -21,10 +21,8 @@ if TYPE_CHECKING:
     from pounding_risk.solver.pair.isolated import Impact
 
 # What says at which place, time or mode a quantity is meant.
-SELECTORS = (
-    *("building", "storey", "interface", "contact_point", "contact", "mode"),
-    *("time", "since", "penetration", "period"),
-)
+PLACES = ("building", "storey", "interface", "contact_point", "contact", "mode")
+SELECTORS = (*PLACES, "time", "since", "penetration", "period")
 COUNTED = ("storey", "contact_point", "contact")  # by number, from 1
 SPLINED = {"displacement": "velocity"}  # histories whose slope is known, and so is the curve between the nodes
 
@@ -61,9 +59,9 @@ def _force(impact: Impact, at: Mapping[str, Any]) -> float:
     depth = at["penetration"]
     depths, forces = force_curve(impact)
     if depth > depths[-1]:
+        deepest = say(impact.peak_penetration, GAP)
         raise PoundingError(
-            f"force at a penetration of {say(depth, GAP)}: the deepest is {say(impact.peak_penetration, GAP)}; "
-            "write a smaller one"
+            f"force at a penetration of {say(depth, GAP)}: the deepest is {deepest}; write a smaller one"
         )
     return float(CubicSpline(depths**1.5, forces)(depth**1.5))
 
@@ -160,9 +158,8 @@ def _output(name: str) -> Callable[[Solved, Mapping[str, Any]], float]:
             return float(values)
         times = values.time.values
         if not times[0] <= at["time"] <= times[-1]:
-            raise PoundingError(
-                f"{name} at {at['time']:g} s: the run lasts from {times[0]:g} to {times[-1]:g} s; write a time in it"
-            )
+            lasts = f"the run lasts from {times[0]:g} to {times[-1]:g} s"
+            raise PoundingError(f"{name} at {at['time']:g} s: {lasts}; write a time in it")
         if name not in SPLINED:
             return float(np.interp(at["time"], times, values.values))
         slope = history(solved.run, SPLINED[name], at).values
@@ -195,12 +192,11 @@ def _outputs() -> dict[str, Measure]:
     for name, declared in VARIABLES.items():
         if declared.unit is not None and "period" not in declared.dims and "free" not in name:
             listed.setdefault(name, (own_dims(name), declared.unit))
-    return {
-        name: Measure(
-            {"m/s2": "m/s^2"}.get(unit, unit), dims, tuple(dim for dim in dims if dim == "time"), _output(name)
-        )
-        for name, (dims, unit) in listed.items()
-    }
+    measures = {}
+    for name, (dims, unit) in listed.items():
+        needs = tuple(dim for dim in dims if dim == "time")
+        measures[name] = Measure({"m/s2": "m/s^2"}.get(unit, unit), dims, needs, _output(name))
+    return measures
 
 
 MODAL = {"period": _modal("periods", "s"), "damping_ratio": _modal("dampings", "1")}

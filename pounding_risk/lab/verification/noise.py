@@ -124,10 +124,8 @@ def filtered(left: float, right: float) -> float:
         return DENSITY * (1.0 + (2.0 * ratio * r) ** 2) / ((1.0 - r * r) ** 2 + (2.0 * ratio * r) ** 2)
 
     def carried(omega: float) -> float:
-        first, second = (
-            1.0 / ((2.0 * pi / period) ** 2 - omega**2 + 2j * DAMPING * (2.0 * pi / period) * omega)
-            for period in (left, right)
-        )
+        rates = (2.0 * pi / period for period in (left, right))
+        first, second = (1.0 / (own**2 - omega**2 + 2j * DAMPING * own * omega) for own in rates)
         return density(omega) * (first * second.conjugate()).real
 
     ends = sorted({0.0, 2.0 * pi / left, 2.0 * pi / right, rate, 200.0})
@@ -335,10 +333,8 @@ def shares_of_contacts(gaps: Array) -> Array:
 
     A scan compares its motions with one another, to find copies; small ones compare fewer pairs.
     """
-    buildings = [
-        SingleMass(name=name, mass=MASS, period=period, damping=DAMPING)
-        for name, period in zip(("left", "right"), PASSAGE_PERIODS, strict=True)
-    ]
+    named = zip(("left", "right"), PASSAGE_PERIODS, strict=True)
+    buildings = [SingleMass(name=name, mass=MASS, period=period, damping=DAMPING) for name, period in named]
     interface = Interface(gap=float(gaps[0]), contact_model="linear", stiffness=1e8)
     touched = []
     for seed in range(1, MOTIONS + 1, BATCH):

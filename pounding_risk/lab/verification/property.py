@@ -84,10 +84,8 @@ class Property(NamedTuple):
     @property
     def headline(self) -> str:
         """The finding where every reading holds; else how many do not."""
-        failing = sum(not reading.holds for reading in self.readings)
-        return (
-            f"{failing} of {len(self.readings)} readings are out of bounds: {self.title}" if failing else self.finding
-        )
+        failing, of = sum(not reading.holds for reading in self.readings), len(self.readings)
+        return f"{failing} of {of} readings are out of bounds: {self.title}" if failing else self.finding
 
 
 def near(quantity: str, expected: float, ours: float, reach: float, reason: str, unit: str = "") -> Reading:

@@ -208,11 +208,8 @@ class Draft:
         """Refuse a line that stands for several buildings, or for a part of one."""
         number = self.number(head, 0.0)
         if number not in (None, 1.0, *unknown):
-            self.fault(
-                head,
-                f"the line stands for {number:g} buildings, and in a street each stands somewhere; write a line for "
-                "each, or leave the line out",
-            )
+            words = "in a street each stands somewhere; write a line for each, or leave the line out"
+            self.fault(head, f"the line stands for {number:g} buildings, and {words}")
 
     def point(self, longitude: str, latitude: str) -> tuple[float, float]:
         """Longitude and latitude in degrees; NaN where the line has neither."""

@@ -75,9 +75,8 @@ def _taxonomy(draft: Draft, head: str) -> str:
         read_taxonomy(text)
     except PoundingError:
         if text:
-            draft.note(
-                f"{head} {shown(text)} is no string of the GEM taxonomy; typology and storeys are not read in it"
-            )
+            words = "is no string of the GEM taxonomy; typology and storeys are not read in it"
+            draft.note(f"{head} {shown(text)} {words}")
         return text
     return put_taxonomy(draft, text, head)
 

@@ -78,10 +78,8 @@ def _measure(draft: Draft, sheet: Sheet, head: str, column: str, length: str, sa
     quantity, example = (AREA, "ft^2") if column == "floor area" else (HEIGHT, "ft")
     unit = sheet.unit(head) or (f"{length}{example[2:]}" if length else "")
     if not unit:
-        draft.note(
-            f"{head} is not read, as neither its head nor an {RUN} beside the table says its unit; write "
-            f"{head} [{example}] into the head"
-        )
+        why = f"neither its head nor an {RUN} beside the table says its unit"
+        draft.note(f"{head} is not read, as {why}; write {head} [{example}] into the head")
         return
     try:
         size = parse(f"{value!r} {unit}", quantity)

@@ -73,35 +73,28 @@ def similar(trial: Trial, one: TrialScene, other: TrialScene, only: tuple[str, .
     return largest_difference(scaled(trial.solve(one), factors(**sizes)), trial.solve(other), only=only)
 
 
-def heavier(factor: float) -> dict[str, Any]:
+def heavier(scene: TrialScene, factor: float) -> TrialScene:
     """m, k, β and F_E times a power of two: the same motion, forces times it."""
-    heavy = TrialScene(
-        SOFT._replace(mass=factor * SOFT.mass),
-        STIFF._replace(mass=factor * STIFF.mass),
-        USUAL.gap,
-        factor * USUAL.hertz,
-        factor * USUAL.linear,
-        yield_force=factor * YIELDING,
-    )
-    return {"one": USUAL, "other": heavy, "force": factor}
+    left, right = (building._replace(mass=factor * building.mass) for building in scene[:2])
+    stiff = scene._replace(hertz=factor * scene.hertz, linear=factor * scene.linear)
+    return stiff._replace(left=left, right=right, yield_force=factor * scene.yield_force)
 
 
-# a_g, gap and F_E times 16, β a quarter (16^1.5 = 64), k as it is: displacements times 16. And not 4: the fourth root
-# of a penetration, in Jankowski's dashpot, then doubles.
-LARGER = USUAL._replace(
-    gap=16.0 * USUAL.gap, hertz=0.25 * USUAL.hertz, yield_force=16.0 * YIELDING, ground=16.0 * USUAL.ground
-)
+def larger(scene: TrialScene, power: int) -> TrialScene:
+    """a_g, gap and F_E times 16 to a power, β over 4 to it (16^1.5 = 64), k as it is: displacements times the first.
+
+    And not times 4: the fourth root of a penetration, in Jankowski's dashpot, then doubles.
+    """
+    factor = 16.0**power
+    moved = scene._replace(gap=factor * scene.gap, ground=factor * scene.ground)
+    return moved._replace(hertz=scene.hertz / 4.0**power, yield_force=factor * scene.yield_force)
+
+
 # Periods and dt times 16; a_g, k, β and F_E divided by 256.
-SLOWER = TrialScene(
-    SOFT._replace(period=16.0 * SOFT.period),
-    STIFF._replace(period=16.0 * STIFF.period),
-    USUAL.gap,
-    USUAL.hertz / 256.0,
-    USUAL.linear / 256.0,
-    yield_force=YIELDING / 256.0,
-    ground=USUAL.ground / 256.0,
-    dt=16.0 * USUAL.dt,
-)
+LEFT, RIGHT = (building._replace(period=16.0 * building.period) for building in (SOFT, STIFF))
+SOFTER = USUAL._replace(hertz=USUAL.hertz / 256.0, linear=USUAL.linear / 256.0, yield_force=YIELDING / 256.0)
+SLOWER = SOFTER._replace(left=LEFT, right=RIGHT, ground=USUAL.ground / 256.0, dt=16.0 * USUAL.dt)
+HEAVY, HUGE = ({"one": USUAL, "other": heavier(USUAL, factor), "force": factor} for factor in (4.0, 2.0**200))
 SLOWED: dict[str, Any] = {"one": USUAL, "other": SLOWER, "time": 16.0, "force": 1.0 / 256.0}
 CLOCK = Bound(1e-11, 1e-3, "the clock of a contact rounds with the time since the record began; so do the steps")
 # The error control of laws in δ^1.5 takes its scale of depth from a search good to a tenth: peaks alone.
@@ -109,11 +102,11 @@ OF_HERTZ = Bound(
     1e-11, 10.0, "the steps differ: their scale of depth is a search good to a tenth, corners are stepped over"
 )
 for number, words, invariant, bound, laws, arguments in (
-    ("41a", "masses, stiffnesses, F_E × 4", "same motion, forces × 4", BITS, ALL, heavier(4.0)),
-    ("41b", "the same × 2^200", "same motion, forces × it", BITS, ALL, heavier(2.0**200)),
+    ("41a", "masses, stiffnesses, F_E × 4", "same motion, forces × 4", BITS, ALL, HEAVY),
+    ("41b", "the same × 2^200", "same motion, forces × it", BITS, ALL, HUGE),
     (
         *("41c", "a_g, gap, F_E × 16, β / 4", "displacements × 16", BITS, POTENTIAL),
-        {"one": USUAL, "other": LARGER, "length": 16.0, "force": 16.0},
+        {"one": USUAL, "other": larger(USUAL, 1), "length": 16.0, "force": 16.0},
     ),
     ("41d", "time × 16, k and F_E / 256", "the same displacements", BITS, LINEAR, SLOWED),
     (
@@ -130,10 +123,8 @@ for number, words, invariant, bound, laws, arguments in (
 def free_motion_scales(trial: Trial) -> float:
     """a_g times 2^40 and 2^−40 without contact: every displacement times it."""
     scene = TrialScene(gap=inf)
-    return max(
-        similar(trial, scene, scene._replace(ground=factor * scene.ground), length=factor, force=factor)
-        for factor in (2.0**40, 2.0**-40)
-    )
+    scenes = {factor: scene._replace(ground=factor * scene.ground) for factor in (2.0**40, 2.0**-40)}
+    return max(similar(trial, scene, other, length=factor, force=factor) for factor, other in scenes.items())
 
 
 @GROUP.case("38a", "48 zeros before the record, no contact", "the same motion, later", BITS, ONE)
