@@ -5,9 +5,20 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from scenes import FRAME, scene_text, single
 from typer.testing import CliRunner
 
 from pounding_risk import cli
+
+SCENE = scene_text(
+    FRAME,
+    single("masonry", "82.60 t", "0.1 s"),
+    name="A pair",
+    law="hertz",
+    gap="0 mm",
+    records={"window": ["0 s", "3 s"], "pga": "0.5 g"},
+    grid={"gap": ["0 mm", "5 mm", "1 m"], "yield_force": ["200 kN", "inf"]},
+)
 
 
 def run(*words: object, **settings: Any) -> Any:

@@ -13,7 +13,6 @@ import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr
-from html.parser import HTMLParser
 from importlib.resources import files
 from itertools import count
 from pathlib import Path
@@ -21,6 +20,7 @@ from types import MappingProxyType
 from typing import Any
 from unittest.mock import patch
 
+from lxml.html import HtmlElement, document_fromstring
 from typer.testing import CliRunner
 
 HERE = Path(__file__).parent
@@ -152,39 +152,24 @@ def prepare(folder: Path) -> None:
         (folder / name).write_text(text, encoding="utf-8")
 
 
-class _Page(HTMLParser):
-    """The text of a page: a line for each block, cells of a table apart by " | "."""
+LINES = frozenset(("p", "li", "tr", "h1", "h2", "h3", "h4", "caption", "figcaption", "pre", "dt", "dd", "div", "title"))
+SILENT = frozenset(("script", "style", "svg"))
 
-    LINES = frozenset(
-        ("p", "li", "tr", "h1", "h2", "h3", "h4", "caption", "figcaption", "pre", "dt", "dd", "div", "title")
-    )
-    SILENT = frozenset(("script", "style", "svg"))
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.pieces: list[str] = []
-        self.silent = 0
-
-    def handle_starttag(self, tag: str, attrs: object) -> None:
-        self.silent += tag in self.SILENT
-        if tag in self.LINES:
-            self.pieces.append("\n")
-
-    def handle_endtag(self, tag: str) -> None:
-        self.silent -= tag in self.SILENT
-        if tag in ("td", "th"):
-            self.pieces.append(" | ")
-
-    def handle_data(self, data: str) -> None:
-        if not self.silent:
-            self.pieces.append(data)
+def _pieces(element: HtmlElement) -> Iterator[str]:
+    """The text of an element: a line for each block, cells of a table apart by " | "."""
+    yield "\n" * (element.tag in LINES)
+    if element.tag not in SILENT:
+        yield element.text or ""
+        for child in element:
+            yield from _pieces(child)
+            yield child.tail or ""
+    yield " | " * (element.tag in ("td", "th"))
 
 
 def page_text(html: str) -> str:
     """Text of an HTML page without drawings, a line for each paragraph and row."""
-    page = _Page()
-    page.feed(html)
-    lines = (" ".join(line.split()).strip(" |") for line in "".join(page.pieces).split("\n"))
+    lines = (" ".join(line.split()).strip(" |") for line in "".join(_pieces(document_fromstring(html))).split("\n"))
     return "\n".join(line for line in lines if line) + "\n"
 
 

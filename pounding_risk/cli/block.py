@@ -86,7 +86,6 @@ OPTIONS: shared.Fields = {
 }
 AS_THEY_ARE = ("typology", "metres", "storeys", "chain", "code_level")  # of the rules
 NUMBERS = ("storey_height", "floor_load", "floor_area", "floor_depth", "gap", "limit", "axis", "resolution")
-OF_RECORDS = ("record", "sites", "unit", "pga", "samples")
 
 
 def _run(values: dict[str, Any]) -> None:
@@ -106,7 +105,7 @@ def _run(values: dict[str, Any]) -> None:
         name: shared.read_optional(f"--{name.replace('_', '-')}", values[name], RANGES[name]) for name in NUMBERS
     }
     rules = Rules(**chosen)
-    tables = _tables(out, *(values[name] for name in OF_RECORDS))
+    tables = _tables(values)
     contact = Contact(**{name: values[name] for name in Contact._fields})
     with suppress(ValueError):  # a number as a scene file has it; otherwise the name of a relation
         contact = contact._replace(restitution=float(values["restitution"]))
@@ -128,36 +127,32 @@ def _run(values: dict[str, Any]) -> None:
 block = shared.with_options(_run, OPTIONS, HELP)
 
 
-def _tables(
-    out: Path | None, records: Sequence[str], sites: Path | None, unit: str | None, pga: str | None, samples: int | None
-) -> dict[str, Any]:
+def _tables(values: Mapping[str, Any]) -> dict[str, Any]:
     """What stands in every scene beside its buildings and contact; raises PoundingError for options that contradict."""
     from pounding_risk.units import PGA
 
+    pga, unit, samples = values["pga"], values["unit"], values["samples"]
     shared.read_optional("--pga", pga, PGA)
     tables: dict[str, Any] = {} if pga is None else {"records": {"pga": pga}}
-    if sites is not None:
-        tables["records"] = _of_sites(sites, out, unit, {"--record": bool(records), "--pga": pga is not None})
+    if values["sites"] is not None:
+        tables["records"] = {"sites": _sites(values)} | ({} if unit is None else {"unit": unit})
     elif unit is not None:
         raise PoundingError("--unit: is that of the motions of --sites, which is not given; leave it out")
-    if samples is not None:
-        tables["uncertain"] = {"samples": samples}
-    return tables
+    return tables if samples is None else tables | {"uncertain": {"samples": samples}}
 
 
-def _of_sites(sites: Path, out: Path | None, unit: str | None, others: Mapping[str, bool]) -> dict[str, Any]:
-    """The records of scenes in ``out`` that take the motions of their sites; raises PoundingError for other records."""
+def _sites(values: Mapping[str, Any]) -> str:
+    """The grid of sites as the scenes name it; raises PoundingError for records beside it."""
     from pounding_risk.motions.sites.event_grid import read_grid
 
-    for option_name, is_given in others.items():
-        if is_given:
-            raise PoundingError(f"--sites: the motions of the sites are taken as they are; leave {option_name} out")
-    read_grid(sites)
+    for name in ("record", "pga"):
+        if values[name]:
+            raise PoundingError(f"--sites: the motions of the sites are taken as they are; leave --{name} out")
+    read_grid(values["sites"])
     try:
-        seen_from_scenes = Path(relpath(sites, out or Path())).as_posix()
+        return Path(relpath(values["sites"], values["out"] or Path())).as_posix()
     except ValueError:  # on different drives
-        seen_from_scenes = sites.resolve().as_posix()
-    return {"sites": seen_from_scenes, **({} if unit is None else {"unit": unit})}
+        return str(values["sites"].resolve().as_posix())
 
 
 def _check_contact(contact: Contact) -> None:

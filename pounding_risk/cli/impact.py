@@ -131,28 +131,24 @@ def contact_laws(
         if needs_floors(law):
             laws.append(_floor_law(name, law, collision))
             notes.append(f"{name}: e is its own, that of waves in the floors; their force has no stiffness")
-            continue
-        if name == TABULATED:
+        elif name == TABULATED:
             if collision.table is None:
                 raise PoundingError('tabulated needs its forces; write --table "bumper.csv"')
             laws.append(law(collision.table.stiffness, collision.table))
             notes.append(f"{name}: {collision.table.words()}")
-            continue
-        if is_instant(law):
+        elif is_instant(law):
             laws.append(law())
             notes.append(f"{name}: an instant jump, which has no force history and no stiffness")
-            continue
-        quantity = stiffness_quantity(law)
-        if quantity.unit in stiffness_values:
+        elif (quantity := stiffness_quantity(law)).unit in stiffness_values:
             laws.append(law(stiffness_values[quantity.unit]))
-            continue
-        ((unit, value),) = stiffness_values.items()
-        same_unit = (other for other in with_stiffness if stiffness_quantity(with_stiffness[other]).unit == unit)
-        reference = next(same_unit, USUAL_LAW[unit][1])
-        reference_law = related(known_law(reference), relation)(value)
-        laws.append(law(equal_stiffness(law, reference_law, *collision[:3], "peak force")))
-        words = f"{USUAL_LAW[quantity.unit][0]} = {say(laws[-1].stiffness, quantity)}"
-        notes.append(f"{name}: {words}, which gives the peak force of {reference} without yielding")
+        else:
+            ((unit, value),) = stiffness_values.items()
+            same_unit = (other for other in with_stiffness if stiffness_quantity(with_stiffness[other]).unit == unit)
+            reference = next(same_unit, USUAL_LAW[unit][1])
+            reference_law = related(known_law(reference), relation)(value)
+            laws.append(law(equal_stiffness(law, reference_law, *collision[:3], "peak force")))
+            words = f"{USUAL_LAW[quantity.unit][0]} = {say(laws[-1].stiffness, quantity)}"
+            notes.append(f"{name}: {words}, which gives the peak force of {reference} without yielding")
     return laws, notes
 
 

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Annotated
 
-from pounding_risk.cli._common.files import write_text
+from pounding_risk.cli._common.files import announce
 from pounding_risk.cli._common.options import out_option
 
 ORDER = 105
@@ -20,4 +20,6 @@ def schema(out: Annotated[Path | None, out_option("Write the schema", ".json", a
     if out is None:
         print(text)
     else:
-        write_text(out, text + "\n")
+        from pounding_risk.reports.files import write_file
+
+        announce(write_file(out, text + "\n"))

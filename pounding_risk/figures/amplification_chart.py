@@ -7,13 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from pounding_risk.assessment.amplification import (
-    OUTPUTS,
-    gap_dim,
-    ratio_words,
-    reference_name,
-    told_words,
-)
+from pounding_risk.assessment import amplification
 from pounding_risk.assessment.spectra import motions_words, usual_percentile
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import Figure, blank, contact_styles, hatch, plain, ratio_axis, title
@@ -58,7 +52,7 @@ def amplification_figure(
     """
     check_kind(results, "amplification")
     if f"{output}_amplification" not in results:
-        known = [known for known in OUTPUTS if f"{known}_amplification" in results]
+        known = [known for known in amplification.OUTPUTS if f"{known}_amplification" in results]
         raise PoundingError(f"output: {output} is not in the dataset, which has {', '.join(known)}; choose one")
     at = usual_percentile(results) if percentile is None else float(percentile)
     stays = float(results["fixed_period"][0]) if period is None else float(period)
@@ -76,21 +70,23 @@ def amplification_figure(
         picture = _map(axes[0, column], one, of_building)
         axes[0, column].set_title(plain(f"{name}: {output} with contact over that without"), fontsize=9.5)
         _sections(axes[1, column], one, of_building)
-        axes[1, column].set_xlabel(plain(ratio_words(results)))
+        axes[1, column].set_xlabel(plain(amplification.ratio_words(results)))
     bar = figure.colorbar(picture, ax=axes[0, :], pad=0.01, aspect=30, ticks=EDGES, label="amplification [1]")
     bar.ax.tick_params(labelsize=8)
     place = ("left", "right").index(str(results.attrs["fixed"]))
     fixed = plain(f"T({results['building'].values[place]}) = {stays:.3g} s")
-    condition = f"{motions_words(results)}; {told_words(results)}; {fixed}; dotted area: no motion touches"
+    condition = (
+        f"{motions_words(results)}; {amplification.told_words(results)}; {fixed}; dotted area: no motion touches"
+    )
     title(figure, f"Amplification of the peak {output} by contact, {at:g} % of the motions", condition, note)
     return figure
 
 
 def _gaps(results: Any) -> tuple[Any, str]:
     """The values of the axis of gaps, and its words."""
-    if gap_dim(results) == "gap":
+    if amplification.gap_dim(results) == "gap":
         return 1e3 * results["gap"].values, "gap [mm]"
-    of = reference_name(results)
+    of = amplification.reference_name(results)
     at = f"at {float(results.attrs['share_percentile']):g} %"
     return results["gap_share"].values, f"gap / {of} {at} [1]" if "times" not in of else f"gap / gap required {at} [1]"
 
@@ -105,9 +101,9 @@ def _map(axis: Any, results: Any, values: Any) -> Any:
     colours = ListedColormap([colormaps["PuOr_r"](depth) for depth in depths])
     norm = BoundaryNorm(EDGES, len(depths), extend="both")
     ratios, (gaps, words) = results["period_ratio"].values, _gaps(results)
-    grid = values.transpose(gap_dim(results), "period_ratio").values
+    grid = values.transpose(amplification.gap_dim(results), "period_ratio").values
     picture = axis.pcolormesh(ratios, gaps, grid, shading="nearest", rasterized=True, cmap=colours, norm=norm)
-    none = results["contact_share"].transpose(gap_dim(results), "period_ratio").values == 0.0
+    none = results["contact_share"].transpose(amplification.gap_dim(results), "period_ratio").values == 0.0
     hatch(axis, (ratios, gaps), none.astype(float), 0.5, "...")
     axis.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
     ratio_axis(axis, "x", ratios)
@@ -124,7 +120,7 @@ def _sections(axis: Any, results: Any, values: Any) -> None:
     widest = touching[-1] if touching.size else gaps.size - 1
     places = sorted({round(place) for place in np.linspace(0, widest, SECTIONS).tolist()})
     for place, (colour, dash) in zip(places, contact_styles(len(places)), strict=True):
-        line = values.isel({gap_dim(results): place}).values
+        line = values.isel({amplification.gap_dim(results): place}).values
         axis.plot(ratios, line, linestyle=dash, color=colour, label=f"{gaps[place]:.3g}")
     axis.axhline(1.0, color="black", linewidth=0.9)
     axis.axvline(1.0, color="black", linewidth=0.8, linestyle=":")

@@ -9,14 +9,7 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.spectra import (
-    JUDGED,
-    check_rules,
-    motions_words,
-    ratio_to_rule,
-    rule_words,
-    usual_percentile,
-)
+from pounding_risk.assessment import spectra
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import ROUND, STYLES, Figure, blank, hatch, ratio_axis, title
 from pounding_risk.results.check import check_kind
@@ -28,7 +21,7 @@ SHORT = 1.05  # ratio from which a rule is shown as insufficient: less is within
 
 
 def gap_spectra_figure(
-    results: xr.Dataset, percentile: float | None = None, rules: Sequence[str] = JUDGED, note: str = ""
+    results: xr.Dataset, percentile: float | None = None, rules: Sequence[str] = spectra.JUDGED, note: str = ""
 ) -> Figure:
     """Gap required over the periods of two buildings, and its ratio to what two rules require.
 
@@ -54,11 +47,11 @@ def gap_spectra_figure(
         For a dataset of another call, and a percentile or a rule that it has not.
     """
     check_kind(results, "spectra")
-    at = usual_percentile(results) if percentile is None else float(percentile)
+    at = spectra.usual_percentile(results) if percentile is None else float(percentile)
     if at not in results["percentile"].values:
         known = ", ".join(f"{value:g}" for value in results["percentile"].values)
         raise PoundingError(f"percentile: {at:g} % is not in the dataset, which has {known}; choose one")
-    drawn = check_rules(results, rules)
+    drawn = spectra.check_rules(results, rules)
     if len(drawn) != 2:
         raise PoundingError(f"rules: {counted(len(drawn), 'rule')}; the figure has two, such as srss and cqc: name two")
     shown = results.sel(percentile=[at])
@@ -69,10 +62,10 @@ def gap_spectra_figure(
     _sections(axes[1, 1], shown, drawn)
     dampings = [f"{100.0 * float(results[f'{side}_damping']):.3g} %" for side in ("left", "right")]
     damped = dampings[0] if dampings[0] == dampings[1] else " and ".join(dampings)
-    rules_words = " and ".join(map(rule_words, drawn))
+    rules_words = " and ".join(map(spectra.rule_words, drawn))
     assumed = f"single masses without contact, damping {damped}; {rules_words} of linear displacements (factors 1)"
     headline = f"Required gap over both periods, {at:g} % of the motions"
-    title(figure, headline, f"{motions_words(results)}; {assumed}; white: no gap needed", note)
+    title(figure, headline, f"{spectra.motions_words(results)}; {assumed}; white: no gap needed", note)
     return figure
 
 
@@ -104,9 +97,9 @@ def _ratios(figure: Figure, axis: Any, results: xr.Dataset, rule: str) -> None:
     from matplotlib import colormaps
     from matplotlib.colors import BoundaryNorm
 
-    words = rule_words(rule)
+    words = spectra.rule_words(rule)
     left, right = _over_periods(axis, results)
-    ratio = ratio_to_rule(results, rule, float(results["percentile"][0])).T
+    ratio = spectra.ratio_to_rule(results, rule, float(results["percentile"][0])).T
     colours = colormaps["PuOr_r"]
     norm = BoundaryNorm(BANDS, colours.N, extend="both")
     picture = axis.pcolormesh(left, right, ratio, shading="nearest", rasterized=True, cmap=colours, norm=norm)
@@ -139,7 +132,7 @@ def _sections(axis: Any, results: xr.Dataset, rules: Sequence[str]) -> None:
             along = RegularGridInterpolator((np.log(left), np.log(right)), values, bounds_error=False, fill_value=None)
             axis.plot(inside, 1e3 * along(places), dash, color=colour, linewidth=width)
         axis.plot([], [], "-", color=colour, linewidth=1.9, label=f"right = {ratio:g} left")
-    for words, dash in zip(("gap required", *map(rule_words, rules)), ("-", "--", ":"), strict=True):
+    for words, dash in zip(("gap required", *map(spectra.rule_words, rules)), ("-", "--", ":"), strict=True):
         axis.plot([], [], dash, color="black", label=words)
     axis.legend(fontsize=8.5, loc="upper left", handlelength=3.0)
     axis.set_xlabel("period of the left building [s]")

@@ -19,9 +19,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from commands import done, rows, run
+from commands import SCENE, done, rows, run
 from processes import ended, python
-from scenes import FRAME, scene_text, single
 
 import pounding_risk
 from pounding_risk import cli
@@ -40,15 +39,6 @@ GROUPS = [name for name, module in MODULES.items() if hasattr(module, "__path__"
 ORDERS = {name: module.ORDER for name, module in MODULES.items()}
 ORDERS |= {name: question.order for name, question in declared_questions().items()}
 COMMANDS = sorted(ORDERS, key=lambda name: (name in GROUPS, ORDERS[name]))
-SCENE = scene_text(
-    FRAME,
-    single("masonry", "82.60 t", "0.1 s"),
-    name="A pair",
-    law="hertz",
-    gap="0 mm",
-    records={"window": ["0 s", "3 s"], "pga": "0.5 g"},
-    grid={"gap": ["0 mm", "5 mm", "1 m"], "yield_force": ["200 kN", "inf"]},
-)
 LAWS = ", ".join(CONTACT_MODELS)
 
 

@@ -7,23 +7,15 @@ from pathlib import Path
 
 import pytest
 from axes import pair_text
-from commands import run
-from scenes import FRAME, scene_text, single
+from commands import SCENE, run
+from scenes import scene_text
 from uncertain import uncertain_text
 
 import pounding_risk as pr
 
 STATES = '[[damage]]\nname = "tiles"\ndisplacement = "20 mm"\n'
 FILES = {
-    "scene.toml": scene_text(
-        FRAME,
-        single("masonry", "82.60 t", "0.1 s"),
-        name="A pair",
-        law="hertz",
-        gap="0 mm",
-        records={"window": ["0 s", "3 s"], "pga": "0.5 g"},
-        grid={"gap": ["0 mm", "5 mm", "1 m"], "yield_force": ["200 kN", "inf"]},
-    ),
+    "scene.toml": SCENE,
     "pair.toml": STATES + scene_text(records={"window": ["0 s", "5 s"], "pga": "0.5 g"}, grid={"gap": ["10 mm"]}),
     "axes.toml": pair_text({"building.left.period": ["0.3 s", "0.5 s"], "interface.restitution": [0.5, 0.8]}),
     "samples.toml": uncertain_text(samples=2),

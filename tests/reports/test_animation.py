@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import re
 import zlib
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -105,6 +106,15 @@ def test_the_page_holds_one_script_by_its_checksum_and_names_no_other_place(writ
     assert written.stat().st_size < animation.LARGEST
     assert "default-src 'none'" in text
     assert set(re.findall(r"https?://[^\"']+", text)) == {"http://www.w3.org/2000/svg"}  # a name, never fetched
+
+
+@pytest.mark.parametrize("page", ["animation", "explorer"])
+def test_the_constants_of_a_script_are_declared(page):
+    """One that is not stops a page at the moment that needs it, such as more contacts at once than are named."""
+    script = (files("pounding_risk.reports") / f"{page}_page" / "page.js").read_text("utf-8")
+    code = re.sub(r"//.*|\"[^\"\n]*\"", "", script)
+    used = set(re.findall(r"\b[A-Z]{3,}(?:_[A-Z]+)*\b", code))
+    assert used <= {*re.findall(r"const ([A-Z_]+) =", script), "JSON"}
 
 
 @needs_browser

@@ -208,11 +208,10 @@ class Question:
         """Write the dataset, unless the function has done so, the tables or the page of an answer, by the suffix."""
         kind = target.suffix.lower()
         if kind == ".csv":
-            from pounding_risk._common.files import write_whole
             from pounding_risk.render.csv_text import csv_text
+            from pounding_risk.reports.files import write_file
 
-            content = csv_text(blocks).encode()
-            write_whole(target, lambda file: file.write(content))
+            write_file(target, csv_text(blocks))
         elif kind == ".html":
             from pounding_risk.reports.pages import write_sheet_page
 

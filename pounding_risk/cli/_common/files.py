@@ -73,15 +73,6 @@ def writing(target: Path) -> Iterator[None]:
         raise not_written(target, error) from None
 
 
-def write_text(target: Path, text: str) -> None:
-    """Write a text file, whole or not at all, and print that it is written; raises PoundingError where that fails."""
-    from pounding_risk._common.files import write_whole
-
-    with writing(target):
-        write_whole(target, lambda file: file.write(text.encode()))
-    announce(target)
-
-
 def draw(target: Path | None, name: str, *arguments: Any, quiet: bool = False, **options: Any) -> None:
     """Draw a figure to a file, unless the file is None; raises PoundingError where it cannot be written.
 

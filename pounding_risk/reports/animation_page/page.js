@@ -159,7 +159,7 @@ function draw() {
   });
   touching.sort(([one], [other]) => other - one);
   const named = touching.slice(0, MOST_NAMED).map(([value, { label, kind }]) => `${label} (${kind}) ${forceWords(value)}`);
-  if (touching.length > MOST_NAMED) named.push(`${touching.length - MOST_TOLD} more`);
+  if (touching.length > MOST_NAMED) named.push(`${touching.length - MOST_NAMED} more`);
   element("reading").textContent = `${model.time[frame].toFixed(3)} s. ${named.length ? `Contact: ${named.join("; ")}.` : ""}`;
   element("at").value = frame;
   element("at").setAttribute("aria-valuetext", `${model.time[frame].toFixed(2)} s`);
