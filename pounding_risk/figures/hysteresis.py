@@ -8,6 +8,7 @@ import numpy as np
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import QUIET, STYLES, motion_words, plain, title, wrapped
+from pounding_risk.results.attributes import isolated_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,6 +44,7 @@ def hysteresis_figure(run: xr.Dataset, note: str = "") -> Figure:
     places = [tuple(place) for place in np.argwhere(np.isfinite(ductility))]
     places.sort(key=lambda place: -ductility[place])
     drawn = places[:MOST]
+    isolated = isolated_of(run)
     drifts = 1e3 * run["drift"].transpose("time", "building", "storey").values
     shears = 1e-3 * run["storey_force"].transpose("time", "building", "storey").values
     figure, axes = wrapped(len(drawn), WIDE, (0.6, 1.2), (3.4, 2.8))
@@ -50,8 +52,9 @@ def hysteresis_figure(run: xr.Dataset, note: str = "") -> Figure:
         axis.axhline(0.0, color=QUIET, linewidth=0.6)
         axis.axvline(0.0, color=QUIET, linewidth=0.6)
         axis.plot(drifts[:, building, storey], shears[:, building, storey], color=STYLES[0][0], linewidth=1.0)
-        name = plain(str(run["building"].values[building]))
-        axis.set_title(f"{name}, storey {storey + 1}: ductility {ductility[building, storey]:.3g}", fontsize=9)
+        name = str(run["building"].values[building])
+        part = f"storey {storey + 1}" if storey or name not in isolated else "isolators"
+        axis.set_title(f"{plain(name)}, {part}: ductility {ductility[building, storey]:.3g}", fontsize=9)
         axis.set_xlabel("drift [mm]")
         axis.set_ylabel("storey shear [kN]")
     yields = int((ductility[np.isfinite(ductility)] > 1.0).sum())
