@@ -21,6 +21,7 @@ from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.attributes import collapsed, collapsible_buildings, finite, isolated_buildings
 from pounding_risk.results.opened import Results
+from pounding_risk.scene.damage import OF_BUILDINGS, OF_INTERFACES, OF_LINKS
 from pounding_risk.statistics.damage_fits import METHODS, Capacities, Observed, capacities, expanded_tail
 from pounding_risk.statistics.fragility import Fit, fragility_curve, of_one_intensity
 from pounding_risk.units import shown as shown_text
@@ -146,9 +147,11 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     Each is over the threshold, from a dataset of `scan` at one gap, contact model and yield force. Raises PoundingError
     for a building, interface or contact point that is not in the dataset, and a demand that it has not.
     """
-    largest_demands = _of_interfaces if state.demand.interfaces else _of_buildings
+    of_places = {OF_INTERFACES: _of_interfaces, OF_LINKS: _of_links, OF_BUILDINGS: _of_buildings}
+    largest_demands = of_places[state.demand.places]
     both = [largest_demands(case, state, without) for without in (False, True)]
-    jumps = bool(state.demand.interfaces) or (state.demand.key == "storey_shear" and _may_yield(case, state))
+    jumps = bool(state.demand.interfaces) or state.demand.key == "link_spring_force"  # of springs that slip
+    jumps = jumps or (state.demand.key == "storey_shear" and _may_yield(case, state))
     ratios = [np.where(np.isfinite(values), values, np.nan) / state.threshold for values in both]
     # A building that the state is of may be the one that collapsed; of another nothing is known.
     fragile = collapsible_buildings(Results(case).scene) if state.demand.of_structure else []
@@ -235,6 +238,22 @@ def _of_interfaces(case: xr.Dataset, state: Any, without: bool) -> Array:
         name, place = demand.interfaces, "interface"
     values = by_amplitude(finite(case, name).isel({place: np.flatnonzero(is_chosen)}), [place])
     return np.zeros(values.shape[:2]) if without else np.asarray(values.max(axis=-1))
+
+
+def _of_links(case: xr.Dataset, state: Any, without: bool) -> Array:
+    """The largest demand of the links at the chosen interfaces by motion and level."""
+    names = list(map(str, case["interface"].values))
+    if state.interface and state.interface not in names:
+        raise _absent(state, "interface", names)
+    name = state.demand.links + "_free" * without
+    if name not in case:
+        raise _lacking(state, state.demand.absent)
+    chosen = [names.index(state.interface)] if state.interface else list(range(len(names)))
+    values = by_amplitude(finite(case, name).isel(interface=chosen), ["interface"])
+    largest = np.fmax.reduce(values, axis=-1)
+    if without and not np.isfinite(largest).any():
+        raise _lacking(state, state.demand.absent)
+    return np.asarray(largest)
 
 
 def _lacking(state: Any, why: str) -> PoundingError:

@@ -96,9 +96,10 @@ def _ratio_words(one: xr.Dataset, name: str) -> str:
 def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, results: Results) -> Iterator[str]:
     """Sentences on what is assumed, left out and not known."""
     count = options.recordings
+    is_linked = any(map(results.has_link, range(results.dataset.sizes["interface"])))
+    alone = "the buildings with their links but without contact" if is_linked else "each building alone"
     yield (
-        f"Curves ({options.method}): {METHODS[options.method].words}. Without pounding: each building alone under the "
-        "same motion."
+        f"Curves ({options.method}): {METHODS[options.method].words}. Without pounding: {alone} under the same motion."
     )
     yield (
         f"Bounds of ratios: {100.0 * options.confidence:g} % by {DRAWS} samples of the {counted(count, 'recording')}, "
@@ -112,7 +113,7 @@ def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, resul
     if isolated and any(one.state.demand.of_structure and not one.state.storey for one in curves):
         names = " and ".join(isolated)
         yield f"Drifts and ductility of {names} are those above the isolators, which are storey 1: name it to count it."
-    moved = [one for one in curves if not one.state.demand.interfaces]
+    moved = [one for one in curves if "building" in one.state.demand.places]
     rotating = [
         name for name in rotating_buildings(results.scene) if any(one.state.building in ("", name) for one in moved)
     ]

@@ -87,6 +87,8 @@ def responses_at(results: xr.Dataset, gap: float, isolated: Collection[str] = ()
         if output == "storey_ductility" and isolated:
             words = f"{words} above isolators"
             outputs = outputs.where(~outputs["building"].isin(list(isolated)) | (outputs["storey"] > 1))
+            if outputs.isnull().all():  # the isolators alone yield
+                continue
         values = np.where(touching, by_motion(outputs.max(inside), CASES), np.nan)
         for model, force in np.ndindex(values.shape[1:]):
             known = values[np.isfinite(values[:, model, force]), model, force]

@@ -7,7 +7,7 @@ contacts are in `results.contact_notes`.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from math import isfinite, pi, sqrt
 from operator import add, itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,7 +19,7 @@ from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quanti
 from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.ground import SHARED
 from pounding_risk.motions.levels import PEAK, Level, driven
-from pounding_risk.motions.record import STILL, is_vertical, site_of
+from pounding_risk.motions.record import STILL, is_vertical, recording, site_of
 from pounding_risk.motions.request import AS_RECORDED
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
 from pounding_risk.scene.ground_motion import parting
@@ -71,6 +71,22 @@ USUAL = {
         (0.005, 10.0),
         "half a percent of the weight is less than any code's base shear, ten times it more than walls hold",
         ("kN written for MN, or N for kN?", "MN written for kN?"),
+    ),
+    "strength of the isolators over the weight on them": Usual(
+        SHARE_OF_WEIGHT,
+        0.0,
+        0.3,
+        "lead-rubber bearings have 0.03 to 0.15, sliders 0.2 at most",
+        "",
+        "MN written for kN, or kg for t?",
+    ),
+    "period while the isolators yield": Usual(
+        PERIOD,
+        0.7,
+        12.1,
+        "isolated buildings have 1.5 s to 6 s, models on shaking tables half of it",
+        "stiffness or mass in another unit?",
+        "kN/m written for MN/m, or a radius in mm?",
     ),
     "gap": Usual(
         GAP, (0.0, 2.0), "two buildings of 50 m that lean by 2 % towards each other", ("", "m written for mm or cm?")
@@ -183,6 +199,7 @@ def _of_buildings(study: Scene) -> Iterator[str]:
         for mass in dict.fromkeys((min(masses), max(masses))):
             yield from _unusual("mass of a floor", {building.name: mass})
         yield from _of_storeys(building)
+        yield from _of_isolators(building)
         if _is_part(building):
             yield (
                 f"{building.name}: storey shears are those of storey_stiffnesses, a part of its matrix; the rest "
@@ -224,6 +241,18 @@ def _of_storeys(building: Any) -> Iterator[str]:
             f"({shares_of_frame} that of a steel frame, ASCE 7-16, equation 12.8-7); a decimal point lost, or a "
             "stiffness or mass in another unit?"
         )
+
+
+def _of_isolators(building: Any) -> Iterator[str]:
+    """Notes on the strength and the stiffness of isolators, by the mass that they carry."""
+    if getattr(building, "isolators", None) is None:
+        return
+    mass = sum(building.masses)
+    law = building.isolators.law(mass)
+    share = {building.name: law.strength / (STANDARD_GRAVITY * mass)}
+    yield from _unusual("strength of the isolators over the weight on them", share)
+    if law.soft > 0.0:
+        yield from _unusual("period while the isolators yield", {building.name: 2.0 * pi * sqrt(mass / law.soft)})
 
 
 def _ends(values: Mapping[str, float]) -> dict[str, float]:
@@ -291,6 +320,8 @@ def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
     """Notes on the peaks of motions as recorded, and on the amplitudes that the scene asks for."""
     request = study.records
     grid = study.grid
+    if request.aftershock:
+        yield from _of_sequences(motions)
     if vertical := [motion.name for motion in motions if is_vertical(motion.record)]:
         words = "a vertical component, which moves" if len(vertical) == 1 else "vertical components, which move"
         yield f"{', '.join(vertical)}: {words} the buildings along the row here; name the horizontal ones"
@@ -314,6 +345,20 @@ def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
             pga, name = most(unusual, key=itemgetter(0))
             others = f" and {len(unusual) - 1} more" if len(unusual) > 1 else ""
             yield from _unusual("PGA as recorded", {f"{name}{others}": pga})
+
+
+def _of_sequences(motions: Sequence[Motion]) -> Iterator[str]:
+    """A note for each aftershock behind several recordings, which are counted as independent of each other."""
+    behind: dict[str, set[Hashable]] = {}
+    for motion in motions:
+        behind.setdefault(motion.record["beside"][-1]["name"], set()).add(recording(motion.record, motion.name))
+    for name, recordings in behind.items():
+        recordings |= {recording(motion.record, motion.name) for motion in motions if motion.name == name}
+        if len(recordings) > 1:
+            yield (
+                f"aftershock {name}: stands in the motions of {len(recordings)} recordings, which count as independent "
+                "of each other; where it decides, bounds are narrower than they should be"
+            )
 
 
 def _of_levels(grid: Axes, motions: tuple[Motion, ...]) -> Iterator[str]:

@@ -12,7 +12,7 @@ from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures import style
 from pounding_risk.figures.row import MARKERS, RAISED, WIDTH, gap_scale, outline
-from pounding_risk.results.attributes import bumper_lengths, bumper_words
+from pounding_risk.results.attributes import bumper_lengths, bumper_words, isolated_of
 from pounding_risk.units import STANDARD_GRAVITY, say_in
 
 SAME = 1e-9  # of the peak: histories closer than this are the same
@@ -230,6 +230,7 @@ def hysteresis_figure(run: xr.Dataset, note: str = "") -> style.Figure:
     places = [tuple(place) for place in np.argwhere(np.isfinite(ductility))]
     places.sort(key=lambda place: -ductility[place])
     drawn = places[:MOST_STOREYS]
+    isolated = isolated_of(run)
     drifts = 1e3 * run["drift"].transpose("time", "building", "storey").values
     shears = 1e-3 * run["storey_force"].transpose("time", "building", "storey").values
     figure, axes = style.wrapped(len(drawn), 3, (0.6, 1.2), (3.4, 2.8))
@@ -237,8 +238,9 @@ def hysteresis_figure(run: xr.Dataset, note: str = "") -> style.Figure:
         axis.axhline(0.0, color=style.QUIET, linewidth=0.6)
         axis.axvline(0.0, color=style.QUIET, linewidth=0.6)
         axis.plot(drifts[:, building, storey], shears[:, building, storey], color=style.STYLES[0][0], linewidth=1.0)
-        name = style.plain(str(run["building"].values[building]))
-        axis.set_title(f"{name}, storey {storey + 1}: ductility {ductility[building, storey]:.3g}", fontsize=9)
+        name = str(run["building"].values[building])
+        part = f"storey {storey + 1}" if storey or name not in isolated else "isolators"
+        axis.set_title(f"{style.plain(name)}, {part}: ductility {ductility[building, storey]:.3g}", fontsize=9)
         axis.set_xlabel("drift [mm]")
         axis.set_ylabel("storey shear [kN]")
     yields = int((ductility[np.isfinite(ductility)] > 1.0).sum())

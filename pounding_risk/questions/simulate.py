@@ -28,7 +28,7 @@ from pounding_risk.render.sheet import (
     table,
     worded,
 )
-from pounding_risk.results.attributes import isolated_of, of_structure
+from pounding_risk.results.attributes import isolated_of, of_isolators, of_storeys, of_structure
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
@@ -40,12 +40,18 @@ FIGURES = {"": "simulate.simulation_figure"}
 FILES = {"animation": File((".html",), "The run, moving", "reports.animation.animate")}
 OPTIONS = {"absolute": Option(kind=bool, help="The figure has displacements in space too.")}
 MOST_CONTACTS = 60  # rows of the table of contacts on a terminal
-OF_BUILDINGS = {
-    "peak_displacement": "m",
-    "peak_drift": "m",
-    "peak_storey_shear": "N",
-    "peak_floor_acceleration": "m/s2",
-}
+# Columns of the table of buildings: variable, head, unit, and of what it is; of the latter those with a value.
+OF_BUILDINGS = (
+    ("peak_displacement", "peak displacement", "m", of_structure),
+    ("peak_drift", "peak drift", "m", of_structure),
+    ("peak_storey_shear", "peak storey shear", "N", of_structure),
+    ("peak_floor_acceleration", "peak floor acceleration", "m/s2", of_structure),
+)
+OF_YIELDING = (
+    ("storey_drift", "displacement of isolators", "m", of_isolators),
+    ("storey_ductility", "storey ductility", "1", of_storeys),
+    ("storey_residual_drift", "residual drift", "m", of_storeys),
+)
 # Columns of the table of contacts: head, variable, and its cell.
 OF_CONTACTS: tuple[tuple[str, str, Callable[[float], Cell]], ...] = (
     ("start [s]", "contact_start", lambda value: worded(value, f"{value:.4f}")),
@@ -137,11 +143,13 @@ def _links(run: xr.Dataset) -> Block:
 
 
 def _buildings(run: xr.Dataset) -> Block:
-    peaks = {name: unit for name, unit in OF_BUILDINGS.items() if name in run}
-    heads = ["building", *(head(name.replace("_", " "), unit) for name, unit in peaks.items())]
+    outputs = [(words, unit, of(run, name)) for name, words, unit, of in OF_BUILDINGS if name in run]
+    yielding = [(words, unit, of(run, name)) for name, words, unit, of in OF_YIELDING if name in run]
+    outputs += [each for each in yielding if each[2].notnull().any()]
+    heads = ["building", *(head(words, unit) for words, unit, _ in outputs)]
     rows = [
         # A rigid building's -0 is 0.
-        [str(building), *(number(0.0 + float(of_structure(run, name)[place]), unit) for name, unit in peaks.items())]
+        [str(building), *(number(0.0 + float(values[place]), unit) for _, unit, values in outputs)]
         for place, building in enumerate(run["building"].values)
     ]
     return table("Peaks of the buildings.", heads, rows)

@@ -155,6 +155,18 @@ def of_structure(case: xr.Dataset, name: str) -> xr.DataArray:
     return peaks.where(~peaks["building"].isin(isolated), above)
 
 
+def of_storeys(case: xr.Dataset, name: str) -> xr.DataArray:
+    """The largest value of the storeys of each building that may yield; isolators are none of them."""
+    values = finite(case, name).where(case["storey_ductility" + "_free" * name.endswith("_free")].notnull())
+    return values.where((values["storey"] > 1) | ~values["building"].isin(isolated_of(case))).max("storey")
+
+
+def of_isolators(case: xr.Dataset, name: str) -> xr.DataArray:
+    """The value of the isolators of each building, which are its storey 1; NaN of buildings without."""
+    values = finite(case, name).sel(storey=1, drop=True)
+    return values.where(values["building"].isin(isolated_of(case)))
+
+
 def isolated_of(case: xr.Dataset) -> list[str]:
     """The buildings of a dataset that stand on isolators."""
     return isolated_buildings(tables_of(str(case.attrs.get("scene_resolved", ""))))

@@ -31,7 +31,8 @@ from pounding_risk.scene.keys import (
 from pounding_risk.scene.toml import Fault, key_lines, parse_toml, read_text, sentences
 from pounding_risk.units import Quantity, article, say, shown
 
-OF_BUILDINGS, OF_INTERFACES = ("building", "storey"), ("interface", "contact_point")  # keys that say where
+# Keys that say where.
+OF_BUILDINGS, OF_INTERFACES, OF_LINKS = ("building", "storey"), ("interface", "contact_point"), ("interface",)
 LARGEST_DRIFT = 0.3  # of a storey's height: 0.5 was meant as 0.5 %
 _SHARE = '"0.5 %" or 0.005'
 
@@ -40,8 +41,8 @@ class Demand(NamedTuple):
     """A kind of demand on a building or an interface, and the variables of a dataset of `scan` that have it.
 
     ``storeys`` is by building and storey, of which the largest is taken; datasets of two single masses have ``mass``
-    instead, by building. Demands on interfaces are by contact point or interface. The same names with ``_free`` are
-    the demands without contact, where a demand on an interface is 0.
+    instead, by building. Demands on interfaces are by contact point or interface, those on ``links`` by interface. The
+    same names with ``_free`` are the demands without contact, where a demand on an interface is 0.
     """
 
     key: str
@@ -51,6 +52,7 @@ class Demand(NamedTuple):
     storeys: str = ""
     mass: str = ""
     interfaces: str = ""
+    links: str = ""
     per_height: bool = False  # over the height of the storey
     points: str = ""  # the only kind of contact points that count
     absent: str = ""  # what a dataset without it lacks, and the repair
@@ -58,7 +60,7 @@ class Demand(NamedTuple):
     @property
     def places(self) -> tuple[str, ...]:
         """The keys that say where it is."""
-        return OF_INTERFACES if self.interfaces else OF_BUILDINGS
+        return OF_INTERFACES if self.interfaces else OF_LINKS if self.links else OF_BUILDINGS
 
     @property
     def of_structure(self) -> bool:
@@ -86,6 +88,9 @@ NO_YIELDING = (
     "inelastic_storeys = {} in [effects], and scan"
 )
 NO_COLUMN = "no floor meets a column there; take contact_force"
+NO_LINK = "no link joins them; write link_stiffness or link_damping in their [[interface]], and scan"
+NO_SPRING = "no link there has a spring; take link_stretch"
+NO_DAMPER = "no damper there has a peak of its force; write link_exponent or link_brace_stiffness, and scan"
 DEMANDS = (
     Demand(
         "drift",
@@ -143,6 +148,38 @@ DEMANDS = (
         points="column",
         absent=NO_COLUMN,
     ),
+    Demand(
+        "link_stretch",
+        _at_most("m", "stretch of a link", "100 mm"),
+        "stretch of a link, by which its ends have parted",
+        '"100 mm"',
+        links="peak_link_stretch",
+        absent=NO_LINK,
+    ),
+    Demand(
+        "link_shortening",
+        _at_most("m", "shortening of a link", "40 mm"),
+        "shortening of a link, by which its ends have approached",
+        '"40 mm"',
+        links="peak_link_shortening",
+        absent=NO_LINK,
+    ),
+    Demand(
+        "link_spring_force",
+        _at_most("N", "force of a link's spring", "500 kN"),
+        "force of a link's spring, without the dashpot beside it",
+        '"500 kN"',
+        links="peak_link_spring_force",
+        absent=NO_SPRING,
+    ),
+    Demand(
+        "link_damper_force",
+        _at_most("N", "force of a damper", "500 kN"),
+        "force of a damper with link_exponent or on a brace, without the spring beside it",
+        '"500 kN"',
+        links="peak_link_damper_force",
+        absent=NO_DAMPER,
+    ),
 )
 
 
@@ -185,8 +222,8 @@ class State(Table):
     def words(self) -> str:
         """Such as "storey drift of frame ≥ 0.5 %"."""
         names = [getattr(self, place) for place in self.demand.places]
-        if self.demand.interfaces:
-            where = f" at {names[1] or names[0]}" if any(names) else ""
+        if "interface" in self.demand.places:
+            where = f" at {names[-1] or names[0]}" if any(names) else ""
         else:
             where = f" of storey {names[1]}" if names[1] else ""
             where += f" of {names[0]}" if names[0] else ""

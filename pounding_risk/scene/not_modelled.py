@@ -14,14 +14,27 @@ SENTENCES = {
         "known; several modes are a table, modes, with period or frequency and the shape of each"
     ),
     "matrix matrices": ("write stiffness_matrix, with the masses of the floors in floor_masses, or with mass_matrix"),
-    "isolators isolator base_isolation isolation_period isolation_stiffness": (
+    "isolators isolator base_isolation isolation_period isolation_stiffness lead_rubber friction_pendulum pendulum": (
         "isolators are the key isolation of a building with storeys: "
-        'isolation = {slab_mass = "600 t", height = "1.5 m", strength = "900 kN", stiffness = "5 MN/m"}'
+        'isolation = {slab_mass = "600 t", height = "1.5 m", strength = "900 kN", stiffness = "5 MN/m"}, or friction '
+        "and radius of pendulums in place of the latter two"
+    ),
+    "moat moat_gap moat_wall retaining_wall stop backfill": (
+        "the wall of a moat is a [[building]] of its own beside the isolated one, rigid = true and as tall as the "
+        "slab, or of one storey where it gives; the clearance is the gap of their [[interface]]"
     ),
     # The first three are keys of an [[interface]], which are written in buildings.
     "link_stiffness link_damping link_at link links link_force coupling coupling_stiffness": (
         "links between neighbours are link_stiffness, link_damping and link_at of their [[interface]], with "
         "link_strength, link_slack or link_breaking_force where they slip, are slack or break"
+    ),
+    "hook hooks restrainer restrainers cable tie friction_damper friction_link": (
+        "a hook or restrainer between neighbours is link_stiffness with link_slack of their [[interface]], a friction "
+        "damper link_stiffness with link_strength"
+    ),
+    "bumpers rubber rubber_bumper shock_absorber": (
+        "bumpers in a gap are bumper_length of its [[interface]], with their force as contact_model, such as "
+        'contact_model = "tabulated" and a table'
     ),
     "damper dampers damper_coefficient damping_coefficient viscous_damper": (
         "a damper between neighbours is link_damping of their [[interface]], with link_exponent where its force is a "

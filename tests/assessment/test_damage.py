@@ -21,6 +21,7 @@ from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions.damage import damage_table, sheet
 from pounding_risk.results.check import kind_of
+from pounding_risk.scene.reader import parse_scene
 from pounding_risk.statistics.damage_fits import Observed, fit_ida
 from pounding_risk.statistics.fragility import fit_capacities
 from pounding_risk.statistics.hazard import annual_rate
@@ -327,6 +328,28 @@ def test_demands_of_storeys_and_columns(row):
     force = own["contact_point_peak_contact_force"].values[..., columns].max(axis=-1)
     np.testing.assert_allclose(found[4, 0], force / 1e3)
     assert float(found[4, 0].max()) > 0.0 and (found[4, 1] == 0.0).all()
+
+
+def test_demands_of_links_are_those_of_the_device_with_contact_and_without():
+    """Its stroke in both directions and its forces; what joins two buildings acts without contact too."""
+    link = {"link_stiffness": "5 MN/m", "link_damping": "400 kN s/m", "link_exponent": 0.4}
+    old, new = single("old", "300 t", "0.6 s"), single("new", "200 t", "0.3 s")
+    levels = {"grid": {"pga": ["0.1 g", "0.4 g"]}}
+    results = pr.scan(parse_scene(scene_text(old, new, gap="10 mm", **levels, **link)))
+    thresholds = {"link_stretch": 0.02, "link_shortening": 0.01, "link_spring_force": 1e5, "link_damper_force": 2e5}
+    states = [pr.DamageState(key, interface="old | new", **{key: value}) for key, value in thresholds.items()]
+    found = pr.damage(results, states=states)
+    assert "the buildings with their links but without contact under the same motion" in str(sheet(found))
+    case = results.isel(gap=0, contact_model=0, yield_force=0)
+    for state, (key, value) in enumerate(thresholds.items()):
+        for side, ending in enumerate(("", "_free")):
+            peaks = case[f"peak_{key}{ending}"].squeeze().values
+            assert (peaks > 0.0).all()
+            np.testing.assert_allclose(found["demand_ratio"].values[state, side].ravel(), peaks / value)
+    assert states[0].words == "stretch of a link at old | new ≥ 20 mm"
+    without = pr.scan(parse_scene(scene_text(old, new, gap="10 mm", **levels)))
+    with pytest.raises(PoundingError, match="link_stretch: no link joins them; write link_stiffness"):
+        pr.damage(without, states=states[:1])
 
 
 def test_shears_are_capped_by_strengths_of_their_own_storeys_alone(row):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import scene_text, single, storeyed
+from scenes import rigid, scene_text, single, storeyed
 from scipy.integrate import quad
 
 from pounding_risk.assessment.assess import assess
@@ -328,3 +328,40 @@ def test_a_row_tells_them_by_interface(capsys):
     print_sheet(simulating.sheet(run))
     assert f"note: {kept}" in capsys.readouterr().out
     assert len(json.loads(run.attrs["notes"])) == 2
+
+
+@pytest.mark.parametrize(
+    ("numbers", "told"),
+    [
+        ({"strength": "900 kN", "stiffness": "5 MN/m"}, ""),
+        ({"strength": "0 N", "stiffness": "5 MN/m"}, ""),
+        ({"friction": 0.05, "radius": "2.2 m"}, ""),
+        ({"strength": "900 MN", "stiffness": "5 MN/m"}, "strength of the isolators over the weight on them 45.89"),
+        ({"strength": "900 kN", "stiffness": "5 kN/m"}, "period while the isolators yield 125.7 s"),
+        ({"strength": "900 kN", "stiffness": "5 GN/m"}, "period while the isolators yield 0.1257 s"),
+    ],
+)
+def test_isolators_that_hardly_isolate_or_hardly_hold_are_told(numbers, told):
+    """Stiff ones hide how far a building moves, so that any gap looks enough: W = 19.6 MN, T = 2 pi sqrt(m / k)."""
+    isolation = {"slab_mass": "600 t", "height": "1.5 m", **numbers}
+    building = storeyed("hospital", ["500 t", "500 t", "400 t"], "1000 MN/m", "4 m", isolation=isolation)
+    text = scene_text(rigid(height="1.5 m"), building, gap="150 mm", stiffness="1e11 N/m^1.5")
+    assert [note.partition(", usually")[0] for note in notes(text=text)] == [f"hospital: {told}"] * bool(told)
+
+
+def test_an_aftershock_behind_several_recordings_is_told():
+    """Bounds count the recordings that come first; two components of one are one, and a list may have its own."""
+
+    def told(**records):
+        text = scene_text(single("left", "300 t", "0.6 s"), single("right", "200 t", "0.3 s"), records=records)
+        return [note for note in notes(text=text) if note.startswith("aftershock")]
+
+    names = ["RSN6-180", "RSN6-270", "RSN753-000"]
+    (shared,) = told(names=names, aftershock="RSN1690-090")
+    assert shared.startswith(
+        "aftershock RSN1690-090: stands in the motions of 2 recordings, which count as independent"
+    )
+    assert told(names=names[:2], aftershock="RSN1690-090") == []
+    assert told(names=names[1:], aftershock=["RSN77-164", "RSN1690-090"]) == []
+    (again,) = told(names=names[1:], aftershock=["RSN753-000", "RSN1690-090"])
+    assert again.startswith("aftershock RSN753-000: stands in the motions of 2 recordings")

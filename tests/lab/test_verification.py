@@ -609,11 +609,12 @@ def test_figures_show_every_value_and_say_what_they_find(outcome):
         *2 * ["displacement [mm]"],
         "absolute displacement [mm]",
         *4 * ["displacement [mm]"],
+        "storey force [kN]",
     ]
-    assert [axis.get_xlabel() for axis in drawn] == 2 * ["penetration [mm]"] + 7 * ["time [s]"]
+    assert [axis.get_xlabel() for axis in drawn] == 2 * ["penetration [mm]"] + 8 * ["time [s]"]
     assert drawn[7].get_title() == "code_aster SDND108 B"
     several = [curve for curve in outcome.curves if len(curve.points) > 1]
-    assert len(drawn) == len(several) == 9
+    assert len(drawn) == len(several) == 10
     for axis, curve in zip(drawn, several, strict=True):
         line = axis.get_lines()[0]
         assert np.array_equal(line.get_xdata(), curve.x * (1e3 if curve.units[0] == "m" else 1.0))

@@ -101,6 +101,14 @@ def test_drifts_of_isolated_buildings_are_those_above_the_isolators(tmp_path):
     told = str(simulate.sheet(run))
     assert "hospital: peak drift is that above the isolators, which are storey 1" in told
     assert str(float(run["storey_drift"][1, 1:].max())) in told
+    # The isolators have a displacement, with the wall and without, and no row of storeys that yield.
+    (moved,) = [cells for cells in rows if cells[1]["text"] == "largest displacement of the isolators [mm]"]
+    by_wall = 1e3 * one["storey_drift"].values[..., 0]
+    assert moved[3]["text"].startswith(f"{np.median(by_wall):.3g} (")
+    assert not any("ductility" in cells[1]["text"] for cells in rows)
+    assert not any("ductility" in each.words for each in assess(results).interfaces[0].response)
+    assert "displacement of isolators [mm]" in told and "storey ductility" not in told
+    assert pr.figures.hysteresis_figure(run).axes[0].get_title().startswith("hospital, isolators: ductility")
 
 
 def test_two_buildings_have_no_plan_and_no_summary_of_none():

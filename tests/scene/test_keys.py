@@ -321,7 +321,10 @@ def test_no_word_is_a_key_of_a_scene_and_each_stands_once():
     assert len(BY_WORD) == sum(len(words.split()) for words in SENTENCES)
 
 
-@pytest.mark.parametrize("word", ["link_force", "time_history", "matrix", "mode_shapes", "Torsion", "isolators"])
+@pytest.mark.parametrize(
+    "word",
+    ["link_force", "time_history", "matrix", "mode_shapes", "Torsion", "isolators", "moat", "restrainer", "rubber"],
+)
 @pytest.mark.parametrize("where", ["building.A", "interface", "effects"])
 def test_a_key_outside_the_model_gets_its_substitute_and_no_false_friend(where, word):
     told = refusal(parse_scene, PAIR, overrides=[f"{where}.{word}=1.0"])

@@ -54,9 +54,11 @@ UNREACHED = (
         "Newton's cradle after Hertz (Hinch and Saint-Jean; Patricio), chains of spheres after Nesterenko",
         "no printed number reached; linear springs and collisions in turn are cases (`herrmann_1981`, `patricio_2004`)",
     ),
+    ("Gugan (2000), duration and area of contact of croquet balls", "numbers not reached"),
     (
-        "Gugan (2000), duration and area of contact of croquet balls; base-isolated buildings against moat walls "
-        "(NEES)",
-        "numbers and raw data not reached",
+        "Masroor and Mosqueda (2012, 2013), report MCEER-13-0003: a frame of three storeys on friction pendulums that "
+        "strikes moat walls, quarter scale (recordings NEES-2008-0571)",
+        "the first page of the report and descriptions of its recordings were reached, with no mass, clearance, "
+        "stiffness of a wall or force of contact among them",
     ),
 )

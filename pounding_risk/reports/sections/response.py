@@ -10,18 +10,22 @@ from pounding_risk.assessment.sensitivity import force_words
 from pounding_risk.questions.adequacy import response
 from pounding_risk.render import sheet
 from pounding_risk.reports.data import Pair, ReportData
-from pounding_risk.results.attributes import isolated_of, of_structure
+from pounding_risk.results.attributes import isolated_of, of_isolators, of_storeys, of_structure
 
 TITLE = "What contact does to the buildings"
 ORDER = 60
 
-# Outputs per building, each stored with a twin without contact: what they are called, and their unit.
-OUTPUTS = {
-    "peak_displacement": ("peak displacement", "m"),
-    "peak_drift": ("peak storey drift", "m"),
-    "peak_storey_shear": ("peak storey shear", "N"),
-    "peak_floor_acceleration": ("peak floor acceleration", "m/s2"),
-}
+# Outputs of each building, stored with a twin without contact: what they are called, their unit, and of what they are.
+OUTPUTS = (
+    ("peak_displacement", "peak displacement", "m", of_structure),
+    ("peak_drift", "peak storey drift", "m", of_structure),
+    ("storey_drift", "largest displacement of the isolators", "m", of_isolators),
+    ("storey_ductility", "largest storey ductility", "1", of_storeys),
+    ("storey_residual_drift", "largest residual storey drift", "m", of_storeys),
+    ("peak_storey_shear", "peak storey shear", "N", of_structure),
+    ("peak_floor_acceleration", "peak floor acceleration", "m/s2", of_structure),
+)
+OF_SOME = {of_isolators, of_storeys}  # of buildings with isolators, or with storeys that may yield
 
 
 def write(data: ReportData) -> list[sheet.Block]:
@@ -42,26 +46,25 @@ def _buildings(data: ReportData, pair: Pair) -> list[sheet.Block]:
         ]
     rows: list[sheet.Row] = []
     isolated = isolated_of(here)
-    for building, output in product(map(str, pair.results["building"].values), OUTPUTS):
+    for building, (output, words, unit, of) in product(map(str, pair.results["building"].values), OUTPUTS):
         if output not in here:
             continue
-        words, unit = OUTPUTS[output]
-        if output == "peak_drift" and building in isolated:
+        if building in isolated and (output == "peak_drift" or of is of_storeys):
             words += " above the isolators"
-        both = (of_structure(pair.results, f"{output}_free"), of_structure(here, output))
+        both = (of(pair.results, f"{output}_free"), of(here, output))
         free, struck = (one.sel(building=building).transpose("record", "polarity").values[touching] for one in both)
         is_known = np.isfinite(free) & np.isfinite(struck)
         free, struck = free[is_known], struck[is_known]
+        if not free.size and of in OF_SOME:
+            continue
         if not free.size:
             rows.append([building, words, *[sheet.number(np.nan)] * 4, sheet.MISSING])
             continue
         ratio = np.divide(struck, free, out=np.full(free.shape, np.nan), where=free > 0.0)
-        spreads = [
-            sheet.middle(sheet.percentiles(values), of) for values, of in ((free, unit), (struck, unit), (ratio, "1"))
-        ]
-        rows.append(
-            [building, sheet.head(words, unit), *spreads, sheet.count((struck > free).sum()), sheet.count(free.size)]
-        )
+        all_values = ((free, unit), (struck, unit), (ratio, "1"))
+        spreads = [sheet.middle(sheet.percentiles(values), size) for values, size in all_values]
+        raised = sheet.count((struck > free).sum())
+        rows.append([building, sheet.head(words, unit), *spreads, raised, sheet.count(free.size)])
     heads = ["building", "output", "without contact: median (16 to 84 %)", "with contact: median (16 to 84 %)"]
     heads += ["with over without: median (16 to 84 %)", "raised in", "motions"]
     return [sheet.table(f"{pair.name}: peaks of the buildings in the motions with contact, {where}.", heads, rows)]
