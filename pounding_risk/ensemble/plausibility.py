@@ -74,19 +74,15 @@ USUAL = {
     ),
     "strength of the isolators over the weight on them": Usual(
         SHARE_OF_WEIGHT,
-        0.0,
-        0.3,
+        (0.0, 0.3),
         "lead-rubber bearings have 0.03 to 0.15, sliders 0.2 at most",
-        "",
-        "MN written for kN, or kg for t?",
+        ("", "MN written for kN, or kg for t?"),
     ),
     "period while the isolators yield": Usual(
         PERIOD,
-        0.7,
-        12.1,
+        (0.7, 12.1),
         "isolated buildings have 1.5 s to 6 s, models on shaking tables half of it",
-        "stiffness or mass in another unit?",
-        "kN/m written for MN/m, or a radius in mm?",
+        ("stiffness or mass in another unit?", "kN/m written for MN/m, or a radius in mm?"),
     ),
     "gap": Usual(
         GAP, (0.0, 2.0), "two buildings of 50 m that lean by 2 % towards each other", ("", "m written for mm or cm?")

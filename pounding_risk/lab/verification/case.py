@@ -223,12 +223,7 @@ class ImpactTable(Table):
 class MotionTable(Table):
     """The table [motion]: a recording."""
 
-    components: tuple[str, ...] = Key(
-        "Both horizontal components, ids of the catalogue.",
-        _components,
-        '["RSN77-164", "RSN77-254"]',
-        schema={"type": "array"},
-    ).required()
+    components: tuple[str, ...] = _components("Both horizontal components, ids of the catalogue.").required()
 
 
 # ------------------------------------------------------------------------------------------------ cases
