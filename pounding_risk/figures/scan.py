@@ -73,7 +73,7 @@ def ratio_figure(results: xr.Dataset, note: str = "") -> Figure:
     Raises
     ------
     PoundingError
-        For a dataset without an infinite yield force.
+        For a dataset without an infinite yield force, and for one with no other.
     """
     from matplotlib.colors import LogNorm
 
@@ -82,6 +82,8 @@ def ratio_figure(results: xr.Dataset, note: str = "") -> Figure:
     peak, is_finite = shown["peak_relative_displacement"], np.isfinite(shown["yield_force"].values)
     if is_finite.all():
         raise PoundingError('the dataset has no case without yielding; add "inf" to grid.yield_force and scan again')
+    if not is_finite.any():
+        raise PoundingError("the dataset has no case that may yield; add a force to grid.yield_force and scan again")
     ratio = peak.isel(yield_force=is_finite) / peak.isel(yield_force=int(is_finite.argmin()), drop=True)
     reach = max(float(ratio.max()), 1.0 / float(ratio.min()), 1.0 + NOTABLE)
     look = {"cmap": "PuOr_r", "norm": LogNorm(1.0 / reach, reach)}
