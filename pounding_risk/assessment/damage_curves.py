@@ -21,7 +21,6 @@ from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.attributes import collapsed, collapsible_buildings, finite, isolated_buildings
 from pounding_risk.results.opened import Results
-from pounding_risk.scene.damage import OF_BUILDINGS, OF_INTERFACES, OF_LINKS
 from pounding_risk.statistics.damage_fits import METHODS, Capacities, Observed, capacities, expanded_tail
 from pounding_risk.statistics.fragility import Fit, fragility_curve, of_one_intensity
 from pounding_risk.units import shown as shown_text
@@ -147,8 +146,7 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     Each is over the threshold, from a dataset of `scan` at one gap, contact model and yield force. Raises PoundingError
     for a building, interface or contact point that is not in the dataset, and a demand that it has not.
     """
-    of_places = {OF_INTERFACES: _of_interfaces, OF_LINKS: _of_links, OF_BUILDINGS: _of_buildings}
-    largest_demands = of_places[state.demand.places]
+    largest_demands = _of_interfaces if state.demand.interfaces else _of_links if state.demand.links else _of_buildings
     both = [largest_demands(case, state, without) for without in (False, True)]
     jumps = bool(state.demand.interfaces) or state.demand.key == "link_spring_force"  # of springs that slip
     jumps = jumps or (state.demand.key == "storey_shear" and _may_yield(case, state))
