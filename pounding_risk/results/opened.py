@@ -69,7 +69,7 @@ class Results:
 
     @property
     def flags(self) -> dict[str, list[str]]:
-        """Notes on each record."""
+        """Doubts on each record by its name, as its quality checks state them."""
         return dict(read_attribute(self.dataset, "flags", {}))
 
     @property

@@ -79,7 +79,7 @@ class TrialScene(NamedTuple):
 
     @property
     def pga(self) -> float:
-        """The largest a_g [m/s²]."""
+        """The largest ground acceleration of its motion [m/s²]."""
         return float(np.abs(self.ground).max(initial=0.0))
 
 
