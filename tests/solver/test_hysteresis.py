@@ -87,21 +87,40 @@ def test_its_loops_are_those_of_opensees(ops: Any, name: str, seed: int):
     assert (off > 1e-10).sum() <= 2 and off.max() < 0.2
 
 
+def losing(kind: str, stiffness: float, strength: float, capacity: float, exponent: float) -> tuple[Any, ...]:
+    """A flat backbone, reloaded to its peaks, whose yield shear alone falls with the energy; a capacity over V_y d_y.
+
+    ModIMKPeakOriented takes the falling branch away at once where its capacity is 0, which should switch its loss off.
+    """
+    limit = strength / stiffness
+    if kind == "IMKPeakOriented":
+        side = (200.0 * limit, 1e4 * limit, 1e5 * limit, strength, 1.0, 0.0)
+        return kind, stiffness, *side, *side, capacity * limit, 0, 0, 0, exponent, 1, 1, 1, 1, 1
+    ends = (number * limit for number in (200.0, 200.0, 1e4, 1e4))
+    capacities = capacity * limit, 1e12 * limit, 0.0, 0.0
+    last = 0.0, 0.0, 1e5 * limit, 1e5 * limit, 1.0, 1.0
+    return kind, stiffness, 0.0, 0.0, strength, -strength, *capacities, exponent, 1.0, 1.0, 1.0, *ends, *last
+
+
+LOSING = "IMKPeakOriented", "ModIMKPeakOriented"
+
+
+@pytest.mark.parametrize("kind", LOSING)
 @pytest.mark.parametrize("exponent", [1.0, 1.5])
 @pytest.mark.parametrize("capacity", [60.0, 400.0])
-def test_its_loss_of_strength_is_that_of_opensees(ops: Any, capacity: float, exponent: float):
+def test_its_loss_of_strength_is_that_of_opensees(ops: Any, capacity: float, exponent: float, kind: str):
     """Growing cycles on a flat backbone, where the loss is of the yield shear alone.
 
-    OpenSees takes the energy to the end of the step in which the shear passes zero: some 1e-5 with 400 a branch.
+    OpenSees takes the energy to the end of the step in which the shear passes zero: some 1e-5 with 400 a branch. In
+    that step the older material has a mean slope, once a branch.
     """
-    side = (200.0, 1e4, 1e5, 100.0, 1.0, 0.0)
-    material = ("IMKPeakOriented", 100.0, *side, *side, capacity, 0, 0, 0, exponent, 1, 1, 1, 1, 1)
     ends = [0.0, *(sign * (1.5 + 0.5 * cycle) for cycle in range(8) for sign in (1.0, -1.0))]
     drifts = np.concatenate([np.linspace(start, stop, 401)[1:] for start, stop in pairwise(ends)])
-    known = forces_in_opensees(ops, material, drifts)
+    known = forces_in_opensees(ops, losing(kind, STIFFNESS, STRENGTH, capacity, exponent), drifts)
     law = Hysteresis("peak_oriented", energy_capacity=capacity, energy_exponent=exponent)
     assert abs(known[-1]) < 99.9
-    np.testing.assert_allclose(loop(law, drifts), known, rtol=0.0, atol=1e-3)
+    off = np.abs(loop(law, drifts) - known)
+    assert (off > 1e-3).sum() <= len(ends) and off.max() < 0.02
 
 
 SMOOTH: dict[str, dict[str, float]] = {
