@@ -58,7 +58,8 @@ UNREACHED = (
     (
         "Masroor and Mosqueda (2012, 2013), report MCEER-13-0003: a frame of three storeys on friction pendulums that "
         "strikes moat walls, quarter scale (recordings NEES-2008-0571)",
-        "the first page of the report and descriptions of its recordings were reached, with no mass, clearance, "
-        "stiffness of a wall or force of contact among them",
+        "the first page of the report, descriptions and programs that read its recordings, and abstracts of studies "
+        "that cite it were reached, with no mass, clearance, stiffness of a wall or force of contact among them; a "
+        "public model in OpenSees of isolated frames behind moat walls calls its wall arbitrary",
     ),
 )
