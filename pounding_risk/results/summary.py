@@ -20,7 +20,6 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.attributes import flags_of, isolated_notes
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
-from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import reading, stream_results
 from pounding_risk.results.layout import Template, blocks, streamed, template_of, values_at
 from pounding_risk.results.opened import Results
@@ -101,7 +100,7 @@ def _summary(dataset: xr.Dataset, whose: str) -> Summary:
     spreads = _spreads(dataset, template)
     units = {name: str(template.cases[name].attrs.get("units", "1")) for name in spreads}
     title = str(dataset.attrs.get("title", ""))
-    notes, along = (*of_results(Results(dataset)), *isolated_notes(dataset)), tuple(_along(dataset))
+    notes, along = (*Results(dataset).notes, *isolated_notes(dataset)), tuple(_along(dataset))
     return Summary(title, counted(dataset), dict(findings(dataset)), units, spreads, notes, along)
 
 
