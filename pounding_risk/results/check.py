@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from hashlib import sha256
 from math import isfinite
@@ -275,38 +275,36 @@ def _attribute_faults(dataset: xr.Dataset) -> Iterator[str]:
             yield f"the attribute {name} is no text"
     # What `compare` and `effects` leave out are laws or effects, in words.
     lists = [name for name in LISTS if name != "left_out" or kind_of(dataset) not in ("compare", "effects")]
-    for name, kind in (*((name, dict) for name in TABLES), *((name, list) for name in lists), ("records", list)):
-        if name in dataset.attrs and not isinstance(from_text(dataset.attrs[name]), kind):
-            yield f"the attribute {name} cannot be read as a {'table' if kind is dict else 'list'} in JSON"
-    if why := refused(str(dataset.attrs.get("title", ""))):
-        yield f"the attribute title {why}"
-    yield from _table_faults(dataset)
+    kinds = dict.fromkeys(TABLES, dict) | dict.fromkeys((*lists, "records"), list)
+    read = {name: from_text(dataset.attrs[name]) for name in kinds if name in dataset.attrs}
+    for name, content in read.items():
+        if not isinstance(content, kinds[name]):
+            yield f"the attribute {name} cannot be read as a {'table' if kinds[name] is dict else 'list'} in JSON"
+    sound = {name: content for name, content in read.items() if isinstance(content, kinds[name])}
+    yield from _entry_faults(dataset, sound)
     rtol = dataset.attrs.get("rtol", 1.0)
     if isinstance(rtol, str) or np.size(rtol) != 1 or not (isfinite(rtol) and rtol > 0.0):
         yield f"the attribute rtol is {rtol!r}, not a number above 0"
 
 
-def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
-    """Faults of the entries of JSON attributes."""
-    records = from_text(dataset.attrs.get("records", "[]"))
-    if isinstance(records, list):
-        if not all(isinstance(record, dict) and isinstance(record.get("name"), str) for record in records):
-            yield "the attribute records has an entry without a name"
-        elif not all(isinstance(record.get(key) or "", str) for record in records for key in TEXTS_OF_RECORD):
-            yield f"the attribute records has one of {', '.join(TEXTS_OF_RECORD)} that is no text"
-        elif records and "record" in dataset.coords:
-            known = {record["name"] for record in records}
-            lost = [str(name) for name in np.atleast_1d(dataset["record"].values) if str(name) not in known]
-            if lost:
-                yield f"the attribute records says nothing of {', '.join(lost[:3])}"
+def _entry_faults(dataset: xr.Dataset, read: Mapping[str, Any]) -> Iterator[str]:
+    """Faults of the entries of JSON attributes, which are ``read``: tables and lists by name."""
+    records = read.get("records", [])
+    if not all(isinstance(record, dict) and isinstance(record.get("name"), str) for record in records):
+        yield "the attribute records has an entry without a name"
+    elif not all(isinstance(record.get(key) or "", str) for record in records for key in TEXTS_OF_RECORD):
+        yield f"the attribute records has one of {', '.join(TEXTS_OF_RECORD)} that is no text"
+    elif records and "record" in dataset.coords:
+        known = {record["name"] for record in records}
+        lost = [str(name) for name in np.atleast_1d(dataset["record"].values) if str(name) not in known]
+        if lost:
+            yield f"the attribute records says nothing of {', '.join(lost[:3])}"
     for name in ("motions_sha256", "versions", "notes", "unused_keys", "overrides"):
-        entries = from_text(dataset.attrs.get(name, "[]"))
-        listed = list(entries.values()) if isinstance(entries, dict) else entries
-        if isinstance(entries, dict if name in TABLES else list) and not _is_texts(listed):
+        entries = read.get(name, [])
+        if not _is_texts(list(entries.values()) if isinstance(entries, dict) else entries):
             yield f"the attribute {name} has an entry that is no text"
     for name in ("processing", "flags"):
-        table = from_text(dataset.attrs.get(name, "{}"))
-        if isinstance(table, dict) and not all(map(_is_texts, table.values())):
+        if not all(map(_is_texts, read.get(name, {}).values())):
             yield f"the attribute {name} holds something else than a list of sentences for each record"
 
 
@@ -389,7 +387,9 @@ def _flag_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:
-    """Faults of the scene in the attributes: it must be whole, and that of this dataset."""
+    """Faults of the scene in the attributes: its title; it must be whole, and that of this dataset."""
+    if why := refused(str(dataset.attrs.get("title", ""))):
+        yield f"the attribute title {why}"
     text = dataset.attrs.get("scene_resolved")
     if text is None:
         return
