@@ -23,13 +23,10 @@ from pounding_risk.motions.levels import LEVEL_AXIS
 from pounding_risk.results.attributes import DAMAGED, TAKE_ANOTHER, from_text, name_of
 from pounding_risk.results.layout import dims_in, scene_dims
 from pounding_risk.results.variables import CHANGES, COORDINATES, NUMBER, TEXT, VARIABLES, WHOLE, Declared
-from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse, shown
+from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse
 
 if TYPE_CHECKING:
     import xarray as xr
-
-VERSION = "dataset_version"  # the attribute
-DATASET_VERSION = 2
 
 # Variables, coordinates and attributes that only the dataset of this call has, in the order in which they are looked
 # for: a dataset of `compare` or `effects` is that of a scan with more in it.
@@ -102,23 +99,6 @@ def check_kind(dataset: xr.Dataset, kind: str) -> None:
     lost = [name for name in AXES_OF_KIND.get(kind, ()) if name not in dataset.indexes]
     if lost:
         raise PoundingError(f"the dataset of {kind} has lost its {' and '.join(lost)}; run {kind} again")
-
-
-def check_version(dataset: xr.Dataset, whose: str = "the dataset") -> None:
-    """Raise PoundingError for a dataset of another version; one that states none is judged by its variables alone."""
-    version = dataset.attrs.get(VERSION, DATASET_VERSION)
-    if not isinstance(version, int | np.integer) or version < 1:
-        raise PoundingError(
-            f"{whose}: the attribute {VERSION} is {shown(version)}, not a whole number from 1 on: the file was changed "
-            "since it was written; take the one that scan wrote"
-        )
-    if version == DATASET_VERSION:
-        return
-    since, repair = ", written before the first release", "run the scan again"
-    if version > DATASET_VERSION:
-        since, repair = "", "run: pip install --upgrade pounding-risk"
-    reads = f"this version of pounding-risk reads version {DATASET_VERSION}"
-    raise PoundingError(f"{whose}: is a dataset of version {version}{since}, and {reads}; {repair}")
 
 
 @contextmanager
