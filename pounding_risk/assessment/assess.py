@@ -42,7 +42,6 @@ from pounding_risk.assessment.verdict import Verdict, judge
 from pounding_risk.motions.levels import read_measure
 from pounding_risk.results.attributes import isolated_buildings
 from pounding_risk.results.check import missing_named
-from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.files import open_scan
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.fragility import fit, stripes_of
@@ -296,7 +295,7 @@ def assess(
         hazard=curve.source or curve.name if curve else "",
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
         interfaces=interfaces,
-        notes=(*of_results(opened), *curve_doubts(curve, [rate for each in interfaces for rate in each.rates])),
+        notes=(*opened.notes, *curve_doubts(curve, [rate for each in interfaces for rate in each.rates])),
         unused_keys=opened.unused_keys,
         flags=opened.flags,
         left_out=opened.left_out,

@@ -120,7 +120,6 @@ def print_scan(dataset: Any, seconds: float, target: Path, n_earlier: int = 0) -
 
     ``n_earlier`` of the cases were done by an earlier start, and do not count in the speed.
     """
-    from pounding_risk.results.contact_notes import of_results
     from pounding_risk.results.opened import Results
     from pounding_risk.results.summary import counted, failures
     from pounding_risk.results.tolerance_check import findings
@@ -137,7 +136,7 @@ def print_scan(dataset: Any, seconds: float, target: Path, n_earlier: int = 0) -
     flags, left_out, unused = (
         json.loads(dataset.attrs.get(name, "{}")) for name in ("flags", "left_out", "unused_keys")
     )
-    print_notes((*of_records(flags), *of_results(Results(dataset))))
+    print_notes((*of_records(flags), *Results(dataset).notes))
     print_left_out(left_out)
     n_held = int((dataset["restitution_held"] > 0).sum())
     held = f"{n_held} case{' has' if n_held == 1 else 's have'} contacts {FASTER}"

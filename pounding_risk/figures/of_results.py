@@ -17,7 +17,8 @@ from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import Figure
 from pounding_risk.results.check import check_labels, check_run, check_scan, kind_of, missing_named
-from pounding_risk.results.scene_axes import at_one_place, is_drawn_along, with_axes
+from pounding_risk.results.files import open_with_axes
+from pounding_risk.results.scene_axes import at_one_place, is_drawn_along
 from pounding_risk.units import shown
 
 # Names of the figures of each call's datasets, the usual one first. `NAME_figure` of this folder draws it: of the
@@ -44,7 +45,10 @@ SUBJECTS: dict[str, Callable[..., Any]] = {
 # The figures of several places along axes of numbers of the scene, by the call; all others take one place.
 ALONG = {"scan": "along", "compare": "agreement_along"}
 CHECKS: dict[str, Callable[..., None]] = {"scan": check_scan, "compare": check_scan, "simulate": check_run}
-AT_ONE_PLACE: dict[str, Callable[..., Any]] = {"scan": with_axes, "compare": at_one_place}
+AT_ONE_PLACE: dict[str, Callable[..., Any]] = {
+    "scan": lambda results: open_with_axes(results, "the dataset").dataset,
+    "compare": at_one_place,
+}
 
 
 @missing_named()

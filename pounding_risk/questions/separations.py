@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk.assessment.options import percentile_of
@@ -26,11 +25,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import Option
 from pounding_risk.questions.adequacy import Row, compared, length
 from pounding_risk.render.sheet import MISSING, Block, Cell, count, facts, head, heading, number, paragraph, table
-from pounding_risk.results.attributes import name_of
 from pounding_risk.results.check import check_scan
-from pounding_risk.results.files import open_results
-from pounding_risk.results.opened import Results
-from pounding_risk.results.scene_axes import with_axes
+from pounding_risk.results.files import open_with_axes
 from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.statistics.separations import white_noise_correlation
 from pounding_risk.units import DAMPING, PERIOD, PGA, Quantity, parse, si
@@ -149,10 +145,9 @@ def separations(
             code.separations(("left", "right"), displacements, *moving, site=site), displacements, site, *moving
         )
     share = percentile_of(percentile)
-    dataset = open_results(results) if isinstance(results, str | Path) else results
-    dataset = with_axes(dataset, name_of(dataset))
-    check_scan(dataset, name_of(dataset), names=("building", "building_period", "building_damping"))
-    pairs = Results(dataset).interfaces
+    opened = open_with_axes(results)
+    check_scan(opened.dataset, opened.name, names=("building", "building_period", "building_damping"))
+    pairs = opened.interfaces
     parts = {name: part.dataset for name, part in pairs if interface in (None, name)}
     if not parts:
         names = ", ".join(name for name, _ in pairs)

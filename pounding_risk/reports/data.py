@@ -20,9 +20,9 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.attributes import read_attribute
 from pounding_risk.results.check import AXES_OF_CASES, check_scan, kind_of
-from pounding_risk.results.files import open_results
+from pounding_risk.results.files import open_results, open_with_axes
 from pounding_risk.results.opened import Results
-from pounding_risk.results.scene_axes import is_drawn_along, with_axes
+from pounding_risk.results.scene_axes import is_drawn_along
 from pounding_risk.units import shown
 
 NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "status", "simulated")
@@ -182,7 +182,7 @@ def opened(results: xr.Dataset | str | Path, options: Mapping[str, Any]) -> tupl
         assessed = assess_along(whole, **{name: value for name, value in options.items() if name in known})
         along = Along(assessed, usual_place(assessed))
         whole = whole.isel({axis: [place] for axis, place in along.place.places.items()})
-    dataset = with_axes(whole, source)
+    dataset = open_with_axes(whole, source).dataset
     if along is not None:
         dataset = dataset.assign_attrs(title=f"{dataset.attrs.get('title', '')} ({along.place.words})")
     _check(dataset, source)

@@ -26,7 +26,7 @@ from pounding_risk.results import check as form
 from pounding_risk.results.amplitudes import axis_words
 from pounding_risk.results.attributes import bumper_words, flags_of, gaps_needed, isolated_notes
 from pounding_risk.results.check import kind_of
-from pounding_risk.results.files import check_target, open_results
+from pounding_risk.results.files import check_target, open_results, open_with_axes
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import (
@@ -34,7 +34,6 @@ from pounding_risk.results.scene_axes import (
     has_drawn_motions,
     open_axes,
     own_places,
-    with_axes,
     written_values,
 )
 from pounding_risk.results.variables import NOT_RUN, UNPUSHED
@@ -99,7 +98,7 @@ def view(
     dataset = open_results(results) if isinstance(results, str | Path) else results
     # All places along axes of numbers of the scene, unless each sample has its own motion: there is no list of these.
     if kind_of(dataset) not in ("scan", "") or not open_axes(dataset) or has_drawn_motions(dataset):
-        dataset = with_axes(dataset, source)
+        dataset = open_with_axes(dataset, source).dataset
     check_scan(dataset, source)
     amplitudes = Results(dataset).amplitudes
     if pgas and (intensity_levels or amplitudes.axis != PGA_AXIS):

@@ -18,6 +18,8 @@ from pounding_risk.errors import PoundingError
 if TYPE_CHECKING:
     import xarray as xr
 
+VERSION = "dataset_version"  # the attribute
+DATASET_VERSION = 2
 SOURCE = "source"  # of a dataset's encoding: the file that it was opened from, where xarray has it too
 DAMAGED = "the file was damaged or changed since it was written"  # in sentences on attributes
 TAKE_ANOTHER = "take the one that scan wrote, or run the scan again"

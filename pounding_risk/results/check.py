@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from hashlib import sha256
 from math import isfinite
@@ -23,13 +23,10 @@ from pounding_risk.motions.levels import LEVEL_AXIS
 from pounding_risk.results.attributes import DAMAGED, TAKE_ANOTHER, from_text, name_of
 from pounding_risk.results.layout import dims_in, scene_dims
 from pounding_risk.results.variables import CHANGES, COORDINATES, NUMBER, TEXT, VARIABLES, WHOLE, Declared
-from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse, shown
+from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse
 
 if TYPE_CHECKING:
     import xarray as xr
-
-VERSION = "dataset_version"  # the attribute
-DATASET_VERSION = 2
 
 # Variables, coordinates and attributes that only the dataset of this call has, in the order in which they are looked
 # for: a dataset of `compare` or `effects` is that of a scan with more in it.
@@ -102,23 +99,6 @@ def check_kind(dataset: xr.Dataset, kind: str) -> None:
     lost = [name for name in AXES_OF_KIND.get(kind, ()) if name not in dataset.indexes]
     if lost:
         raise PoundingError(f"the dataset of {kind} has lost its {' and '.join(lost)}; run {kind} again")
-
-
-def check_version(dataset: xr.Dataset, whose: str = "the dataset") -> None:
-    """Raise PoundingError for a dataset of another version; one that states none is judged by its variables alone."""
-    version = dataset.attrs.get(VERSION, DATASET_VERSION)
-    if not isinstance(version, int | np.integer) or version < 1:
-        raise PoundingError(
-            f"{whose}: the attribute {VERSION} is {shown(version)}, not a whole number from 1 on: the file was changed "
-            "since it was written; take the one that scan wrote"
-        )
-    if version == DATASET_VERSION:
-        return
-    since, repair = ", written before the first release", "run the scan again"
-    if version > DATASET_VERSION:
-        since, repair = "", "run: pip install --upgrade pounding-risk"
-    reads = f"this version of pounding-risk reads version {DATASET_VERSION}"
-    raise PoundingError(f"{whose}: is a dataset of version {version}{since}, and {reads}; {repair}")
 
 
 @contextmanager
@@ -275,38 +255,36 @@ def _attribute_faults(dataset: xr.Dataset) -> Iterator[str]:
             yield f"the attribute {name} is no text"
     # What `compare` and `effects` leave out are laws or effects, in words.
     lists = [name for name in LISTS if name != "left_out" or kind_of(dataset) not in ("compare", "effects")]
-    for name, kind in (*((name, dict) for name in TABLES), *((name, list) for name in lists), ("records", list)):
-        if name in dataset.attrs and not isinstance(from_text(dataset.attrs[name]), kind):
-            yield f"the attribute {name} cannot be read as a {'table' if kind is dict else 'list'} in JSON"
-    if why := refused(str(dataset.attrs.get("title", ""))):
-        yield f"the attribute title {why}"
-    yield from _table_faults(dataset)
+    kinds = dict.fromkeys(TABLES, dict) | dict.fromkeys((*lists, "records"), list)
+    read = {name: from_text(dataset.attrs[name]) for name in kinds if name in dataset.attrs}
+    for name, content in read.items():
+        if not isinstance(content, kinds[name]):
+            yield f"the attribute {name} cannot be read as a {'table' if kinds[name] is dict else 'list'} in JSON"
+    sound = {name: content for name, content in read.items() if isinstance(content, kinds[name])}
+    yield from _entry_faults(dataset, sound)
     rtol = dataset.attrs.get("rtol", 1.0)
     if isinstance(rtol, str) or np.size(rtol) != 1 or not (isfinite(rtol) and rtol > 0.0):
         yield f"the attribute rtol is {rtol!r}, not a number above 0"
 
 
-def _table_faults(dataset: xr.Dataset) -> Iterator[str]:
-    """Faults of the entries of JSON attributes."""
-    records = from_text(dataset.attrs.get("records", "[]"))
-    if isinstance(records, list):
-        if not all(isinstance(record, dict) and isinstance(record.get("name"), str) for record in records):
-            yield "the attribute records has an entry without a name"
-        elif not all(isinstance(record.get(key) or "", str) for record in records for key in TEXTS_OF_RECORD):
-            yield f"the attribute records has one of {', '.join(TEXTS_OF_RECORD)} that is no text"
-        elif records and "record" in dataset.coords:
-            known = {record["name"] for record in records}
-            lost = [str(name) for name in np.atleast_1d(dataset["record"].values) if str(name) not in known]
-            if lost:
-                yield f"the attribute records says nothing of {', '.join(lost[:3])}"
+def _entry_faults(dataset: xr.Dataset, read: Mapping[str, Any]) -> Iterator[str]:
+    """Faults of the entries of JSON attributes, which are ``read``: tables and lists by name."""
+    records = read.get("records", [])
+    if not all(isinstance(record, dict) and isinstance(record.get("name"), str) for record in records):
+        yield "the attribute records has an entry without a name"
+    elif not all(isinstance(record.get(key) or "", str) for record in records for key in TEXTS_OF_RECORD):
+        yield f"the attribute records has one of {', '.join(TEXTS_OF_RECORD)} that is no text"
+    elif records and "record" in dataset.coords:
+        known = {record["name"] for record in records}
+        lost = [str(name) for name in np.atleast_1d(dataset["record"].values) if str(name) not in known]
+        if lost:
+            yield f"the attribute records says nothing of {', '.join(lost[:3])}"
     for name in ("motions_sha256", "versions", "notes", "unused_keys", "overrides"):
-        entries = from_text(dataset.attrs.get(name, "[]"))
-        listed = list(entries.values()) if isinstance(entries, dict) else entries
-        if isinstance(entries, dict if name in TABLES else list) and not _is_texts(listed):
+        entries = read.get(name, [])
+        if not _is_texts(list(entries.values()) if isinstance(entries, dict) else entries):
             yield f"the attribute {name} has an entry that is no text"
     for name in ("processing", "flags"):
-        table = from_text(dataset.attrs.get(name, "{}"))
-        if isinstance(table, dict) and not all(map(_is_texts, table.values())):
+        if not all(map(_is_texts, read.get(name, {}).values())):
             yield f"the attribute {name} holds something else than a list of sentences for each record"
 
 
@@ -389,7 +367,9 @@ def _flag_faults(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _scene_faults(dataset: xr.Dataset) -> Iterator[str]:
-    """Faults of the scene in the attributes: it must be whole, and that of this dataset."""
+    """Faults of the scene in the attributes: its title; it must be whole, and that of this dataset."""
+    if why := refused(str(dataset.attrs.get("title", ""))):
+        yield f"the attribute title {why}"
     text = dataset.attrs.get("scene_resolved")
     if text is None:
         return

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
 from math import inf
@@ -15,7 +14,6 @@ from pounding_risk._common.counted import counted
 from pounding_risk.models.contact.table import TABULATED, beyond_end
 from pounding_risk.results.attributes import unreadable
 from pounding_risk.results.layout import streamed
-from pounding_risk.results.opened import Results
 from pounding_risk.units import FLOOR_LENGTH, GAP, PERIOD, TIME, QuantityError, parse, say
 
 if TYPE_CHECKING:
@@ -33,19 +31,18 @@ ANY_LENGTH = FLOOR_LENGTH._replace(open_low=False)
 PUSHING = "floors push rather than collide; a stiffness too small?"
 
 
-def of_results(results: Results) -> tuple[str, ...]:
-    """The notes on the input of a scan, and a sentence for each way in which its contacts are implausible.
+def of_scan(dataset: xr.Dataset, scene: Mapping[str, Any]) -> tuple[str, ...]:
+    """A sentence for each way in which the contacts of a scan are implausible; ``scene`` are the tables of its scene.
 
-    Raises PoundingError where the attributes with these notes, or with the scene, are damaged.
+    Raises PoundingError where these tables are damaged.
     """
-    notes = results.notes
     try:
-        tables = [results.scene.get(section, []) for section in ("building", "interface")]
+        tables = [scene.get(section, []) for section in ("building", "interface")]
         lengths = [parse(table.get("floor_length", "0 m"), ANY_LENGTH) for table in tables[0]]
         tabulated = {place: table for place, table in enumerate(tables[1]) if "table" in table}
-    except (tomllib.TOMLDecodeError, AttributeError, TypeError, QuantityError):
+    except (AttributeError, TypeError, QuantityError):
         raise unreadable("scene_resolved") from None
-    return (*notes, *_of_contacts(results.dataset, lengths, tabulated))
+    return tuple(_of_contacts(dataset, lengths, tabulated))
 
 
 def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:

@@ -23,11 +23,12 @@ from pounding_risk._common import files
 from pounding_risk._common.files import discard, move_into_place, moved_away, not_written, partial_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.results import accessor as accessor  # registers it with xarray
-from pounding_risk.results.attributes import SOURCE, name_of
-from pounding_risk.results.check import check_dataset, check_version
+from pounding_risk.results.attributes import DATASET_VERSION, SOURCE, VERSION, name_of
+from pounding_risk.results.check import check_dataset
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import check_axes, with_axes
 from pounding_risk.results.zarr_metadata import ZARR_MARK, check_store, is_zarr_of_ours
+from pounding_risk.units import shown
 
 RESULTS = (".nc", ".zarr")  # suffixes of a dataset
 NETCDF = RLock()  # held while netCDF is used
@@ -177,10 +178,19 @@ def stream_results(path: str | Path) -> xr.Dataset:
 
 
 def open_with_axes(results: xr.Dataset | str | Path, name: str = "") -> Results:
-    """A dataset, called so in sentences, or that of a file, with the axes of its cases; of `scan` or not."""
+    """A dataset, called so in sentences, or that of a file, with the axes of its cases; of `scan` or not.
+
+    Raises PoundingError for anything else, for a dataset of another version, and as `with_axes`.
+    """
     if isinstance(results, str | Path):
         results, name = open_results(results), str(results)
-    name = name or name_of(results)
+    elif not hasattr(results, "data_vars"):
+        raise PoundingError(
+            f"{shown(results)} is neither a dataset nor a file of one; name what `scan` returned or wrote"
+        )
+    else:
+        name = name or name_of(results)
+        _check_version(results, name)
     return Results(with_axes(results, name), name)
 
 
@@ -206,12 +216,29 @@ def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
             dataset = xr.open_dataset(source, engine="netcdf4")
     dataset.encoding[SOURCE] = str(source)  # as the user wrote it
     try:
-        check_version(dataset, str(source))
+        _check_version(dataset, str(source))
         check_axes(dataset, str(source))
     except PoundingError:
         dataset.close()
         raise
     return dataset
+
+
+def _check_version(dataset: xr.Dataset, whose: str) -> None:
+    """Raise PoundingError for a dataset of another version; one that states none is judged by its variables alone."""
+    version = dataset.attrs.get(VERSION, DATASET_VERSION)
+    if not isinstance(version, int | np.integer) or version < 1:
+        raise PoundingError(
+            f"{whose}: the attribute {VERSION} is {shown(version)}, not a whole number from 1 on: the file was changed "
+            "since it was written; take the one that scan wrote"
+        )
+    if version == DATASET_VERSION:
+        return
+    since, repair = ", written before the first release", "run the scan again"
+    if version > DATASET_VERSION:
+        since, repair = "", "run: pip install --upgrade pounding-risk"
+    reads = f"this version of pounding-risk reads version {DATASET_VERSION}"
+    raise PoundingError(f"{whose}: is a dataset of version {version}{since}, and {reads}; {repair}")
 
 
 # ------------------------------------------------------------------------------------------------ Zarr

@@ -19,8 +19,7 @@ from pounding_risk.motions.levels import PEAK, Measure
 from pounding_risk.motions.motion import USUAL_FACTORS, Motion
 from pounding_risk.motions.record import recording_numbers
 from pounding_risk.motions.scaling import peak_velocities
-from pounding_risk.results.attributes import as_text, versions
-from pounding_risk.results.check import DATASET_VERSION, VERSION
+from pounding_risk.results.attributes import DATASET_VERSION, VERSION, as_text, versions
 from pounding_risk.results.layout import AMPLITUDE, CaseVariable, axes_by
 from pounding_risk.results.variables import coordinates, described, own_dims
 from pounding_risk.scene.ground_motion import parting

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isclose, isfinite
+from tomllib import TOMLDecodeError
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import DIGITS, FACTOR, LEVEL_AXIS, PEAK, USUAL_DAMPING, Level, Measure, sa_at
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
 from pounding_risk.motions.record import recording
+from pounding_risk.results import contact_notes
 from pounding_risk.results.amplitudes import (
     SAME,
     Amplitudes,
@@ -28,7 +30,7 @@ from pounding_risk.results.amplitudes import (
     place_of,
     quantity_of,
 )
-from pounding_risk.results.attributes import collapsed, flags_of, read_attribute, tables_of
+from pounding_risk.results.attributes import collapsed, flags_of, read_attribute, tables_of, unreadable
 from pounding_risk.results.check import check_scene, kind_of
 from pounding_risk.results.layout import amplitude_axis, axes_of_cases
 from pounding_risk.results.scene_axes import at_one_place
@@ -54,13 +56,23 @@ class Results:
 
     @cached_property
     def scene(self) -> dict[str, Any]:
-        """The tables of the scene, every value stated; none where the dataset has lost them."""
-        return tables_of(str(self.dataset.attrs.get("scene_resolved", "")))
+        """The tables of the scene, every value stated; none where the dataset has lost them.
+
+        Raises PoundingError where their text is damaged.
+        """
+        try:
+            return tables_of(str(self.dataset.attrs.get("scene_resolved", "")))
+        except TOMLDecodeError:
+            raise unreadable("scene_resolved") from None
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on the input of the scan."""
-        return tuple(map(str, read_attribute(self.dataset, "notes", [])))
+        """Notes on the input of the scan, and on contacts that are implausible: cases are read block by block.
+
+        Raises PoundingError where the attributes with these notes, or with the scene, are damaged.
+        """
+        of_input = tuple(map(str, read_attribute(self.dataset, "notes", [])))
+        return (*of_input, *contact_notes.of_scan(self.dataset, self.scene))
 
     @property
     def unused_keys(self) -> tuple[str, ...]:

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results import accessor as accessor  # registers it with xarray
 from pounding_risk.results import labels
-from pounding_risk.results.attributes import as_text
-from pounding_risk.results.check import DATASET_VERSION, VERSION
+from pounding_risk.results.attributes import DATASET_VERSION, VERSION, as_text
 from pounding_risk.results.variables import described
 from pounding_risk.scene.scene import Scene
 from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES

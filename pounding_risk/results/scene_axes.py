@@ -25,7 +25,6 @@ from pounding_risk._common.words import nearest, short_list
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.attributes import DAMAGED, TAKE_ANOTHER, as_text, from_text
-from pounding_risk.results.check import check_version
 from pounding_risk.results.layout import AXES, SCENE_AXES, axes_of_cases, read_scene_axes
 from pounding_risk.results.variables import COORDINATES, PLACES, VARIABLES, described
 from pounding_risk.scene.overrides import address_of, override, parts_of
@@ -364,16 +363,11 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
     Axes are of length 1 where ``sel`` or ``isel`` took one value. At one value along each axis of another number of the
     scene it is the dataset of the scene which has these values. Where some interfaces of a row were selected, the
     contact points are those of these alone. Raises PoundingError where the label of an axis is lost (``drop=True``),
-    where there are several values along an axis of another number of the scene, where the buildings or interfaces that
-    are left do not stand side by side, and for a dataset of another version.
+    where there are several values along an axis of another number of the scene, and where the buildings or interfaces
+    that are left do not stand side by side.
     """
-    if not hasattr(dataset, "data_vars"):
-        raise PoundingError(
-            f"{shown(dataset)} is neither a dataset nor a file of one; name what `scan` returned or wrote"
-        )
     if not {"impact_count", "contact_model"} <= set(dataset.variables):
         return dataset
-    check_version(dataset, source)
     dataset = at_one_place(dataset, source)
     _check_buildings(dataset, source)
     if "interface" not in {*dataset.dims, *dataset.coords} and dataset.sizes.get("building") == 2:

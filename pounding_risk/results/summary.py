@@ -20,11 +20,10 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.attributes import flags_of, isolated_notes
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
-from pounding_risk.results.contact_notes import of_results
-from pounding_risk.results.files import reading, stream_results
+from pounding_risk.results.files import open_with_axes, reading, stream_results
 from pounding_risk.results.layout import Template, blocks, streamed, template_of, values_at
 from pounding_risk.results.opened import Results
-from pounding_risk.results.scene_axes import open_axes, with_axes, without_effect, words_of_values
+from pounding_risk.results.scene_axes import open_axes, without_effect, words_of_values
 from pounding_risk.results.tolerance_check import findings
 from pounding_risk.results.variables import NOT_RUN, UNPUSHED
 
@@ -86,7 +85,7 @@ def summary(results: xr.Dataset | str | Path) -> Summary:
     if isinstance(results, str | Path):
         with stream_results(results) as dataset, reading(results, (OSError, RuntimeError)):
             return _summary(dataset, str(results))
-    return _summary(results if open_axes(results) else with_axes(results), "the dataset")
+    return _summary(results if open_axes(results) else open_with_axes(results, "the dataset").dataset, "the dataset")
 
 
 def _summary(dataset: xr.Dataset, whose: str) -> Summary:
@@ -101,7 +100,7 @@ def _summary(dataset: xr.Dataset, whose: str) -> Summary:
     spreads = _spreads(dataset, template)
     units = {name: str(template.cases[name].attrs.get("units", "1")) for name in spreads}
     title = str(dataset.attrs.get("title", ""))
-    notes, along = (*of_results(Results(dataset)), *isolated_notes(dataset)), tuple(_along(dataset))
+    notes, along = (*Results(dataset).notes, *isolated_notes(dataset)), tuple(_along(dataset))
     return Summary(title, counted(dataset), dict(findings(dataset)), units, spreads, notes, along)
 
 

@@ -27,8 +27,7 @@ from pounding_risk.motions.intensity import LEAST_PERIOD
 from pounding_risk.motions.levels import Level, driven
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.request import AS_RECORDED, POLARITIES, RecordRequest
-from pounding_risk.results.attributes import as_text, versions
-from pounding_risk.results.check import DATASET_VERSION, VERSION
+from pounding_risk.results.attributes import DATASET_VERSION, VERSION, as_text, versions
 from pounding_risk.results.labels import CONVENTIONS
 from pounding_risk.results.opened import Results
 from pounding_risk.results.provenance import text_digest

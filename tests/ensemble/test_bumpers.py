@@ -16,7 +16,6 @@ from pounding_risk.assessment.demands import is_linear
 from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import separations_of
 from pounding_risk.figures.row import elevation_figure, gap_scale
-from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.opened import Results
 
 # Binary fractions of a metre: a gap less its bumpers is then the very float of the gap without them.
@@ -143,9 +142,9 @@ def test_what_is_deeper_than_they_are_long_is_told():
     soft = {"law": "linear", "stiffness": "2 MN/m"}
     deep = scanned(*MASSES, gaps=WITH_SHORT, bumper_length=SHORT, **soft)
     assert float(deep["peak_penetration"].max()) > 0.015625
-    assert any("more than the bumpers are long, 15.6 mm" in note for note in of_results(Results(deep)))
+    assert any("more than the bumpers are long, 15.6 mm" in note for note in Results(deep).notes)
     none = scanned(*MASSES, gaps=WITH_SHORT, bumper_length="0 mm", **soft)
-    assert not any("bumpers are long" in note for note in of_results(Results(none)))
+    assert not any("bumpers are long" in note for note in Results(none).notes)
 
 
 @pytest.mark.parametrize(

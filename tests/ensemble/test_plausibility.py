@@ -23,7 +23,6 @@ from pounding_risk.questions import summary as summing
 from pounding_risk.questions.assess import sheet
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.reports import report
-from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.opened import Results
 from pounding_risk.results.summary import summary
 from pounding_risk.scene.motions import motions_of
@@ -238,7 +237,7 @@ LASTS = "left | right: a stiffness of 2750 kN/m^1.5 makes a contact at 0.5 m/s l
 def test_the_dataset_keeps_the_notes_on_its_input_and_those_on_contacts_follow_from_it(results):
     (kept,) = json.loads(results.attrs["notes"])
     assert kept.startswith(LASTS)
-    told = of_results(Results(results))
+    told = Results(results).notes
     assert told[0] == kept
     (pushing,) = told[1:]
     touching = (results["impact_count"] > 0).values
@@ -254,15 +253,15 @@ def test_the_dataset_keeps_the_notes_on_its_input_and_those_on_contacts_follow_f
 def test_a_penetration_that_crushes_whole_floors_is_told(results):
     """0.0035 of two floors of 15 m is 105 mm; of the floors that a scene gives, it is theirs."""
     deep = results.assign(peak_penetration=results["peak_penetration"].where(results["gap"] > 0.0, 0.11))
-    (said,) = (each for each in of_results(Results(deep)) if "penetration" in each)
+    (said,) = (each for each in Results(deep).notes if "penetration" in each)
     assert said.startswith(
         "the deepest contact has a penetration of 110 mm; from 105 mm on, floors of 15 m and 15 m are crushed through "
         "their whole length (strain 0.0035, EN 1992-1-1, table 3.1)"
     )
     floors = results.attrs["scene_resolved"].replace("damping =", 'floor_length = "20 m"\ndamping =')
-    assert not any("penetration" in each for each in of_results(Results(deep.assign_attrs(scene_resolved=floors))))
+    assert not any("penetration" in each for each in Results(deep.assign_attrs(scene_resolved=floors)).notes)
     less = deep.assign(peak_penetration=deep["peak_penetration"].clip(max=0.104))
-    assert not any("penetration" in each for each in of_results(Results(less)))
+    assert not any("penetration" in each for each in Results(less).notes)
 
 
 @pytest.mark.parametrize(
@@ -270,19 +269,20 @@ def test_a_penetration_that_crushes_whole_floors_is_told(results):
     [("notes", "{"), ("notes", "5"), ("scene_resolved", "building = 3"), ("scene_resolved", "[[building]")],
 )
 def test_damaged_attributes_are_told(results, attribute, text):
+    damaged = Results(results.assign_attrs({attribute: text}))
     with pytest.raises(PoundingError, match=f'the attribute "{attribute}" of the results cannot be read: the file was'):
-        of_results(Results(results.assign_attrs({attribute: text})))
+        _ = damaged.notes
 
 
 def test_a_part_of_a_dataset_has_notes_too(results):
     part = results.sel(polarity="as recorded", yield_force=np.inf)
-    assert of_results(Results(part))[0] == of_results(Results(results))[0]
-    assert len(of_results(Results(part))) == 2
+    assert Results(part).notes[0] == Results(results).notes[0]
+    assert len(Results(part).notes) == 2
 
 
 @pytest.mark.complete
 def test_every_command_tells_them(odd, results, tmp_path, capsys):
-    whole = of_results(Results(results))
+    whole = Results(results).notes
     print_scan(results, 1.0, tmp_path / "x.nc")
     lines = [line for line in capsys.readouterr().out.splitlines() if "stiffness" in line]
     assert lines == [f"note: {each}" for each in whole]
@@ -321,7 +321,7 @@ def test_a_row_tells_them_by_interface(capsys):
     assert kept.startswith(
         "a | b: a stiffness of 1 MN/m makes a contact at 0.5 m/s last 0.993 s, 5.35 times the period of b"
     )
-    told = of_results(Results(scan(soft, check_fraction=0.0)))
+    told = Results(scan(soft, check_fraction=0.0)).notes
     assert told[0] == kept
     assert "in 1 of 1 cases with contact one lasts 0.5 times the period of b" in told[1]
     run = simulate(soft)

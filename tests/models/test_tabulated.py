@@ -28,7 +28,6 @@ from pounding_risk.models.contact.laws import Hertz, Linear, Tabulated
 from pounding_risk.models.contact.table import TableError, table_of
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.results.contact_notes import of_results
 from pounding_risk.results.opened import Results
 from pounding_risk.scene.reader import parse_scene, read_scene
 from pounding_risk.solver.counters import COMPLETE
@@ -428,13 +427,13 @@ def test_a_scene_reads_its_table_and_stands_alone(tmp_path: pathlib.Path):
 def test_results_stand_alone_and_say_where_the_table_ends(tmp_path: pathlib.Path):
     path = bumper_scene(tmp_path)
     results = pr.scan(path, tmp_path / "long.nc")
-    assert not any("last point" in note for note in of_results(Results(results)))
+    assert not any("last point" in note for note in Results(results).notes)
     (tmp_path / "bumper.csv").unlink()
     from pounding_risk.questions.rerun import rerun
 
     assert rerun(tmp_path / "long.nc").same
     short = bumper_scene(tmp_path, table={"penetration": ["0 mm", "2 mm"], "force": ["0 kN", "20 kN"]})
-    notes = of_results(Results(pr.scan(short)))
+    notes = Results(pr.scan(short)).notes
     assert any(note.startswith("A | B, in 1 case: the penetration of") for note in notes), notes
     assert "the table's last point, 2 mm" in " ".join(json.loads(pr.simulate(short).attrs["notes"]))
 

@@ -19,7 +19,7 @@ from pounding_risk.ensemble.scan import scan
 from pounding_risk.reports import report
 from pounding_risk.reports.drawings import draw
 from pounding_risk.reports.explorer import view
-from pounding_risk.results.check import DATASET_VERSION, VERSION
+from pounding_risk.results.attributes import DATASET_VERSION, VERSION
 from pounding_risk.results.files import open_results, open_scan, save
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import with_axes
@@ -129,6 +129,8 @@ def test_a_dataset_of_another_version_is_refused(dataset, tmp_path, says):
     versions = [dataset.assign_attrs({VERSION: version}) for version in (0, 1, 3, "two")]
     told = [refusal(open_scan, other) for other in versions]
     says(told)
+    for read in (assess, code_table, summary, lambda other: other.pounding.figure()):
+        assert refusal(read, versions[1]) == told[1]
     file = save(versions[1], tmp_path / "other.nc")
     for read in (open_results, assess, summary, lambda path: open_results(path, lazy=True)):
         assert refusal(read, file) == told[1].replace("the dataset", str(file))

@@ -36,8 +36,8 @@ from pounding_risk.results.attributes import (
     rotating_buildings,
     yielding_buildings,
 )
+from pounding_risk.results.files import open_with_axes
 from pounding_risk.results.opened import Results
-from pounding_risk.results.scene_axes import with_axes
 from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.statistics.separations import Pair, white_noise_correlation
 from pounding_risk.units import GAP, Quantity, say, si
@@ -255,7 +255,7 @@ def code_table(
         motion; and for an interface that it has not and a percentile out of its range.
     """
     percentile = percentile_of(percentile)
-    part = Results(with_axes(results))
+    part = open_with_axes(results)
     if interface is not None:
         parts = dict(part.interfaces)
         if interface not in parts:
