@@ -2,9 +2,10 @@
 
     M Ẍ = −C (Ẋ − 1 ẋ_g) − K (X − 1 x_g) + Bᵀ F,   F = β max(B X − gap, 0)^p,   x_g of each building by its own ẍ_g,
 
-linear between samples. The state holds X of all masses and x_g of all buildings, their velocities, and the impulse of
-each contact; DOP853 at rtol 1e-13 runs from sample to sample of all motions and stops where a contact point opens or
-closes. A rigid building has no mass of its own: what is struck is its ground.
+linear between samples. The state holds X of all masses and x_g of all buildings, their velocities, the impulse of each
+contact, and what the dampers took; DOP853 at rtol 1e-13 runs from sample to sample of all motions and stops where a
+contact point opens or closes. A rigid building has no mass of its own: what is struck is its ground. A touch that joins
+makes both sides move alike, with their momentum kept, until its force would pull; it may be the only contact.
 """
 
 from __future__ import annotations
@@ -42,6 +43,7 @@ class Touch(NamedTuple):
     gap: float  # m
     beta: float  # N/m^p
     power: float
+    joins: bool = False
 
 
 class Grounds:
@@ -75,37 +77,55 @@ class Grounds:
         self.gaps = np.array([touch.gap for touch in touches])
         self.beta = np.array([touch.beta for touch in touches])
         self.power = np.array([touch.power for touch in touches])
+        self.joins = np.array([touch.joins for touch in touches])
+        self.compliance = (self.across[:, : self.count] ** 2 / self.mass).sum(axis=1)
+        self.joined, self.joints = np.zeros(len(touches), dtype=bool), 0
         self.peaks: dict[str, Any] = {}
 
     def start(self) -> np.ndarray:
-        """X, x_g, Ẋ, ẋ_g and impulses at t = 0."""
+        """X, x_g, Ẋ, ẋ_g, impulses and energy at t = 0."""
         rates = np.array([body.velocity for body in self.bodies])
         u, v = (
             np.concatenate([getattr(body, name) or np.zeros(len(body.masses)) for body in self.bodies]) for name in "uv"
         )
-        return np.concatenate([u, np.zeros(len(rates)), v + self.stands @ rates, rates, np.zeros(len(self.gaps))])
+        return np.concatenate([u, np.zeros(len(rates)), v + self.stands @ rates, rates, np.zeros(len(self.gaps) + 1)])
 
-    def forces(self, places: np.ndarray) -> np.ndarray:
-        """Contact forces [N]."""
-        return self.beta * np.maximum(self.across @ places - self.gaps, 0.0) ** self.power
+    def forces(self, places: np.ndarray, alone: np.ndarray) -> np.ndarray:
+        """Contact forces [N]: of springs, or what keeps together what would accelerate by ``alone`` without."""
+        springs = self.beta * np.maximum(self.across @ places - self.gaps, 0.0) ** self.power
+        return np.where(self.joins, np.where(self.joined, self.across @ alone / self.compliance, 0.0), springs)
 
     def slopes(self, y: np.ndarray, pulls: np.ndarray) -> np.ndarray:
         """dy/dt where the grounds accelerate by ``pulls``."""
         n, half = self.count, self.count + len(self.bodies)
         places, rates = y[:half], y[half : 2 * half]
         loose, creep = places[:n] - self.stands @ places[n:], rates[:n] - self.stands @ rates[n:]
-        forces = self.forces(places)
-        pushes = self.across[:, :n].T @ forces
-        change = (-self.stiffness @ loose - self.damping @ creep - pushes) / self.mass
-        return np.concatenate([rates, change, pulls, forces])
+        alone = (-self.stiffness @ loose - self.damping @ creep) / self.mass
+        forces = self.forces(places, np.concatenate([alone, pulls]))
+        change = alone - self.across[:, :n].T @ forces / self.mass
+        return np.concatenate([rates, change, pulls, forces, [creep @ self.damping @ creep]])
+
+    def turn(self, y: np.ndarray, pulls: np.ndarray, k: int) -> np.ndarray:
+        """The state after a touch that joins, or a parting."""
+        half = self.count + len(self.bodies)
+        if self.joined[k]:
+            self.joined[k] = False
+            return y
+        push, y = self.across[k] @ y[half : 2 * half] / self.compliance[k], y.copy()
+        y[half : half + self.count] -= self.across[k, : self.count] * push / self.mass
+        y[2 * half + k] += push
+        self.joints, self.joined[k] = self.joints + 1, True
+        self.joined[k] = self.slopes(y, pulls)[2 * half + k] > 0.0
+        return y
 
     def look(self, y: np.ndarray, pulls: np.ndarray) -> None:
-        """Raise the peaks: of closings and forces of contacts; of |u|, drifts and absolute accelerations of masses."""
+        """Raise the peaks of closings, openings and forces; of |u|, drifts and absolute accelerations of masses."""
         n, half = self.count, self.count + len(self.bodies)
         places, slopes = y[:half], self.slopes(y, pulls)
         found = {
             "peak_closing": self.across @ places,
-            "peak_contact_force": self.forces(places),
+            "peak_opening": -self.across @ places,
+            "peak_contact_force": slopes[2 * half : -1],
             "displacement": np.abs(places[:n] - self.stands @ places[n:]),
             "drift": np.abs(self.drifts @ places),
             "acceleration": np.abs(slopes[half : half + n]),
@@ -123,10 +143,10 @@ def follow_grounds(bodies: list[Body], touches: list[Touch], step: float) -> tup
 
 
 def peaks_of(bodies: list[Body], touches: list[Touch], step: float) -> dict[str, np.ndarray]:
-    """Peaks and impulses of a run, looked for at 41 places of each interval."""
+    """Peaks of a run, looked for at 41 places of each interval; impulses, touches that join, energy of the dampers."""
     system = Grounds(bodies, touches)
     *_, (last, _) = followed(system, step, np.linspace(0.0, 1.0, 41))
-    return {**system.peaks, "impulse": last[-len(touches) :]}
+    return {**system.peaks, "impulse": last[-1 - len(touches) : -1], "joints": system.joints, "damped": last[-1]}
 
 
 def followed(system: Grounds, step: float, places: np.ndarray | None = None) -> Iterator[tuple[np.ndarray, bool]]:
@@ -158,16 +178,23 @@ def _interval(system: Grounds, y: np.ndarray, ends: np.ndarray, width: float, pl
     """The state at the end of an interval, from contact point to contact point that opens or closes."""
     begun, half = 0.0, system.count + len(system.bodies)
     events = []
+
+    def pulls(t: float) -> np.ndarray:
+        return ends[0] + (ends[1] - ends[0]) * t / width
+
     for k in range(len(system.gaps)):
 
         def crossing(t: float, y: np.ndarray, k: int = k) -> float:
+            if system.joined[k]:
+                return -float(system.slopes(y, pulls(t))[2 * half + k])
             return float(system.across[k] @ y[:half] - system.gaps[k])
 
         crossing.terminal = True  # type: ignore[attr-defined]
+        crossing.direction = float(system.joins[k])  # type: ignore[attr-defined]
         events.append(crossing)
     while begun < width:
         run = solve_ivp(
-            lambda t, y: system.slopes(y, ends[0] + (ends[1] - ends[0]) * t / width),
+            lambda t, y: system.slopes(y, pulls(t)),
             (begun, width),
             y,
             method="DOP853",
@@ -178,11 +205,13 @@ def _interval(system: Grounds, y: np.ndarray, ends: np.ndarray, width: float, pl
             dense_output=places is not None,
         )
         for t in () if places is None else begun + places * (run.t[-1] - begun):
-            system.look(run.sol(t), ends[0] + (ends[1] - ends[0]) * t / width)
+            system.look(run.sol(t), pulls(t))
         begun, y = (run.t[-1], run.y[:, -1]) if run.status == 1 and run.t[-1] > begun else (width, run.y[:, -1])
         if run.status == 1:
+            (k,) = [k for k, times in enumerate(run.t_events) if times.size][:1]
+            y = system.turn(y, pulls(begun), k) if system.joins[k] else y
             # Past the crossing, so that the next run does not find it at once.
             tiny = 1e-13 * width
-            y = y + tiny * system.slopes(y, ends[0] + (ends[1] - ends[0]) * begun / width)
+            y = y + tiny * system.slopes(y, pulls(begun))
             begun += tiny
     return y

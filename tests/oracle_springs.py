@@ -65,3 +65,30 @@ def segments(
             if found.status == 1:
                 place = int(np.argmax([passed.size > 0 for passed in found.t_events]))
                 closed[place] = not closed[place]
+
+
+class Extremes(NamedTuple):
+    """What a run reaches at so many places of each interval."""
+
+    high: np.ndarray  # of the watched displacements
+    low: np.ndarray
+    force: np.ndarray  # of each contact
+    shaken: np.ndarray  # |ü + a_g| of each mass
+    contacts: int  # from no contact to some
+    samples: np.ndarray  # u at the samples
+
+
+def extremes(system: Linear, ground: Any, dt: float, places: int, watched: Any = None) -> Extremes:
+    """A whole run; ``watched`` are the shares of the masses in displacements that are watched, else each mass is."""
+    watched = np.eye(len(system.masses)) if watched is None else np.asarray(watched)
+    high, force = np.zeros(len(watched)), np.zeros(len(system.shares))
+    low, shaken, samples = np.zeros(len(watched)), np.zeros(len(system.masses)), [np.zeros(len(system.masses))]
+    contacts, closed = 0, False
+    for is_sample, path, forces, accelerations in segments(system, ground, dt, places):
+        moved = watched @ path
+        high, low = np.maximum(high, moved.max(axis=1)), np.minimum(low, moved.min(axis=1))
+        force = np.maximum(force, forces.max(axis=1))
+        shaken = np.maximum(shaken, np.abs(accelerations).max(axis=1))
+        contacts, closed = contacts + bool(forces.any() and not closed), bool(forces.any())
+        samples += [path[:, -1]] * is_sample
+    return Extremes(high, low, force, shaken, contacts, np.array(samples))

@@ -24,45 +24,23 @@ from pounding_risk.solver.pair.api import Interface, oscillators, solve
 
 LEFT, RIGHT = Building("left", 500e3, 0.5, 0.05), Building("right", 800e3, 1.0, 0.05)
 DT = 0.01
-PEAKS = ("peak_relative_displacement", "peak_contact_force")
-
 
 pytestmark = pytest.mark.complete
 
 
-@pytest.fixture(scope="module")
-def ground():
-    """Three seconds of a swelling sine with corners: several contacts."""
-    time = np.arange(301) * DT
-    return np.round(4.0 * time / 3.0 * np.sin(2.0 * np.pi * 1.4 * time), 1)
-
-
-def interface(yield_force: float) -> Interface:
-    return Interface(0.02, ViscousElastoplastic(2.75e9), constant(0.65), yield_force)
-
-
-STRENGTHS = pytest.mark.parametrize("yield_force", [np.inf, 4e5])
-
-
-@STRENGTHS
-def test_fixed_steps_converge_to_the_solver(ground, yield_force):
-    """First order, as touches fall inside steps: the error of each is ten times smaller at a tenth of the step."""
-    truth = solve(LEFT, RIGHT, interface(yield_force), ground, DT, rtol=1e-11)
+def test_other_methods_agree_where_the_contact_yields():
+    """Laws without a cap are those of test_side_by_side. Fixed steps are of first order: touches fall inside them."""
+    time = np.arange(301) * DT  # three seconds of a swelling sine with corners: several contacts
+    ground = np.round(4.0 * time / 3.0 * np.sin(2.0 * np.pi * 1.4 * time), 1)
+    pair, there = oscillators(LEFT, RIGHT), Interface(0.02, ViscousElastoplastic(2.75e9), constant(0.65), 4e5)
+    truth = solve(LEFT, RIGHT, there, ground, DT, rtol=1e-11)
     assert truth["impact_count"] >= 3
-    for h, error in ((1e-4, 1e-3), (1e-5, 3e-5), (1e-6, 3e-6)):
-        found = solve_rk4(oscillators(LEFT, RIGHT), interface(yield_force), ground, DT, h)
-        assert found["impact_count"] == truth["impact_count"]
-        for name in PEAKS:
-            assert found[name] == pytest.approx(truth[name], rel=error), (name, h)
-
-
-@STRENGTHS
-def test_scipy_agrees_with_the_solver(ground, yield_force):
-    truth = solve(LEFT, RIGHT, interface(yield_force), ground, DT, rtol=1e-11)
-    found = solve_scipy(oscillators(LEFT, RIGHT), interface(yield_force), ground, DT, 1e-10)
-    assert found["impact_count"] == truth["impact_count"]
-    for name in PEAKS:
-        assert found[name] == pytest.approx(truth[name], rel=1e-7), name
+    steps = ((1e-4, 1e-3), (1e-5, 3e-5), (1e-6, 3e-6))
+    found = [(solve_rk4(pair, there, ground, DT, h), error) for h, error in steps]
+    for one, error in [*found, (solve_scipy(pair, there, ground, DT, 1e-10), 1e-7)]:
+        assert one["impact_count"] == truth["impact_count"]
+        for name in ("peak_relative_displacement", "peak_contact_force"):
+            assert one[name] == pytest.approx(truth[name], rel=error), (name, error)
 
 
 # By script that is run: the words after its name, and what it prints where it reached its end.

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 
+from pounding_risk._common.letters import plain
 from pounding_risk._common.words import nearest
 from pounding_risk.streets.footprints import Array, Geometry
 from pounding_risk.streets.geojson import collection_of, polygons_of, properties_of
@@ -58,7 +59,7 @@ def read_features(path: Path, layer: str | None, metres: bool, faults: list[str]
     except BlockError:
         raise
     except Exception as error:  # of GDAL, pyogrio, pyarrow, pandas and shapely: whatever a damaged file brings about
-        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        reason = plain(" ".join(str(error).split())[:200]) or type(error).__name__
         sentence = f"cannot be read as {kind} ({reason}); export the footprints again"
         raise BlockError(str(path), [sentence]) from None
 

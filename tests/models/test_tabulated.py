@@ -7,10 +7,10 @@ import json
 import pathlib
 import pickle
 from math import inf, pi, sqrt
-from random import Random
 
 import numpy as np
 import pytest
+from damaged_tables import survey
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from paths import Path, follow_pair
@@ -365,32 +365,13 @@ def test_files_that_are_no_table(tmp_path: pathlib.Path, fault: str, says):
 
 @pytest.mark.parametrize("count", sweep([300, 2000], 300))
 def test_a_file_that_is_damaged_is_told(tmp_path: pathlib.Path, count: int):
-    """Variants with bytes changed, left out or doubled: a table or a sentence, and no other error."""
-    random, path = Random(20), tmp_path / "bumper.csv"
-    taken = 0
-    for _ in range(count):
-        data = bytearray(FILE.encode())
-        for _ in range(random.randint(1, 4)):
-            place = random.randrange(len(data))
-            change = random.randrange(4)
-            if change == 0:
-                data[place] = random.randrange(256)
-            elif change == 1:
-                del data[place : place + random.randint(1, 8)]
-            elif change == 2:
-                data[place:place] = random.choice([b",", b"\n", b'"', b"-", b"1e9", b"1e999", b"nan", b"\0", b"\xff"])
-            else:
-                data += data[place:]
-            data = data or bytearray(b"0")
-        path.write_bytes(data)
-        try:
-            law = Tabulated.from_file(path)
-        except TableError as error:
-            assert str(path) in str(error)
-            continue
-        taken += 1
+    path = tmp_path / "bumper.csv"
+    path.write_text(FILE)
+
+    def check(law):
         assert np.all(np.isfinite(law.table.numbers))
-    assert taken > count / 100
+
+    assert min(survey(path, lambda: Tabulated.from_file(path), check, count, longest=20_000).values()) > count / 100
 
 
 # ------------------------------------------------------------------------------------------------ scenes

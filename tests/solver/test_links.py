@@ -12,11 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oracle_springs import Linear
-from oracle_springs import segments as follow
+from oracle_rows import stiffness_matrix
+from oracle_springs import Linear, extremes
 from row_cases import EL_CENTRO, single, storeys
 from scenes import scene_text, storeyed
 from scenes import single as mass
+from scipy.linalg import block_diag
 from sentences import refusal
 from sweeps import sweep
 
@@ -48,21 +49,12 @@ def run(row: RowModel, gap: float, acceleration: np.ndarray, dt: float, rtol: fl
     return rows.run_row(row.row(dt), contacts, acceleration, rtol=rtol)
 
 
-def by_scipy(chains, touching, links, gap, ground, dt, places=200):
-    """Peaks |u| by mass, extremes of closings and of the links' stretches, and the peak force; contacts are springs."""
+def by_scipy(chains, touching, links, gap, ground, dt):
+    """Peaks |u| by mass, highest closings, stretches and shortenings of the links, and the peak force."""
     firsts = np.concatenate([[0], np.cumsum([chain.mass.size for chain in chains])])
-    size = firsts[-1]
-    stiffness, damping = np.zeros((size, size)), np.zeros((size, size))
-    masses = np.concatenate([chain.mass for chain in chains])
-    for chain, first in zip(chains, firsts, strict=False):
-        for i, spring in enumerate(chain.spring):
-            ends = np.zeros(size)
-            ends[first + i] = 1.0
-            if i:
-                ends[first + i - 1] = -1.0
-            stiffness += spring * np.outer(ends, ends)
-        dofs = slice(first, first + chain.mass.size)
-        damping[dofs, dofs] += chain.damping
+    stiffness = block_diag(*[stiffness_matrix(chain.spring) for chain in chains])
+    damping = block_diag(*[chain.damping for chain in chains])
+    size = len(stiffness)
 
     def across(interface, left, right):
         ends = np.zeros(size)
@@ -77,15 +69,11 @@ def by_scipy(chains, touching, links, gap, ground, dt, places=200):
         stiffness += link.stiffness * np.outer(ends, ends)
         damping += link.damping * np.outer(ends, ends)
     shares = np.array([across(*place) for place in touching])
-    stretches = -np.array([across(*link[:3]) for link in links])
-
-    peak, high, low, force = np.zeros(size), np.zeros(len(touching)), np.zeros((2, len(links))), 0.0
-    for _, path, forces, _ in follow(Linear(masses, stiffness, damping, shares, 4e8, gap), ground, dt, places):
-        closing, stretch = shares @ path, stretches @ path
-        peak, high = np.maximum(peak, np.abs(path).max(axis=1)), np.maximum(high, closing.max(axis=1))
-        low = np.maximum(low, [stretch.max(axis=1), -stretch.min(axis=1)])
-        force = max(force, float(forces.max(initial=0.0)))
-    return peak, high, low, force
+    system = Linear(np.concatenate([chain.mass for chain in chains]), stiffness, damping, shares, 4e8, gap)
+    watched = [*np.eye(size), *shares, *(-across(*link[:3]) for link in links)]
+    found, stretched = extremes(system, ground, dt, 200, watched), size + len(shares)
+    peak = np.maximum(found.high, -found.low)[:size]
+    return peak, found.high[size:stretched], [found.high[stretched:], -found.low[stretched:]], found.force.max()
 
 
 HALL, TOWER, SHED = storeys(3, 60e3, 9e7), storeys(2, 90e3, 8e7), single(120e3, 0.25)

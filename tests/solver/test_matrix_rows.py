@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from kept_references import reference
-from oracle_springs import Linear, segments
+from oracle_springs import Linear, extremes
 from row_cases import CASES, EL_CENTRO, RIGID, Case, Shaking, by_solver, contacts_of, meeting, named, points_of, single
 from scipy.integrate import solve_ivp
 from scipy.linalg import block_diag, eigh
@@ -107,15 +107,10 @@ def by_scipy(
         block_diag(inertia, 300e3), block_diag(BENT, omega**2 * 300e3), damping, np.array([[*shares, -1.0]]), SPRING,
         GAP, felt[None],
     )  # fmt: skip
-    peaks, drifts, shakes, force, contacts, closed = np.zeros(3), np.zeros(3), np.zeros(3), 0.0, 0, False
-    for _, path, forces, shaken in segments(system, ground, dt, PLACES):
-        peaks = np.maximum(peaks, np.abs(path[:3]).max(axis=1))
-        drifts = np.maximum(drifts, np.abs(np.diff(path[:3], axis=0, prepend=0.0)).max(axis=1))
-        shakes = np.maximum(shakes, np.abs(shaken[:3]).max(axis=1))
-        force = max(force, float(forces.max()))
-        contacts += forces.any() and not closed
-        closed = bool(forces.any())
-    return peaks, drifts, shakes, force, contacts
+    floors = np.eye(3, 4)
+    found = extremes(system, ground, dt, PLACES, [*floors, *np.diff(floors, axis=0, prepend=0.0)])
+    largest = np.maximum(found.high, -found.low)
+    return largest[:3], largest[3:], found.shaken[:3], found.force.item(), found.contacts
 
 
 PLACES = 100  # in an interval, at which SciPy's motion is looked at

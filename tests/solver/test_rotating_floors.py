@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from oracle_springs import Linear, segments
+from oracle_springs import Linear, extremes
 from scenes import scene_text, storeyed
 from scipy.linalg import eigh
 from sentences import refusal
@@ -163,12 +163,8 @@ def by_scipy(plans, ground, dt: float, gap: float, stiffness: float) -> tuple[np
     felt[0, [0, 1, size, size + 1]] = 1.0
     if acts_across:
         felt[1, [4, 5, size + 4, size + 5]] = 1.0
-    peaks, largest, samples = np.zeros(2 * size), np.zeros(4), [np.zeros(2 * size)]
-    system = Linear(masses, whole, damping, shares, stiffness, gap, felt)
-    for is_sample, path, forces, _ in segments(system, np.array(ground).T, dt, 400):
-        peaks, largest = np.maximum(peaks, np.abs(path).max(axis=1)), np.maximum(largest, forces.max(axis=1))
-        samples += [path[:, -1]] * is_sample
-    return peaks[[0, 1, size, size + 1]], largest, np.array(samples)
+    found = extremes(Linear(masses, whole, damping, shares, stiffness, gap, felt), np.array(ground).T, dt, 400)
+    return np.maximum(found.high, -found.low)[[0, 1, size, size + 1]], found.force, found.samples
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,9 @@
-"""Fragilities against statsmodels, SciPy, closed forms and a known truth."""
+"""Fragilities against statsmodels, closed forms and a known truth."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from likelihoods import best_of, curvature_errors
-from scipy.special import log_ndtr
 from scipy.stats import norm
 
 from pounding_risk.assessment.fragility import out_of_scale, shown_as
@@ -35,20 +33,6 @@ def test_the_fit_is_that_of_statsmodels():
         (0.0762847, 0.06506021), rel=1e-6
     )
     assert found.correlation == pytest.approx(0.00108212223, rel=1e-5)
-
-
-def test_the_fit_is_scipys_largest_likelihood():
-    """Minimised without derivatives in (ln θ, ln β); its curvature by central differences."""
-    im, failed = stripes()
-    sign = np.where(failed, 1.0, -1.0)
-
-    def lost(point: np.ndarray) -> float:
-        return -float(log_ndtr(sign * (np.log(im) - point[0]) / point[1]).sum())
-
-    found = fit(im, failed, np.arange(im.size))
-    assert [np.log(found.median), found.dispersion] == pytest.approx(best_of(lost, [np.log(0.3), 0.6]), abs=1e-6)
-    errors = curvature_errors(lost, np.array([np.log(found.median), found.dispersion]))
-    assert (found.se_median, found.se_dispersion) == pytest.approx(errors, rel=1e-5)
 
 
 def test_the_truth_lies_within_the_bounds():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import binom, binomtest, norm
+from scipy.stats import binomtest, norm
 
 from pounding_risk.statistics.proportions import (
     exact_bounds,
@@ -27,20 +27,10 @@ def test_bounds_are_clopper_and_pearsons(confidence):
             assert found == pytest.approx((known.low, known.high), abs=1e-9)
 
 
-def test_bounds_hold_as_often_as_they_say():
-    """The definition, without simulation: over all outcomes, the truth lies inside in 95 % of them or more."""
-    runs = 12
-    low, high = exact_bounds(np.arange(runs + 1), runs, 0.95)
-    for truth in np.linspace(0.01, 0.99, 25):
-        inside = (low <= truth) & (truth <= high)
-        assert binom.pmf(np.arange(runs + 1)[inside], runs, truth).sum() >= 0.95
-
-
 def test_bounds_without_runs_are_not_there():
     low, high = exact_bounds([0, 3], [0, 3], 0.95)
     assert np.isnan([low[0], high[0]]).all()
-    assert high[1] == 1.0
-    assert low[1] == pytest.approx(0.025 ** (1.0 / 3.0))  # closed form where all fail
+    assert (low[1], high[1]) == (pytest.approx(0.025 ** (1.0 / 3.0)), 1.0)  # closed form where all fail
 
 
 def test_few_motions_cannot_show_a_small_probability():

@@ -56,18 +56,6 @@ def test_indices_from_samples_are_those_of_the_closed_form(function, indices):
     np.testing.assert_allclose(found.value[0], indices[0], atol=0.015)
 
 
-def test_bounds_from_few_samples_hold_the_true_indices():
-    rng = np.random.default_rng(3)
-    true = np.array([9.0, 1.0, 0.0]) / 11.08
-    repeats, held = 60, np.zeros(3)
-    for _ in range(repeats):
-        points = rng.random((200, 3))
-        output = points @ np.array([3.0, 1.0, 0.0]) + 0.3 * rng.normal(size=200)
-        found = sobol.given_indices(list(points.T), output[None], CONFIDENCE)
-        held += (found.low[0] <= true) & (true <= found.high[0])
-    assert np.all(held >= 0.85 * repeats), "bounds of a bootstrap, of 95 % for many samples"
-
-
 def test_indices_of_words_and_of_few_values():
     rng = np.random.default_rng(4)
     words, steps = rng.choice(["linear", "hertz"], 3000), rng.integers(3, size=3000).astype(float)
@@ -105,15 +93,11 @@ def test_bounds_of_the_fewest_samples_hold_closed_forms(method, function, number
     assert held >= 52
 
 
-def test_fewer_samples_have_no_indices():
-    points = points_of("random", sobol.LEAST_SAMPLES - 1, 3, 1)
-    assert np.isnan(sobol.given_indices(list(points.T), ishigami(points)[None], CONFIDENCE).value).all()
-
-
 def test_an_output_that_does_not_vary_and_too_few_samples_have_no_indices():
-    points = np.random.default_rng(5).random((50, 2))
-    assert np.all(np.isnan(sobol.given_indices(list(points.T), np.ones((1, 50)), CONFIDENCE).value))
-    assert np.all(np.isnan(sobol.given_indices(list(points[:5].T), points[:5, :1].T, CONFIDENCE).value))
+    points = points_of("random", sobol.LEAST_SAMPLES, 3, 1)
+    assert np.isnan(sobol.given_indices(list(points.T), np.ones((1, len(points))), CONFIDENCE).value).all()
+    points = points[:-1]
+    assert np.isnan(sobol.given_indices(list(points.T), ishigami(points)[None], CONFIDENCE).value).all()
 
 
 def test_a_number_that_changes_nothing_is_not_told_from_none():

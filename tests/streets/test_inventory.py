@@ -1,9 +1,8 @@
-"""Inventories of other tools: values in SI by each format's conventions, and damaged files refused in words."""
+"""Inventories of other tools: values in SI by each format's conventions, refused by line and column."""
 
 from __future__ import annotations
 
 import json
-import random
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from sentences import refusal
 from pounding_risk.streets.defaults import Rules
 from pounding_risk.streets.inventory import formats, read_inventory
 from pounding_risk.streets.rows import read_block
-from pounding_risk.streets.table import BlockError
 
 FOOT = 0.3048
 SQUARE = "POLYGON ((23.7200 37.9800, 23.7202 37.9800, 23.7202 37.9801, 23.7200 37.9801, 23.7200 37.9800))"
@@ -217,36 +215,3 @@ def test_metadata_that_name_no_table_or_declare_entities_are_refused(tmp_path, s
 def test_a_table_of_a_street_is_no_inventory(tmp_path, says):
     says(refusal(read_inventory, written(tmp_path, "street.csv", "name,height [m],gap [mm]\na,12,0\nb,9,0\n")))
     assert set(formats()) == {"oed", "openquake", "r2d"}
-
-
-JUNK = ("", "-1", "nan", "1e400", "x", '"', "\x00", "(((", "::", "é\u202e", "9" * 5000, "[", "+", "POLYGON EMPTY", ";")
-
-
-def damaged(text, dice):
-    """A text with one to three cells or stretches of it replaced, dropped or doubled."""
-    for _ in range(dice.randint(1, 3)):
-        at = dice.randrange(len(text))
-        end = min(len(text), at + dice.choice((1, 1, 3, 12, 60)))
-        text = text[:at] + dice.choice((dice.choice(JUNK), "", text[at:end] * 2)) + text[end:]
-    return text
-
-
-@pytest.mark.parametrize("count", [80, pytest.param(400, marks=pytest.mark.complete)])
-@pytest.mark.parametrize("kind", ["oed", "r2d", "features", "openquake", "metadata"])
-def test_damaged_files_are_read_or_refused_in_words(tmp_path, kind, count):
-    """Another error than BlockError fails the test."""
-    dice = random.Random(kind)
-    assets = ASSETS.format("a", "b").replace("X,Y,TAX", "lon,lat,tax")
-    texts = {"oed": OED, "r2d": R2D, "features": FEATURES, "openquake": assets, "metadata": METADATA}
-    endings = {"metadata": ".xml", "features": ".geojson"}
-    text = texts[kind]
-    exposure(tmp_path)
-    refused = 0
-    for _ in range(count):
-        path = written(tmp_path, "damaged" + endings.get(kind, ".csv"), damaged(text, dice))
-        try:
-            read_inventory(path)
-        except BlockError as error:
-            refused += 1
-            assert error.faults and all(fault.isprintable() for fault in error.faults), error.faults
-    assert count / 10 < refused <= count

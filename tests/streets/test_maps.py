@@ -20,7 +20,6 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from pyproj import Transformer
-from sweeps import sweep
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError
@@ -463,35 +462,6 @@ def test_without_the_extra_a_table_is_read_and_a_map_is_refused(monkeypatch):
     assert len(read_block(SHIPPED / "street.csv").rows) == 3
     with pytest.raises(PoundingError, match=r"footprints need pyproj, .* pip install 'pounding-risk\[maps\]'"):
         read_block(SHIPPED / "street.geojson")
-
-
-@pytest.mark.parametrize("times", sweep([1, 10], 1))
-@pytest.mark.parametrize(("name", "few"), [("street.gpkg", 40), ("street.fgb", 100), ("street.parquet", 60)])
-def test_damaged_maps_are_read_or_refused_in_words(tmp_path, name, few, times):
-    """Bytes changed, taken out or cut off at random: a block, or sentences."""
-    whole = write(tmp_path / name, in_degrees(made_street(), 15.0, 40.0), "EPSG:4326").read_bytes()
-    random = np.random.default_rng(22)
-    path, refused = tmp_path / f"damaged-{name}", 0
-    for _ in range(few * times):
-        data = bytearray(whole)
-        start = int(random.integers(len(data)))
-        kind = random.integers(3)
-        if kind == 0:
-            data = data[:start]
-        elif kind == 1:
-            del data[start : start + int(random.integers(1, 40))]
-        else:
-            for at in random.integers(len(data), size=int(random.integers(1, 30))):
-                data[at] = int(random.integers(256))
-        path.write_bytes(data)
-        try:
-            block = read_block(path)
-        except BlockError as error:
-            refused += 1
-            assert all(len(fault) > 20 for fault in error.faults)
-        else:
-            assert block.houses
-    assert refused > 0
 
 
 def oed(lines: list[tuple[str, float, float, int]]) -> str:

@@ -408,26 +408,6 @@ def test_tags_of_openstreetmap_are_read(folder, says):
     says(block.notes)
 
 
-@examples(
-    150,
-    st.sampled_from(["street.csv", JSON]),
-    st.floats(0.0, 1.0),
-    st.integers(0, 12),
-    st.sampled_from(["", "0", "-1", "1e400", "nan", "null", "[]", '"', ",", "\n", "\0", "12 m", "gap [mm]"]),
-)
-@pytest.mark.complete
-def test_a_damaged_file_is_read_or_refused_in_words(folder, name, place, taken, put):
-    """Anything but a block, or sentences, would be a fault of the reader."""
-    text = (STREETS / name).read_text(encoding="utf-8")
-    start = int(place * len(text))
-    try:
-        block = read(folder, text[:start] + put + text[start + taken :], name)
-    except BlockError as error:
-        assert all(len(fault) > 20 for fault in error.faults)
-    else:
-        assert block.rows or block.in_no_row
-
-
 def layout(block: Block) -> Iterator[str]:
     """Rows with gaps and faced lengths, what stands alone or close, notes, and what the scenes say of it."""
     for row, file in zip(block.rows, block.file_names(), strict=True):
