@@ -96,6 +96,11 @@ class Curves:
         return len(self.drawn[0]) - len(self.drawn_alike[0])
 
     @property
+    def is_known(self) -> bool:
+        """Whether any run has the demand; the fault of the fits says why none has, and the state is left out."""
+        return bool(np.isfinite(self.ratios[0]).any())
+
+    @property
     def is_compared(self) -> bool:
         """Whether both have a curve."""
         return not any(fit.fault for fit in self.fits)
@@ -117,19 +122,34 @@ class Curves:
 
 
 def curves_of(case: xr.Dataset, state: Any, motions: Motions, options: Options, weights: Array) -> Curves:
-    """Both curves of a state; a run that failed with contact is left out of both."""
-    demands = demands_of(case, state)
+    """Both curves of a state; a run that failed with contact is left out of both.
+
+    Of a state whose demand or place the dataset lacks nothing is known, and the fault says why.
+    """
+    try:
+        demands, lacking = demands_of(case, state), ""
+    except Lacking as error:
+        unknown = np.full(motions.ims.shape, np.nan)
+        demands, lacking = Demands(unknown, unknown), error.why
     known = np.isfinite(motions.ims) & np.isfinite(demands.with_contact) & np.isfinite(demands.without)
     method, shown = METHODS[options.method], shown_as(options.intensity)
     ratios, fits, crossings, drawn = [], [], [], []
     for side, values in zip(POUNDING, demands[:2], strict=True):
         ratios.append(np.where(known, values, np.nan))
         observed = Observed(motions.ims, ratios[-1], motions.recordings, shown, demands.jumps)
-        is_never_reached = side == "without" and state.demand.interfaces
-        fits.append(Fit(fault=NO_CONTACT) if is_never_reached else method.fit(observed))
+        fault = lacking or (NO_CONTACT if side == "without" and state.demand.interfaces else "")
+        fits.append(Fit(fault=fault) if fault else method.fit(observed))
         crossings.append(capacities(motions.ims, ratios[-1], demands.jumps))
         drawn.append(np.full((len(weights), 2), np.nan) if fits[-1].fault else method.drawn(observed, weights))
     return Curves(state, ratios, fits, crossings, drawn)
+
+
+class Lacking(PoundingError):
+    """The dataset lacks what a state is of: its demand, or the place of it."""
+
+    def __init__(self, state: Any, why: str) -> None:
+        super().__init__(f"damage.{state.name}: {why}")
+        self.why = why
 
 
 class Demands(NamedTuple):
@@ -143,8 +163,8 @@ class Demands(NamedTuple):
 def demands_of(case: xr.Dataset, state: Any) -> Demands:
     """The largest demands of the buildings and storeys, or interfaces and contact points, that a state is of.
 
-    Each is over the threshold, from a dataset of `scan` at one gap, contact model and yield force. Raises PoundingError
-    for a building, interface or contact point that is not in the dataset, and a demand that it has not.
+    Each is over the threshold, from a dataset of `scan` at one gap, contact model and yield force. Raises Lacking for a
+    building, interface or contact point that is not in the dataset, and a demand that it has not.
     """
     largest_demands = _of_interfaces if state.demand.interfaces else _of_links if state.demand.links else _of_buildings
     both = [largest_demands(case, state, without) for without in (False, True)]
@@ -254,11 +274,11 @@ def _of_links(case: xr.Dataset, state: Any, without: bool) -> Array:
     return np.asarray(largest)
 
 
-def _lacking(state: Any, why: str) -> PoundingError:
-    return PoundingError(f"damage.{state.name}: {state.demand.key}: {why}")
+def _lacking(state: Any, why: str) -> Lacking:
+    return Lacking(state, f"{state.demand.key}: {why}")
 
 
-def _absent(state: Any, place: str, known: list[str]) -> PoundingError:
+def _absent(state: Any, place: str, known: list[str]) -> Lacking:
     wanted = getattr(state, place)
     meant = f"{shown_text(wanted)} is not in the dataset{nearest(wanted, known)}"
-    return PoundingError(f"damage.{state.name}: {place.replace('_', ' ')} {meant}, which has {', '.join(known)}")
+    return Lacking(state, f"{place.replace('_', ' ')} {meant}, which has {', '.join(known)}")
