@@ -134,8 +134,8 @@ def curves_of(case: xr.Dataset, state: Any, motions: Motions, options: Options, 
     known = np.isfinite(motions.ims) & np.isfinite(demands.with_contact) & np.isfinite(demands.without)
     method, shown = METHODS[options.method], shown_as(options.intensity)
     ratios, fits, crossings, drawn = [], [], [], []
-    for side, values in zip(POUNDING, demands[:2], strict=True):
-        ratios.append(np.where(known, values, np.nan))
+    for side, demand in zip(POUNDING, demands[:2], strict=True):
+        ratios.append(np.where(known, demand, np.nan))
         observed = Observed(motions.ims, ratios[-1], motions.recordings, shown, demands.jumps)
         fault = lacking or (NO_CONTACT if side == "without" and state.demand.interfaces else "")
         fits.append(Fit(fault=fault) if fault else method.fit(observed))
@@ -209,12 +209,12 @@ def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
     name = demand.storeys if "storey_displacement_free" in case else demand.mass
     if not name or not (demand.mass or f"{name}_free" in case):
         raise _lacking(state, demand.absent)
-    values = finite(case, f"{name}{ending}").isel(building=chosen)
-    values = values if "storey" in values.dims else values.expand_dims(storey=[1], axis=-1)
-    if state.storey > values.sizes["storey"]:
-        raise _lacking(state, f"storey {state.storey} is asked for, and the highest is {values.sizes['storey']}")
+    peaks = finite(case, f"{name}{ending}").isel(building=chosen)
+    peaks = peaks if "storey" in peaks.dims else peaks.expand_dims(storey=[1], axis=-1)
+    if state.storey > peaks.sizes["storey"]:
+        raise _lacking(state, f"storey {state.storey} is asked for, and the highest is {peaks.sizes['storey']}")
     storeys = slice(state.storey - 1, state.storey) if state.storey else slice(None)
-    demands = by_amplitude(values, ["building", "storey"])[..., storeys]
+    demands = by_amplitude(peaks, ["building", "storey"])[..., storeys]
     if demand.per_height:
         levels = case["floor_level"].transpose("building", "storey").values[chosen]
         heights = np.diff(levels, axis=1, prepend=0.0)  # NaN where there is no storey
@@ -254,8 +254,8 @@ def _of_interfaces(case: xr.Dataset, state: Any, without: bool) -> Array:
     name, place = f"{POINT}{demand.interfaces}", "contact_point"
     if name not in case:  # two single masses: their one contact point is their interface
         name, place = demand.interfaces, "interface"
-    values = by_amplitude(finite(case, name).isel({place: np.flatnonzero(is_chosen)}), [place])
-    return np.zeros(values.shape[:2]) if without else np.asarray(values.max(axis=-1))
+    peaks = by_amplitude(finite(case, name).isel({place: np.flatnonzero(is_chosen)}), [place])
+    return np.zeros(peaks.shape[:2]) if without else np.asarray(peaks.max(axis=-1))
 
 
 def _of_links(case: xr.Dataset, state: Any, without: bool) -> Array:
@@ -267,8 +267,8 @@ def _of_links(case: xr.Dataset, state: Any, without: bool) -> Array:
     if name not in case:
         raise _lacking(state, state.demand.absent)
     chosen = [names.index(state.interface)] if state.interface else list(range(len(names)))
-    values = by_amplitude(finite(case, name).isel(interface=chosen), ["interface"])
-    largest = np.fmax.reduce(values, axis=-1)
+    peaks = by_amplitude(finite(case, name).isel(interface=chosen), ["interface"])
+    largest = np.fmax.reduce(peaks, axis=-1)
     if without and not np.isfinite(largest).any():
         raise _lacking(state, state.demand.absent)
     return np.asarray(largest)
