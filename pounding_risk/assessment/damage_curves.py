@@ -170,16 +170,16 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     both = [largest_demands(case, state, without) for without in (False, True)]
     jumps = bool(state.demand.interfaces) or state.demand.key == "link_spring_force"  # of springs that slip
     jumps = jumps or (state.demand.key == "storey_shear" and _may_yield(case, state))
-    ratios = [np.where(np.isfinite(values), values, np.nan) / state.threshold for values in both]
+    ratios = [np.where(np.isfinite(peaks), peaks, np.nan) / state.threshold for peaks in both]
     # A building that the state is of may be the one that collapsed; of another nothing is known.
     fragile = collapsible_buildings(Results(case).scene) if state.demand.of_structure else []
     may_collapse = state.building in fragile if state.building else bool(fragile)
     if may_collapse and (has_collapsed := by_amplitude(collapsed(case)).astype(bool)).any():
         # Where no run without contact is known, the building has collapsed in it too: the cases take its status.
-        ratios = [np.where(has_collapsed & np.isnan(values), COLLAPSE, values) for values in ratios]
+        ratios = [np.where(has_collapsed & np.isnan(ratio), COLLAPSE, ratio) for ratio in ratios]
         return Demands(ratios[0], ratios[1], True)
     if jumps:  # a demand that is capped at the threshold may be less than it by rounding
-        ratios = [np.where(np.isclose(values, 1.0, rtol=0.0, atol=ROUNDED), 1.0, values) for values in ratios]
+        ratios = [np.where(np.isclose(ratio, 1.0, rtol=0.0, atol=ROUNDED), 1.0, ratio) for ratio in ratios]
     return Demands(ratios[0], ratios[1], jumps)
 
 

@@ -125,9 +125,9 @@ def damage(
 
     chosen = read_states(states, list(map(str, dataset["building"].values)))
     places = {axis: opened.scene_case[axis] for axis in ("gap", "contact_model", "yield_force")}
-    for axis, value in (("gap", gap), ("contact_model", contact_model), ("yield_force", yield_force)):
-        if value is not None:
-            places[axis] = place_of(axis, opened.values_along(axis), value)
+    for axis, asked in (("gap", gap), ("contact_model", contact_model), ("yield_force", yield_force)):
+        if asked is not None:
+            places[axis] = place_of(axis, opened.values_along(axis), asked)
     case = dataset.isel(places)
     if unpushed := Results(case).unpushed:
         raise PoundingError(
@@ -194,8 +194,8 @@ def damage_table(dataset: xr.Dataset) -> str:
     writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
     writer.writeheader()
     for row in rows:
-        known = {key: "" if isinstance(value, float) and isnan(value) else value for key, value in row.items()}
-        writer.writerow({key: cell(value) for key, value in known.items()})
+        known = {key: "" if isinstance(fact, float) and isnan(fact) else fact for key, fact in row.items()}
+        writer.writerow({key: cell(fact) for key, fact in known.items()})
     return stream.getvalue()
 
 
