@@ -36,19 +36,19 @@ def refused(text: str) -> str:
     return f'has U+{ord(match[0]):04X} at place {match.start() + 1} of "{quoted}", {kind}; leave it out'
 
 
-def refused_below(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[tuple[Any, ...], str]]:
+def refused_below(content: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[tuple[Any, ...], str]]:
     """Path and sentence of each text with such a letter in tables and lists, keys of tables included."""
-    if isinstance(value, str):
-        if words := refused(value):
+    if isinstance(content, str):
+        if words := refused(content):
             yield path, words
-    elif isinstance(value, Mapping):
-        for key, item in value.items():
+    elif isinstance(content, Mapping):
+        for key, inner in content.items():
             if words := refused(str(key)):
                 yield path, f"a key {words}"
-            yield from refused_below(item, (*path, key))
-    elif isinstance(value, list | tuple):
-        for at, item in enumerate(value):
-            yield from refused_below(item, (*path, at))
+            yield from refused_below(inner, (*path, key))
+    elif isinstance(content, list | tuple):
+        for at, inner in enumerate(content):
+            yield from refused_below(inner, (*path, at))
 
 
 def plain(text: str) -> str:
@@ -56,14 +56,14 @@ def plain(text: str) -> str:
     return _ESCAPED.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
-def cell(value: Any) -> Any:
+def cell(content: Any) -> Any:
     """A value for a table in CSV: a text that a spreadsheet would run as a formula gets an apostrophe before it.
 
     Numbers stay as they are, as text too. `without_mark` is the way back.
     """
-    if isinstance(value, str) and _FORMULA.match(value) and not _NUMBER.fullmatch(value):
-        return f"'{value}"
-    return value
+    if isinstance(content, str) and _FORMULA.match(content) and not _NUMBER.fullmatch(content):
+        return f"'{content}"
+    return content
 
 
 def without_mark(text: str) -> str:

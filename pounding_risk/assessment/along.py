@@ -109,8 +109,8 @@ def assess_along(
             (share, need), at = contact.with_lost(criterion), contact.at
             shares = contact.gap, share.probability, share.low_recordings, share.high_recordings
             numbers = *shares, need.gap, need.low, need.high, need.bounded, contact.lost
-            for name, value in zip(OUTPUTS, numbers, strict=True):
-                values.setdefault(name, np.full((*sizes, len(names)), np.nan))[(*places, index)] = value
+            for name, number in zip(OUTPUTS, numbers, strict=True):
+                values.setdefault(name, np.full((*sizes, len(names)), np.nan))[(*places, index)] = number
     dims = (*(axis.name for axis in axes), "interface")
     keys = [key for axis in axes for key in axis.keys]
     coords = {key: whole[key] for key in keys} | {"interface": whole["interface"]}

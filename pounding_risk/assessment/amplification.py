@@ -26,11 +26,11 @@ def gap_dim(results: xr.Dataset) -> str:
     return "gap_share" if "gap_share" in results.dims else "gap"
 
 
-def gap_words(results: xr.Dataset, value: float) -> str:
+def gap_words(results: xr.Dataset, gap: float) -> str:
     """A gap in words: "a gap of 20 mm", "a gap of 0.5 SRSS"."""
     if gap_dim(results) == "gap":
-        return f"a gap of {say(value, GAP, 3)}"
-    return f"a gap of {value:.2g} {reference_name(results)}"
+        return f"a gap of {say(gap, GAP, 3)}"
+    return f"a gap of {gap:.2g} {reference_name(results)}"
 
 
 def reference_name(results: xr.Dataset) -> str:
@@ -62,11 +62,11 @@ def worst(results: xr.Dataset, stiffer: bool, output: str = "displacement", perc
     Where both periods are equal, both buildings count.
     """
     at = usual_percentile(results) if percentile is None else percentile
-    values = results[f"{output}_amplification"].sel(percentile=at)
+    amplified = results[f"{output}_amplification"].sel(percentile=at)
     periods = results["building_period"]
     own, other = periods, periods.isel(building=[1, 0]).assign_coords(building=periods["building"])
     of_kind = (own <= other) if stiffer else (own >= other)
-    chosen = values.where(of_kind).transpose("fixed_period", "period_ratio", gap_dim(results), "building")
+    chosen = amplified.where(of_kind).transpose("fixed_period", "period_ratio", gap_dim(results), "building")
     if not np.isfinite(chosen.values).any():
         return Worst(1.0, "", float("nan"), float("nan"), float("nan"))
     place = np.unravel_index(int(np.nanargmax(chosen.values)), chosen.shape)

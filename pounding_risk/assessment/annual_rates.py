@@ -44,32 +44,32 @@ def return_period_words(rate: float) -> str:
     return f"once in {f'{period:.0f}' if period < 1e6 and period >= 100.0 else f'{period:.3g}'} years"
 
 
-def read_rate(value: float | str, name: str = "rate") -> AnnualRate:
+def read_rate(stated: float | str, name: str = "rate") -> AnnualRate:
     """Read an annual rate from "1 % in 50 years", "2475 years", "4e-4 a year", or a plain number a year.
 
     ``name`` is the parameter or option, which an error names first. Raises QuantityError for text that is none of
     these, a probability that does not lie between 0 and 1, a number of years or a rate that is not above 0, and a plain
     number of 1 a year or more, which is meant as a return period.
     """
-    if isinstance(value, str):
-        return _of_text(value, name)
+    if isinstance(stated, str):
+        return _of_text(stated, name)
     try:
-        number = float(value)
+        number = float(stated)
     except (TypeError, ValueError):
-        raise QuantityError(f"{name}: {shown(value)} is no rate; {REPAIR}") from None
-    return _plain(number, value, name)
+        raise QuantityError(f"{name}: {shown(stated)} is no rate; {REPAIR}") from None
+    return _plain(number, stated, name)
 
 
-def read_target_rate(value: AnnualRate | float | str | None, has_hazard: bool) -> AnnualRate | None:
+def read_target_rate(stated: AnnualRate | float | str | None, has_hazard: bool) -> AnnualRate | None:
     """The rate of contact that the user accepts, None where none is given.
 
     Raises QuantityError as `read_rate`, and without a hazard curve.
     """
-    if value is None or isinstance(value, AnnualRate):
-        return value
+    if stated is None or isinstance(stated, AnnualRate):
+        return stated
     if not has_hazard:
         raise QuantityError("target_rate: a rate of contact follows from a hazard curve; add --hazard hazard.csv")
-    return read_rate(value, "target_rate")
+    return read_rate(stated, "target_rate")
 
 
 def _of_text(text: str, name: str) -> AnnualRate:
@@ -91,10 +91,10 @@ def _of_text(text: str, name: str) -> AnnualRate:
     raise QuantityError(f"{name}: {shown(text)} is no rate; {REPAIR}")
 
 
-def _plain(rate: float, value: Any, name: str) -> AnnualRate:
+def _plain(rate: float, stated: Any, name: str) -> AnnualRate:
     if not 0.0 < rate < MOST:
         raise QuantityError(
-            f"{name}: {shown(value)} is a rate of {rate:g} a year, which must be above 0 and below {MOST:g}; {REPAIR}"
+            f"{name}: {shown(stated)} is a rate of {rate:g} a year, which must be above 0 and below {MOST:g}; {REPAIR}"
         )
     return AnnualRate(rate, f"{rate:.6g} a year")
 

@@ -394,7 +394,7 @@ def _amplitude_note(results: Results) -> str:
     amplitudes = results.amplitudes
     if len(amplitudes.values) < 2:
         return ""
-    levels = [amplitudes.words(value) for value in amplitudes.values if value is not None]
+    levels = [amplitudes.words(amplitude) for amplitude in amplitudes.values if amplitude is not None]
     why = "the largest" if results.scene_amplitude is None else "the scene's own"
     return f"Of the amplitudes {', '.join(levels)}, {levels[results.scene_level]} is assessed: {why}."
 
@@ -449,10 +449,10 @@ def _yield_curves(
             yield Fragility(*about, **asdict(fitted), stripes=stripes_of(im, reached))
 
 
-def plain(value: Any) -> Any:
+def plain(fact: Any) -> Any:
     """The value as JSON holds it: None for what is not a finite number."""
-    if isinstance(value, dict):
-        return {key: plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    return None if isinstance(value, float) and not isfinite(value) else value
+    if isinstance(fact, dict):
+        return {key: plain(inner) for key, inner in fact.items()}
+    if isinstance(fact, list | tuple):
+        return [plain(inner) for inner in fact]
+    return None if isinstance(fact, float) and not isfinite(fact) else fact

@@ -96,6 +96,11 @@ class Curves:
         return len(self.drawn[0]) - len(self.drawn_alike[0])
 
     @property
+    def is_known(self) -> bool:
+        """Whether any run has the demand; the fault of the fits says why none has, and the state is left out."""
+        return bool(np.isfinite(self.ratios[0]).any())
+
+    @property
     def is_compared(self) -> bool:
         """Whether both have a curve."""
         return not any(fit.fault for fit in self.fits)
@@ -117,19 +122,34 @@ class Curves:
 
 
 def curves_of(case: xr.Dataset, state: Any, motions: Motions, options: Options, weights: Array) -> Curves:
-    """Both curves of a state; a run that failed with contact is left out of both."""
-    demands = demands_of(case, state)
+    """Both curves of a state; a run that failed with contact is left out of both.
+
+    Of a state whose demand or place the dataset lacks nothing is known, and the fault says why.
+    """
+    try:
+        demands, lacking = demands_of(case, state), ""
+    except Lacking as error:
+        unknown = np.full(motions.ims.shape, np.nan)
+        demands, lacking = Demands(unknown, unknown), error.why
     known = np.isfinite(motions.ims) & np.isfinite(demands.with_contact) & np.isfinite(demands.without)
     method, shown = METHODS[options.method], shown_as(options.intensity)
     ratios, fits, crossings, drawn = [], [], [], []
-    for side, values in zip(POUNDING, demands[:2], strict=True):
-        ratios.append(np.where(known, values, np.nan))
+    for side, demand in zip(POUNDING, demands[:2], strict=True):
+        ratios.append(np.where(known, demand, np.nan))
         observed = Observed(motions.ims, ratios[-1], motions.recordings, shown, demands.jumps)
-        is_never_reached = side == "without" and state.demand.interfaces
-        fits.append(Fit(fault=NO_CONTACT) if is_never_reached else method.fit(observed))
+        fault = lacking or (NO_CONTACT if side == "without" and state.demand.interfaces else "")
+        fits.append(Fit(fault=fault) if fault else method.fit(observed))
         crossings.append(capacities(motions.ims, ratios[-1], demands.jumps))
         drawn.append(np.full((len(weights), 2), np.nan) if fits[-1].fault else method.drawn(observed, weights))
     return Curves(state, ratios, fits, crossings, drawn)
+
+
+class Lacking(PoundingError):
+    """The dataset lacks what a state is of: its demand, or the place of it."""
+
+    def __init__(self, state: Any, why: str) -> None:
+        super().__init__(f"damage.{state.name}: {why}")
+        self.why = why
 
 
 class Demands(NamedTuple):
@@ -143,23 +163,23 @@ class Demands(NamedTuple):
 def demands_of(case: xr.Dataset, state: Any) -> Demands:
     """The largest demands of the buildings and storeys, or interfaces and contact points, that a state is of.
 
-    Each is over the threshold, from a dataset of `scan` at one gap, contact model and yield force. Raises PoundingError
-    for a building, interface or contact point that is not in the dataset, and a demand that it has not.
+    Each is over the threshold, from a dataset of `scan` at one gap, contact model and yield force. Raises Lacking for a
+    building, interface or contact point that is not in the dataset, and a demand that it has not.
     """
     largest_demands = _of_interfaces if state.demand.interfaces else _of_links if state.demand.links else _of_buildings
     both = [largest_demands(case, state, without) for without in (False, True)]
     jumps = bool(state.demand.interfaces) or state.demand.key == "link_spring_force"  # of springs that slip
     jumps = jumps or (state.demand.key == "storey_shear" and _may_yield(case, state))
-    ratios = [np.where(np.isfinite(values), values, np.nan) / state.threshold for values in both]
+    ratios = [np.where(np.isfinite(peaks), peaks, np.nan) / state.threshold for peaks in both]
     # A building that the state is of may be the one that collapsed; of another nothing is known.
     fragile = collapsible_buildings(Results(case).scene) if state.demand.of_structure else []
     may_collapse = state.building in fragile if state.building else bool(fragile)
     if may_collapse and (has_collapsed := by_amplitude(collapsed(case)).astype(bool)).any():
         # Where no run without contact is known, the building has collapsed in it too: the cases take its status.
-        ratios = [np.where(has_collapsed & np.isnan(values), COLLAPSE, values) for values in ratios]
+        ratios = [np.where(has_collapsed & np.isnan(ratio), COLLAPSE, ratio) for ratio in ratios]
         return Demands(ratios[0], ratios[1], True)
     if jumps:  # a demand that is capped at the threshold may be less than it by rounding
-        ratios = [np.where(np.isclose(values, 1.0, rtol=0.0, atol=ROUNDED), 1.0, values) for values in ratios]
+        ratios = [np.where(np.isclose(ratio, 1.0, rtol=0.0, atol=ROUNDED), 1.0, ratio) for ratio in ratios]
     return Demands(ratios[0], ratios[1], jumps)
 
 
@@ -189,12 +209,12 @@ def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
     name = demand.storeys if "storey_displacement_free" in case else demand.mass
     if not name or not (demand.mass or f"{name}_free" in case):
         raise _lacking(state, demand.absent)
-    values = finite(case, f"{name}{ending}").isel(building=chosen)
-    values = values if "storey" in values.dims else values.expand_dims(storey=[1], axis=-1)
-    if state.storey > values.sizes["storey"]:
-        raise _lacking(state, f"storey {state.storey} is asked for, and the highest is {values.sizes['storey']}")
+    peaks = finite(case, f"{name}{ending}").isel(building=chosen)
+    peaks = peaks if "storey" in peaks.dims else peaks.expand_dims(storey=[1], axis=-1)
+    if state.storey > peaks.sizes["storey"]:
+        raise _lacking(state, f"storey {state.storey} is asked for, and the highest is {peaks.sizes['storey']}")
     storeys = slice(state.storey - 1, state.storey) if state.storey else slice(None)
-    demands = by_amplitude(values, ["building", "storey"])[..., storeys]
+    demands = by_amplitude(peaks, ["building", "storey"])[..., storeys]
     if demand.per_height:
         levels = case["floor_level"].transpose("building", "storey").values[chosen]
         heights = np.diff(levels, axis=1, prepend=0.0)  # NaN where there is no storey
@@ -234,8 +254,8 @@ def _of_interfaces(case: xr.Dataset, state: Any, without: bool) -> Array:
     name, place = f"{POINT}{demand.interfaces}", "contact_point"
     if name not in case:  # two single masses: their one contact point is their interface
         name, place = demand.interfaces, "interface"
-    values = by_amplitude(finite(case, name).isel({place: np.flatnonzero(is_chosen)}), [place])
-    return np.zeros(values.shape[:2]) if without else np.asarray(values.max(axis=-1))
+    peaks = by_amplitude(finite(case, name).isel({place: np.flatnonzero(is_chosen)}), [place])
+    return np.zeros(peaks.shape[:2]) if without else np.asarray(peaks.max(axis=-1))
 
 
 def _of_links(case: xr.Dataset, state: Any, without: bool) -> Array:
@@ -247,18 +267,18 @@ def _of_links(case: xr.Dataset, state: Any, without: bool) -> Array:
     if name not in case:
         raise _lacking(state, state.demand.absent)
     chosen = [names.index(state.interface)] if state.interface else list(range(len(names)))
-    values = by_amplitude(finite(case, name).isel(interface=chosen), ["interface"])
-    largest = np.fmax.reduce(values, axis=-1)
+    peaks = by_amplitude(finite(case, name).isel(interface=chosen), ["interface"])
+    largest = np.fmax.reduce(peaks, axis=-1)
     if without and not np.isfinite(largest).any():
         raise _lacking(state, state.demand.absent)
     return np.asarray(largest)
 
 
-def _lacking(state: Any, why: str) -> PoundingError:
-    return PoundingError(f"damage.{state.name}: {state.demand.key}: {why}")
+def _lacking(state: Any, why: str) -> Lacking:
+    return Lacking(state, f"{state.demand.key}: {why}")
 
 
-def _absent(state: Any, place: str, known: list[str]) -> PoundingError:
+def _absent(state: Any, place: str, known: list[str]) -> Lacking:
     wanted = getattr(state, place)
     meant = f"{shown_text(wanted)} is not in the dataset{nearest(wanted, known)}"
-    return PoundingError(f"damage.{state.name}: {place.replace('_', ' ')} {meant}, which has {', '.join(known)}")
+    return Lacking(state, f"{place.replace('_', ' ')} {meant}, which has {', '.join(known)}")

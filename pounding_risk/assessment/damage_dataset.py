@@ -104,7 +104,7 @@ def _of_motions(
     capacity = "intensity at which the motion first reaches the state, or the level next to it where it is not known"
     variables: dict[str, Any] = {
         "demand_ratio": ((*by_motion, "level"), ratios.reshape(*shape, -1), over),
-        "capacity": (by_motion, of_sides(lambda side: side.values).reshape(shape), described(unit, capacity)),
+        "capacity": (by_motion, of_sides(lambda side: side.reached_at).reshape(shape), described(unit, capacity)),
         "capacity_status": (by_motion, of_sides(lambda side: side.status).reshape(shape), where),
         "runs": (by_level, known.sum(axis=2).astype(np.int32), described("1", "runs that did not fail")),
         "reached": (by_level, reached.astype(np.int32), described("1", "runs that reach the state")),

@@ -55,7 +55,8 @@ def finding(dataset: xr.Dataset) -> str:
     other dispersions both may go one way; the rate, which counts every intensity, is the one that counts.
     """
     words, _ = measure_words(dataset)
-    clauses = "; ".join(_clause(dataset.sel(state=state)) for state in dataset["state"].values)
+    order = np.argsort(~(dataset["runs"] > 0).any(["pounding", "level"]).values, kind="stable")  # left out at the end
+    clauses = "; ".join(_clause(dataset.isel(state=place)) for place in order)
     gap = say(float(dataset["gap"]), GAP)
     if "annual_rate_ratio" not in dataset:
         return f"Median {words} with pounding at {gap} over that without: {clauses}"
@@ -65,6 +66,8 @@ def finding(dataset: xr.Dataset) -> str:
 def _clause(one: xr.Dataset) -> str:
     """One state in the finding."""
     name, ratio = str(one["state"].item()), float(one["median_ratio"])
+    if not one["runs"].any():
+        return f"{name} is left out ({one['fault'].values[0]})"
     if isnan(ratio):
         counts = [
             f"{int(one['reached'].sel(pounding=side).sum())} of {int(one['runs'].sel(pounding=side).sum())} runs {side}"
@@ -95,7 +98,8 @@ def _ratio_words(one: xr.Dataset, name: str) -> str:
 
 def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, results: Results) -> Iterator[str]:
     """Sentences on what is assumed, left out and not known."""
-    count = options.recordings
+    yield from (f"{one.state.name} is left out: {one.fits[0].fault}." for one in curves if not one.is_known)
+    curves, count = [one for one in curves if one.is_known], options.recordings
     is_linked = any(map(results.has_link, range(results.dataset.sizes["interface"])))
     alone = "the buildings with their links but without contact" if is_linked else "each building alone"
     yield (

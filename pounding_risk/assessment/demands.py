@@ -133,8 +133,8 @@ def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:
     gaps = results["gap"].values
     nearest = int(np.abs(gaps - gap).argmin())
     one = results["yield_exceedance"].isel(gap=nearest, yield_force=_may_yield(results))
-    values = by_amplitude(one, ("contact_model", "yield_force"))
-    return float(gaps[nearest]), np.where(values == UNDEFINED, np.nan, values.astype(float))
+    exceedance = by_amplitude(one, ("contact_model", "yield_force"))
+    return float(gaps[nearest]), np.where(exceedance == UNDEFINED, np.nan, exceedance.astype(float))
 
 
 def finite_forces(results: xr.Dataset) -> Array:

@@ -28,7 +28,7 @@ STRIPES, OWN, SCALED = "multiple stripes", "each motion at its own intensity", "
 def shown_as(intensity: str) -> Shown:
     """How sentences write an intensity."""
     quantity = intensity_quantity(intensity)
-    return lambda value, digits: say_level(value, quantity, digits)
+    return lambda level, digits: say_level(level, quantity, digits)
 
 
 @dataclass(frozen=True)

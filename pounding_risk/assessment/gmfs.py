@@ -68,7 +68,7 @@ class Fields:
         period = _period(intensity)
         share = np.log(period / low) / np.log(high / low)
         both = (below > 0.0) & (above > 0.0)
-        safe = [np.where(both, values, 1.0) for values in (below, above)]
+        safe = [np.where(both, field, 1.0) for field in (below, above)]
         return np.asarray(np.where(both, np.exp((1.0 - share) * np.log(safe[0]) + share * np.log(safe[1])), 0.0))
 
     def _around(self, intensity: str) -> tuple[tuple[float, Array], tuple[float, Array]] | None:
@@ -163,12 +163,12 @@ def read_fields(path: str | Path) -> Fields:
     for column, known in measures.items():
         if known is None:
             continue
-        levels[known[0]] = values = np.zeros(len(events))
+        levels[known[0]] = of_events = np.zeros(len(events))
         for event, row in rows.items():
-            value = table.number(row, column)
-            if value < 0.0:
-                raise row.fault(f"{column} is {value:g}; it must be 0 or above: {AGAIN}")
-            values[event] = known[1] * value
+            level = table.number(row, column)
+            if level < 0.0:
+                raise row.fault(f"{column} is {level:g}; it must be 0 or above: {AGAIN}")
+            of_events[event] = known[1] * level
     left = [column for column, known in measures.items() if known is None]
     sentences = [f"{words} {len(events)} events, {len(rows)} of them with a row at the site; all count alike."]
     sentences += [f"Left out, as datasets do not hold it: {', '.join(left)}."] if left else []

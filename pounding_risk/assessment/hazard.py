@@ -90,8 +90,8 @@ class HazardSpectrum:
         for name, curve in self.own.items():
             if (stated := read_sa(name)) is not None and wanted.is_same(stated):
                 return Hazard(intensity, *curve, self.source, self.reading)
-        x = np.log(self.periods)
-        im = np.array([np.exp(np.interp(np.log(wanted.period), x, np.log(spectrum))) for spectrum in self.im])
+        log_periods = np.log(self.periods)
+        im = np.array([np.exp(np.interp(np.log(wanted.period), log_periods, np.log(spectrum))) for spectrum in self.im])
         reading = self.reading
         if not np.isclose(self.periods, wanted.period, rtol=1e-9, atol=0.0).any():
             after = int(np.searchsorted(self.periods, wanted.period))

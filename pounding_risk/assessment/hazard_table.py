@@ -218,8 +218,8 @@ def _by_rate(lines: list[Row], stated: Statement) -> Hazard | HazardSpectrum:
         raise head.fault(f"{head.shown} has a column that names no intensity with its unit; {SPECTRA}")
     rows = []
     for line in lines[1:]:
-        values = [_intensity(line, cell, column) for cell, column in zip(line.cells[1:], named, strict=True)]
-        rows.append([_rate(line, line.cells[0], stated), *values])
+        spectrum = [_intensity(line, cell, column) for cell, column in zip(line.cells[1:], named, strict=True)]
+        rows.append([_rate(line, line.cells[0], stated), *spectrum])
     table = np.array(rows)
     for at, column in enumerate(named, start=1):
         _check_order(lines[1:], table[:, at], table[:, 0], stated, f"intensities of {column.name}")
@@ -248,8 +248,8 @@ def _by_period(lines: list[Row]) -> HazardSpectrum:
     rates = np.array([level.rate for level, _ in levels])
     order = np.argsort(-rates)
     table = np.array(rows)[:, order]
-    for line, values in zip(lines[1:], table, strict=True):
-        if not (np.diff(values) > 0.0).all() or not (np.diff(rates[order]) < 0.0).all():
+    for line, spectrum in zip(lines[1:], table, strict=True):
+        if not (np.diff(spectrum) > 0.0).all() or not (np.diff(rates[order]) < 0.0).all():
             raise line.fault("intensities must rise as the annual rates of the columns fall; leave out equal columns")
     words, read = (", ".join(one) for one in zip(*((one.words, f"{one.rate:.3g}") for one, _ in levels), strict=True))
     reading = (

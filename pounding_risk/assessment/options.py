@@ -78,10 +78,10 @@ def read_criterion(
     return Criterion(target_left_by(required) if allowed is None else allowed, required, bounds)
 
 
-def percentile_of(value: float | str, name: str = "percentile") -> float:
+def percentile_of(asked: float | str, name: str = "percentile") -> float:
     """A percentile in %, between 50 and 100, from 84, 0.84 or "84 %"; raises QuantityError that names it."""
     try:
-        return round(100.0 * share(value, name, low=HALF, high=1.0 - LEAST), DIGITS)
+        return round(100.0 * share(asked, name, low=HALF, high=1.0 - LEAST), DIGITS)
     except QuantityError as error:
         raise QuantityError(
             f"{error}. It is the share of the motions that the gap required is for, such as 84 %"
@@ -93,21 +93,21 @@ def percentile_for(target: float) -> float:
     return round(100.0 * (1.0 - target), DIGITS)
 
 
-def percent_words(value: float) -> str:
+def percent_words(fraction: float) -> str:
     """A fraction in %, in full: 0.1 is "10 %", 0.0025 is "0.25 %"."""
-    return f"{round(100.0 * value, DIGITS):.6g} %"
+    return f"{round(100.0 * fraction, DIGITS):.6g} %"
 
 
-def _target(value: Any, name: str) -> float:
-    if isinstance(value, str) and "year" in value:
+def _target(asked: Any, name: str) -> float:
+    if isinstance(asked, str) and "year" in asked:
         raise QuantityError(
-            f"{name}: {shown(value)} is a rate; write it as --target-rate (target_rate in Python), beside a hazard "
+            f"{name}: {shown(asked)} is a rate; write it as --target-rate (target_rate in Python), beside a hazard "
             "curve. The target is the probability of contact under one motion of the dataset, such as 10 %"
         )
     try:
-        target = share(value, name, high=HALF)
+        target = share(asked, name, high=HALF)
         if target < LEAST:
-            raise QuantityError(f"{name}: {value} is less than {LEAST:g}, which no number of motions shows")
+            raise QuantityError(f"{name}: {asked} is less than {LEAST:g}, which no number of motions shows")
         return target
     except QuantityError as error:
         raise QuantityError(f"{error}. It is the probability of contact that is accepted, such as 10 %") from None

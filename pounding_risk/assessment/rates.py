@@ -152,9 +152,9 @@ class RateOfGaps:
             else:
                 gaps.append(gap)
                 rows.append((rate.annual, rate.low, rate.high, rate.missing))
-        values = np.array(rows).reshape(-1, 4).T
-        falling = np.maximum.accumulate(values[:3, ::-1], axis=1)[:, ::-1]
-        return np.array(gaps), np.concatenate([falling, values[3:]]), faults
+        columns = np.array(rows).reshape(-1, 4).T
+        falling = np.maximum.accumulate(columns[:3, ::-1], axis=1)[:, ::-1]
+        return np.array(gaps), np.concatenate([falling, columns[3:]]), faults
 
 
 def _refusal(which: str, gap: float, annual: float, beyond: list[str]) -> str:

@@ -151,17 +151,17 @@ def row_case(
             raise PoundingError(f"contact model {contact_model!r} is not in the dataset, which has {', '.join(known)}")
         cell["contact_model"] = known.index(contact_model)
     if level is not None:
-        value = si(level, amplitudes.measure.quantity, "pga" if intensity_level is None else "intensity_level")
+        asked = si(level, amplitudes.measure.quantity, "pga" if intensity_level is None else "intensity_level")
         if amplitudes.axis in results.dims:
-            cell[amplitudes.axis] = _nearest(np.array(amplitudes.values), value)
+            cell[amplitudes.axis] = _nearest(np.array(amplitudes.values), asked)
     gaps = opened.gaps.isel(gap=cell["gap"]).values
     shown = results.isel(cell)
     touches = _touches(shown, "interface")
     return RowCase(shown, building_shapes(shown), tuple(gaps.tolist()), _points(shown, touches), touches)
 
 
-def _nearest(values: Array, wanted: float) -> int:
-    return int(np.argmax(values) if np.isinf(wanted) else np.abs(values - wanted).argmin())
+def _nearest(labels: Array, wanted: float) -> int:
+    return int(np.argmax(labels) if np.isinf(wanted) else np.abs(labels - wanted).argmin())
 
 
 def building_shapes(shown: xr.Dataset) -> tuple[BuildingShape, ...]:
@@ -221,12 +221,12 @@ def _touch(count: NDArray[Any], yields: NDArray[Any], force: Array) -> Touch:
     )
 
 
-def _mean(values: NDArray[Any]) -> float:
-    return float(np.mean(values)) if values.size else float("nan")
+def _mean(outputs: NDArray[Any]) -> float:
+    return float(np.mean(outputs)) if outputs.size else float("nan")
 
 
-def _median(values: Array) -> float:
-    return float(np.median(values)) if values.size else float("nan")
+def _median(outputs: Array) -> float:
+    return float(np.median(outputs)) if outputs.size else float("nan")
 
 
 def force_text(force: float) -> str:
@@ -247,8 +247,8 @@ def any_of_building(case: RowCase, name: str, building: int) -> Array:
         own = np.isin(case.results["contact_point_interface"].values, beside)
         if not np.isfinite(case.results["contact_point_yield_force"].values[own]).any():
             return np.full(case.motions, np.nan)
-    values = case.results.variables[name].isel(interface=beside).transpose("interface", "record", "polarity").values
-    flat = values.reshape(len(beside), -1)
+    outputs = case.results.variables[name].isel(interface=beside).transpose("interface", "record", "polarity").values
+    flat = outputs.reshape(len(beside), -1)
     answers = np.where((flat > 0).any(axis=0), 1.0, 0.0)
     return np.where((flat == UNDEFINED).all(axis=0), np.nan, answers)
 

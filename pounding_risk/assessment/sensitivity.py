@@ -89,9 +89,9 @@ def responses_at(results: xr.Dataset, gap: float, isolated: Collection[str] = ()
             outputs = outputs.where(~outputs["building"].isin(list(isolated)) | (outputs["storey"] > 1))
             if outputs.isnull().all():  # the isolators alone yield
                 continue
-        values = np.where(touching, by_motion(outputs.max(inside), CASES), np.nan)
-        for model, force in np.ndindex(values.shape[1:]):
-            known = values[np.isfinite(values[:, model, force]), model, force]
+        peaks = np.where(touching, by_motion(outputs.max(inside), CASES), np.nan)
+        for model, force in np.ndindex(peaks.shape[1:]):
+            known = peaks[np.isfinite(peaks[:, model, force]), model, force]
             spread = np.percentile(known, (LOW, MIDDLE, HIGH)) if known.size else np.full(3, np.nan)
             about = (str(one["contact_model"].values[model]), float(one["yield_force"].values[force]))
             low, median, high = map(float, spread)
@@ -125,7 +125,7 @@ class Influence:
     @property
     def share(self) -> float:
         """The spread over the largest level; 0 where it is not known."""
-        most = max((abs(value) for _, value in self.levels), default=0.0)
+        most = max((abs(output) for _, output in self.levels), default=0.0)
         return self.spread / most if most > 0.0 and isfinite(self.spread) else 0.0
 
 
@@ -245,7 +245,7 @@ def force_words(force: float, columns_yield: bool = False) -> str:
 
 def _influence(key: str, what: str, levels: list[tuple[str, float]], limit: float, unit: str = "1") -> Influence:
     """Influence of a key; ``limit`` is the target or the gap, NaN where the values are compared with neither."""
-    known = [(name, value) for name, value in levels if not np.isnan(value)]
+    known = [(name, output) for name, output in levels if not np.isnan(output)]
     if len(known) < 2:
         only = f"{known[0][0]} alone: scan several to see" if known else "not defined: no run has such a value"
         return Influence(key, what, nan, unit, tuple(known), False, only)
@@ -259,6 +259,6 @@ def _influence(key: str, what: str, levels: list[tuple[str, float]], limit: floa
         words = f"none: {high} at every level"
     elif turns:
         words += "; on both sides of " + (f"the gap, {own(limit, GAP)}" if unit == "m" else f"the target, {limit:g}")
-    if lacking := [name for name, value in levels if np.isnan(value)]:
+    if lacking := [name for name, output in levels if np.isnan(output)]:
         words += f"; not defined for {', '.join(lacking)}"
     return Influence(key, what, most[1] - least[1], unit, tuple(known), turns, words)

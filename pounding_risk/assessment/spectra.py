@@ -32,11 +32,11 @@ def charted() -> tuple[str, ...]:
     return tuple(name for name, rule in RULES.items() if not rule.needs)
 
 
-def read_percentiles(values: Sequence[float | str], name: str = "percentiles") -> tuple[float, ...]:
+def read_percentiles(asked: Sequence[float | str], name: str = "percentiles") -> tuple[float, ...]:
     """Percentiles in %, rising and each once; raises QuantityError, or PoundingError where there is none."""
-    if isinstance(values, str | float | int):
-        values = (values,)
-    shares = {round(100.0 * share(value, name, high=1.0 - LEAST), 6) for value in values}
+    if isinstance(asked, str | float | int):
+        asked = (asked,)
+    shares = {round(100.0 * share(percentile, name, high=1.0 - LEAST), 6) for percentile in asked}
     if not shares:
         raise PoundingError(f"{name}: none is given; write shares of the motions such as 50 and 84")
     return tuple(sorted(shares))

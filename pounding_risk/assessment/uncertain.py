@@ -65,11 +65,11 @@ def assessed(subject: Samples, request: Request) -> xr.Dataset:
     gaps = np.unique([*np.linspace(0.0, finite, GAPS), *judged, *own])
     parts = [_interface(subject, index, closings[index], judged[index], gaps, request) for index in places]
     names = xr.Variable("interface", list(subject.interfaces), {"long_name": "buildings on both sides of a gap"})
-    values = {}
+    labels = {}
     for key, of_key in zip(subject.keys, subject.values, strict=True):
         about = subject.dataset[key].attrs if key in subject.dataset.variables else {}
-        values[f"value_of_{key}"] = "sample", of_key, {"long_name": f"value of {key}"} | about
-    dataset = xr.concat(parts, dim=names, combine_attrs="override").assign_coords(values)
+        labels[f"value_of_{key}"] = "sample", of_key, {"long_name": f"value of {key}"} | about
+    dataset = xr.concat(parts, dim=names, combine_attrs="override").assign_coords(labels)
     few = words.of_few(closings[0], request.criterion)
     assumed = [*subject.assumptions, *filter(None, (words.offset_words(subject, index) for index in places))]
     usual = request.criterion.agrees and request.criterion.percentile == USUAL_PERCENTILE
@@ -82,7 +82,9 @@ def assessed(subject: Samples, request: Request) -> xr.Dataset:
         **request.criterion._asdict(),
         **created("pounding_risk.uncertainty"),
     }
-    of_run = {name: value for name, value in subject.dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)}
+    of_run = {
+        name: attribute for name, attribute in subject.dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)
+    }
     return dataset.assign_attrs(of_run | about)
 
 
@@ -272,8 +274,8 @@ def _indices(
 ) -> dict[str, Any]:
     """Indices of each output and number: of first order those of the samples or of a design, by the width of bounds."""
     dims, would = ("output", "uncertain_number"), "share of the variance over the samples that would go were the"
-    values = np.stack([one.values for one in outputs.values()])
-    first = given_indices(subject.values, values, confidence, subject.is_balanced)
+    of_outputs = np.stack([one.values for one in outputs.values()])
+    first = given_indices(subject.values, of_outputs, confidence, subject.is_balanced)
     from_design, parts = np.zeros(len(outputs), dtype=bool), {}
     if subject.design_dataset is not None:
         designed = np.stack([one.design for one in outputs.values() if one.design is not None])
@@ -286,7 +288,7 @@ def _indices(
         parts["sobol_points"] = ((), points, described("1", "points N of the Sobol design"))
     if isinstance(closings, DrawnClosings):
         labels = closings.of_motions, closings.recordings
-        shares = np.array([motion_share(analysed_clusters(one, *labels), confidence) for one in values])
+        shares = np.array([motion_share(analysed_clusters(one, *labels), confidence) for one in of_outputs])
         parts |= bounded("first_order_of_motions", "output", shares.T, "1", f"{would} motion known exactly")
     deviation = described("1", "standard deviation over the samples, in the unit of the output")
     source = described("1", "1 where first-order shares are those of the Sobol design, 0 where those of the samples")
@@ -294,5 +296,5 @@ def _indices(
         **parts,
         **bounded("first_order", dims, first, "1", f"{would} number known exactly"),
         "first_order_of_design": ("output", from_design.astype(np.int8), source),
-        "output_deviation": ("output", np.std(values, axis=1), deviation),
+        "output_deviation": ("output", np.std(of_outputs, axis=1), deviation),
     }

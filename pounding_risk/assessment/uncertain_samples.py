@@ -188,14 +188,14 @@ class Samples:
             return np.asarray(self.dataset["record_pga"].values >= LEAST_SHAKING)
         return np.repeat(self.first_sample.is_shaking, self.first_sample.dataset.sizes["polarity"])
 
-    def by_outcome(self, values: Array, closings: CrossedClosings) -> Array:
+    def by_outcome(self, table: Array, closings: CrossedClosings) -> Array:
         """Values of the motions of `first_sample` in the order of the closings: (1, motions), or (samples, 1)."""
         if not self.is_drawn:
-            return values[None, closings.order]
+            return table[None, closings.order]
         first = self.first_sample.dataset
         at = {name: place for place, name in enumerate(first["record"].values.tolist())}
         turns = first.sizes["polarity"]
-        return np.array([[values[turns * at[name]]] for name in self.dataset["record"].values.tolist()])
+        return np.array([[table[turns * at[name]]] for name in self.dataset["record"].values.tolist()])
 
     def level(self, requested: int | None) -> int:
         """Index of the assessed amplitude."""
@@ -280,8 +280,8 @@ class Samples:
         about = gap, request.criterion.percentile
         outputs = {}
         for name, kind in KINDS_OF_OUTPUT[self.is_drawn].items():
-            values, designed = (None if one is None else kind.of(one, *about) for one in (closings.closing, design))
-            outputs[name] = Output(np.asarray(values), kind.unit, kind.words, designed)
+            by_sample, designed = (None if one is None else kind.of(one, *about) for one in (closings.closing, design))
+            outputs[name] = Output(np.asarray(by_sample), kind.unit, kind.words, designed)
         if request.output is not None and request.output not in outputs:
             outputs[request.output] = self._other_output(index, request.output, request.level)
         return outputs
@@ -303,14 +303,14 @@ class Samples:
         case = self.first_sample.scene_case | {"interface": index, "building": slice(index, index + 2)}
         case[amplitude_axis(self.dataset)] = self.level(level)
         variable = self.dataset[name]
-        values = _by_sample(variable.isel({axis: at for axis, at in case.items() if axis in variable.dims}), 0)
-        known_values = np.isfinite(values)
+        of_outcomes = _by_sample(variable.isel({axis: at for axis, at in case.items() if axis in variable.dims}), 0)
+        known_values = np.isfinite(of_outcomes)
         with np.errstate(invalid="ignore"):
-            medians = np.nanmedian(np.where(known_values, values, np.nan), axis=1)
+            medians = np.nanmedian(np.where(known_values, of_outcomes, np.nan), axis=1)
         if not np.isfinite(medians).all():
             raise PoundingError(f"output: {name} has no number in some sample at the scene's own case; choose another")
-        whole = np.where(known_values, values, medians[:, None])
-        lost = int(values.size - known_values.sum())
+        whole = np.where(known_values, of_outcomes, medians[:, None])
+        lost = int(of_outcomes.size - known_values.sum())
         is_positive = bool((whole > 0.0).all())
         compared = np.log(whole) if is_positive else whole
         unit, words = str(variable.attrs.get("units", "1")), str(variable.attrs.get("long_name", name))
@@ -321,7 +321,7 @@ class Samples:
             analysis = analysed_clusters(compared[:, 0], _numbered(motions), recordings)
         else:
             words = f"median over the motions of {words}"
-            words += f", without the {lost} of {values.size} outcomes that have no number" if lost else ""
+            words += f", without the {lost} of {of_outcomes.size} outcomes that have no number" if lost else ""
             order = np.argsort(recordings, kind="stable")
             analysis = analysed(compared[:, order], recordings[order])
         return Output(medians, unit, words, None, analysis, "1" if is_positive else unit)
@@ -333,22 +333,22 @@ class Samples:
         closing = self.closing_of(self.moved_dataset, index, request.level)
         parts: dict[str, Any] = {}
         for name, kind in KINDS_OF_OUTPUT[False].items():
-            values = kind.of(closing, gap, request.criterion.percentile)
-            ends = values[1:].reshape(-1, 2)
-            three = np.column_stack([ends[:, 0], np.full(len(ends), values[0]), ends[:, 1]])
+            moved_outputs = kind.of(closing, gap, request.criterion.percentile)
+            ends = moved_outputs[1:].reshape(-1, 2)
+            three = np.column_stack([ends[:, 0], np.full(len(ends), moved_outputs[0]), ends[:, 1]])
             words = f"{kind.words}, the number at a quantile and all others at their medians"
             parts[f"{name}_moved"] = (("uncertain_number", "quantile"), three, described(kind.unit, words))
         about = described("m", "what each motion closes with all numbers at their medians, rising")
         return parts | {"closing_at_medians": ("motion", np.sort(closing[0]), about)}
 
 
-def _by_sample(values: xr.DataArray, level: int) -> Array:
+def _by_sample(output: xr.DataArray, level: int) -> Array:
     """Values at one amplitude as (samples, motions), (samples, 1), or one row for all; the largest over other axes."""
-    values = values if SAMPLE in values.dims else values.expand_dims(SAMPLE)
-    values = values.isel({axis: level for axis in (PGA_AXIS, LEVEL_AXIS) if axis in values.dims})
-    axes = [axis for axis in (SAMPLE, "record", "polarity") if axis in values.dims]
-    others = [axis for axis in values.dims if axis not in axes]
-    ordered = (values.max(others) if others else values).transpose(*axes).values
+    output = output if SAMPLE in output.dims else output.expand_dims(SAMPLE)
+    output = output.isel({axis: level for axis in (PGA_AXIS, LEVEL_AXIS) if axis in output.dims})
+    axes = [axis for axis in (SAMPLE, "record", "polarity") if axis in output.dims]
+    others = [axis for axis in output.dims if axis not in axes]
+    ordered = (output.max(others) if others else output).transpose(*axes).values
     return np.asarray(ordered.reshape(len(ordered), -1), dtype=float)
 
 
@@ -410,9 +410,9 @@ def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
         *json.loads(dataset.attrs.get("notes", "[]")),
         *([f"{'; '.join(correlated)} {CORRELATED}"] if correlated else []),
     ]
-    values = tuple(np.asarray(dataset[key].values) for key in axis.keys)
+    of_keys = tuple(np.asarray(dataset[key].values) for key in axis.keys)
     words = f"{dataset.sizes[SAMPLE]} samples of {counted(len(axis.keys), 'number')}"
-    return Samples(dataset, axis.keys, values, str(dataset.attrs.get("title", "")), words, tuple(assumptions))
+    return Samples(dataset, axis.keys, of_keys, str(dataset.attrs.get("title", "")), words, tuple(assumptions))
 
 
 def sampled_scene(
@@ -439,11 +439,11 @@ def sampled_scene(
     whole = free_motion(scene, np.concatenate(parts), workers=workers, progress=progress)
     ends = np.cumsum([0, *map(len, parts)]).tolist()
     pieces = [whole.isel({SAMPLE: slice(low, high)}) for low, high in pairwise(ends)]
-    values = tuple(np.asarray(pieces[0][key].values) for key in uncertain.keys)
+    of_keys = tuple(np.asarray(pieces[0][key].values) for key in uncertain.keys)
     words = "; ".join(f"{name}: {words}" for name, words in uncertain.described()).removeprefix("samples: ")
     title, assumptions = str(whole.attrs.get("title", "")), tuple(_assumptions_of_scene(uncertain, whole))
     others = None if is_drawn else pieces[1], pieces[2] if num else None
-    return Samples(pieces[0], tuple(uncertain.keys), values, title, words, assumptions, *others)
+    return Samples(pieces[0], tuple(uncertain.keys), of_keys, title, words, assumptions, *others)
 
 
 def _check_sobol(num: int, uncertain: Any) -> None:

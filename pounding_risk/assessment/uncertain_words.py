@@ -262,8 +262,8 @@ def _bounds(closings: CrossedClosings, gap: float, criterion: Criterion) -> Iter
     )
 
 
-def _share(value: Any) -> str:
-    return f"{100.0 * float(value):.0f} %"
+def _share(share: Any) -> str:
+    return f"{100.0 * float(share):.0f} %"
 
 
 def _by_component(part: xr.Dataset, name: str) -> dict[str, float]:

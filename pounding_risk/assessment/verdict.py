@@ -266,11 +266,11 @@ def _contact_elsewhere(contact: Contact) -> str:
     return f"{counts}; contact elsewhere {' and '.join(filter(None, parts))}."
 
 
-def share_words(value: float) -> str:
+def share_words(share: float) -> str:
     """A share as a probability is written: two or three digits in %, and small ones as less than 0.01 %."""
-    if 0.0 < value < 1e-4:
+    if 0.0 < share < 1e-4:
         return "less than 0.01 %"
-    return f"{100.0 * value:.3g} %" if value < 0.1 else f"{100.0 * value:.0f} %"
+    return f"{100.0 * share:.3g} %" if share < 0.1 else f"{100.0 * share:.0f} %"
 
 
 def recordings_to_settle(basis: Basis) -> int | None:
@@ -324,7 +324,7 @@ def _provide(basis: Basis, answer: bool | None) -> str:
     if count:
         share = percent_words(round(count / basis.motions, 3))
         still = f"{count} of the {basis.motions} motions ({share}) still close{'s' if count == 1 else ''} that gap"
-    gap, low, high = (say(value, GAP, 3) for value in (required.gap, required.low, rounded_up(required.high)))
+    gap, low, high = (say(width, GAP, 3) for width in (required.gap, required.low, rounded_up(required.high)))
     if required.bounded:
         verb = f"Required is {gap}" if answer else f"Provide {gap}"
         return (

@@ -45,6 +45,7 @@ def damage_figure(results: xr.Dataset, note: str = "") -> Figure:
         For a dataset of another call.
     """
     check_kind(results, "damage")
+    found, results = finding(results), _known(results)
     _, factor = intensity_shown(results.attrs["intensity"])
     figure, (above, below) = blank(2, 1, (8.5, 8.4), sharex=True, height_ratios=[3, 2])
     curves, ratios = above[0], below[0]
@@ -84,7 +85,7 @@ def damage_figure(results: xr.Dataset, note: str = "") -> Figure:
     bounds = f"bands: bounds by recording; ratios are drawn where P without is {LEAST:g} or more"
     marks = "marks: shares of the motions; " if has_levels else ""
     condition = f"{case_words(results)}; {METHOD_WORDS[results.attrs['method']]}; {marks}{bounds}"
-    title(figure, finding(results), condition, note)
+    title(figure, found, condition, note)
     return figure
 
 
@@ -111,6 +112,8 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
     check_kind(results, "damage")
     if results.sizes["level"] < 2:
         raise PoundingError("the motions of the dataset have one level each; curves of demands need several")
+    every, results = list(map(str, results["state"].values)), _known(results)
+    lacking = [state for state in every if state not in results["state"]]
     groups: dict[str, list[str]] = {}  # states that differ in their threshold alone
     for state in map(str, results["state"].values):
         demand = str(results["state_words"].sel(state=state).item()).partition(" ≥ ")[0]
@@ -126,10 +129,16 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
         _demands(axes[row], results.sel(state=group), factor, [colours[state] for state in group])
         axes[row, 0].set_ylabel(intensity_label(results.attrs["intensity"]))
     left_out = f"; {counted(len(groups) - len(drawn), 'more demand')} not drawn" if len(groups) > len(drawn) else ""
+    left_out += f"; no run has the demand of {', '.join(lacking)}" if lacking else ""
     lines = "thin: single motions; thick: 16, 50 and 84 % of the motions at each level, counted; dotted: thresholds"
     headline = "Demands of the motions against their intensity, with pounding and without"
     title(figure, headline, f"{case_words(results)}; {lines}{left_out}", note)
     return figure
+
+
+def _known(results: xr.Dataset) -> xr.Dataset:
+    """The states that any run has the demand of."""
+    return results.isel(state=np.flatnonzero((results["runs"] > 0).any(["pounding", "level"])))
 
 
 def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[str]) -> None:

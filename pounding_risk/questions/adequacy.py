@@ -142,7 +142,7 @@ def _yield_gap(one: InterfaceAssessment) -> str:
 
 def response(one: InterfaceAssessment) -> list[Block]:
     """Table of the response under each F_E: medians over the motions with contact, under the scene's contact model."""
-    medians = [item for item in one.response if item.contact_model == one.own_model and item.motions]
+    medians = [median for median in one.response if median.contact_model == one.own_model and median.motions]
     if not medians:
         return []
     outputs = {median.output: head(median.words, median.unit) for median in medians}
@@ -283,7 +283,7 @@ def compared(rule: Comparison, motions: int) -> Row:
     """Separations of a rule, their ratio to the gap needed, and for how many motions the rule is insufficient."""
     if rule.exceeded is None:
         return [length(rule.row.separation), MISSING, MISSING, MISSING]
-    low, median, high = (value or 0.0 for value in (rule.ratio_low, rule.ratio_median, rule.ratio_high))
+    low, median, high = (ratio or 0.0 for ratio in (rule.ratio_low, rule.ratio_median, rule.ratio_high))
     short = out_of(round(rule.exceeded * motions), motions)
     return [number(rule.middle, "m"), number(rule.upper, "m"), middle((low, median, high), "1"), short]
 

@@ -40,7 +40,7 @@ def _lines(advice: Advice) -> Block:
 
 def _rules(one: StiffnessRange) -> Block:
     """The range of one interface, and where the published rules lie."""
-    ends = [amount(value, one.unit, 3)["text"] for value in (one.low, one.high)]
+    ends = [amount(end, one.unit, 3)["text"] for end in (one.low, one.high)]
     limits = [f"{milliseconds(time)['text']} ms" for time in (one.shortest, one.longest)]
     gives = "no stiffness gives" if one.is_empty else f"{ends[0]} to {ends[1]} give"
     caption = (

@@ -103,14 +103,15 @@ def damage(
     xarray.Dataset
         By state and pounding ("with", "without"): ``median`` and ``dispersion`` with standard errors, ``probability``
         along ``im``, ``reached`` of ``runs`` along ``level``, ``demand_ratio`` and ``capacity`` of each motion, and
-        percentiles of demands; ``median_ratio`` and ``probability_ratio`` are with over without. The attribute
-        ``finding`` is a sentence, ``assumptions`` lists what is assumed and left out, as JSON.
+        percentiles of demands; ``median_ratio`` and ``probability_ratio`` are with over without. Of a state whose
+        demand or place the dataset lacks all are NaN, and ``fault`` says why. The attribute ``finding`` is a sentence,
+        ``assumptions`` lists what is assumed and left out, as JSON.
 
     Raises
     ------
     PoundingError
         For a dataset that is none of `scan`, one without states where none are given, a value that its grid has not,
-        and a demand or place of a state that it has not.
+        and where it lacks the demand or the place of every state.
     SceneError
         For states with faults.
     """
@@ -124,9 +125,9 @@ def damage(
 
     chosen = read_states(states, list(map(str, dataset["building"].values)))
     places = {axis: opened.scene_case[axis] for axis in ("gap", "contact_model", "yield_force")}
-    for axis, value in (("gap", gap), ("contact_model", contact_model), ("yield_force", yield_force)):
-        if value is not None:
-            places[axis] = place_of(axis, opened.values_along(axis), value)
+    for axis, asked in (("gap", gap), ("contact_model", contact_model), ("yield_force", yield_force)):
+        if asked is not None:
+            places[axis] = place_of(axis, opened.values_along(axis), asked)
     case = dataset.isel(places)
     if unpushed := Results(case).unpushed:
         raise PoundingError(
@@ -149,6 +150,8 @@ def damage(
     options = Options(word, method, bounds, shaking.hazard, compared, recordings, shaking.events(opened))
     weights = bootstrap_weights(motions.recordings, DRAWS, SEED)
     curves = [curves_of(case, state, motions, options, weights) for state in chosen]
+    if not any(one.is_known for one in curves):
+        raise PoundingError("\n".join(f"damage.{one.state.name}: {one.fits[0].fault}" for one in curves))
     answer = dataset_of(curves, motions, options, case)
     notes = [*notes_of(curves, motions, options, opened), *([shaking.reading] if shaking.reading else [])]
     if fields is not None:
@@ -191,8 +194,8 @@ def damage_table(dataset: xr.Dataset) -> str:
     writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
     writer.writeheader()
     for row in rows:
-        known = {key: "" if isinstance(value, float) and isnan(value) else value for key, value in row.items()}
-        writer.writerow({key: cell(value) for key, value in known.items()})
+        known = {key: "" if isinstance(fact, float) and isnan(fact) else fact for key, fact in row.items()}
+        writer.writerow({key: cell(fact) for key, fact in known.items()})
     return stream.getvalue()
 
 

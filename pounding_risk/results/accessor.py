@@ -154,8 +154,8 @@ def _facts_of_run(run: xr.Dataset) -> Iterator[tuple[str, str]]:
 def _levels(run: xr.Dataset, axis: str) -> list[float]:
     """The amplitude, gaps or yield forces of a run, each once."""
     known = [run[name].values if name in run.coords else run.attrs.get(name) for name in LEVELS[axis]]
-    levels = [value for values in known if values is not None for value in np.atleast_1d(values)]
-    return sorted({float(value) for value in levels if not isinstance(value, str)})  # which is no level: damaged
+    levels = [level for stated in known if stated is not None for level in np.atleast_1d(stated)]
+    return sorted({float(level) for level in levels if not isinstance(level, str)})  # which is no level: damaged
 
 
 def _facts_of_grid(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:

@@ -54,10 +54,10 @@ def read_attribute(dataset: xr.Dataset, name: str, default: Any) -> Any:
 
     Raises PoundingError where the attribute is damaged, or holds another kind of value than ``default``.
     """
-    value = from_text(dataset.attrs[name]) if name in dataset.attrs else default
-    if type(value) is not type(default):
+    content = from_text(dataset.attrs[name]) if name in dataset.attrs else default
+    if type(content) is not type(default):
         raise unreadable(name, f"{name_of(dataset)}: " if SOURCE in dataset.encoding else "")
-    return value
+    return content
 
 
 def unreadable(attribute: str, whose: str = "") -> PoundingError:
@@ -83,7 +83,7 @@ def tables_of(text: str) -> dict[str, Any]:
 def has_own_grounds(scene: Mapping[str, Any]) -> bool:
     """True where the tables of a scene, every value stated, put its buildings on unlike grounds."""
     buildings = [building.items() for building in scene.get("building", [])]
-    grounds = [{key: value for key, value in keys if key.startswith("ground_")} for keys in buildings]
+    grounds = [{key: setting for key, setting in keys if key.startswith("ground_")} for keys in buildings]
     return "wave_passage" in scene.get("effects", {}) or any(ground != grounds[0] for ground in grounds)
 
 
@@ -159,14 +159,14 @@ def of_structure(case: xr.Dataset, name: str) -> xr.DataArray:
 
 def of_storeys(case: xr.Dataset, name: str) -> xr.DataArray:
     """The largest value of the storeys of each building that may yield; isolators are none of them."""
-    values = finite(case, name).where(case["storey_ductility" + "_free" * name.endswith("_free")].notnull())
-    return values.where((values["storey"] > 1) | ~values["building"].isin(isolated_of(case))).max("storey")
+    peaks = finite(case, name).where(case["storey_ductility" + "_free" * name.endswith("_free")].notnull())
+    return peaks.where((peaks["storey"] > 1) | ~peaks["building"].isin(isolated_of(case))).max("storey")
 
 
 def of_isolators(case: xr.Dataset, name: str) -> xr.DataArray:
     """The value of the isolators of each building, which are its storey 1; NaN of buildings without."""
-    values = finite(case, name).sel(storey=1, drop=True)
-    return values.where(values["building"].isin(isolated_of(case)))
+    peaks = finite(case, name).sel(storey=1, drop=True)
+    return peaks.where(peaks["building"].isin(isolated_of(case)))
 
 
 def isolated_of(case: xr.Dataset) -> list[str]:
@@ -233,9 +233,9 @@ def isolated_buildings(scene: Mapping[str, Any]) -> list[str]:
     return buildings_with(scene, "isolation")
 
 
-def as_text(value: Any) -> str:
+def as_text(content: Any) -> str:
     """A value as JSON, for an attribute: netCDF attributes hold no tables."""
-    return json.dumps(value, ensure_ascii=False, sort_keys=True, default=str)
+    return json.dumps(content, ensure_ascii=False, sort_keys=True, default=str)
 
 
 def from_text(text: Any) -> Any:

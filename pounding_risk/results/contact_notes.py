@@ -193,7 +193,7 @@ class _Lasting:
 def shortest(periods: Mapping[str, float]) -> tuple[str, float] | None:
     """Name and period [s] of the building of the shortest period that is not a wall; None where all are walls."""
     swinging = {name: period for name, period in periods.items() if period >= WALL}
-    return min(swinging.items(), key=lambda item: item[1]) if swinging else None
+    return min(swinging.items(), key=lambda building: building[1]) if swinging else None
 
 
 def share_of(lasts: float, name: str, period: float) -> str:

@@ -128,8 +128,8 @@ def building_coordinates(buildings: Sequence[Any]) -> dict[str, Any]:
     """Mass, first period and damping of each building; NaN for a rigid one."""
     given = {}
     for name, words in (("mass", "mass"), ("period", "first period of vibration"), ("damping", "damping ratio")):
-        values = [np.nan if building.is_rigid else getattr(building, name) for building in buildings]
-        given[f"building_{name}"] = values, f"{words} of the building"
+        column = [np.nan if building.is_rigid else getattr(building, name) for building in buildings]
+        given[f"building_{name}"] = column, f"{words} of the building"
     return coordinates(given)
 
 
@@ -321,8 +321,8 @@ def _felt(study: Scene, motions: tuple[Motion, ...], peaks: Array) -> tuple[Arra
         felt = np.where(np.isnan(levels), peaks[:, None], levels)
         # Still ground is not scaled.
         return felt, np.divide(felt, peaks[:, None], out=np.ones_like(felt), where=peaks[:, None] > 0.0)
-    values = study.grid.measure.of(motions)[:, None]
-    grown = np.divide(levels, values, out=np.ones((len(motions), levels.size)), where=values > 0.0)
+    before = study.grid.measure.of(motions)[:, None]
+    grown = np.divide(levels, before, out=np.ones((len(motions), levels.size)), where=before > 0.0)
     return peaks[:, None] * grown, grown
 
 

@@ -304,13 +304,13 @@ class Results:
         if not self.scene.get("interface"):
             return {}
         first, pga = self.scene["interface"][0], self.scene.get("records", {}).get("pga")
-        values = {
+        stated = {
             "gap": self.scene_gap(self.varied_interface),
             "yield_force": parse(first.get("yield_force", "inf"), YIELD_FORCE),
             "contact_model": first.get("contact_model"),
             "pga": None if pga is None else parse(pga, PGA),
         }
-        return {axis: value for axis, value in values.items() if value is not None}
+        return {axis: own for axis, own in stated.items() if own is not None}
 
     # ------------------------------------------------------------------------ amplitudes of the motions
 
@@ -350,9 +350,9 @@ class Results:
         ``level`` is one amplitude of a grid that has several [SI]; all of them by default.
         """
         amplitudes = self.amplitudes
-        measure, known = amplitudes.measure, [value for value in amplitudes.values if value is not None]
-        values = [value for value in (known if level is None else [level]) if isfinite(value)]
-        ends = " to ".join(dict.fromkeys(amplitudes.words(end) for end in (min(values), max(values)))) if values else ""
+        measure, known = amplitudes.measure, [amplitude for amplitude in amplitudes.values if amplitude is not None]
+        levels = [amplitude for amplitude in (known if level is None else [level]) if isfinite(amplitude)]
+        ends = " to ".join(dict.fromkeys(amplitudes.words(end) for end in (min(levels), max(levels)))) if levels else ""
         if ends and measure.name != FACTOR:
             return f"at PGA {ends}" if measure == PEAK else f"at {measure.words} = {ends}"
         records = self.scene.get("records", {})

@@ -128,22 +128,22 @@ def run_dataset(study: Scene, case: Case, trace: Trace) -> xr.Dataset:
 
 def run_variables(trace: Trace, point_names: Sequence[str]) -> dict[str, Any]:
     """Histories, outputs and contacts as variables; a run that failed has no motion past its failure: NaN."""
-    data: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     for name, (dims, unit, words) in HISTORIES.items():
         if name in trace.histories:
-            values = np.asarray(trace.histories[name])
+            history = np.asarray(trace.histories[name])
             if trace.status != COMPLETE and name not in GROUNDS:
                 known = trace.time <= trace.last
-                values = np.where(known.reshape(-1, *[1] * (values.ndim - 1)), values, np.nan)
-            data[name] = (dims, values, described(unit, words))
-    for name, (output, value) in trace.outputs.items():
+                history = np.where(known.reshape(-1, *[1] * (history.ndim - 1)), history, np.nan)
+            variables[name] = (dims, history, described(unit, words))
+    for name, (output, amount) in trace.outputs.items():
         dims, dtype, about = labels.case_variable(name, output)
-        data[name] = (dims, np.asarray(value).astype(dtype), dict(about))
+        variables[name] = (dims, np.asarray(amount).astype(dtype), dict(about))
     for name, (unit, words) in CONTACTS.items():
         if name in trace.contacts:
-            data[f"contact_{name}"] = ("contact", trace.contacts[name], described(unit, words))
+            variables[f"contact_{name}"] = ("contact", trace.contacts[name], described(unit, words))
     names = np.array([point_names[index] for index in trace.contact_points], dtype=np.str_)
-    return data | {"contact_place": ("contact", names, dict(CONTACT_PLACE))}
+    return variables | {"contact_place": ("contact", names, dict(CONTACT_PLACE))}
 
 
 def run_coordinates(study: Scene, case: Case, time: Array) -> dict[str, Any]:

@@ -63,18 +63,18 @@ def axes_of(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
 
 def _axis_of_entry(entry: Any) -> SceneAxis:
     """An axis of the attribute; raises ValueError or, as what it is made of, another error where it is damaged."""
-    keys, values, dimension = entry["keys"], entry["values"], entry.get("dimension", "")
+    keys, columns, dimension = entry["keys"], entry["values"], entry.get("dimension", "")
     is_sound = (
         isinstance(dimension, str)
         and isinstance(keys, list)
-        and len(keys) == len(values) > 0
+        and len(keys) == len(columns) > 0
         and all(isinstance(key, str) for key in keys)
-        and all(isinstance(along, list) and len(along) == len(values[0]) > 0 for along in values)
-        and all(isinstance(value, str | int | float) for along in values for value in along)
+        and all(isinstance(column, list) and len(column) == len(columns[0]) > 0 for column in columns)
+        and all(isinstance(stated, str | int | float) for column in columns for stated in column)
     )
     if not is_sound:
         raise ValueError("no axis")
-    return SceneAxis(tuple(keys), tuple(map(tuple, values)), dimension)
+    return SceneAxis(tuple(keys), tuple(map(tuple, columns)), dimension)
 
 
 def check_axes(dataset: xr.Dataset, source: str) -> None:
@@ -103,7 +103,7 @@ def _label_faults(dataset: xr.Dataset, axes: Sequence[SceneAxis]) -> Iterator[st
             may_be = [known[place : place + 1] if whole else known for place in range(variable.size)]
             pairs = zip(variable.values.tolist(), may_be, strict=True)
             is_text = variable.dtype.kind in "UOT"
-            are_known = (any(_is_label(label, value) for label in among) for value, among in pairs)
+            are_known = (any(_is_label(label, own) for label in among) for own, among in pairs)
             if is_text != isinstance(known[0], str) or not all(are_known):
                 yield f"the labels {name} are not those of the attribute {SCENE_AXES}"
             elif str(variable.attrs.get("units")) != str(labels.unit):
@@ -117,18 +117,18 @@ def _variant_faults(variants: Mapping[str, list[Any]], shape: tuple[int, ...]) -
             if not isinstance(entry, list) or len(entry) != 3 or not isinstance(entry[0], str):
                 yield f"the attribute {VARIANTS} has an entry without a name, its axes and values"
                 continue
-            name, along, values = entry
+            name, along, nested = entry
             is_along = isinstance(along, list) and all(type(axis) is int and 0 <= axis < len(shape) for axis in along)
-            if not is_along or not _lies_along(values, [shape[axis] for axis in along]):
+            if not is_along or not _lies_along(nested, [shape[axis] for axis in along]):
                 yield f"the attribute {VARIANTS} has values of {name} that do not lie along its axes"
 
 
-def _lies_along(values: Any, shape: Sequence[int]) -> bool:
+def _lies_along(nested: Any, shape: Sequence[int]) -> bool:
     """True for lists in lists of these lengths."""
     if not shape:
         return True
     first, *rest = shape
-    return isinstance(values, list) and len(values) == first and all(_lies_along(value, rest) for value in values)
+    return isinstance(nested, list) and len(nested) == first and all(_lies_along(inner, rest) for inner in nested)
 
 
 def variants_of(dataset: xr.Dataset) -> dict[str, list[Any]]:
@@ -162,7 +162,7 @@ def own_places(dataset: xr.Dataset) -> dict[str, int]:
     """Along each axis with several places, the one that has the scene's own values; not of axes that have none."""
     places = {}
     tables: Any = tomllib.loads(str(dataset.attrs.get("scene_resolved", "")))
-    listed = {section: value if isinstance(value, list) else [value] for section, value in tables.items()}
+    listed = {section: among if isinstance(among, list) else [among] for section, among in tables.items()}
     known = {section: {key for table in among for key in table} for section, among in listed.items()}
     for axis in open_axes(dataset):
         own: dict[str, Any] = {}
@@ -207,11 +207,11 @@ def along_words(dataset: xr.Dataset) -> list[str]:
 def value_at(dataset: xr.Dataset, key: str, place: int) -> str:
     """The value of a key at a place along its axis, in the unit that readers see: "500 t"."""
     coordinate = dataset[key]
-    value, unit = np.atleast_1d(coordinate.values)[place], str(coordinate.attrs.get("units", "1"))
+    label, unit = np.atleast_1d(coordinate.values)[place], str(coordinate.attrs.get("units", "1"))
     shown_unit, factor = SHOWN.get(unit, (unit, 1.0))
     if coordinate.dtype.kind not in "if":
-        return str(value)
-    return f"{float(value) * factor:.6g} {shown_unit}".strip()
+        return str(label)
+    return f"{float(label) * factor:.6g} {shown_unit}".strip()
 
 
 def has_drawn_motions(dataset: xr.Dataset) -> bool:
@@ -232,7 +232,7 @@ def check_one_place(dataset: xr.Dataset, source: str = "the dataset") -> None:
         return
     has = "; ".join(along_words(dataset))
     choices = {axis.name: _label_with_unit(dataset, axis.name, _labels_along(dataset, axis.name)[0]) for axis in axes}
-    options = " ".join(f"--select '{name}={value}'" for name, value in choices.items())
+    options = " ".join(f"--select '{name}={choice}'" for name, choice in choices.items())
     labels = ", ".join(f'"{axis.name}": {_labels_along(dataset, axis.name)[0]!r}' for axis in axes)
     raise PoundingError(
         f"{source}: has cases along {has}; this is of one value of each: choose with {options}, in Python with "
@@ -275,13 +275,13 @@ def _under_its_motion(chosen: xr.Dataset) -> xr.Dataset:
     its scene names that record alone its attributes have nothing of the others.
     """
     name = str(chosen["record"].item())
-    attrs = {str(key): value for key, value in chosen.attrs.items() if key != MOTIONS_DRAWN}
+    attrs = {str(key): attribute for key, attribute in chosen.attrs.items() if key != MOTIONS_DRAWN}
     is_named = tomllib.loads(str(attrs.get("scene_resolved", ""))).get("records", {}).get("names") == [name]
     if is_named:
         attrs["records"] = as_text([record for record in json.loads(attrs["records"]) if record.get("name") == name])
     for key in ("processing", "motions_sha256"):
         if is_named and key in attrs:
-            attrs[key] = as_text({record: value for record, value in json.loads(attrs[key]).items() if record == name})
+            attrs[key] = as_text({record: fact for record, fact in json.loads(attrs[key]).items() if record == name})
     recording = chosen["record_recording"].variable
     chosen = chosen.assign_coords(record_recording=recording.copy(data=np.zeros_like(recording.values)))
     chosen.attrs = attrs
@@ -306,52 +306,52 @@ def _place_of_label(dataset: xr.Dataset, axis: SceneAxis, source: str) -> int:
     labels = axis.labels()
     own = {key: np.atleast_1d(dataset[key].values)[0] for key in axis.names if key in dataset.variables}
     for place in range(axis.size):
-        if all(_is_label(labels[key].values[place], value) for key, value in own.items()):
+        if all(_is_label(labels[key].values[place], label) for key, label in own.items()):
             return place
     raise PoundingError(f"{source}: {axis.name} has a value that is none of the scan's: the dataset was changed")
 
 
-def _is_label(value: Any, other: Any) -> bool:
-    if isinstance(value, str):
-        return value == str(other)
-    return bool(value == other or isclose(value, float(other), rel_tol=NEAR))
+def _is_label(label: Any, other: Any) -> bool:
+    if isinstance(label, str):
+        return label == str(other)
+    return bool(label == other or isclose(label, float(other), rel_tol=NEAR))
 
 
 def _attributes_of_scene(dataset: xr.Dataset, axes: Sequence[SceneAxis], places: Sequence[int]) -> dict[str, Any]:
     """The attributes of a scan of the scene at a place along every axis."""
-    attrs = {str(name): value for name, value in dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)}
+    attrs = {str(name): attribute for name, attribute in dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)}
     variants = variants_of(dataset)
-    for name, along, values in variants.get("attributes", ()):
-        value = at_places(along, values, places)
-        attrs.pop(name, None) if value is None else attrs.update({name: value})
+    for name, along, nested in variants.get("attributes", ()):
+        attribute = at_places(along, nested, places)
+        attrs.pop(name, None) if attribute is None else attrs.update({name: attribute})
     if "scene_resolved" in attrs:
         tables = tomllib.loads(str(attrs["scene_resolved"]))
         for key in ("zip", *(key for axis in axes for key in axis.keys)):
             tables.get("grid", {}).pop(key, None)
         tables.pop(UNCERTAIN, None)
-        for path, along, values in variants.get("tables", ()):
-            _set_scene_value(tables, json.loads(path), at_places(along, values, places))
+        for path, along, nested in variants.get("tables", ()):
+            _set_scene_value(tables, json.loads(path), at_places(along, nested, places))
         attrs["scene_resolved"] = write_toml(tables)
         attrs["scene_sha256"] = sha256(attrs["scene_resolved"].encode()).hexdigest()
     attrs["overrides"] = as_text([*json.loads(attrs.get("overrides", "[]")), *overrides_at(axes, places)])
     return attrs
 
 
-def at_places(along: Sequence[int], values: Any, places: Sequence[int]) -> Any:
+def at_places(along: Sequence[int], nested: Any, places: Sequence[int]) -> Any:
     """A value of `along.Stack.differing`, as nested lists, at a place along every axis."""
     for axis in along:
-        values = values[places[axis]]
-    return values
+        nested = nested[places[axis]]
+    return nested
 
 
-def _set_scene_value(tables: Any, path: Sequence[Any], value: Any) -> None:
+def _set_scene_value(tables: Any, path: Sequence[Any], setting: Any) -> None:
     """Set a value in nested tables by its path, or remove it where it is None."""
     *above, last = path
     table = reduce(getitem, above, tables)
-    if value is None:
+    if setting is None:
         table.pop(last, None)
     else:
-        table[last] = value
+        table[last] = setting
 
 
 # -------------------------------------------------------------------------------------- axes of selected values
@@ -484,21 +484,21 @@ def title_at(dataset: xr.Dataset, choices: Sequence[str]) -> xr.Dataset:
 
 def _place_of_choice(dataset: xr.Dataset, key: str, text: str) -> int:
     """Index along a dimension of the value that is asked for."""
-    values, unit = _labels_along(dataset, key), dataset[key].attrs.get("units")
-    value: Any = text.strip("\"'")
+    labels, unit = _labels_along(dataset, key), dataset[key].attrs.get("units")
+    wanted: Any = text.strip("\"'")
     if unit is not None:
         try:
-            value = float(value)
+            wanted = float(wanted)
         except ValueError:
             quantity = Quantity(str(unit).replace("m/s2", "m/s^2"), -inf, inf, "value")
             try:
-                value = parse(value, quantity)
+                wanted = parse(wanted, quantity)
             except QuantityError as error:
                 raise PoundingError(f"--select {key}: {error}") from None
-    places = [place for place, known in enumerate(values) if _is_label(known, value)]
+    places = [place for place, known in enumerate(labels) if _is_label(known, wanted)]
     if not places:
         raise PoundingError(
-            f"--select {key}: {text} is none of its values; it has {words_of_values(dataset, key, value)}"
+            f"--select {key}: {text} is none of its values; it has {words_of_values(dataset, key, wanted)}"
         )
     if len(places) > 1:
         raise PoundingError(f"--select {key}: {len(places)} places have {text}; choose by another key of the axis")
@@ -511,21 +511,21 @@ def _labels_along(dataset: xr.Dataset, key: str) -> list[Any]:
 
 def words_of_values(dataset: xr.Dataset, key: str, near: Any = None) -> str:
     """The values of an axis: all where they are few, otherwise how many, the ends, and those next to one."""
-    values, words = _labels_along(dataset, key), written_values(dataset, key)
+    labels, words = _labels_along(dataset, key), written_values(dataset, key)
     ends = short_list(words, FEW)
     if len(words) <= FEW or not isinstance(near, float):
         return ends
-    beside = sorted(sorted(range(len(values)), key=lambda place: abs(values[place] - near))[:2])
+    beside = sorted(sorted(range(len(labels)), key=lambda place: abs(labels[place] - near))[:2])
     return f"{ends} (next to it are {', '.join(words[place] for place in beside)})"
 
 
 def written_values(dataset: xr.Dataset, key: str) -> list[str]:
     """The values of a key along its axis, with their unit."""
-    return [_label_with_unit(dataset, key, value) for value in _labels_along(dataset, key)]
+    return [_label_with_unit(dataset, key, label) for label in _labels_along(dataset, key)]
 
 
-def _label_with_unit(dataset: xr.Dataset, key: str, value: Any) -> str:
+def _label_with_unit(dataset: xr.Dataset, key: str, label: Any) -> str:
     """A value of an axis with its unit."""
     unit = str(dataset[key].attrs.get("units", "1"))
-    number = str(value) if isinstance(value, str) else f"{value:.10g}"
+    number = str(label) if isinstance(label, str) else f"{label:.10g}"
     return number if unit == "1" else f"{number} {unit}"

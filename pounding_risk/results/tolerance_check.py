@@ -47,8 +47,8 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         checked += int(again.sum())
         sensitive += int((piece["sensitive"] == 1).sum())
         for name, finite in changes.items():
-            values = piece[f"change_{name}"][again]
-            finite.append(values[np.isfinite(values)])
+            found = piece[f"change_{name}"][again]
+            finite.append(found[np.isfinite(found)])
         for name in COUNTED:
             moved[name] += int((np.nan_to_num(piece[f"change_{name}"]) > 0.0).sum())
     if not checked:
@@ -56,8 +56,8 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
     rtol = float(dataset.attrs["rtol"])
     moves = []
     for name, finite in changes.items():
-        if (values := np.concatenate(finite)).size:
-            median, largest = (rounded(float(value), 1) for value in (np.median(values), values.max()))
+        if (found := np.concatenate(finite)).size:
+            median, largest = (rounded(float(change), 1) for change in (np.median(found), found.max()))
             moves.append(f"{WORDS[name]} moves by {median} (median), {largest} (largest)")
     moves += [f"{WORDS[name]} changes in {count or 'none'}" for name, count in moved.items()]
     yield "recomputed", f"{checked} of {counted(simulated, 'run')} at rtol {tighter(rtol):g}: " + "; ".join(moves)

@@ -112,10 +112,10 @@ class CrossedClosings:
         As `required_gap.required_gaps`. Of more than 256 outcomes the bounds are sought at 256 of the closings, and
         rounded outwards to them.
         """
-        values = self.closing.ravel()
+        closings = self.closing.ravel()
         percents = np.array(sorted(set(percentiles)))
-        gaps, fitted = enough_for(values, percents), self._fitted(percents)
-        levels = _levels(values)
+        gaps, fitted = enough_for(closings, percents), self._fitted(percents)
+        levels = _levels(closings)
         past, short = self._share(levels, "right"), self._share(levels, "left")
         independent = self._independent(levels, past, self.counted)
         low, high = _bounds((short, past), independent, self.counted, confidence)
@@ -161,12 +161,12 @@ def _bounds(
     return np.minimum(low, always), np.maximum(high, never)
 
 
-def _levels(values: Array) -> Array:
+def _levels(closings: Array) -> Array:
     """The closings at which bounds are sought, rising: all, or many over the distribution and close in its tail."""
-    rising = np.unique(values)
+    rising = np.unique(closings)
     if rising.size <= MOST_LEVELS:
         return rising
-    tail = 1.0 - np.geomspace(0.2, 1.0 / values.size, MOST_LEVELS // 3)
+    tail = 1.0 - np.geomspace(0.2, 1.0 / closings.size, MOST_LEVELS // 3)
     shares = np.concatenate([np.linspace(0.0, 1.0, MOST_LEVELS - tail.size), tail])
     places = np.unique(np.round(shares * (rising.size - 1)).astype(int))
     return np.asarray(rising[places])
@@ -220,7 +220,7 @@ def analysed_clusters(values: Array, motions: Labels, recordings: Labels) -> Ana
     motion and of one recording, each (samples,). Of the `Analysis` ``samples`` is the variance within a motion, of the
     numbers and of both together, ``interaction`` 0, and ``recordings`` the covariance of two samples of one recording.
     """
-    x = values - values.mean()
+    departures = values - values.mean()
     of_motion = np.zeros(motions.max() + 1, dtype=np.int64)
     of_motion[motions] = recordings
 
@@ -229,7 +229,7 @@ def analysed_clusters(values: Array, motions: Labels, recordings: Labels) -> Ana
         by_motion = np.bincount(motions, weights).astype(float)
         return np.bincount(recordings, weights).astype(float), np.bincount(of_motion, by_motion**2).astype(float)
 
-    (count, count2), (total, total2), (square, _) = summed(None), summed(x), summed(x * x)
+    (count, count2), (total, total2), (square, _) = summed(None), summed(departures), summed(departures * departures)
     sums = np.stack([count, count2, count**2, total, total2, total**2, square])  # (sums, recordings)
     whole = sums.sum(axis=1)
     everything = _components(whole)
@@ -284,12 +284,12 @@ class DrawnClosings(CrossedClosings):
         self.analysis, self.counted = self.of_logs(self.logs)
 
     def of_logs(self, logs: Array) -> tuple[Analysis, Any]:
-        values = logs[:, 0]
+        of_samples = logs[:, 0]
         sizes = np.bincount(self.recordings)
-        crowding = float((sizes**2).sum()) / float(values.size) ** 2
+        crowding = float((sizes**2).sum()) / float(of_samples.size) ** 2
         return (
-            analysed_clusters(values, self.of_motions, self.recordings),
-            Clusters(values.size, crowding, likeness(values, self.recordings)),
+            analysed_clusters(of_samples, self.of_motions, self.recordings),
+            Clusters(of_samples.size, crowding, likeness(of_samples, self.recordings)),
         )
 
     def of_polarity(self, closed: NDArray[np.bool_], is_one: NDArray[np.bool_]) -> float:

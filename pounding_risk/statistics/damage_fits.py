@@ -51,10 +51,10 @@ class Observed(NamedTuple):
 class Capacities(NamedTuple):
     """The intensity at which each motion first reaches a state, and whether it is known."""
 
-    values: Array  # (motions,); of one that is not known the level next to it, NaN where no run is known
+    reached_at: Array  # (motions,); of one that is not known the level next to it, NaN where no run is known
     status: NDArray[np.int8]  # BELOW, KNOWN, ABOVE, NONE or BETWEEN
     falls_back: NDArray[np.bool_]  # a higher level does not reach the state, though a lower one did
-    below: Array  # the level below ``values`` where the status is BETWEEN, else as ``values``
+    below: Array  # the level below ``reached_at`` where the status is BETWEEN, else as it
 
 
 def capacities(ims: Array, ratios: Array, jumps: bool = False) -> Capacities:
@@ -62,14 +62,14 @@ def capacities(ims: Array, ratios: Array, jumps: bool = False) -> Capacities:
 
     A demand that ``jumps`` is at no straight line: a contact force is 0 until the gap closes, and stays at F_E once the
     contact yields, where a line to a threshold of F_E would end at the upper level. Its first crossing lies between two
-    levels, of which ``values`` has the upper one. Levels whose run failed are left out. Nothing is said between the
+    levels, of which ``reached_at`` has the upper one. Levels whose run failed are left out. Nothing is said between the
     lowest level and an intensity of 0.
 
     >>> first = capacities(np.array([[1.0, 2.0, 3.0]]), np.array([[0.5, 0.9, 1.3]]))
-    >>> float(first.values[0].round(6)), int(first.status[0])
+    >>> float(first.reached_at[0].round(6)), int(first.status[0])
     (2.25, 0)
     """
-    values, status = np.full(len(ims), np.nan), np.full(len(ims), NONE, dtype=np.int8)
+    reached_at, status = np.full(len(ims), np.nan), np.full(len(ims), NONE, dtype=np.int8)
     falls_back, below = np.zeros(len(ims), dtype=bool), np.full(len(ims), np.nan)
     for motion, (all_ims, all_ratios) in enumerate(zip(ims, ratios, strict=True)):
         known = np.flatnonzero(np.isfinite(all_ratios))
@@ -79,19 +79,19 @@ def capacities(ims: Array, ratios: Array, jumps: bool = False) -> Capacities:
         if not known.size:
             continue
         if not reached.any():
-            values[motion], status[motion] = im[-1], ABOVE
+            reached_at[motion], status[motion] = im[-1], ABOVE
             continue
         first = int(reached.argmax())
         falls_back[motion] = not reached[first:].all()
         if first == 0:
-            values[motion], status[motion] = im[0], BELOW
+            reached_at[motion], status[motion] = im[0], BELOW
             continue
         if jumps:
-            values[motion], status[motion], below[motion] = im[first], BETWEEN, im[first - 1]
+            reached_at[motion], status[motion], below[motion] = im[first], BETWEEN, im[first - 1]
             continue
         share = (1.0 - ratio[first - 1]) / (ratio[first] - ratio[first - 1])
-        values[motion], status[motion] = im[first - 1] + share * (im[first] - im[first - 1]), KNOWN
-    return Capacities(values, status, falls_back, np.where(status == BETWEEN, below, values))
+        reached_at[motion], status[motion] = im[first - 1] + share * (im[first] - im[first - 1]), KNOWN
+    return Capacities(reached_at, status, falls_back, np.where(status == BETWEEN, below, reached_at))
 
 
 # ------------------------------------------------------------------------------------------------ stripes
@@ -111,17 +111,17 @@ def drawn_stripes(observed: Observed, weights: Array) -> Array:
     from scipy.sparse import csr_matrix
 
     motion, level = np.nonzero(np.isfinite(observed.ratios))
-    values, columns = np.unique(observed.ims[motion, level], return_inverse=True)
+    levels, columns = np.unique(observed.ims[motion, level], return_inverse=True)
     reached = (observed.ratios[motion, level] >= 1.0).astype(float)
-    shape = (len(observed.ims), values.size)
+    shape = (len(observed.ims), levels.size)
     runs = csr_matrix((np.ones(motion.size), (motion, columns)), shape)
     counts = csr_matrix((reached, (motion, columns)), shape)
-    if values.size < 2:
+    if levels.size < 2:
         return np.full((len(weights), 2), np.nan)
-    logs = np.log(values)
+    logs = np.log(levels)
     middle, scale = float(logs.mean()), float(logs.std())
     fits = []
-    for part in _sample_blocks(weights, values.size):
+    for part in _sample_blocks(weights, levels.size):
         # (samples, intensities): runs at each intensity, and those that reach the state
         of_runs, of_counts = (np.asarray((table.T @ part.T).T) for table in (runs, counts))
         a, b = _probit((logs - middle) / scale, of_counts, of_runs - of_counts)
@@ -131,23 +131,23 @@ def drawn_stripes(observed: Observed, weights: Array) -> Array:
     return np.concatenate(fits)
 
 
-def _probit(x: Array, hits: Array, misses: Array) -> tuple[Array, Array]:
-    """Coefficients of P = Φ(a + b x) for counts (samples, x); NaN where the likelihood has no maximum."""
+def _probit(log_im: Array, hits: Array, misses: Array) -> tuple[Array, Array]:
+    """Coefficients of P = Φ(a + b ln im) for counts (samples, im); NaN where the likelihood has no maximum."""
     a, b = np.zeros(len(hits)), np.zeros(len(hits))
     gain, total = np.full(len(hits), np.inf), (hits + misses).sum(axis=1)
     for _ in range(MOST_STEPS):
-        line = a[:, None] + b[:, None] * x
+        line = a[:, None] + b[:, None] * log_im
         up, down = _mills_ratio(line), _mills_ratio(-line)
         score = hits * up - misses * down
         weight = hits * up * (up + line) + misses * down * (down - line)
-        system = (weight.sum(axis=1), (weight * x).sum(axis=1), (weight * x * x).sum(axis=1))
-        step, gain = _newton_step(system, (score.sum(axis=1), (score * x).sum(axis=1)), total)
+        system = (weight.sum(axis=1), (weight * log_im).sum(axis=1), (weight * log_im * log_im).sum(axis=1))
+        step, gain = _newton_step(system, (score.sum(axis=1), (score * log_im).sum(axis=1)), total)
         a, b = a + step[0], b + step[1]
         if (gain < CLOSE).all():
             break
     # Where all or none are hits there is no curve, and where hits and misses part the slope grows without end.
-    highest_miss = np.where(misses > 0.0, x, -np.inf).max(axis=1)
-    lowest_hit = np.where(hits > 0.0, x, np.inf).min(axis=1)
+    highest_miss = np.where(misses > 0.0, log_im, -np.inf).max(axis=1)
+    lowest_hit = np.where(hits > 0.0, log_im, np.inf).min(axis=1)
     parted = ~(gain < CLOSE) | (highest_miss <= lowest_hit)
     return np.where(parted, np.nan, a), np.where(parted, np.nan, b)
 
@@ -162,13 +162,13 @@ def fit_ida(observed: Observed) -> Fit:
     fault = _capacity_fault(enclosed, observed, labels)
     if fault:
         return Fit(fault=fault)
-    x, middle, scale = enclosed.scaled()
-    (delta,), (gamma,) = _tobit(x, np.ones((1, labels.size)))
+    scaled, middle, scale = enclosed.scaled()
+    (delta,), (gamma,) = _tobit(scaled, np.ones((1, labels.size)))
     if not np.isfinite(gamma):
         return Fit(fault="the capacities determine no curve; scan more levels")
     # ln θ and β from δ and γ, η = γ x − δ; the observed information goes with them, for the gradient is zero.
     jacobian = np.array([[scale / gamma, -scale * delta / gamma**2], [0.0, -scale / gamma**2]])
-    slopes, (top, side, low) = _likelihood_slopes(x, np.array([delta]), np.array([gamma]))
+    slopes, (top, side, low) = _likelihood_slopes(scaled, np.array([delta]), np.array([gamma]))
     inverse = jacobian @ np.linalg.inv(np.array([[top.sum(), side.sum()], [side.sum(), low.sum()]]))
     spread = inverse @ curves.by_recording(np.stack([slopes[0][0], slopes[1][0]], axis=1), labels)
     fitted = curves.fit_of(middle + scale * delta / gamma, scale / gamma, inverse @ jacobian.T, spread)
@@ -208,7 +208,7 @@ def _enclosed_capacities(observed: Observed) -> tuple[EnclosedCapacities, NDArra
     """The ends between which the capacities lie, of the motions of which a run is known."""
     first = capacities(observed.ims, observed.ratios, observed.jumps)
     known = first.status != NONE
-    status, high, low = first.status[known], np.log(first.values[known]), np.log(first.below[known])
+    status, high, low = first.status[known], np.log(first.reached_at[known]), np.log(first.below[known])
     return EnclosedCapacities(np.where(status == BELOW, -np.inf, low), np.where(status == ABOVE, np.inf, high)), known
 
 
@@ -237,21 +237,21 @@ def drawn_ida(observed: Observed, weights: Array) -> Array:
     enclosed, known = _enclosed_capacities(observed)
     if enclosed.inner.sum() < 2 or enclosed.finite.std() == 0.0:
         return np.full((len(weights), 2), np.nan)
-    x, middle, scale = enclosed.scaled()
+    scaled, middle, scale = enclosed.scaled()
     drawn = []
     for part in _sample_blocks(weights[:, known], enclosed.low.size):
-        delta, gamma = _tobit(x, part)
+        delta, gamma = _tobit(scaled, part)
         drawn.append(np.stack([middle + scale * delta / gamma, scale / gamma], axis=1))
     return np.concatenate(drawn)
 
 
-def _tobit(x: EnclosedCapacities, weights: Array) -> tuple[Array, Array]:
+def _tobit(enclosed: EnclosedCapacities, weights: Array) -> tuple[Array, Array]:
     """δ = μ/σ and γ = 1/σ of a normal x that is partly enclosed, by weighted sample; NaN without a maximum.
 
     In these the likelihood is concave (Olsen 1978, Burridge 1981): Σ w (ln γ − η²/2) of the known, and
     Σ w ln (Φ(η_high) − Φ(η_low)) of the others.
     """
-    inner, finite = weights[:, x.inner].sum(axis=1), x.finite
+    inner, finite = weights[:, enclosed.inner].sum(axis=1), enclosed.finite
     total = weights.sum(axis=1)
     mean = weights @ finite / total
     deviation = np.sqrt(np.maximum(weights @ finite**2 / total - mean**2, 1e-12))
@@ -260,7 +260,7 @@ def _tobit(x: EnclosedCapacities, weights: Array) -> tuple[Array, Array]:
     gain = np.full(len(weights), np.inf)
     with np.errstate(all="ignore"):  # samples that have no maximum leave the range, which their gain shows
         for _ in range(MOST_STEPS):
-            slopes, curvature = _likelihood_slopes(x, delta, gamma)
+            slopes, curvature = _likelihood_slopes(enclosed, delta, gamma)
             system = tuple((part * weights).sum(axis=1) for part in curvature)
             score = tuple((part * weights).sum(axis=1) for part in slopes)
             step, gain = _newton_step(system, score, total)
@@ -270,27 +270,31 @@ def _tobit(x: EnclosedCapacities, weights: Array) -> tuple[Array, Array]:
                 break
     # Without a known capacity the dispersion has no limit where one intensity may be the capacity of all.
     is_drawn = weights > 0.0
-    lowest_high = np.where(is_drawn, x.high, np.inf).min(axis=1)
-    parted = np.where(is_drawn, x.low, -np.inf).max(axis=1) > lowest_high
-    parted |= (is_drawn & x.is_known).any(axis=1)
+    lowest_high = np.where(is_drawn, enclosed.high, np.inf).min(axis=1)
+    parted = np.where(is_drawn, enclosed.low, -np.inf).max(axis=1) > lowest_high
+    parted |= (is_drawn & enclosed.is_known).any(axis=1)
     lost = ~(gain < CLOSE) | (inner <= 0.0) | (gamma > 1e6) | ~parted
     return np.where(lost, np.nan, delta), np.where(lost, np.nan, gamma)
 
 
 def _likelihood_slopes(
-    x: EnclosedCapacities, delta: Array, gamma: Array
+    enclosed: EnclosedCapacities, delta: Array, gamma: Array
 ) -> tuple[tuple[Array, Array], tuple[Array, Array, Array]]:
     """Derivatives of the log-likelihood by δ and γ, and the second ones with their sign changed, (samples, motions).
 
     With p = φ(η_high)/D, q = φ(η_low)/D and D = Φ(η_high) − Φ(η_low) the first derivatives by η_high and η_low are p
     and −q, and the second with their sign changed p (η_high + p), q (q − η_low), and −p q across.
     """
-    ends = [np.where(np.isfinite(end), end, 0.0) for end in (x.high, x.low)]
+    ends = [np.where(np.isfinite(end), end, 0.0) for end in (enclosed.high, enclosed.low)]
     up, down = ((gamma[:, None] * end - delta[:, None]) for end in ends)
-    p, q = _densities_at_ends(np.where(np.isfinite(x.high), up, np.inf), np.where(np.isfinite(x.low), down, -np.inf))
-    p, q = np.where(x.is_known, -up, p), np.where(x.is_known, 0.0, q)
-    high, low = np.where(x.is_known, 1.0, p * (up + p)), q * (q - down)
-    across, own = -p * q, np.where(x.is_known, 1.0 / gamma[:, None], 0.0)
+    highest, lowest = (
+        np.where(np.isfinite(enclosed.high), up, np.inf),
+        np.where(np.isfinite(enclosed.low), down, -np.inf),
+    )
+    p, q = _densities_at_ends(highest, lowest)
+    p, q = np.where(enclosed.is_known, -up, p), np.where(enclosed.is_known, 0.0, q)
+    high, low = np.where(enclosed.is_known, 1.0, p * (up + p)), q * (q - down)
+    across, own = -p * q, np.where(enclosed.is_known, 1.0 / gamma[:, None], 0.0)
     slopes = q - p, p * ends[0] - q * ends[1] + own
     top = high + 2.0 * across + low
     side = -(high * ends[0] + across * (ends[0] + ends[1]) + low * ends[1])
@@ -317,38 +321,39 @@ def fit_cloud(observed: Observed) -> Fit:
     known = np.isfinite(observed.ratios)
     labels = numbered(np.broadcast_to(observed.recordings[:, None], known.shape)[known])
     with np.errstate(divide="ignore"):
-        x, y = np.log(observed.ims[known]), np.log(observed.ratios[known])
-    fault = _cloud_fault(x, y, labels)
+        log_im, log_demand = np.log(observed.ims[known]), np.log(observed.ratios[known])
+    fault = _cloud_fault(log_im, log_demand, labels)
     if fault:
         return Fit(fault=fault)
-    moments = np.array([[x.size, x.sum(), y.sum(), (x * x).sum(), (x * y).sum(), (y * y).sum()]])
+    moments = np.array([[product.sum() for product in _products(log_im, log_demand)]])
     a, b, sigma = _demand_regression(moments)[0].tolist()
     if b <= 0.0 or sigma >= FLAT * b:
         trend = "fall" if b <= 0.0 else "hardly grow"
         return Fit(fault=f"the demands {trend} with the intensity: this measure does not govern them")
     if sigma <= LINE:
         return Fit(fault="the demands lie on one line: they have no dispersion")
-    residuals = y - a - b * x
-    scores = np.stack([residuals, residuals * x, residuals**2 / sigma - sigma], axis=1) / sigma**2
-    total = float(x.size)
-    curvature = np.array([[total, x.sum(), 0.0], [x.sum(), (x * x).sum(), 0.0], [0.0, 0.0, 2.0 * total]]) / sigma**2
+    residuals = log_demand - a - b * log_im
+    scores = np.stack([residuals, residuals * log_im, residuals**2 / sigma - sigma], axis=1) / sigma**2
+    total = float(log_im.size)
+    _, of_im, _, of_im_im, *_ = moments[0]
+    curvature = np.array([[total, of_im, 0.0], [of_im, of_im_im, 0.0], [0.0, 0.0, 2.0 * total]]) / sigma**2
     jacobian = np.array([[-1.0 / b, a / b**2, 0.0], [0.0, -sigma / b**2, 1.0 / b]])
     inverse = jacobian @ np.linalg.inv(curvature)
     fitted = curves.fit_of(-a / b, sigma / b, inverse @ jacobian.T, inverse @ curves.by_recording(scores, labels))
-    tested = np.exp(x)
+    tested = np.exp(log_im)
     return curves.fit_or_fault(fitted, _curve_fault(fitted, tested, observed.shown))
 
 
-def _cloud_fault(x: Array, y: Array, labels: Labels) -> str:
+def _cloud_fault(log_im: Array, log_demand: Array, labels: Labels) -> str:
     """Sentence on why a cloud gives no curve; "" where it does."""
-    if x.size < FEWEST:
-        return f"{x.size} runs are known: a cloud needs {FEWEST} at least"
-    zeros = int(np.isneginf(y).sum())
+    if log_im.size < FEWEST:
+        return f"{log_im.size} runs are known: a cloud needs {FEWEST} at least"
+    zeros = int(np.isneginf(log_demand).sum())
     if zeros:
-        return f"the demand is 0 in {zeros} of {y.size} runs, which has no logarithm; take stripes"
+        return f"the demand is 0 in {zeros} of {log_demand.size} runs, which has no logarithm; take stripes"
     if np.ptp(labels) == 0:
         return ALONE
-    if curves.of_one_intensity(np.exp(x)):
+    if curves.of_one_intensity(np.exp(log_im)):
         return "all motions have one intensity: a cloud needs several; take the motions as recorded"
     return ""
 
@@ -356,25 +361,28 @@ def _cloud_fault(x: Array, y: Array, labels: Labels) -> str:
 def drawn_cloud(observed: Observed, weights: Array) -> Array:
     """As `drawn_stripes`, from the regression."""
     known = np.isfinite(observed.ratios) & (observed.ratios > 0.0)
-    x = np.log(np.where(known, observed.ims, 1.0))
-    y = np.log(np.where(known, observed.ratios, 1.0))
-    sums = np.stack(
-        [part.sum(axis=1) for part in (known, x * known, y * known, x * x * known, x * y * known, y * y * known)]
-    )
+    log_im = np.log(np.where(known, observed.ims, 1.0))
+    log_demand = np.log(np.where(known, observed.ratios, 1.0))
+    sums = np.stack([(product * known).sum(axis=1) for product in _products(log_im, log_demand)])
     a, b, sigma = _demand_regression(weights @ sums.T).T
     b = np.where((b > 0.0) & (sigma < FLAT * b) & (sigma > LINE), b, np.nan)
     return np.stack([-a / b, sigma / b], axis=1)
 
 
+def _products(log_im: Array, log_demand: Array) -> tuple[Array, ...]:
+    """What a regression takes the sums of: 1, both logarithms, their squares and their product between these."""
+    return np.ones_like(log_im), log_im, log_demand, log_im * log_im, log_im * log_demand, log_demand * log_demand
+
+
 def _demand_regression(moments: Array) -> Array:
-    """a, b and σ (n − 2) of y = a + b x from rows of n, Σx, Σy, Σx², Σxy and Σy²."""
-    count, x, y, xx, xy, yy = moments.T
+    """a, b and σ (n − 2) of ln demand = a + b ln im, from rows of the sums of `_products`."""
+    count, im, demand, im_im, im_demand, demand_demand = moments.T
     with np.errstate(all="ignore"):  # a sample of one intensity has no slope: NaN
-        squares = xx - x * x / count
-        b = (xy - x * y / count) / squares
-        residual = yy - y * y / count - b * (xy - x * y / count)
+        squares, products = im_im - im * im / count, im_demand - im * demand / count
+        b = products / squares
+        residual = demand_demand - demand * demand / count - b * products
         sigma = np.sqrt(np.maximum(residual, 0.0) / (count - 2.0))
-        return np.stack([(y - b * x) / count, b, sigma], axis=1)
+        return np.stack([(demand - b * im) / count, b, sigma], axis=1)
 
 
 # ------------------------------------------------------------------------------------------------ all methods

@@ -86,9 +86,9 @@ def stripes_of(im: Array, failed: NDArray[np.bool_]) -> tuple[Stripe, ...]:
     """The motions counted by intensity, in rising order; those `of_one_intensity` are one stripe at their median."""
     if of_one_intensity(im):
         return (Stripe(float(np.median(im)), int(failed.sum()), int(failed.size)),)
-    values, where = np.unique(im, return_inverse=True)
+    levels, where = np.unique(im, return_inverse=True)
     runs, counts = np.bincount(where), np.bincount(where, failed)
-    return tuple(Stripe(float(a), int(k), int(n)) for a, k, n in zip(values, counts, runs, strict=True))
+    return tuple(Stripe(float(a), int(k), int(n)) for a, k, n in zip(levels, counts, runs, strict=True))
 
 
 def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels, shown: Shown = plain) -> Fit:
@@ -106,8 +106,8 @@ def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels, shown: Shown =
         return Fit(fault=fault)
     logs = np.log(im)
     middle, scale = float(logs.mean()), float(logs.std())
-    x = np.stack([np.ones_like(logs), (logs - middle) / scale], axis=1)
-    (a, b), curvature, scores = _probit(x, np.where(failed, 1.0, -1.0))
+    design = np.stack([np.ones_like(logs), (logs - middle) / scale], axis=1)
+    (a, b), curvature, scores = _probit(design, np.where(failed, 1.0, -1.0))
     if b <= scale / FLAT:
         trend = "become rarer" if b <= 0.0 else "hardly become more frequent"
         return Fit(fault=f"failures {trend} as the intensity grows: this measure does not govern them")
@@ -190,34 +190,34 @@ def fit_or_fault(fitted: Fit, fault: str) -> Fit:
     return Fit(fault=fault) if fault else fitted
 
 
-def _probit(x: Array, sign: Array) -> tuple[Array, Array, Array]:
+def _probit(design: Array, sign: Array) -> tuple[Array, Array, Array]:
     """Coefficients of P = Φ(x b), observed information, and scores by motion; ``sign`` is 1 or −1."""
     from scipy.special import log_ndtr
 
-    coefficients = np.zeros(x.shape[1])
-    value = float(log_ndtr(sign * (x @ coefficients)).sum())
+    coefficients = np.zeros(design.shape[1])
+    best = float(log_ndtr(sign * (design @ coefficients)).sum())
     for _ in range(STEPS):
-        scores, curvature = _slopes(x, sign, coefficients)
+        scores, curvature = _slopes(design, sign, coefficients)
         step = np.linalg.solve(curvature, scores.sum(axis=0))
         gain = float(scores.sum(axis=0) @ step)
         size = 1.0
-        while (new := float(log_ndtr(sign * (x @ (coefficients + size * step))).sum())) < value and size > 1e-9:
+        while (new := float(log_ndtr(sign * (design @ (coefficients + size * step))).sum())) < best and size > 1e-9:
             size *= 0.5
-        coefficients, value = coefficients + size * step, new
+        coefficients, best = coefficients + size * step, new
         if gain < CLOSE:
             break
-    scores, curvature = _slopes(x, sign, coefficients)
+    scores, curvature = _slopes(design, sign, coefficients)
     return coefficients, curvature, scores
 
 
-def _slopes(x: Array, sign: Array, at: Array) -> tuple[Array, Array]:
+def _slopes(design: Array, sign: Array, at: Array) -> tuple[Array, Array]:
     """Scores by motion, and the observed information of all: λ x and Σ λ(λ + η) x xᵀ, λ = ±φ(η)/Φ(±η)."""
     from scipy.special import log_ndtr
 
-    line = x @ at
+    line = design @ at
     ratio = sign * np.exp(-0.5 * line**2 - log_ndtr(sign * line)) / np.sqrt(2.0 * np.pi)
     weights = ratio * (ratio + line)
-    return ratio[:, None] * x, (x * weights[:, None]).T @ x
+    return ratio[:, None] * design, (design * weights[:, None]).T @ design
 
 
 def by_recording(scores: Array, recordings: Labels) -> Array:

@@ -51,13 +51,13 @@ def annual_rate(hazard: Curve, median: Array | float, dispersion: Array | float)
     """
     from scipy.special import ndtr
 
-    x, level = np.log(hazard.im), np.log(hazard.rate)
-    steep = -np.diff(level) / np.diff(x)
+    log_im, level = np.log(hazard.im), np.log(hazard.rate)
+    steep = -np.diff(level) / np.diff(log_im)
     middle, spread = np.log(np.asarray(median))[..., None], np.asarray(dispersion)[..., None]
-    z = (x - middle) / spread
+    z = (log_im - middle) / spread
     falls = -np.diff(hazard.rate * ndtr(z), axis=-1)
     moved = steep * spread
-    height = level[:-1] + steep * (x[:-1] - middle) + 0.5 * moved**2
+    height = level[:-1] + steep * (log_im[:-1] - middle) + 0.5 * moved**2
     rest = np.exp(height + _log_between(z[..., :-1] + moved, z[..., 1:] + moved))
     return np.asarray(np.maximum(falls + rest, 0.0).sum(axis=-1))
 

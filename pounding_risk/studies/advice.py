@@ -131,8 +131,8 @@ class Influence(ShortRepr):
 
 def _change_words(change: float) -> str:
     """A relative change in per cent, with its sign; to a tenth below 10 %."""
-    value = round(100.0 * change, 1 if abs(change) < 0.0995 else 0)
-    return "0" if value == 0.0 else f"{value:+g}".replace("-", "−")
+    percent = round(100.0 * change, 1 if abs(change) < 0.0995 else 0)
+    return "0" if percent == 0.0 else f"{percent:+g}".replace("-", "−")
 
 
 class Line(NamedTuple):
@@ -387,11 +387,11 @@ def _with_column_strengths(study: Scene, multiple: float) -> Scene:
     return study.updated(buildings=tuple(buildings))
 
 
-def _with_interface_values(study: Scene, **values: Sequence[Any]) -> Scene:
+def _with_interface_values(study: Scene, **of_keys: Sequence[Any]) -> Scene:
     """The scene with other values of some keys of its interfaces, one for each."""
     changed = []
     for index, interface in enumerate(study.interfaces):
-        changed.append(interface.updated(**{key: of_each[index] for key, of_each in values.items()}))
+        changed.append(interface.updated(**{key: of_each[index] for key, of_each in of_keys.items()}))
     return study.updated(interfaces=tuple(changed))
 
 
@@ -443,9 +443,9 @@ def _case_values(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
     """Values of a variable (cases, places); NaN where a run failed or a count is not defined."""
     variable = dataset[name].isel(contact_model=0, gap=0, yield_force=0)
     status = dataset["status"].isel(contact_model=0, gap=0, yield_force=0).values.ravel()
-    values = variable.values.astype(float).reshape(status.size, -1)
+    outputs = variable.values.astype(float).reshape(status.size, -1)
     counts = np.issubdtype(variable.dtype, np.integer)
-    return np.where((status == COMPLETE)[:, None] & ~(counts & (values < 0.0)), values, np.nan)
+    return np.where((status == COMPLETE)[:, None] & ~(counts & (outputs < 0.0)), outputs, np.nan)
 
 
 def _hardest_strike(dataset: xr.Dataset, study: Scene, interface: int) -> tuple[int, float]:
@@ -500,10 +500,10 @@ def _influences(study: Scene, run: Run, touched: NDArray[np.bool_]) -> Iterator[
 def _output_medians(study: Scene, base: xr.Dataset, touched: NDArray[np.bool_]) -> dict[tuple[str, str], float]:
     medians = {}
     for output, at, name, beside in _judged_outputs(study):
-        values = _case_values(base, output)[touched[:, beside].any(axis=-1), at]
-        values = values[np.isfinite(values)]
-        if values.size:
-            medians[output, name] = float(np.median(values))
+        outputs = _case_values(base, output)[touched[:, beside].any(axis=-1), at]
+        outputs = outputs[np.isfinite(outputs)]
+        if outputs.size:
+            medians[output, name] = float(np.median(outputs))
     return medians
 
 
@@ -590,7 +590,7 @@ def _interface_lines(study: Scene, ranges: Sequence[StiffnessRange], influences:
     rule, relation = own.restitution.written(), own.restitution.relation
     exact = f'{{value = {shown(rule["value"])}, relation = "exact"}}' if relation != AS_PUBLISHED else shown(rule)
     force = f'"{say(own.yield_force, YIELD_FORCE)}"' if isfinite(own.yield_force) else '"inf"'
-    for factor, key, value, consequence in (
+    for factor, key, setting, consequence in (
         (
             RESTITUTION,
             "restitution",
@@ -610,7 +610,7 @@ def _interface_lines(study: Scene, ranges: Sequence[StiffnessRange], influences:
             if len({getattr(one, key) for one in study.interfaces}) > 1:
                 yield Line("", "", f"{key}, each interface's own: {why}")
             else:
-                yield Line("", f"{key} = {value}", why)
+                yield Line("", f"{key} = {setting}", why)
     laws = [known_law(name) for name in study.models_of(study.contact_model)]
     if laws and all(is_instant(law) for law in laws):
         yield Line("", f"contact_model = {shown(own.contact_model)}", "an instant impact takes no stiffness")
@@ -620,7 +620,7 @@ def _factor_words(judged: Sequence[Influence], consequence: str) -> str:
     """Which outputs depend on a factor, somewhat and not; what follows where one depends."""
     groups = {word: _outputs_by_verdict(judged, word) for word in (DEPENDS, SOMEWHAT, NOT)}
     first = judged[0]
-    tried = ", ".join(value for value, counts in zip(first.tried, first.counts, strict=True) if counts)
+    tried = ", ".join(setting for setting, counts in zip(first.tried, first.counts, strict=True) if counts)
     if not groups[DEPENDS] and not groups[SOMEWHAT]:
         return f"Keep it: the median of no output changes by {100 * LITTLE:.0f} % or more with {tried}"
     parts = []

@@ -117,8 +117,8 @@ class StiffnessRange(NamedTuple):
     @property
     def line(self) -> str:
         """The line of the [[interface]] table; "" where the range is empty."""
-        value = None if self.contact_model == TABULATED or self.is_column else self.recommended
-        return "" if value is None else f'stiffness = "{stiffness_words(value, self.unit)}"'
+        proposed = None if self.contact_model == TABULATED or self.is_column else self.recommended
+        return "" if proposed is None else f'stiffness = "{stiffness_words(proposed, self.unit)}"'
 
     @property
     def why(self) -> str:
@@ -215,11 +215,11 @@ def stiffness_range(scene: Scene, index: int, point: Point, speed: float, floor_
     low, high = (stiffness_for(lasts, unit, mass, speed) for lasts in (longest, shortest))
     assumed = tuple(dict.fromkeys(floor.building for floor in moving if floor.is_assumed))
     rules = []
-    for name, value, rule_unit, source, basis in _published(floors):
-        lasts = contact_duration(value, rule_unit, mass, speed)
-        same = value if rule_unit == unit else stiffness_for(lasts, unit, mass, speed)
+    for name, published, rule_unit, source, basis in _published(floors):
+        lasts = contact_duration(published, rule_unit, mass, speed)
+        same = published if rule_unit == unit else stiffness_for(lasts, unit, mass, speed)
         verdict = "" if low > high else _verdict(same, low, high)
-        rules.append(Rule(name, value, rule_unit, source, basis, same, lasts, verdict))
+        rules.append(Rule(name, published, rule_unit, source, basis, same, lasts, verdict))
     return StiffnessRange(
         interface=scene.interface_names[index],
         buildings=(left.name, right.name),
@@ -266,8 +266,8 @@ def floor_at(building: Building | Storeys, floor: float, floor_length: float) ->
     return Floor(building.name, 1.0 / inverse, storey, building.period, floor_length, CONCRETE_WAVE_SPEED, True)
 
 
-def _verdict(value: float, low: float, high: float) -> str:
-    return BELOW if value < low else ABOVE if value > high else WITHIN
+def _verdict(stiffness: float, low: float, high: float) -> str:
+    return BELOW if stiffness < low else ABOVE if stiffness > high else WITHIN
 
 
 def _published(floors: tuple[Floor, Floor]) -> Iterator[tuple[str, float, str, str, str]]:

@@ -117,10 +117,10 @@ def staying_periods(periods: Any, own: float) -> Array:
     """Periods [s] of the building that stays: its own, one, or several; raises PoundingError."""
     periods_tried: Any = own if periods is None else periods
     listed = [periods_tried] if isinstance(periods_tried, str) or np.ndim(periods_tried) == 0 else list(periods_tried)
-    values = [si(value, PERIOD, "periods") for value in listed]
-    if not values or len(set(values)) < len(values):
+    staying = [si(period, PERIOD, "periods") for period in listed]
+    if not staying or len(set(staying)) < len(staying):
         raise PoundingError(f"periods: {shown(periods)}; give one period or more, each once")
-    return np.array(values)
+    return np.array(staying)
 
 
 # ------------------------------------------------------------------------------------------------------ the runs
@@ -222,7 +222,7 @@ def amplification_dataset(
     study: Scene, shaking: Shaking, chart: Chart, peaks: Responses, percentiles: Sequence[float], keep_motions: bool
 ) -> xr.Dataset:
     """The dataset of all runs: percentiles [%] over records and polarities; with ``keep_motions`` each one's too."""
-    name, values = chart.gap_axis
+    name, gaps = chart.gap_axis
     places = (chart.periods.size, chart.ratios.size)
     of_pair = ("fixed_period", "period_ratio", name)
     dims = (*of_pair, "building")
@@ -230,7 +230,7 @@ def amplification_dataset(
     variables: dict[str, Any] = {}
     for word in outputs_of(study):
         ratio = peaks.raised[word]  # pair, record, polarity, gap, building
-        flat = np.moveaxis(ratio.reshape(len(ratio), -1, *ratio.shape[3:]), 1, 0).reshape(-1, *places, values.size, 2)
+        flat = np.moveaxis(ratio.reshape(len(ratio), -1, *ratio.shape[3:]), 1, 0).reshape(-1, *places, gaps.size, 2)
         known = np.isfinite(flat)
         with np.errstate(invalid="ignore"):
             several = _percentiles(flat, percentiles)
@@ -246,10 +246,10 @@ def amplification_dataset(
             f"{word}_amplified": (dims, amplified, described("1", share_words)),
         }
         if keep_motions:
-            each = np.moveaxis(ratio, 0, 2).reshape(*ratio.shape[1:3], *places, values.size, 2)
+            each = np.moveaxis(ratio, 0, 2).reshape(*ratio.shape[1:3], *places, gaps.size, 2)
             about = described("1", f"{what}, in each motion")
             variables[f"{word}_amplification_of_motion"] = (("record", "polarity", *dims), each, about)
-    touched = peaks.touched.reshape(*places, -1, values.size).mean(axis=2)
+    touched = peaks.touched.reshape(*places, -1, gaps.size).mean(axis=2)
     variables["contact_share"] = (of_pair, touched, described("1", "share of the motions in which they touch"))
     dataset = xr.Dataset(variables, _coordinates(study, shaking, chart, percentiles), spectra_attributes(shaking))
     notes = of_input(study, shaking.motions)
@@ -276,7 +276,7 @@ def _percentiles(flat: Array, percentiles: Sequence[float]) -> Array:
 
 
 def _coordinates(study: Scene, shaking: Shaking, chart: Chart, percentiles: Sequence[float]) -> dict[str, Any]:
-    name, values = chart.gap_axis
+    name, distances = chart.gap_axis
     pair, of_pair = study.pair, ("fixed_period", "period_ratio")
     names = [one.name for one in pair]
     stays, varies = names[chart.stays], names[1 - chart.stays]
@@ -293,8 +293,8 @@ def _coordinates(study: Scene, shaking: Shaking, chart: Chart, percentiles: Sequ
         **motion_coordinates(shaking.motions, shaking.polarities, shaking.level),
     }
     if name == "gap":
-        coords["gap"] = ("gap", values, described("m", "clear distance at rest"))
+        coords["gap"] = ("gap", distances, described("m", "clear distance at rest"))
     else:
-        coords[name] = (name, values, described("1", f"gap over the {chart.reference_words}"))
+        coords[name] = (name, distances, described("1", f"gap over the {chart.reference_words}"))
         coords["gap"] = ((*of_pair, name), chart.gaps, described("m", "clear distance at rest"))
     return coords

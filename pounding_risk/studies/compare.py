@@ -349,18 +349,18 @@ def _compared_along_axes(equal: Scene, whole: xr.Dataset, baseline: str, reasons
         attributes.add(number, facts | {"finding": findings.finding(compared)})
         parts.append(compared.drop_vars(part.variables).drop_attrs(deep=False))
     facts = {name: compared.attrs[name] for name in ("baseline", "reference_law", "same", "speed")}
-    facts = {name: value for name, value in facts.items() if name not in attributes.differing()}
+    facts = {name: fact for name, fact in facts.items() if name not in attributes.differing()}
     longest = max(part.sizes["impact_step"] for part in parts)
     for number, part in enumerate(parts):
         padded = part.pad(impact_step=(0, longest - part.sizes["impact_step"]))
         stack.add(number, {str(name): padded[name].values for name in padded.variables})
     variables: dict[str, Any] = {}
-    for name, (along, values) in stack.reduced().items():
+    for name, (along, stacked) in stack.reduced().items():
         own = parts[0][name]
         if name in TABLES:
-            along, values = tuple(range(len(axes))), np.stack([part[name].values for part in parts])
-            values = values.reshape(*variants.shape, *own.shape)
-        variables[name] = ((*(axes[number].name for number in along), *own.dims), values, own.attrs)
+            along, stacked = tuple(range(len(axes))), np.stack([part[name].values for part in parts])
+            stacked = stacked.reshape(*variants.shape, *own.shape)
+        variables[name] = ((*(axes[number].name for number in along), *own.dims), stacked, own.attrs)
     dataset = whole.assign(variables)
     about = json.loads(whole.attrs[VARIANTS])
     about["attributes"] += attributes.as_lists(whole=True)
@@ -472,10 +472,10 @@ def _typical_histories(study: Scene, case: dict[str, int], interface: int, basel
     for law in grid.contact_models:
         run = run_of(study, Case(motion, law, gap, force, gaps, forces))
         of_points = run["relative_displacement"].transpose("contact_point", "time").values
-        closings.append([np.interp(samples, run["time"].values, values, right=nan) for values in of_points])
-    values = np.array(closings)  # laws, contact points, samples
+        closings.append([np.interp(samples, run["time"].values, history, right=nan) for history in of_points])
+    histories = np.array(closings)  # laws, contact points, samples
     here = [index for index, point in enumerate(study.points) if point.interface == interface]
-    largest = np.nanmax(np.abs(values[grid.contact_models.index(baseline)][here]), axis=-1)
+    largest = np.nanmax(np.abs(histories[grid.contact_models.index(baseline)][here]), axis=-1)
     point = here[int(largest.argmax())]
     name = study.interface_names[interface]
     about: dict[str, Any] = described("m", "relative displacement of a case of median spread") | {"record": motion.name}
@@ -484,5 +484,5 @@ def _typical_histories(study: Scene, case: dict[str, int], interface: int, basel
     about["contact_point"] = "{1:.3g} | {2:.3g}".format(*study.points[point]) if len(study.points) > 1 else name
     return {
         "time": ("time", samples, described("s", "time since the start of the record")),
-        "history": (("contact_model", "time"), values[:, point], about),
+        "history": (("contact_model", "time"), histories[:, point], about),
     }

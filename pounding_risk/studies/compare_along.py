@@ -49,15 +49,15 @@ def idle_axes(dataset: xr.Dataset) -> list[str]:
     return [axis.name for axis in open_axes(dataset) if all(_is_same(dataset[name], axis.name) for name in COMPARED)]
 
 
-def _is_same(values: xr.DataArray, axis: str) -> bool:
-    first = values.isel({axis: [0]}).values
-    return bool(np.all((values.values == first) | (np.isnan(values.values) & np.isnan(first))))
+def _is_same(output: xr.DataArray, axis: str) -> bool:
+    first = output.isel({axis: [0]}).values
+    return bool(np.all((output.values == first) | (np.isnan(output.values) & np.isnan(first))))
 
 
 def places_along(dataset: xr.Dataset) -> Iterator[Place]:
     """Every place along the axes, the last axis fastest."""
     axes, idle = open_axes(dataset), idle_axes(dataset)
-    tables = dataset.drop_vars([name for name, values in dataset.data_vars.items() if "record" in values.dims])
+    tables = dataset.drop_vars([name for name, variable in dataset.data_vars.items() if "record" in variable.dims])
     single = {axis.name: 0 for axis in axes_of(dataset) if dataset.sizes.get(axis.name) == 1}
     for places in np.ndindex(*(dataset.sizes[axis.name] for axis in axes)):
         at = dict(zip((axis.name for axis in axes), map(int, places), strict=True))

@@ -122,18 +122,18 @@ def outputs_of(dataset: xr.Dataset, baseline: str) -> dict[str, tuple[xr.DataArr
     if "stiffness_unit" in dataset:
         jumps = dataset["stiffness_unit"] == ""
         nothing = {"peak contact force": jumps & ~with_terms_of_its_own(dataset), "peak floor acceleration": jumps}
-        for words, (values, cases) in outputs.items():
+        for words, (output, cases) in outputs.items():
             for start, where in nothing.items():
                 if words.startswith(start):
-                    outputs[words] = values.where(~where), cases
+                    outputs[words] = output.where(~where), cases
     # Counts are stored as -1 where a run failed.
-    return {words: (values.where(values >= 0.0), cases) for words, (values, cases) in outputs.items()}
+    return {words: (output.where(output >= 0.0), cases) for words, (output, cases) in outputs.items()}
 
 
-def by_case(values: xr.DataArray) -> Array:
+def by_case(output: xr.DataArray) -> Array:
     """Values of a variable as an array (laws, cases)."""
-    axes = [axis for axis in CASES if axis in values.dims]
-    ordered = values.transpose("contact_model", *axes).values
+    axes = [axis for axis in CASES if axis in output.dims]
+    ordered = output.transpose("contact_model", *axes).values
     return ordered.reshape(len(ordered), -1).astype(float)
 
 
@@ -147,22 +147,22 @@ def touching(dataset: xr.Dataset, baseline: str) -> NDArray[np.bool_]:
     return by_case(dataset["impact_count"])[place_of(dataset, baseline)] > 0.0
 
 
-def ratios(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Array:
+def ratios(output: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Array:
     """(laws, cases): each law's value over the baseline's; NaN outside ``cases`` and where either is not defined."""
-    table = by_case(values)
+    table = by_case(output)
     below = np.where(cases & (table[baseline] > 0.0), table[baseline], nan)
     return np.asarray(table / below)
 
 
-def rank_agreement(values: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Array:
+def rank_agreement(output: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Array:
     """(laws, 2): Spearman's correlation with the baseline of how a law ranks the motions: median and lowest.
 
     The motions are ranked at each gap and yield force, where three or more of them lead to contact; NaN where
     a law or the baseline has the same value for all of them, for nothing is ranked then.
     """
-    motions = [axis for axis in MOTIONS if axis in values.dims]
-    ordered = values.transpose("contact_model", *motions, "gap", "yield_force").values
-    shape = (len(ordered), -1, values.sizes["gap"] * values.sizes["yield_force"])
+    motions = [axis for axis in MOTIONS if axis in output.dims]
+    ordered = output.transpose("contact_model", *motions, "gap", "yield_force").values
+    shape = (len(ordered), -1, output.sizes["gap"] * output.sizes["yield_force"])
     table, used = ordered.reshape(shape), cases.reshape(shape[1:])
     agreements = []
     for law in spearman(table, np.broadcast_to(table[baseline], table.shape), used):
@@ -181,12 +181,12 @@ def spearman(one: Array, other: Array, used: NDArray[np.bool_]) -> Array:
 
     both = used & ~np.isnan(one) & ~np.isnan(other)
     count = both.sum(axis=-2, keepdims=True)
-    ranks = (rankdata(np.where(both, values, nan), axis=-2, nan_policy="omit") for values in (one, other))
+    ranks = (rankdata(np.where(both, outputs, nan), axis=-2, nan_policy="omit") for outputs in (one, other))
     first, second = (np.where(both, rank - 0.5 * (count + 1), 0.0) for rank in ranks)
     count = count[..., 0, :]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = 1.0 / (count - 1)
-        deviations = (np.sqrt((values * values).sum(axis=-2) * share) for values in (second, first))
+        deviations = (np.sqrt((outputs * outputs).sum(axis=-2) * share) for outputs in (second, first))
         correlation = (first * second).sum(axis=-2) * share
         for deviation in deviations:
             correlation = correlation / deviation
@@ -246,10 +246,10 @@ def typical_case(dataset: xr.Dataset, baseline: str) -> dict[str, int]:
     Of the dataset of one interface. Largest over smallest, among the cases in which the baseline has contact; the first
     case where none has.
     """
-    values = dataset["peak_relative_displacement"]
-    axes = [axis for axis in CASES if axis in values.dims]
-    shape = [values.sizes[axis] for axis in axes]
-    table = by_case(values)
+    displacements = dataset["peak_relative_displacement"]
+    axes = [axis for axis in CASES if axis in displacements.dims]
+    shape = [displacements.sizes[axis] for axis in axes]
+    table = by_case(displacements)
     used = np.flatnonzero(touching(dataset, baseline) & ~np.isnan(table).any(axis=0))
     chosen = 0
     if used.size:
@@ -258,9 +258,9 @@ def typical_case(dataset: xr.Dataset, baseline: str) -> dict[str, int]:
     return dict(zip(axes, map(int, np.unravel_index(chosen, shape)), strict=True))
 
 
-def _anywhere(values: xr.DataArray) -> NDArray[np.bool_]:
+def _anywhere(output: xr.DataArray) -> NDArray[np.bool_]:
     """By law, whether a value is defined at any interface."""
-    return values.notnull().any([dim for dim in values.dims if dim != "contact_model"]).values
+    return output.notnull().any([dim for dim in output.dims if dim != "contact_model"]).values
 
 
 def with_terms_of_its_own(dataset: xr.Dataset) -> NDArray[np.bool_]:
@@ -491,11 +491,11 @@ def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
     at, interfaces = place_of(dataset, baseline), range(len(interface_names(dataset)))
     outputs = outputs_of(dataset, baseline)
     spreads = np.full((3, len(outputs), dataset.sizes["contact_model"]), nan)
-    for place, (values, cases) in enumerate(outputs.values()):
-        for law, ratio in enumerate(ratios(values, at, cases)):
+    for place, (output, cases) in enumerate(outputs.values()):
+        for law, ratio in enumerate(ratios(output, at, cases)):
             if (defined := ratio[~np.isnan(ratio)]).size:
                 spreads[:, place, law] = np.percentile(defined, (LOW, MIDDLE, HIGH))
-    ranks = np.array([rank_agreement(values, at, cases) for values, cases in outputs.values()])
+    ranks = np.array([rank_agreement(output, at, cases) for output, cases in outputs.values()])
     judged = [flips(dataset, baseline, index) for index in interfaces]
     gaps = [gap_without_contact(at_interface(dataset, index)) for index in interfaces]
     dims, of_conclusion = ("output", "contact_model"), ("conclusion", "contact_model")
@@ -522,7 +522,7 @@ def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
 
 def _along(dataset: xr.Dataset, dims: tuple[Any, ...], parts: list[Any]) -> tuple[Any, ...]:
     """Values of every interface with their dimensions, `interface` last where the dataset has it."""
-    values = [np.asarray(part) for part in parts]
+    columns = [np.asarray(part) for part in parts]
     if "interface" not in dataset.dims:
-        return dims, values[0]
-    return (*dims, "interface"), np.stack(values, axis=-1)
+        return dims, columns[0]
+    return (*dims, "interface"), np.stack(columns, axis=-1)

@@ -382,8 +382,8 @@ def largest(results: xr.Dataset, output: str, among: Choice) -> Choice:
         )
     array = results[output].transpose(*dims, ...)
     whole = tuple(results.sizes.get(axis, 1) for axis in axes)
-    values = array.values.astype(np.float64).reshape(*whole, -1)
-    peaks = np.where(np.isnan(values), -np.inf, values).max(axis=-1)[tuple(among.places.T)]
+    outputs = array.values.astype(np.float64).reshape(*whole, -1)
+    peaks = np.where(np.isnan(outputs), -np.inf, outputs).max(axis=-1)[tuple(among.places.T)]
     best = []
     for law in dict.fromkeys(among.places[:, LAW].tolist()):
         of_law = np.flatnonzero(among.places[:, LAW] == law)

@@ -42,7 +42,7 @@ def pair_trace(study: Scene, case: Case) -> Trace:
     # A rigid building has no floor that moves.
     moved = np.where([building.is_rigid for building in study.pair], np.nan, states.reshape(-1, 2, 2))
     contacts = log.contacts[: log.used[0]]
-    outputs = {name: value[None] for name, value in run_outputs(raw, strength).items()}
+    outputs = {name: array[None] for name, array in run_outputs(raw, strength).items()}
     outputs |= building_outputs(raw, study.pair, peaks_under(study, case.motion))
     return Trace(
         time,
@@ -54,7 +54,7 @@ def pair_trace(study: Scene, case: Case) -> Trace:
             "contact_force": force[:, None],
             "contact_impulse_so_far": impulse[:, None],
             **_grounds_at(free, time),
-            **{f"energy_{kind}": values for kind, values in energy.items()},
+            **{f"energy_{kind}": history for kind, history in energy.items()},
         },
         {name: contacts[:, column] for column, name in enumerate(CONTACT_COLUMNS)},
         [0] * len(contacts),
@@ -103,16 +103,16 @@ def relative_displacement(free: Free, time: Array, states: Array) -> Array:
 
 def widening(free: Free, time: Array) -> Array:
     """(w, ẇ, ẅ) of w = x_right − x_left at these times, shape (3, n)."""
-    values = np.zeros((3, len(time)))
+    widened = np.zeros((3, len(time)))
     if not isinstance(free.passage, DelayedGround):
-        return values
+        return widened
     wave, node = free.passage, _nodes_before(free, time)
     after = time - _node_times(free)[node]
     bend, slope = (wave.right - wave.left)[node], (wave.right_slope - wave.left_slope)[node]
-    values[2] = bend + slope * after
-    values[1] = wave.rate[node] + after * (bend + 0.5 * after * slope)
-    values[0] = wave.spread[node] + after * (wave.rate[node] + after * (0.5 * bend + after * slope / 6.0))
-    return values
+    widened[2] = bend + slope * after
+    widened[1] = wave.rate[node] + after * (bend + 0.5 * after * slope)
+    widened[0] = wave.spread[node] + after * (wave.rate[node] + after * (0.5 * bend + after * slope / 6.0))
+    return widened
 
 
 def _nodes_before(free: Free, time: Array) -> NDArray[np.int64]:
@@ -210,8 +210,8 @@ def _grounds(free: Free, time: Array, side: int) -> tuple[Array, Array]:
     after = time[:-1] - _node_times(free)[node]
     if isinstance(free.passage, DelayedGround):
         wave = free.passage
-        values, slopes = ((wave.left, wave.left_slope), (wave.right, wave.right_slope))[side]
-        return values[node] + slopes[node] * after, slopes[node]
+        displacements, slopes = ((wave.left, wave.left_slope), (wave.right, wave.right_slope))[side]
+        return displacements[node] + slopes[node] * after, slopes[node]
     slope = (free.ground[node + 1] - free.ground[node]) / free.step
     return free.ground[node] + slope * after, slope
 

@@ -53,7 +53,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
     with np.errstate(over="ignore", invalid="ignore"):
         states = motion_at(run.log, run.states, instants)
     states[instants.every > end] = np.nan
-    values = with_bumpers(outputs(run, forces, peaks, frame), frame)
+    found = with_bumpers(outputs(run, forces, peaks, frame), frame)
     displacement = _by_storey(frame, states[:, 0])
     beyond = np.where(instants.every > end, np.nan, 0.0)[:, None]
     known = instants.every[np.isfinite(states).all(axis=(1, 2))]
@@ -73,7 +73,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
         },
         {name: np.array([touch.facts[column] for touch in touches]) for column, name in enumerate(FACTS)},
         [int(np.searchsorted(contacts, touch.point)) for touch in touches],
-        {name: (output, values[name]) for name, output in RowJob.outputs(study).items()},
+        {name: (output, found[name]) for name, output in RowJob.outputs(study).items()},
         run.status,
         mechanics.laws[0],
         float(known.max(initial=0.0)),
@@ -91,10 +91,12 @@ def _free_motion_ends(row: RowLayout, under: Samples, status: int) -> float:
     return nodes // phases * row.step + offsets
 
 
-def _by_storey(frame: Frame, values: Array) -> Array:
+def _by_storey(frame: Frame, of_masses: Array) -> Array:
     """Values of the masses (instants, masses) as (instants, buildings, storeys); NaN where there is none."""
     # Of no storey is mass −1; a row of rigid buildings has no mass at all.
-    return np.where(frame.storeys >= 0, np.column_stack([values, np.zeros(len(values))])[:, frame.storeys], np.nan)
+    return np.where(
+        frame.storeys >= 0, np.column_stack([of_masses, np.zeros(len(of_masses))])[:, frame.storeys], np.nan
+    )
 
 
 def plan_histories(frame: Frame, states: Array) -> dict[str, Array]:
@@ -148,9 +150,9 @@ def followed(law: Array, time: Array, moved: Array, rate: Array) -> Array:
     # 3 c x² + 2 b x + a has one root between 0 and 1, at which it goes from the sign of a to the other.
     root = np.sqrt(np.maximum(b * b - 3.0 * a * c, 0.0)) * np.sign(a)
     with np.errstate(divide="ignore", invalid="ignore"):
-        x = np.where(b * root > 0.0, (-b - root) / (3.0 * c), a / (root - b))
-    x = np.clip(np.where(np.isfinite(x), x, 0.0), 0.0, 1.0)
-    at = moved[turns] + x * (a + x * (b + x * c))
+        share = np.where(b * root > 0.0, (-b - root) / (3.0 * c), a / (root - b))
+    share = np.clip(np.where(np.isfinite(share), share, 0.0), 0.0, 1.0)
+    at = moved[turns] + share * (a + share * (b + share * c))
     every = np.insert(moved, turns + 1, at)
     places = np.arange(moved.size) + np.searchsorted(turns, np.arange(moved.size))
     return forces_along(law, every)[places]
@@ -198,10 +200,10 @@ def grounds_at(row: RowLayout, under: Samples, time: Array) -> dict[str, Array]:
     }
 
 
-def closing_at(row: RowLayout, values: Array, grounds: dict[str, Array]) -> Array:
+def closing_at(row: RowLayout, displacements: Array, grounds: dict[str, Array]) -> Array:
     """What closes the gap at each contact point (instants, points), from displacements of the masses."""
-    moved = np.zeros((len(values), row.row.floors.shape[1] + 1))  # of each dof; dof −1 is the ground
-    moved[:, row.masses] = values[:, : row.masses.size]
+    moved = np.zeros((len(displacements), row.row.floors.shape[1] + 1))  # of each dof; dof −1 is the ground
+    moved[:, row.masses] = displacements[:, : row.masses.size]
     if row.arrivals is not None:
         moved[:, row.row.frame[FIRST, 2:] - 1] = grounds["ground_widening"]
     return (moved[:, row.row.ends] * row.row.shares).sum(axis=-1)

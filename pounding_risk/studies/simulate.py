@@ -84,8 +84,8 @@ def simulate(
     study = as_scene(study)
     check_computed(study, "simulate")
     gap, yield_force, pga = (
-        None if value is None else si(value, quantity, f"simulate: {name}")
-        for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA))
+        None if asked is None else si(asked, quantity, f"simulate: {name}")
+        for name, asked, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA))
     )
     measure, grid = study.grid.measure, study.grid
     if intensity_level is not None and pga is not None:

@@ -76,16 +76,15 @@ class Shaking(NamedTuple):
 # ----------------------------------------------------------------------------------------------------- the options
 
 
-def rising_axis(values: Any, num: int, spacing: str, name: str, quantity: Quantity) -> Array:
+def rising_axis(ends: Any, num: int, spacing: str, name: str, quantity: Quantity) -> Array:
     """Values of an axis in SI, from the two ends of a range or as they are listed; raises PoundingError."""
     unit = "" if quantity.unit == "1" else f" {quantity.unit}"
     what = name.rpartition("_")[2]  # periods of right_periods
-    if isinstance(values, str) or np.ndim(values) != 1 or len(values) < 2:
+    if isinstance(ends, str) or np.ndim(ends) != 1 or len(ends) < 2:
         raise PoundingError(
-            f'{name}: {shown(values)} is no range; give its ends, such as "0.1{unit}" and "2{unit}", or a list of '
-            f"{what}"
+            f'{name}: {shown(ends)} is no range; give its ends, such as "0.1{unit}" and "2{unit}", or a list of {what}'
         )
-    read = np.array([si(value, quantity, name) for value in values])
+    read = np.array([si(end, quantity, name) for end in ends])
     if (np.diff(read) <= 0.0).any():
         first = int((np.diff(read) <= 0.0).argmax())
         raise PoundingError(
@@ -110,7 +109,7 @@ def damping_pair(damping: Any, stated: tuple[float, float] | None) -> tuple[floa
     both = [damping] if isinstance(damping, str) or np.ndim(damping) == 0 else list(damping)
     if len(both) not in (1, 2):
         raise PoundingError(f"damping: {counted(len(both), 'value')}; give one for both buildings, or left and right")
-    ratios = [si(value, DAMPING, "damping") for value in both]
+    ratios = [si(ratio, DAMPING, "damping") for ratio in both]
     return ratios[0], ratios[-1]
 
 
@@ -235,8 +234,8 @@ class ClosingsJob(Batches):
     def one(self, number: int) -> Chunk:
         """Closings [m] of a motion and of it reversed, and peaks of both sides."""
         motion, (left, right) = self.motions[number], self.sides
-        result = largest_closings(motion.acceleration, motion.dt, left.numbers, right.numbers)
-        return {name: getattr(result, name)[None] for name in ("closing", *SIDES)}
+        closings = largest_closings(motion.acceleration, motion.dt, left.numbers, right.numbers)
+        return {name: getattr(closings, name)[None] for name in ("closing", *SIDES)}
 
 
 def closings(

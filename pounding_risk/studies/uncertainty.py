@@ -205,9 +205,9 @@ class AtOnce(FreeJob):
         if self.drawn is not None:
             places = np.arange(samples.size), self.drawn.polarities[samples]
             padding = (0, self.most - samples.size), (0, 0), (0, 0)
-            closing, peaks = (np.pad(values[places][:, None], padding) for values in (closing, peaks))
-        values = {"closing": closing, "peaks": peaks}
-        return {name: value[None, :, :, None] * factors[:, None] for name, value in values.items()}
+            closing, peaks = (np.pad(of_motions[places][:, None], padding) for of_motions in (closing, peaks))
+        outputs = {"closing": closing, "peaks": peaks}
+        return {name: output[None, :, :, None] * factors[:, None] for name, output in outputs.items()}
 
     def place(self, number: int) -> tuple[Any, ...]:
         return (slice(None), number) if self.drawn is None else (self.samples[number], 0)
@@ -215,7 +215,7 @@ class AtOnce(FreeJob):
     def _pairs(self, samples: NDArray[np.int64]) -> PairList:
         """The neighbours of these samples."""
         sides = (slice(0, -1), slice(1, None))
-        return PairList(*(tuple(values[samples, side].ravel() for values in self.numbers) for side in sides))
+        return PairList(*(tuple(number[samples, side].ravel() for number in self.numbers) for side in sides))
 
 
 class OneByOne(FreeJob):
@@ -249,8 +249,8 @@ class OneByOne(FreeJob):
             polarities = (scene.records.polarities[motion[1]],)
             scene = scene.updated(records=scene.records._replace(polarities=polarities))
             motions = (motions[motion[0]],)
-        values = grid_job_of(ScanInput(scene, motions)).free_values()
-        return {"closing": values["peak_closing"][None, None], "peaks": values["peak_displacement"][None, None]}
+        free = grid_job_of(ScanInput(scene, motions)).free_values()
+        return {"closing": free["peak_closing"][None, None], "peaks": free["peak_displacement"][None, None]}
 
     def place(self, number: int) -> tuple[Any, ...]:
         return (self.places[number],)
@@ -295,7 +295,7 @@ def facts_of_masses(study: Scene, axis: SceneAxis) -> Facts | None:
     if columns is None:
         return None
     variants = Variants(study.updated(axes=(axis,)))
-    ends = (int(end) for values in columns.values() for end in (values.argmin(), values.argmax()))
+    ends = (int(end) for column in columns.values() for end in (column.argmin(), column.argmax()))
     probes = {number: variants.scene(number) for number in sorted({0, axis.size - 1, *ends})}
     for by_stiffness in (False, True):
         facts = _facts(study, columns, axis.size, by_stiffness)
@@ -319,8 +319,8 @@ def columns_of(study: Scene, axis: SceneAxis) -> dict[KeyPath, Array] | None:
     """The values [SI] along an axis of each number that it sets in the tables of a scene; None where one is a text."""
     tables = parse_toml(study.text, study.source)
     columns: dict[KeyPath, Array] = {}
-    for key, values in zip(axis.keys, axis.values, strict=True):
-        axis_labels = labels_of(values)
+    for key, stated in zip(axis.keys, axis.values, strict=True):
+        axis_labels = labels_of(stated)
         if axis_labels.unit is None:
             return None
         scratch = {name: [dict(table) for table in tables.get(name, [])] for name in ("building", "interface")}
@@ -334,26 +334,26 @@ def _facts(study: Scene, columns: dict[KeyPath, Array], count: int, by_stiffness
     """Numbers in every sample; ``by_stiffness`` where a mass changes the period of its building."""
     buildings: dict[str, list[Array]] = {name: [] for name in FACTS}
     for place, building in enumerate(study.buildings):
-        varied = {str(path[2]): values for path, values in columns.items() if path[:2] == ("building", place)}
+        varied = {str(path[2]): column for path, column in columns.items() if path[:2] == ("building", place)}
         stated = {name: varied.get(name, np.full(count, float(getattr(building, name)))) for name in FACTS}
         if not building.is_rigid and "period" not in varied and ("stiffness" in varied or by_stiffness):
             stiffness = varied.get("stiffness", np.full(count, cast(Building, building).stiffness))
             stated["period"] = 2.0 * np.pi * np.sqrt(stated["mass"] / stiffness)
-        for name, values in stated.items():
-            buildings[name].append(values)
+        for name, column in stated.items():
+            buildings[name].append(column)
     one_for_all = len(parse_toml(study.text, study.source).get("interface", [])) == 1
     gaps = [
         columns.get(("interface", 0 if one_for_all else place, "gap"), np.full(count, between.gap))
         for place, between in enumerate(study.interfaces)
     ]
-    return Facts({name: np.stack(values, axis=1) for name, values in buildings.items()}, np.stack(gaps, axis=1))
+    return Facts({name: np.stack(column, axis=1) for name, column in buildings.items()}, np.stack(gaps, axis=1))
 
 
 def _holds(facts: Facts, number: int, scene: Scene) -> bool:
     """True where the scene of a sample has these numbers."""
     if not is_of_masses(scene):
         return False
-    here = [[values[number, place] for values in facts.buildings.values()] for place in range(len(scene.buildings))]
+    here = [[column[number, place] for column in facts.buildings.values()] for place in range(len(scene.buildings))]
     building_facts = [[getattr(building, name) for name in facts.buildings] for building in scene.buildings]
     gaps = facts.gaps[number], [between.gap for between in scene.interfaces]
     return all(np.allclose(one, other, rtol=ROUNDING, atol=0.0) for one, other in ((here, building_facts), gaps))

@@ -9,6 +9,7 @@ import tomllib
 import numpy as np
 import pytest
 import xarray as xr
+from figure_words import words_of
 from scenes import BOTH, rigid, scene_text, single, storeyed
 from scipy.optimize import minimize
 from scipy.stats import norm
@@ -20,6 +21,8 @@ from pounding_risk.assessment.damage_words import finding
 from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions.damage import damage_table, sheet
+from pounding_risk.reports.exports import Options
+from pounding_risk.reports.exports._fragilities import fragilities_of
 from pounding_risk.results.check import kind_of
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.statistics.damage_fits import Observed, fit_ida
@@ -386,6 +389,31 @@ def test_a_state_that_no_run_reaches_is_told(scan):
     told = " ".join(json.loads(found.attrs["assumptions"]))
     assert "ruin, with pounding: no curve: no motion reaches the state" in told
     assert "No storey yields in the runs" in told and "5 recordings are few" in told and "widened for so few" in told
+
+
+def test_a_state_that_the_dataset_lacks_is_left_out_and_the_others_are_answered(scan, ida, stripes):
+    """Said with its reason in the sheet, the CSV, both figures and exports; the other states keep their bits."""
+    pull = pr.DamageState("pull", link_spring_force="500 kN")
+    why = "link_spring_force: no link there has a spring; take link_stretch"
+    for method, alone in (("ida", ida), ("stripes", stripes)):
+        found = pr.damage(scan, states=[pull, *STATES], method=method)
+        xr.testing.assert_identical(found.isel(state=slice(1, None)).drop_attrs(), alone.drop_attrs())
+        assert not found["runs"].isel(state=0).any() and np.isnan(found["demand_ratio"].isel(state=0)).all()
+        shown = str(sheet(found))
+        assert f"; pull is left out ({why})." in shown and f"pull is left out: {why}." in shown
+        rows = list(csv.DictReader(damage_table(found).splitlines()))
+        assert [(row["fault"], row["runs"], row["median [m/s2]"]) for row in rows[:2]] == [(why, "0", "")] * 2
+        words = words_of(found.pounding.figure())
+        assert why in words and "pull:" not in words
+        words = words_of(found.pounding.figure("ida"))
+        assert "no run has the demand of pull" in words and "link" not in words
+        told = "; ".join(fragilities_of(found, Options()).notes)
+        assert f"pull, with pounding: no curve, {why}" in told
+
+
+def test_states_that_the_dataset_lacks_are_refused_where_there_are_no_others(scan, says):
+    pull = {"name": "pull", "link_spring_force": "500 kN"}
+    says(refusal(pr.damage, scan, states=[pull, {"name": "part", "link_stretch": "20 mm"}]))
 
 
 def test_the_same_motions_give_the_same_bounds(scan, ida):

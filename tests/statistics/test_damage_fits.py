@@ -49,17 +49,17 @@ def test_first_crossings_by_hand():
         ]
     )
     found = fits.capacities(ims, ratios)
-    np.testing.assert_allclose(found.values, [2.5, 2.0, 2.0, 1.0, 3.0, np.nan], rtol=1e-15)
+    np.testing.assert_allclose(found.reached_at, [2.5, 2.0, 2.0, 1.0, 3.0, np.nan], rtol=1e-15)
     assert found.status.tolist() == [fits.KNOWN, fits.KNOWN, fits.KNOWN, fits.BELOW, fits.ABOVE, fits.NONE]
     assert found.falls_back.tolist() == [False, False, True, False, False, False]
     turned = fits.capacities(ims[:, ::-1], ratios[:, ::-1])  # levels in any order
-    np.testing.assert_array_equal(turned.values, found.values)
+    np.testing.assert_array_equal(turned.reached_at, found.reached_at)
 
 
 def test_capacities_beyond_the_levels_are_fitted_as_scipy_does():
     seen = motions()
     found, fitted = fits.capacities(seen.ims, seen.ratios), fits.fit_ida(seen)
-    known, below, above = (found.values[found.status == status] for status in (fits.KNOWN, fits.BELOW, fits.ABOVE))
+    known, below, above = (found.reached_at[found.status == status] for status in (fits.KNOWN, fits.BELOW, fits.ABOVE))
     assert min(below.size, above.size) > 0 and known.size > 40
     agree_with_scipy(fitted, stats.CensoredData(uncensored=known, left=below, right=above))
 
@@ -77,10 +77,10 @@ def test_capacities_between_two_levels_are_fitted_as_scipy_does():
     found, fitted = fits.capacities(seen.ims, seen.ratios, jumps=True), fits.fit_ida(seen)
     assert set(found.status.tolist()) == {fits.BELOW, fits.ABOVE, fits.BETWEEN}
     low = np.where(found.status == fits.BELOW, 0.0, found.below)
-    high = np.where(found.status == fits.ABOVE, np.inf, found.values)
+    high = np.where(found.status == fits.ABOVE, np.inf, found.reached_at)
     inside = found.status == fits.BETWEEN
     lines = fits.capacities(seen.ims, seen.ratios)  # of the same motions, whose demands are lines in the logarithms
-    assert ((found.below < lines.values) & (lines.values < found.values))[inside].all()
+    assert ((found.below < lines.reached_at) & (lines.reached_at < found.reached_at))[inside].all()
     intervals = np.stack([low[inside], high[inside]], axis=1)
     ends = {"left": high[found.status == fits.BELOW], "right": low[found.status == fits.ABOVE]}
     agree_with_scipy(fitted, stats.CensoredData(**ends, interval=intervals))
@@ -126,7 +126,7 @@ def test_known_capacities_are_fitted_as_such():
     seen = motions(np.geomspace(0.5, 40.0, 25))
     found = fits.capacities(seen.ims, seen.ratios)
     assert (found.status == fits.KNOWN).all()
-    other, fitted = fit_capacities(found.values, seen.recordings), fits.fit_ida(seen)
+    other, fitted = fit_capacities(found.reached_at, seen.recordings), fits.fit_ida(seen)
     for name in ("median", "dispersion", "se_median", "se_dispersion", "se_median_recordings", "correlation"):
         assert getattr(fitted, name) == pytest.approx(getattr(other, name), rel=1e-9), name
 

@@ -179,10 +179,12 @@ def separations(
         )
     if len(displacements) != 2:
         raise PoundingError(f"{len(displacements)} displacements; give two, left and right, such as 0.045, 0.03")
-    left, right = (si(value, DISPLACEMENT, "displacements") for value in displacements)
-    for value in (left, right):
-        if not (isfinite(value) and value >= 0.0):
-            raise PoundingError(f"a peak displacement is {value:g} m; it must be at least 0 and finite: give the peak")
+    left, right = (si(displacement, DISPLACEMENT, "displacements") for displacement in displacements)
+    for displacement in (left, right):
+        if not (isfinite(displacement) and displacement >= 0.0):
+            raise PoundingError(
+                f"a peak displacement is {displacement:g} m; it must be at least 0 and finite: give the peak"
+            )
     _check_site(site)
     moving = None if periods is None or dampings is None else (periods, dampings)
     of_periods, of_dampings = moving or ((nan, nan), (nan, nan))
