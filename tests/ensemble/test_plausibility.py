@@ -350,7 +350,7 @@ def test_isolators_that_hardly_isolate_or_hardly_hold_are_told(numbers, told):
 
 
 def test_an_aftershock_behind_several_recordings_is_told():
-    """Bounds count the recordings that come first; two components of one are one, and a list may have its own."""
+    """Two components of one recording are one, before the pause and after it, and a list may have its own."""
 
     def told(**records):
         text = scene_text(single("left", "300 t", "0.6 s"), single("right", "200 t", "0.3 s"), records=records)
@@ -358,10 +358,10 @@ def test_an_aftershock_behind_several_recordings_is_told():
 
     names = ["RSN6-180", "RSN6-270", "RSN753-000"]
     (shared,) = told(names=names, aftershock="RSN1690-090")
-    assert shared.startswith(
-        "aftershock RSN1690-090: stands in the motions of 2 recordings, which count as independent"
-    )
+    assert shared.startswith("aftershock RSN1690-090: stands in the motions of 2 recordings, which count as one")
     assert told(names=names[:2], aftershock="RSN1690-090") == []
     assert told(names=names[1:], aftershock=["RSN77-164", "RSN1690-090"]) == []
     (again,) = told(names=names[1:], aftershock=["RSN753-000", "RSN1690-090"])
     assert again.startswith("aftershock RSN753-000: stands in the motions of 2 recordings")
+    (sisters,) = told(names=names[1:], aftershock=["RSN1690-090", "RSN1690-360"])
+    assert sisters.startswith("aftershock RSN1690-090, RSN1690-360: stands in the motions of 2 recordings")
