@@ -19,7 +19,7 @@ from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quanti
 from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.ground import SHARED
 from pounding_risk.motions.levels import PEAK, Level, driven
-from pounding_risk.motions.record import AFTERSHOCK, STILL, is_vertical, recordings_within, site_of
+from pounding_risk.motions.record import AFTERSHOCK, GENERATED, is_vertical, recordings_within, site_of
 from pounding_risk.motions.request import AS_RECORDED
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
 from pounding_risk.scene.ground_motion import parting
@@ -330,17 +330,23 @@ def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
         return
     if any(motion.record.get("factor", 1.0) != 1.0 for motion in motions):
         return
-    motions = tuple(motion for motion in motions if not motion.record.get(STILL))
-    low, high = USUAL["PGA as recorded"].range
     # Not those whose unit a flag of theirs already questions.
     sure = [motion for motion in motions if not any(flag.endswith(UNIT_CHECKED) for flag in motion.flags)]
-    weak = [(motion.pga, motion.name) for motion in sure if motion.pga < low]
-    strong = [(motion.pga, motion.name) for motion in sure if motion.pga > high]
+    made = [motion for motion in sure if motion.record.get("state") == GENERATED]
+    yield from _of_peaks("PGA as recorded", [motion for motion in sure if motion not in made])
+    yield from _of_peaks("PGA asked for", made)
+
+
+def _of_peaks(name: str, motions: Sequence[Motion]) -> Iterator[str]:
+    """A note on the PGA of motions that is furthest below a usual range of that name, and on that above it."""
+    low, high = USUAL[name].range
+    weak = [(motion.pga, motion.name) for motion in motions if motion.pga < low]
+    strong = [(motion.pga, motion.name) for motion in motions if motion.pga > high]
     for unusual, most in ((weak, min), (strong, max)):
         if unusual:
-            pga, name = most(unusual, key=itemgetter(0))
+            pga, first = most(unusual, key=itemgetter(0))
             others = f" and {len(unusual) - 1} more" if len(unusual) > 1 else ""
-            yield from _unusual("PGA as recorded", {f"{name}{others}": pga})
+            yield from _unusual(name, {f"{first}{others}": pga})
 
 
 def _of_sequences(motions: Sequence[Motion]) -> Iterator[str]:
