@@ -17,7 +17,7 @@ from pounding_risk._common.progress import Progress
 from pounding_risk._common.tables import Row
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import read, record_sets, scaling
-from pounding_risk.motions.formats import is_record, split_component
+from pounding_risk.motions.formats import is_record, matching, split_component
 from pounding_risk.motions.manifest import manifest_rows, source_of
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing import DEFAULT_CHAIN
@@ -35,7 +35,7 @@ from pounding_risk.motions.record import (
     recording,
     recording_words,
 )
-from pounding_risk.motions.request import RecordRequest, conflicts, matching
+from pounding_risk.motions.request import RecordRequest, conflicts
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.sites.event_grid import grid_sources, is_grid, sources_at
 from pounding_risk.motions.sites.places import SiteRequest
