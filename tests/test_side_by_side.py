@@ -17,8 +17,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import HertzDamp
 from pounding_risk.models.restitution import CONCRETE
 from pounding_risk.motions import record_sets
+from pounding_risk.motions.formats import matching
 from pounding_risk.motions.read import read_motion
-from pounding_risk.motions.request import matching
 from pounding_risk.scene.reader import read_scene
 from pounding_risk.solver.pair.api import solve
 from pounding_risk.units import STANDARD_GRAVITY

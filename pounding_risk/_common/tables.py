@@ -98,6 +98,7 @@ def read_table(
     most: int = EXPORT,
     longest: int | None = None,
     mark: str = ",",
+    is_ours: bool = False,
 ) -> Table:
     """The table of a file, whose rows all have as many cells as its head.
 
@@ -117,6 +118,9 @@ def read_table(
         Most letters of a line.
     mark : str
         What parts the columns.
+    is_ours : bool
+        Whether this package wrote it, so that no line is a comment, blanks are part of a cell, and no rows are a table
+        too.
 
     Raises
     ------
@@ -133,13 +137,13 @@ def read_table(
             raise error(f"{path}, line {number}: has {len(line):,} letters, and a row is a few numbers; {again}")
     # Blanks only: 3 and a tab may have been site 37, one byte of which was damaged.
     rows = [
-        Row(path, line, tuple(cell.strip(" ") for cell in cells), error)
-        for line, cells in csv_rows(text, faults, again, mark)
+        Row(path, line, tuple(cells) if is_ours else tuple(cell.strip(" ") for cell in cells), error)
+        for line, cells in csv_rows(text, faults, again, mark, is_ours=is_ours)
     ]
     if faults:
         raise error(f"{path}{', ' if faults[0].startswith('line') else ': '}{faults[0]}")
     head = rows.pop(0)
-    comments = (line for line in text.splitlines() if line.startswith("#"))
+    comments = (line for line in text.splitlines() if line.startswith("#") and not is_ours)
     facts = {key: next(filter(None, values), "").strip() for line in comments for key, *values in _FACT.findall(line)}
     table = Table(path, facts, head.cells, tuple(rows), head, again)
     missing = [name for name in needed if name not in head.cells]
@@ -147,7 +151,7 @@ def read_table(
     if missing or twice:
         words = f"has no column {missing[0]}" if missing else f"has the column {short(twice[0])} twice"
         raise head.fault(f"the head {head.shown} {words}; {again}")
-    if not rows:
+    if not rows and not is_ours:
         raise table.fault(f"has no rows below its head; {again}")
     for row in rows:
         if words := uneven(row.cells, head.cells):

@@ -19,7 +19,7 @@ from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quanti
 from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.ground import SHARED
 from pounding_risk.motions.levels import PEAK, Level, driven
-from pounding_risk.motions.record import STILL, is_vertical, recording, site_of
+from pounding_risk.motions.record import AFTERSHOCK, GENERATED, is_vertical, recordings_within, site_of
 from pounding_risk.motions.request import AS_RECORDED
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
 from pounding_risk.scene.ground_motion import parting
@@ -330,30 +330,39 @@ def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
         return
     if any(motion.record.get("factor", 1.0) != 1.0 for motion in motions):
         return
-    motions = tuple(motion for motion in motions if not motion.record.get(STILL))
-    low, high = USUAL["PGA as recorded"].range
     # Not those whose unit a flag of theirs already questions.
     sure = [motion for motion in motions if not any(flag.endswith(UNIT_CHECKED) for flag in motion.flags)]
-    weak = [(motion.pga, motion.name) for motion in sure if motion.pga < low]
-    strong = [(motion.pga, motion.name) for motion in sure if motion.pga > high]
+    made = [motion for motion in sure if motion.record.get("state") == GENERATED]
+    yield from _of_peaks("PGA as recorded", [motion for motion in sure if motion not in made])
+    yield from _of_peaks("PGA asked for", made)
+
+
+def _of_peaks(name: str, motions: Sequence[Motion]) -> Iterator[str]:
+    """A note on the PGA of motions that is furthest below a usual range of that name, and on that above it."""
+    low, high = USUAL[name].range
+    weak = [(motion.pga, motion.name) for motion in motions if motion.pga < low]
+    strong = [(motion.pga, motion.name) for motion in motions if motion.pga > high]
     for unusual, most in ((weak, min), (strong, max)):
         if unusual:
-            pga, name = most(unusual, key=itemgetter(0))
+            pga, first = most(unusual, key=itemgetter(0))
             others = f" and {len(unusual) - 1} more" if len(unusual) > 1 else ""
-            yield from _unusual("PGA as recorded", {f"{name}{others}": pga})
+            yield from _unusual(name, {f"{first}{others}": pga})
 
 
 def _of_sequences(motions: Sequence[Motion]) -> Iterator[str]:
-    """A note for each aftershock behind several recordings, which are counted as independent of each other."""
-    behind: dict[str, set[Hashable]] = {}
-    for motion in motions:
-        behind.setdefault(motion.record["beside"][-1]["name"], set()).add(recording(motion.record, motion.name))
-    for name, recordings in behind.items():
-        recordings |= {recording(motion.record, motion.name) for motion in motions if motion.name == name}
-        if len(recordings) > 1:
+    """A note for each aftershock behind several recordings, which are counted as one."""
+    behind: dict[Hashable, set[Hashable]] = {}
+    names: dict[Hashable, dict[str, None]] = {}
+    keys = recordings_within([motion.record for motion in motions], [motion.name for motion in motions])
+    for motion, (first, after) in zip(motions, keys, strict=True):
+        behind.setdefault(after, set()).add(first)
+        names.setdefault(after, {})[motion.record[AFTERSHOCK]["name"]] = None
+    for after, recordings in behind.items():
+        count = len(recordings | {first for first, _ in keys if first == after})
+        if count > 1:
             yield (
-                f"aftershock {name}: stands in the motions of {len(recordings)} recordings, which count as independent "
-                "of each other; where it decides, bounds are narrower than they should be"
+                f"aftershock {', '.join(names[after])}: stands in the motions of {count} recordings, which count as "
+                "one, as it may decide in all of them; bounds are wider than with an aftershock of its own for each"
             )
 
 

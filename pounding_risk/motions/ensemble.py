@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from math import isclose, isfinite
+from math import isclose
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from pounding_risk._common.progress import Progress
+from pounding_risk._common.tables import Row
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import read, record_sets, scaling
-from pounding_risk.motions.formats import is_record, split_component
-from pounding_risk.motions.manifest import read_manifest, source_of
+from pounding_risk.motions.formats import is_record, matching, split_component
+from pounding_risk.motions.manifest import manifest_rows, source_of
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.processing import DEFAULT_CHAIN
 from pounding_risk.motions.processing.noise import NOISE, shared_corners
@@ -33,7 +35,7 @@ from pounding_risk.motions.record import (
     recording,
     recording_words,
 )
-from pounding_risk.motions.request import RecordRequest, conflicts, matching
+from pounding_risk.motions.request import RecordRequest, conflicts
 from pounding_risk.motions.rotation import rotated
 from pounding_risk.motions.sites.event_grid import grid_sources, is_grid, sources_at
 from pounding_risk.motions.sites.places import SiteRequest
@@ -52,16 +54,16 @@ class MotionEnsemble(NamedTuple):
 
 
 class _Chosen(NamedTuple):
-    """A record of a request, with the row of a manifest that names it and the line of that row."""
+    """A record of a request, with the row of a manifest that names it and what that states."""
 
     source: Source
-    row: Mapping[str, Any] | None = None
-    place: str = ""
+    row: Row | None = None
+    stated: Mapping[str, Any] = MappingProxyType({})
 
     @property
     def factor(self) -> float:
         """The factor of the manifest, or of the site; 1 without one."""
-        return float(self.source.record.get(FACTOR_OF_SITE, 1.0) if self.row is None else self.row["factor"])
+        return float(self.source.record.get(FACTOR_OF_SITE, 1.0) if self.row is None else self.stated["factor"])
 
 
 def read_ensemble(
@@ -189,35 +191,32 @@ def horizontals(sources: list[Source], left_out: list[str]) -> list[Source]:
 def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[_Chosen]:
     """The records of a manifest; raises RecordError where the checksum of one is not that of the manifest."""
     path = folder / request.manifest
-    rows = read_manifest(path)
+    rows = manifest_rows(path)
     if not rows:
         raise RecordError(f"{path}: names no record; choose again")
-    for number, row in enumerate(rows, start=2):
-        where = f"{path}, line {number}"
-        empty = [key for key in ("name", "PGA [m/s2]", "factor") if row[key] is None]
+    for row, values in rows:
+        empty = [key for key in ("name", "PGA [m/s2]", "factor") if values[key] is None]
         if empty:
-            raise RecordError(f"{where}: {' and '.join(empty)} left empty; choose again")
-        if not (isfinite(row["factor"]) and row["factor"] > 0.0):
-            raise RecordError(f"{where}: the factor is {row['factor']:g}; it must be greater than 0 and finite")
-        source = open_source(source_of(row, path.parent), unit=request.unit or None, dt=request.dt)
-        if source.record["sha256"] != row["sha256"]:
-            raise RecordError(
-                f"{where}: {row['name']} has another checksum than the manifest says: the file was "
-                "changed; fetch it again, or choose again"
-            )
-        yield _Chosen(source, row, where)
+            raise row.fault(f"{' and '.join(empty)} left empty; choose again")
+        if not values["factor"] > 0.0:
+            raise row.fault(f"the factor is {values['factor']:g}; it must be greater than 0: choose again")
+        source = open_source(source_of(row, values), unit=request.unit or None, dt=request.dt)
+        if source.record["sha256"] != values["sha256"]:
+            words = "has another checksum than the manifest says: the file was changed; fetch it again, or choose again"
+            raise row.fault(f"{values['name']} {words}")
+        yield _Chosen(source, row, values)
 
 
 def _as_chosen(motion: Motion, chosen: _Chosen, manifest: str) -> Motion:
     """A motion under its name and with its factor of a manifest; raises RecordError where its PGA is another one."""
     assert chosen.row is not None
-    motion = replace(motion, name=chosen.row["name"])
+    motion = replace(motion, name=chosen.stated["name"])
     if chosen.factor != 1.0:
         motion = scaling.by_factor(motion, chosen.factor, f"the factor of {Path(manifest).name}")
-    if not isclose(motion.pga, chosen.row["PGA [m/s2]"], rel_tol=SAME_PEAK):
-        raise RecordError(
-            f"{chosen.place}: {motion.name} has a PGA of {motion.pga:g} m/s² after its factor, the manifest "
-            f"says {chosen.row['PGA [m/s2]']:g}: it was processed, cut or turned otherwise; choose again"
+    if not isclose(motion.pga, chosen.stated["PGA [m/s2]"], rel_tol=SAME_PEAK):
+        raise chosen.row.fault(
+            f"{motion.name} has a PGA of {motion.pga:g} m/s² after its factor, the manifest says "
+            f"{chosen.stated['PGA [m/s2]']:g}: it was processed, cut or turned otherwise; choose again"
         )
     return motion
 

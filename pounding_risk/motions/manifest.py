@@ -19,15 +19,16 @@ from math import isclose
 from pathlib import Path
 from typing import Any
 
-from pounding_risk._common.inputs import MANIFEST, Unfit, text_of
+from pounding_risk._common.inputs import MANIFEST
 from pounding_risk._common.letters import cell, without_mark
-from pounding_risk._common.tables import csv_rows, uneven
+from pounding_risk._common.tables import Row, Table, read_table
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.formats import split_component
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.write import write_text
 
 SEPARATOR = " | "  # between the steps of the processing
+AGAIN = "write the manifest again"
 SAME = 1e-12  # numbers are written with every digit
 
 
@@ -55,9 +56,9 @@ CHECKED = ("sha256", "dt [s]", "npts", "PGA [m/s2]", "processing")
 
 
 def manifest(motions: Iterable[Motion]) -> list[dict[str, Any]]:
-    """One row for each motion, with the columns of ``COLUMNS``; None where a record does not state a value."""
+    """One row for each motion, with the columns of ``COLUMNS``; None where a record does not state a value, or NaN."""
     rows = [{name: value_of(motion) for name, (value_of, _) in COLUMNS.items()} for motion in motions]
-    return [{name: None if value == "" else value for name, value in row.items()} for row in rows]
+    return [{name: None if value == "" or value != value else value for name, value in row.items()} for row in rows]
 
 
 def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
@@ -91,18 +92,16 @@ def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
     return write_text(target, text.getvalue().encode(), "check the folder")
 
 
-def source_of(row: Mapping[str, Any], folder: Path) -> str | Path:
-    """The id, or the file with its component, that a row of a manifest in ``folder`` names.
+def source_of(row: Row, values: Mapping[str, Any]) -> str | Path:
+    """The id, or the file with its component, that a row of a manifest names.
 
     Raises RecordError for a motion that was in memory only, or made of two.
     """
-    if row["source"] is None:
-        raise RecordError(
-            f"{row['name']}: no source is named, as the motion was in memory or made of two; write it to a file and "
-            "choose from the files"
-        )
-    file = folder / row["source"]
-    return file if split_component(file)[0].is_file() else str(row["source"])
+    if values["source"] is None:
+        words = "no source is named, as the motion was in memory or made of two; write it to a file and choose from the"
+        raise row.fault(f"{values['name']}: {words} files")
+    file = row.source.parent / values["source"]
+    return file if split_component(file)[0].is_file() else str(values["source"])
 
 
 def read_manifest(path: str | Path) -> list[dict[str, Any]]:
@@ -123,29 +122,21 @@ def read_manifest(path: str | Path) -> list[dict[str, Any]]:
     RecordError
         For a file that cannot be read, other columns, and a value that is no number where one belongs.
     """
-    source, faults = Path(path), list[str]()
-    try:
-        rows = csv_rows(text_of(source, MANIFEST), faults, "write the manifest again", is_ours=True)
-    except Unfit as error:
-        raise RecordError(f"{source}: {error.strerror}") from None
-    columns = rows[0][1] if rows else []
-    if columns != list(COLUMNS):
-        words = faults[0] if faults else f"its columns are {', '.join(columns)}; a manifest has {', '.join(COLUMNS)}"
-        raise RecordError(f"{source}: {words}")
-    read = []
-    for number, (_, cells) in enumerate(rows[1:], start=2):
-        if words := uneven(cells, tuple(COLUMNS)):
-            raise RecordError(f"{source}, line {number}: {words}; write the manifest again")
-        values: dict[str, Any] = {}
-        for cell_text, (name, (_, kind)) in zip(cells, COLUMNS.items(), strict=True):
-            try:
-                values[name] = kind(without_mark(cell_text)) if cell_text else None
-            except ValueError:
-                raise RecordError(
-                    f'{source}: line {number}, {name}: "{cell_text}" is no number; write the manifest again'
-                ) from None
-        read.append(values)
-    return read
+    return [values for _, values in manifest_rows(Path(path))]
+
+
+def manifest_rows(path: Path) -> list[tuple[Row, dict[str, Any]]]:
+    """Each row of a manifest with its values, as `read_manifest` has them."""
+    table = read_table(path, AGAIN, error=RecordError, needed=tuple(COLUMNS), most=MANIFEST, is_ours=True)
+    return [(row, {name: _value(table, row, name) for name in COLUMNS}) for row in table.rows]
+
+
+def _value(table: Table, row: Row, name: str) -> Any:
+    """The value of a cell, None of an empty one."""
+    text, (_, kind) = row.cells[table.head.index(name)], COLUMNS[name]
+    if not text or kind is str:
+        return without_mark(text) or None
+    return int(table.whole_id(row, name)) if kind is int else table.number(row, name)
 
 
 def check_manifest(path: str | Path, motions: Iterable[Motion]) -> None:

@@ -17,7 +17,7 @@ from pounding_risk.motions.processing import Done
 from pounding_risk.motions.processing.basic import MOST, window
 from pounding_risk.motions.processing.signals import Samples, velocity_displacement
 from pounding_risk.motions.quality import FIRST_OF_PEAK, LONGEST_STEP
-from pounding_risk.motions.record import USABLE, check_samples, lowest_usable
+from pounding_risk.motions.record import GENERATED, USABLE, check_samples, lowest_usable
 from pounding_risk.motions.request import AS_RECORDED, REVERSED
 from pounding_risk.units import PGA, STANDARD_GRAVITY, TAIL, TIME, QuantityError, shown, si
 
@@ -147,7 +147,9 @@ class Motion(ShortRepr):
         samples = self.acceleration * factor
         pga = float(np.abs(samples).max())
         flags, whole = list(unit_doubts(pga, "after scaling")), self.record.get("factor", 1.0) * factor
-        if not USUAL_FACTORS[0] <= whole <= USUAL_FACTORS[1]:
+        # Of a formula any factor is another amplitude of it, as plausible as the first one.
+        is_record = self.record.get("state") != GENERATED
+        if is_record and not USUAL_FACTORS[0] <= whole <= USUAL_FACTORS[1]:
             flags.append(f"{SCALE_FACTOR} {whole:.4g} is outside {USUAL_FACTORS[0]:g} to {USUAL_FACTORS[1]:g}")
         peaks = f"from PGA {self.pga / STANDARD_GRAVITY:.5g} g to {pga / STANDARD_GRAVITY:.5g} g"
         words = f"scale: times {factor:.10g}{f' to {aim}' if aim else ''}, {peaks}"

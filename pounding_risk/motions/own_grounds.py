@@ -16,6 +16,7 @@ from pounding_risk.motions.catalogue import is_file
 from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.motion import Motion, after_cut
 from pounding_risk.motions.processing.signals import Samples
+from pounding_risk.motions.record import AFTERSHOCK, OF_RECORDING
 from pounding_risk.motions.request import RecordRequest
 
 WHOLE = 1e-9  # of a ratio of two time steps: so close to a whole number is one
@@ -114,6 +115,7 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
     parts, parts_after = (_parts(record, dt, [motion, aftershock]) for record in (motion, aftershock))
     before, after = divided(motion.acceleration, parts), divided(aftershock.acceleration, parts_after)
     factor = motion.record.get("factor", 1.0) if ratio is None else ratio * motion.pga / aftershock.pga
+    of_its_recording = {key: aftershock.record[key] for key in OF_RECORDING if key in aftershock.record}
     still = np.zeros(max(ceil(pause / dt - WHOLE) - 1, 1))
     begins = (before.size + still.size) * dt
     across = motion.across
@@ -124,7 +126,7 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
         acceleration=np.concatenate([before, still, factor * after]),
         across=across,
         dt=dt,
-        record={**motion.record, "beside": [*motion.record.get("beside", []), _found_again(aftershock)]},
+        record={**motion.record, AFTERSHOCK: _found_again(aftershock) | of_its_recording},
         processing=(*motion.processing, f"followed from {begins:g} s on by {aftershock.name}, times {factor:.6g}"),
         tail=0,
         late=0,

@@ -258,7 +258,8 @@ def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "a
     motion = Motion(str(record["id"]), source.trace.data, float(source.trace.stats.delta), record, history)
     if not record.get(STILL):
         check_shaking(motion.acceleration, source.name, "its sensitivity and unit, or leave the record out")
-    units = () if record.get(STILL) else unit_doubts(record["pga_recorded"], "as recorded")
+    when = "as generated" if record["state"] == GENERATED else "as recorded"
+    units = () if record.get(STILL) else unit_doubts(record["pga_recorded"], when)
     motion = motion.doubted((*source.doubts, *units))
     # A window comes after the chain and not before: the offset is seen in the quiet before the earthquake
     # and the drift at its end, and a filter rings where a record is cut in mid-shaking. A cut that is to come

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing.signals import LEAST_SHAKING, Samples
+from pounding_risk.statistics.proportions import joined
 
 RAW, PROCESSED, GENERATED = "raw", "processed", "generated"
 STILL = "still"  # a fact of generated ground that does not move, which of a record is a fault
@@ -44,7 +45,9 @@ USABLE = 1.25  # lowest usable frequency over the filter's lower corner, of the 
 LARGEST = 1e30  # m/s²: far above any motion, and its square is still a number
 VERTICALS = {"UP", "U-D", "DWN", "DOWN", "DN", "UD", "UD1", "UD2", "V", "VER", "VERT", "VERTICAL", "Z"}
 FACTOR_OF_SITE = "site_factor"  # fact of a record: the factor that the table of its site states
+AFTERSHOCK = "aftershock"  # fact of a sequence: what is known of the record that follows
 STATED = "recording"  # fact of a record: its recording, where copies were found and its other facts do not say
+OF_RECORDING = (STATED, "rsn", "event", "start", "date", "station", "sensor")  # facts that `recording` reads
 # 1 − r² of two versions of one record, r their correlation: numbers of five significant digits leave 1e-9, whole
 # counts of a record that peaks at 1000 counts 1e-6; no two of 100 horizontals of FEMA P-695 come below 0.7.
 ROUNDING = 1e-5
@@ -77,14 +80,34 @@ def recording_words(key: Hashable) -> str:
     return ", ".join(str(part) for part in key if part) if isinstance(key, tuple) else str(key)
 
 
-def recording_numbers(facts: Sequence[Mapping[str, Any]], names: Sequence[str]) -> NDArray[np.int64]:
+def recording_numbers(
+    facts: Sequence[Mapping[str, Any]], names: Sequence[str], digests: Sequence[str] = ()
+) -> NDArray[np.int64]:
     """Numbers from 0, equal for the records of one recording, in the order in which the recordings come.
 
-    ``facts`` are what is known of each record, ``names`` stand for their recordings where nothing is known.
+    ``facts`` are what is known of each record, ``names`` stand for their recordings where nothing is known. Sequences
+    that share a shock close a gap together where it decides: they are of one recording, with all that share another
+    shock with one of them, so that no correlation is left between recordings. So are records of equal ``digests``.
     """
-    numbers: dict[Hashable, int] = {}
-    keys = (recording(record, name) for record, name in zip(facts, names, strict=True))
-    return np.array([numbers.setdefault(key, len(numbers)) for key in keys], dtype=np.int64)
+    keys: list[tuple[Hashable, ...]] = recordings_within(facts, names)
+    if digests:
+        keys = [(*own, ("motion", digest)) for own, digest in zip(keys, digests, strict=True)]
+    return joined(keys)
+
+
+def recordings_within(facts: Sequence[Mapping[str, Any]], names: Sequence[str]) -> list[tuple[Hashable, ...]]:
+    """Of each record the key of its recording, and that of the recording of its aftershock, if it has one.
+
+    An aftershock read from the source of a record among these is of that one's recording.
+    """
+    firsts = [recording(record, name) for record, name in zip(facts, names, strict=True)]
+    by_source = {record.get("source"): first for record, first in zip(facts, firsts, strict=True)}
+
+    def behind(shock: Mapping[str, str]) -> Hashable:
+        return by_source.get(shock["source"]) or recording(shock, shock["source"] or shock["name"])
+
+    shocks = [record.get(AFTERSHOCK) for record in facts]
+    return [(first, behind(shock)) if shock else (first,) for first, shock in zip(firsts, shocks, strict=True)]
 
 
 def is_vertical(record: Mapping[str, Any]) -> bool:

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import glob
-import os
-import re
 from collections.abc import Collection, Iterator, Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
-from pounding_risk.errors import RecordError
 from pounding_risk.motions.generated import Recipe
 from pounding_risk.motions.processing import known_steps
 from pounding_risk.motions.sites.places import Place
@@ -17,7 +12,6 @@ from pounding_risk.units import DAMPING, PERIOD, PGA, Quantity, exact
 
 AS_RECORDED, REVERSED = "as recorded", "reversed"
 POLARITIES = (AS_RECORDED, REVERSED)
-MOST_ENTRIES = 100_000  # files and folders that a pattern "**" may walk through
 MEDIANS = ("pga", "pgv")  # what records can be brought to the ensemble's median of, beside Sa at a period
 SOURCES = ("names", "files", "set", "manifest", "generated", "sites")  # a request has one of them
 AMPLITUDES = ("manifest", "sites", "pga", "sa", "to_median")  # what sets the amplitude: one of them at most
@@ -135,32 +129,3 @@ def conflicts(keys: Collection[str], *, grid_pga: bool = False, is_factor: bool 
         for key in ("scale", "sa", "to_median", "manifest", "sites", INTENSITY):
             if key in keys:
                 yield key, f"the grid has a pga, which sets the amplitude; remove {key}, or pga from [grid]"
-
-
-def matching(folder: Path, pattern: str) -> list[Path]:
-    """The files that a name, a pattern or a folder stands for, sorted.
-
-    A file of that very name wins over a pattern; after the name of a file, "#" names one of its components. A folder
-    stands for the files in it whose names do not start with a dot.
-
-    Raises RecordError for a pattern ``**`` below which there are more than `MOST_ENTRIES` files and folders.
-    """
-    literal = folder / pattern
-    if literal.is_file():
-        return [literal]
-    if literal.is_dir():
-        return sorted(path for path in literal.iterdir() if path.is_file() and not path.name.startswith("."))
-    if "#" in pattern and (folder / pattern.rpartition("#")[0]).is_file():
-        return [literal]
-    if "**" in pattern:
-        above = re.split(r"[*?\[]", pattern, maxsplit=1)[0].rpartition("/")  # up to the last folder without a wildcard
-        base, count = folder / (above[0] + above[1]), 0
-        for _, folders, names in os.walk(base):
-            count += len(folders) + len(names)
-            if count > MOST_ENTRIES:
-                raise RecordError(
-                    f"{pattern}: {base} has more than {MOST_ENTRIES} files and folders below it; name the folder of "
-                    'the records, such as files = ["my/records/**/*.AT2"]'
-                )
-    files = (folder / name for name in glob.glob(pattern, root_dir=folder, recursive=True))
-    return sorted(path for path in files if path.is_file())

@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import isclose, isfinite, sqrt
+from math import inf, isclose, isfinite, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -355,14 +355,28 @@ def _file(path: Path, damping: float) -> Target:
         try:
             sizes.append(parse(f"1 {unit}", quantity) if unit else 0.0)
         except QuantityError as error:
-            raise RecordError(f'{path}: the column "{words}": {error}') from None
+            raise table.head_row.fault(f'the column "{words}": {error}') from None
     if len(table.head) != 2 or 0.0 in sizes:
-        raise RecordError(
-            f'{path}: the first line is "{", ".join(table.head)}"; it must name two columns with their units in '
-            "brackets, such as period [s], Sa [g]: units are not guessed"
+        raise table.head_row.fault(
+            f'the head is "{", ".join(table.head)}"; it must name two columns with their units in brackets, such as '
+            "period [s], Sa [g]: units are not guessed"
         )
     values = np.array([[table.number(row, name) for name in table.head] for row in table.rows])
+    _check_rows(table, values)
     return Target(path.stem, values[:, 0] * sizes[0], values[:, 1] * sizes[1], damping)
+
+
+def _check_rows(table: Table, values: Samples) -> None:
+    """Raise RecordError, with the line, for a period that is not above the one before, and an ordinate of no size."""
+    if len(values) < 2:
+        raise table.fault("has one row below its head; a target needs two periods or more, with an ordinate each")
+    least = -inf
+    for row, (period, ordinate) in zip(table.rows, values, strict=True):
+        if not (period >= 0.0 and period > least):
+            raise row.fault(f"{table.head[0]} is {row.cells[0]}; periods must rise from 0 s up: sort them, each once")
+        if not ordinate > 0.0:
+            raise row.fault(f"{table.head[1]} is {row.cells[1]}; it must be greater than 0: correct or leave it out")
+        least = period
 
 
 def is_conditional(path: Path) -> bool:

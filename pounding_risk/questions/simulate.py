@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.motions.levels import Level, read_measure
+from pounding_risk.motions.record import AFTERSHOCK
 from pounding_risk.questions._declaration import File, Option
 from pounding_risk.questions.notes import FASTER, OF_LINKS, of_records
 from pounding_risk.render.sheet import (
@@ -83,6 +84,9 @@ def sheet(run: xr.Dataset) -> list[Block]:
     measure = read_measure(attrs.get("intensity", ""))
     if measure is not None:  # the level of intensity that the record was scaled to
         record += f", {Level(measure, attrs['intensity_level']).words}"
+    facts_of = {entry["name"]: entry for entry in json.loads(attrs.get("records", "[]"))}
+    if shock := facts_of.get(attrs["record"], {}).get(AFTERSHOCK):
+        record += f", followed by {shock['name']}"
     about: list[tuple[str, Cell | str]] = [
         ("scene", attrs["title"]),
         ("record", record),

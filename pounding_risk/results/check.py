@@ -20,6 +20,7 @@ import numpy as np
 from pounding_risk._common.letters import refused, refused_below
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS
+from pounding_risk.motions.record import AFTERSHOCK
 from pounding_risk.results.attributes import DAMAGED, TAKE_ANOTHER, from_text, name_of
 from pounding_risk.results.layout import dims_in, scene_dims
 from pounding_risk.results.variables import CHANGES, COORDINATES, NUMBER, TEXT, VARIABLES, WHOLE, Declared
@@ -267,6 +268,10 @@ def _attribute_faults(dataset: xr.Dataset) -> Iterator[str]:
         yield f"the attribute rtol is {rtol!r}, not a number above 0"
 
 
+def _is_shock(facts: Any) -> bool:
+    return isinstance(facts, dict) and _is_texts([facts.get(key) for key in ("name", "source")])
+
+
 def _entry_faults(dataset: xr.Dataset, read: Mapping[str, Any]) -> Iterator[str]:
     """Faults of the entries of JSON attributes, which are ``read``: tables and lists by name."""
     records = read.get("records", [])
@@ -274,6 +279,8 @@ def _entry_faults(dataset: xr.Dataset, read: Mapping[str, Any]) -> Iterator[str]
         yield "the attribute records has an entry without a name"
     elif not all(isinstance(record.get(key) or "", str) for record in records for key in TEXTS_OF_RECORD):
         yield f"the attribute records has one of {', '.join(TEXTS_OF_RECORD)} that is no text"
+    elif not all(_is_shock(record[AFTERSHOCK]) for record in records if AFTERSHOCK in record):
+        yield f"the attribute records has an {AFTERSHOCK} without the texts of its name and source"
     elif records and "record" in dataset.coords:
         known = {record["name"] for record in records}
         lost = [str(name) for name in np.atleast_1d(dataset["record"].values) if str(name) not in known]

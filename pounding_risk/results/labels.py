@@ -17,7 +17,7 @@ from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.motions.intensity import LEAST_PERIOD, response_spectra
 from pounding_risk.motions.levels import PEAK, Measure
 from pounding_risk.motions.motion import USUAL_FACTORS, Motion
-from pounding_risk.motions.record import recording_numbers
+from pounding_risk.motions.record import GENERATED, recording_numbers
 from pounding_risk.motions.scaling import peak_velocities
 from pounding_risk.results.attributes import DATASET_VERSION, VERSION, as_text, versions
 from pounding_risk.results.layout import AMPLITUDE, CaseVariable, axes_by
@@ -380,6 +380,7 @@ def _unusual_factors(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tup
     factors = grown * np.array([motion.record.get("factor", 1.0) for motion in motions])[:, None]
     low, high = USUAL_FACTORS
     unusual = ((grown != 1.0) & ((factors < low) | (factors > high))).any(axis=1)  # of a motion as it is: its own flag
+    unusual &= np.array([motion.record.get("state") != GENERATED for motion in motions])  # a formula of any amplitude
     if not unusual.any():
         return {}
     ends = " to ".join(dict.fromkeys(f"{factor:.3g}" for factor in (factors.min(), factors.max())))

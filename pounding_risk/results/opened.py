@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import DIGITS, FACTOR, LEVEL_AXIS, PEAK, USUAL_DAMPING, Level, Measure, sa_at
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
-from pounding_risk.motions.record import recording
+from pounding_risk.motions.record import recording_numbers
 from pounding_risk.results import contact_notes
 from pounding_risk.results.amplitudes import (
     SAME,
@@ -35,7 +35,6 @@ from pounding_risk.results.check import check_scene, kind_of
 from pounding_risk.results.layout import amplitude_axis, axes_of_cases
 from pounding_risk.results.scene_axes import at_one_place
 from pounding_risk.results.variables import UNPUSHED
-from pounding_risk.statistics.proportions import labels
 from pounding_risk.units import DAMPING, GAP, LINK_DAMPING, LINK_STIFFNESS, PERIOD, PGA, SCALE, YIELD_FORCE, parse
 
 if TYPE_CHECKING:
@@ -164,19 +163,12 @@ class Results:
 
     @property
     def recordings(self) -> NDArray[np.int64]:
-        """The number of each record's recording; records whose motion is the same to the last bit are of one."""
+        """The number of each record's recording; one are those that share an aftershock, or every bit of the motion."""
         names = list(map(str, self.dataset["record"].values))
         facts = {entry.get("name"): entry for entry in read_attribute(self.dataset, "records", [])}
-        of_records: list[Any] = [recording(facts.get(name, {}), name) for name in names]
-        shared = [tuple(one) if isinstance(one, list) else one for one in of_records]
         digests = read_attribute(self.dataset, "motions_sha256", {})
-        first: dict[Any, Any] = {}
-        for index, name in enumerate(names):
-            key, original = shared[index], first.setdefault(digests.get(name, name), shared[index])
-            if key != original:
-                shared = [original if entry == key else entry for entry in shared]
-                first = {digest: original if entry == key else entry for digest, entry in first.items()}
-        return labels(shared)
+        of_records = [facts.get(name, {}) for name in names]
+        return recording_numbers(of_records, names, [str(digests.get(name, name)) for name in names])
 
     @property
     def record_doubts(self) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from typing import Any
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.catalogue import is_file
+from pounding_risk.motions.formats import matching
 from pounding_risk.motions.generated import Recipe, Unfit, known_kind, made, motion_kinds, takes
 from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, Level
 from pounding_risk.motions.processing import known_steps, read_steps
@@ -20,7 +21,6 @@ from pounding_risk.motions.request import (
     Spectral,
     StepTable,
     conflicts,
-    matching,
 )
 from pounding_risk.motions.sites.places import Place
 from pounding_risk.motions.sites.places import place as checked_place

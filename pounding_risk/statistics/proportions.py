@@ -8,7 +8,7 @@ Pearson (1934) are those of Korn and Graubard (1998).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -146,6 +146,23 @@ def labels(names: list[Any]) -> NDArray[np.int64]:
     """Numbers from 0, equal where the names are equal, in the order in which they come."""
     known: dict[Any, int] = {}
     return np.array([known.setdefault(name, len(known)) for name in names], dtype=np.int64)
+
+
+def joined(keys: Iterable[Sequence[Hashable]]) -> NDArray[np.int64]:
+    """Numbers from 0, equal for those that share a key, with each other or through others, in the order of `labels`."""
+    joins: dict[Hashable, Hashable] = {}
+
+    def root(key: Hashable) -> Hashable:
+        while joins.setdefault(key, key) != key:
+            key = joins[key]
+        return key
+
+    first = []
+    for one, *others in keys:
+        for other in others:
+            joins[root(other)] = root(one)
+        first.append(one)
+    return labels([root(one) for one in first])
 
 
 def logs_of(closing: Array) -> Array:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from scenes import scene_text, storeyed
 from sentences import refusal
 
 import pounding_risk as pr
+from pounding_risk import assess
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.motions.record import recording_numbers
+from pounding_risk.results.opened import Results
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
 
@@ -37,7 +43,7 @@ def test_the_sequence_is_both_motions_with_still_ground_between():
     assert motion.duration == pytest.approx(begins + after.duration, abs=step)
     assert motion.pga == pytest.approx(first.pga, rel=1e-12)
     assert any("followed from 28 s on by RSN753-000" in words for words in motion.processing)
-    assert [one["name"] for one in motion.record["beside"]] == ["RSN753-000"]
+    assert motion.record["aftershock"]["name"] == "RSN753-000"
 
 
 def test_a_plan_names_the_aftershock_its_pause_and_its_size():
@@ -71,6 +77,40 @@ def test_what_has_yielded_carries_over():
     assert np.abs(strong - alone).max() > 1e-3
     study = parse_scene(text_of(aftershock="RSN6-180", pause="20 s", aftershock_ratio=2.0))
     assert parse_scene(study.to_toml()) == study
+
+
+def test_motions_that_share_a_shock_are_of_one_recording():
+    """By a shared aftershock, another component of it, or one that comes first elsewhere; unknown ones by their source.
+
+    A recording whose aftershock is its own repetition, or stands behind it alone, counts by itself.
+    """
+
+    def numbers(*shocks: tuple[str, str]) -> list[int]:
+        names, aftershock = ([*column] for column in zip(*shocks, strict=True))
+        motions = motions_of(parse_scene(text_of(names=names, aftershock=aftershock, pause="1 s")))
+        facts = json.loads(json.dumps([motion.record for motion in motions]))  # as a dataset has them
+        return recording_numbers(facts, [motion.name for motion in motions]).tolist()
+
+    own = numbers(("RSN6-180", "RSN6-180"), ("RSN753-000", "RSN1690-090"), ("RSN77-164", "RSN6-270"))
+    assert own == [0, 1, 0]
+    assert numbers(("RSN6-180", "RSN1690-090"), ("RSN753-000", "RSN1690-360"), ("RSN6-270", "RSN77-164")) == [0, 0, 0]
+    pulses = [f"ricker: pga=0.2 g, period={period} s, step=0.005 s" for period in (0.5, 0.8)]
+    assert numbers(*zip(["RSN6-180", "RSN753-000", "RSN77-164"], [*pulses, pulses[0]], strict=True)) == [0, 1, 0]
+
+
+@pytest.mark.complete
+def test_bounds_count_sequences_that_share_their_aftershock_once():
+    """Three recordings, each with an aftershock of its own or all with one, which leaves nothing independent."""
+    names = ["RSN6-180", "RSN753-000", "RSN77-164"]
+    alone, own, one = (
+        scan(parse_scene(text_of(names=names, **more)), check_fraction=0.0)
+        for more in ({}, {"aftershock": names, "pause": "1 s"}, {"aftershock": "RSN1690-090", "pause": "1 s"})
+    )
+    found = [assess(dataset).interfaces[0].verdict for dataset in (alone, own, one)]
+    assert [(verdict.motions, verdict.recordings) for verdict in found] == [(3, 3), (3, 3), (3, 1)]
+    assert [verdict.independent for verdict in found] == [3.0, 3.0, 1.0]
+    assert one["record_recording"].values.tolist() == [0, 0, 0]
+    assert any("which count as one" in note for note in Results(one).notes)
 
 
 def test_what_does_not_go_together_is_refused(says):

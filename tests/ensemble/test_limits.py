@@ -26,9 +26,9 @@ from pounding_risk.ensemble.row_grid import model_of
 from pounding_risk.ensemble.row_job import LEAST_RESPONSES, RESPONSE_BYTES, RowJob
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import RecordError, SceneError
-from pounding_risk.motions import request as record_request
+from pounding_risk.motions import formats
+from pounding_risk.motions.formats import matching
 from pounding_risk.motions.read import read_motion
-from pounding_risk.motions.request import matching
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.pair.api import free_response, oscillators
 from pounding_risk.solver.row.api import free_response as free_row_response
@@ -213,7 +213,7 @@ def test_patterns_walk_through_so_many_files_only(tmp_path, monkeypatch):
     for number in range(5):
         (tmp_path / "records" / f"{number}.AT2").touch()
     assert len(matching(tmp_path, "records/**/*.AT2")) == 5
-    monkeypatch.setattr(record_request, "MOST_ENTRIES", 4)
+    monkeypatch.setattr(formats, "MOST_ENTRIES", 4)
     for pattern in ("**/*.AT2", f"{tmp_path}/**/*", "rec*/**"):
         assert "more than 4 files and folders below it; name the folder" in refusal(
             matching, tmp_path, pattern, kind=RecordError

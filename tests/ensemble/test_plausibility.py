@@ -349,8 +349,29 @@ def test_isolators_that_hardly_isolate_or_hardly_hold_are_told(numbers, told):
     assert [note.partition(", usually")[0] for note in notes(text=text)] == [f"hospital: {told}"] * bool(told)
 
 
+def test_generated_motions_are_not_taken_for_records():
+    """Their amplitude was asked for: no factor of it, and no weak one, is a doubt, but what may be a slip is."""
+
+    def told(pga, records=(), grid=()):
+        generated = [{"kind": "ricker", "pga": pga, "period": "0.8 s"}]
+        text = scene_text(
+            single("left", "300 t", "0.6 s"),
+            single("right", "200 t", "0.3 s"),
+            records={"generated": generated} | dict(records),
+            grid=dict(grid),
+        )
+        plan = validate(parse_scene(text))
+        return [*plan.records[0].flags, *(note for note in plan.notes if "PGA" in note)]
+
+    assert told("0.01 g") == told("0.01 g", {"pga": "0.3 g"}) == told("0.01 g", (), {"pga": ["0.02 g", "0.9 g"]}) == []
+    assert told("0.01 g", {"scale": 20.0}) == []
+    (asked,) = told("2.5 g")
+    assert asked.startswith("ricker-0.8s: PGA asked for 2.5 g, usually 2 g or less")
+    assert told("3.5 g") == ["PGA as generated is 3.5 g, above 3 g: check the unit"]
+
+
 def test_an_aftershock_behind_several_recordings_is_told():
-    """Bounds count the recordings that come first; two components of one are one, and a list may have its own."""
+    """Two components of one recording are one, before the pause and after it, and a list may have its own."""
 
     def told(**records):
         text = scene_text(single("left", "300 t", "0.6 s"), single("right", "200 t", "0.3 s"), records=records)
@@ -358,10 +379,10 @@ def test_an_aftershock_behind_several_recordings_is_told():
 
     names = ["RSN6-180", "RSN6-270", "RSN753-000"]
     (shared,) = told(names=names, aftershock="RSN1690-090")
-    assert shared.startswith(
-        "aftershock RSN1690-090: stands in the motions of 2 recordings, which count as independent"
-    )
+    assert shared.startswith("aftershock RSN1690-090: stands in the motions of 2 recordings, which count as one")
     assert told(names=names[:2], aftershock="RSN1690-090") == []
     assert told(names=names[1:], aftershock=["RSN77-164", "RSN1690-090"]) == []
     (again,) = told(names=names[1:], aftershock=["RSN753-000", "RSN1690-090"])
     assert again.startswith("aftershock RSN753-000: stands in the motions of 2 recordings")
+    (sisters,) = told(names=names[1:], aftershock=["RSN1690-090", "RSN1690-360"])
+    assert sisters.startswith("aftershock RSN1690-090, RSN1690-360: stands in the motions of 2 recordings")

@@ -160,6 +160,17 @@ def test_the_table_of_records_is_the_datasets(scan, read):
 
 
 @pytest.mark.complete
+def test_the_table_of_records_names_their_aftershocks(scan):
+    """A dataset of sequences has a column of them, whose caption says of which shock the other facts are."""
+    entries = json.loads(scan.attrs["records"])
+    entries[0]["aftershock"] = {"name": "RSN753-000", "source": "RSN753-000", "sha256": "", "station": "Corralitos"}
+    shown = Page(page.page(model.build(ReportData(scan.assign_attrs(records=json.dumps(entries)), assess(scan), {}))))
+    names = [cells[1][0] for cells in shown.table("Records. PGA")]
+    assert names == ["RSN753-000", *["–"] * (scan.sizes["record"] - 1)]
+    assert "station and as found are those of the record before its aftershock" in shown.root.text_content()
+
+
+@pytest.mark.complete
 def test_records_are_shown_as_the_buildings_felt_them(scan):
     """At the amplitude that is assessed; an older dataset, which does not tell it, shows them as before."""
     count = scan.sizes["record"]

@@ -14,8 +14,9 @@ from pounding_risk.errors import SceneError
 from pounding_risk.models.contact.laws import LAWS, Hertz, Linear, VanMier
 from pounding_risk.models.restitution import CONCRETE, Restitution
 from pounding_risk.models.structures.sdof import Building
+from pounding_risk.motions.formats import matching
 from pounding_risk.motions.processing import read_steps
-from pounding_risk.motions.request import Spectral, matching
+from pounding_risk.motions.request import Spectral
 from pounding_risk.scene import records as scene_records
 from pounding_risk.scene import sections
 from pounding_risk.scene.interfaces import EqualTerms

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.stats import binomtest, norm
 
 from pounding_risk.statistics.proportions import (
     exact_bounds,
     independent_motions,
+    joined,
     labels,
     least_upper_bound,
     likeness,
@@ -95,6 +98,43 @@ def test_bounds_by_recording_hold_where_motions_are_alike(truth):
         held["low_recordings"] += share.low_recordings <= truth <= share.high_recordings
     assert held["low_recordings"] >= 371
     assert held["low"] < 367  # three standard deviations below 95 %
+
+
+def test_bounds_hold_where_sequences_share_their_aftershocks():
+    """40 first shocks with 10 aftershocks, each behind 4 of them, of which the stronger one decides.
+
+    The strength of a sequence is max(X, 0.3 + Y), X and Y normal and independent, so that P(strength > s) is 1 − Φ(s)
+    Φ(s − 0.3). Counted by aftershock bounds hold as those by recording above; counted by first shock they do not.
+    """
+    rng = np.random.default_rng(6)
+    after = np.repeat(np.arange(10), 4)
+    numbers = joined([(("first", first), ("after", shock)) for first, shock in enumerate(after)])
+    assert numbers.tolist() == after.tolist()
+    level = 1.0
+    truth = 1.0 - norm.cdf(level) * norm.cdf(level - 0.3)
+    held = {"joined": 0, "first": 0}
+    for _ in range(400):
+        strength = np.maximum(rng.normal(size=40), 0.3 + rng.normal(size=10)[after])
+        failed = (strength > level).astype(float)
+        for name, labels_ in (("joined", numbers), ("first", np.arange(40))):
+            weight = independent_motions(strength, labels_) / 40.0
+            (share,) = shares(failed[:, None], [{"gap": 0.0}], weight, 0.95)
+            held[name] += share.low_recordings <= truth <= share.high_recordings
+    assert held["joined"] >= 371
+    assert held["first"] < 367
+
+
+def test_what_shares_a_key_is_joined():
+    """The components of a graph, as SciPy finds them, of random sequences; a chain of them is one."""
+    rng = np.random.default_rng(7)
+    for shocks in (10, 40, 160):
+        first, after = rng.integers(shocks, size=(2, 60))
+        graph = csr_matrix((np.ones(60), (first, after)), shape=(shocks, shocks))
+        known = connected_components(graph, directed=False)[1][first]
+        assert joined(list(zip(first, after, strict=True))).tolist() == labels(list(known)).tolist()
+    chain = joined([(number, number + 1) for number in range(5)])
+    assert independent_motions(rng.normal(size=5), chain) == 1.0
+    assert joined([(2,), (5, 2), (3,)]).tolist() == [0, 0, 1]
 
 
 def test_runs_that_are_left_out_count_neither_way():

@@ -94,10 +94,11 @@ def _refuse_beside_scene(source: Sequence[str], given: Sequence[str]) -> None:
 def _of_words(words: Sequence[str], request: RecordRequest) -> RecordRequest:
     """The request with the records that the words name, in both polarities."""
     from pounding_risk.motions.catalogue import entries
+    from pounding_risk.motions.formats import matching
     from pounding_risk.motions.generated import is_recipe, recipe_of
     from pounding_risk.motions.read import open_source
     from pounding_risk.motions.record_sets import SETS
-    from pounding_risk.motions.request import POLARITIES, matching
+    from pounding_risk.motions.request import POLARITIES
 
     sets = [word for word in words if word in SETS]
     if sets and len(words) > 1:

@@ -188,9 +188,9 @@ def _sources_of(word: str, facts: dict[str, Any], left_out: list[str], lenient: 
     """Open the records of one word; a sentence is added to ``left_out`` for each file of a folder that is not taken."""
     from pounding_risk.motions.catalogue import entries
     from pounding_risk.motions.ensemble import sources_named
+    from pounding_risk.motions.formats import matching
     from pounding_risk.motions.generated import is_recipe
     from pounding_risk.motions.read import generated_sources, open_source
-    from pounding_risk.motions.request import matching
 
     is_id = any(entry.id == word for entry in entries())
     if not is_id and (Path(word).is_dir() or matching(Path(), word)):

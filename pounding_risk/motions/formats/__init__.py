@@ -20,6 +20,9 @@ which runs whatever code the file holds. Formats are an allow-list, recognised b
 
 from __future__ import annotations
 
+import glob
+import os
+import re
 from collections.abc import Callable
 from functools import lru_cache
 from hashlib import sha256
@@ -37,6 +40,7 @@ from pounding_risk.units import PGA, STANDARD_GRAVITY, QuantityError, parse, sho
 if TYPE_CHECKING:
     from obspy import Stream, Trace
 
+MOST_ENTRIES = 100_000  # files and folders that a pattern "**" may walk through
 LARGEST = 256 * 2**20  # bytes; an hour at 200 Hz has 6 MB
 COMPONENT = "#"  # parts the name of a file from that of one of its components
 LONGEST_UNIT = 40  # characters; parsing a unit takes the square of them
@@ -86,6 +90,35 @@ def split_component(source: str | Path) -> tuple[Path, str]:
     """File and component of a name such as "quake.V2A#N28W"; a file whose own name has a # is taken as it is."""
     path, _, component = str(source).rpartition(COMPONENT)
     return (Path(path), component) if path and not Path(source).exists() else (Path(source), "")
+
+
+def matching(folder: Path, pattern: str) -> list[Path]:
+    """The files that a name, a pattern or a folder stands for, sorted.
+
+    A file of that very name wins over a pattern; after the name of a file, "#" names one of its components. A folder
+    stands for the files in it whose names do not start with a dot.
+
+    Raises RecordError for a pattern ``**`` below which there are more than `MOST_ENTRIES` files and folders.
+    """
+    literal = folder / pattern
+    if literal.is_file():
+        return [literal]
+    if literal.is_dir():
+        return sorted(path for path in literal.iterdir() if path.is_file() and not path.name.startswith("."))
+    if "#" in pattern and (folder / pattern.rpartition("#")[0]).is_file():
+        return [literal]
+    if "**" in pattern:
+        above = re.split(r"[*?\[]", pattern, maxsplit=1)[0].rpartition("/")  # up to the last folder without a wildcard
+        base, count = folder / (above[0] + above[1]), 0
+        for _, folders, names in os.walk(base):
+            count += len(folders) + len(names)
+            if count > MOST_ENTRIES:
+                raise RecordError(
+                    f"{pattern}: {base} has more than {MOST_ENTRIES} files and folders below it; name the folder of "
+                    'the records, such as files = ["my/records/**/*.AT2"]'
+                )
+    files = (folder / name for name in glob.glob(pattern, root_dir=folder, recursive=True))
+    return sorted(path for path in files if path.is_file())
 
 
 def _columns() -> Any:

@@ -10,6 +10,7 @@ import numpy as np
 from pounding_risk.figures.motions import draw_spectra
 from pounding_risk.figures.style import panel
 from pounding_risk.motions.levels import FACTOR, PEAK
+from pounding_risk.motions.record import AFTERSHOCK
 from pounding_risk.questions.notes import of_records
 from pounding_risk.render.sheet import KEPT, MISSING, Block, Cell, amount, figure, head, heading, listing, number, table
 from pounding_risk.reports.data import ReportData, at_amplitude
@@ -78,14 +79,16 @@ def _records_table(data: ReportData, is_felt: bool, as_felt: str) -> Block:
         measured = "" if amplitudes.measure == PEAK else f"{amplitudes.measure.words} of "
         at = f" at {measured}{amount(needed[amplitudes.axis], amplitudes.measure.unit)['text']}"
     polarities = list(map(str, results["polarity"].values))
-    heads = ["record", "earthquake", "date", "M", "station", "as found", "dt [s]"]
+    of_records = [data.records.get(str(name), {}) for name in results["record"].values]
+    is_sequence = any(facts.get(AFTERSHOCK) for facts in of_records)
+    heads = ["record", *["aftershock"] * is_sequence, "earthquake", "date", "M", "station", "as found", "dt [s]"]
     heads += ["factor"] if is_felt else []
     heads += [head("PGA", "m/s2"), *(f"gap needed, {words} [mm]" for words in polarities)]
     rows: list[list[Cell | str]] = []
-    for name in map(str, results["record"].values):
-        facts = data.records.get(name, {})
+    for name, facts in zip(map(str, results["record"].values), of_records, strict=True):
         event, date, station, state = (str(facts.get(key) or MISSING) for key in ("event", "date", "station", "state"))
-        row: list[Cell | str] = [name, event, date, number(facts.get("magnitude") or np.nan), station, state]
+        behind = [str(facts.get(AFTERSHOCK, {}).get("name", MISSING))] * is_sequence
+        row: list[Cell | str] = [name, *behind, event, date, number(facts.get("magnitude") or np.nan), station, state]
         row.append(number(facts.get("dt", np.nan)))
         if is_felt:
             row.append(number(_at_assessed(data, "record_scale_factor").sel(record=name)))
@@ -95,8 +98,9 @@ def _records_table(data: ReportData, is_felt: bool, as_felt: str) -> Block:
     factor = "; factor is what the processed record was multiplied by" * is_felt
     widest_of = "; of a row the widest that any two neighbours need" * data.several
     caption = f"Records. PGA is that {as_felt}{factor}; a smaller gap than the one needed leads to contact"
+    first = "; earthquake, date, M, station and as found are those of the record before its aftershock" * is_sequence
     lost = "; – without a finite response, for which no gap is wide enough" * bool(needed.isnull().any())
-    caption += f"{at}{widest_of}{lost}."
+    caption += f"{at}{widest_of}{first}{lost}."
     widest = needed.fillna(np.inf).max("polarity").values
     keep = sorted(map(int, np.argsort(-widest, kind="stable")[:KEPT]))
     return table(caption, heads, rows, keep=keep, note="the records that need the widest gaps")
