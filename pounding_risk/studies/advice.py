@@ -33,6 +33,7 @@ from pounding_risk.results.summary import COMPLETE
 from pounding_risk.scene.interfaces import NO_RESTITUTION, known_law
 from pounding_risk.scene.known_motions import check_computed
 from pounding_risk.scene.motions import gathered
+from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene, own_amplitude
 from pounding_risk.scene.uncertain import stated
@@ -220,7 +221,8 @@ def advise(
         As `scan`, and for a gap or length that cannot be read.
     """
     length = si(floor_length, FLOOR_LENGTH, "advise: floor_length")
-    study = _scene_of_one_case(as_scene(study).updated(axes=()), gap)
+    written = as_scene(study)
+    study = _scene_of_one_case(written.updated(axes=()), gap)
     check_computed(study, "advise")
     ensemble = gathered(study)
     few = _motions_run(ensemble)
@@ -239,6 +241,7 @@ def advise(
     influences = tuple(one for run in runs for one in _influences(study, run, touched))
     walls = {one.wall for one in ranges}  # what moves a wall is next to nothing, however much of it
     notes = [
+        *unused_keys(written),
         *skipped.values(),
         *stated(study.uncertain, study.axes),
         *_assumptions(study, ensemble, few, ranges),
