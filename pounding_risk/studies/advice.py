@@ -454,14 +454,17 @@ def _case_values(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
 def _hardest_strike(dataset: xr.Dataset, study: Scene, interface: int) -> tuple[int, float]:
     """The contact point of an interface that is struck hardest, floors first, and the median approach speed [m/s].
 
-    That of the fastest touch of each case with contact; without any the speed is that of equal terms.
+    That of the fastest touch of each case with contact; without any the speed is that of equal terms. Floors that no
+    case strikes come after columns that some case does.
     """
     points = [at for at, point in enumerate(study.points) if point.interface == interface]
-    points = [at for at in points if study.points[at].kind == FLOOR] or points
-    hardest = points[-1]
     if len(points) > 1:
         forces = np.nan_to_num(_case_values(dataset, "contact_point_peak_contact_force"))
+        points = [at for at in points if forces[:, at].any()] or points
+        points = [at for at in points if study.points[at].kind == FLOOR] or points
         hardest = max(reversed(points), key=lambda at: float(np.median(forces[:, at])))
+    else:
+        hardest = points[-1]
     speeds = _case_values(dataset, "peak_approach_speed")[:, interface]
     fast = speeds[speeds > 0.0]
     return hardest, float(np.median(fast)) if fast.size else USUAL_TERMS.speed
@@ -592,7 +595,8 @@ def _interface_lines(study: Scene, ranges: Sequence[StiffnessRange], influences:
         yield Line("", "", _proposed_stiffness_words(proposed))
     rule, relation = own.restitution.written(), own.restitution.relation
     exact = f'{{value = {shown(rule["value"])}, relation = "exact"}}' if relation != AS_PUBLISHED else shown(rule)
-    force = f'"{say(own.yield_force, YIELD_FORCE)}"' if isfinite(own.yield_force) else '"inf"'
+    force_key = "column_yield_force" if own.yield_force == inf and own.column_yield_force < inf else "yield_force"
+    force = f'"{say(getattr(own, force_key), YIELD_FORCE)}"' if isfinite(getattr(own, force_key)) else '"inf"'
     for factor, key, value, consequence in (
         (
             RESTITUTION,
@@ -602,7 +606,7 @@ def _interface_lines(study: Scene, ranges: Sequence[StiffnessRange], influences:
         ),
         (
             FORCE,
-            "yield_force",
+            force_key,
             force,
             "take it from the crushing of the floor's end, or the shear strength of the column",
         ),
