@@ -30,6 +30,7 @@ from pounding_risk.lab.baselines.solve_ivp import GaveUp
 from pounding_risk.results.attributes import as_text, versions
 from pounding_risk.results.files import check_target
 from pounding_risk.results.labels import CONVENTIONS, described
+from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.variants import check_one_scene
@@ -276,6 +277,7 @@ def _dataset(study: Scene, bench: Bench, by_setting: dict[Setting, Outcome], ref
         scene=study.text or study.to_toml(),
         scene_resolved=study.to_toml(),
         versions=as_text(versions()),
+        unused_keys=as_text(unused_keys(study)),
     )
 
 

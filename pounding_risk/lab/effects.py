@@ -21,6 +21,7 @@ from pounding_risk.models.structures.mdof import chain_of
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.labels import described
 from pounding_risk.scene.interfaces import known_law
+from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene, scene_of
 from pounding_risk.scene.tables import Effect
@@ -95,6 +96,7 @@ def effects(
     report(len(scenes) + 1, len(scenes) + 1)
     dataset = _dataset(scenes, scans, times)
     dataset.attrs |= {"effects": as_text({effect.name: effect.written() for effect in switched})}
+    dataset.attrs |= {"unused_keys": as_text(unused_keys(study.updated(effects=switched)))}
     dropped_laws = [law for law in laws if law not in kept_laws]
     reasons = [f"{', '.join(dropped_laws)}: not every effect here acts on it"] if dropped_laws else []
     dataset.attrs["left_out"] = "; ".join([*reasons, *unsuited.values()])

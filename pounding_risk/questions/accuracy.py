@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING
 
 from pounding_risk.lab.accuracy_findings import OUTPUTS, beaten_at, summed_up
+from pounding_risk.questions.notes import of_keys
 from pounding_risk.render.sheet import (
     Block,
     Cell,
@@ -38,6 +39,7 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
         ("reference", dataset.attrs["reference"]),
         ("compiling", amount(dataset.attrs["compile_seconds"], "s", 3)),
         *(("excluded", words) for words in json.loads(dataset.attrs["left_out"])),
+        *(("unused", words) for words in of_keys(dataset.attrs)),
         *(("quicker elsewhere", words) for words in beaten_at(dataset)),
     ]
     return [paragraph(dataset.attrs["finding"]), _settings(dataset), facts("", about)]

@@ -9,6 +9,7 @@ from typing import Any
 import xarray as xr
 
 from pounding_risk.questions._declaration import Option
+from pounding_risk.questions.notes import of_keys
 from pounding_risk.render.sheet import (
     Block,
     Cell,
@@ -106,6 +107,7 @@ def _facts(comparison: xr.Dataset, of_interface: xr.Dataset, where: str = "") ->
     rows = [("equal terms", terms), *findings(comparison)]
     rows += [("failed", f"{count}: {name}") for name, count in failures(comparison).items()]
     rows += [("excluded", attrs["left_out"])] if attrs["left_out"] else []
+    rows += [("unused", words) for words in of_keys(attrs)]
     rows += [("e", f"as published, not equal: {attrs['unequal_e']}")] if attrs["unequal_e"] else []
     fastest = of_interface["peak_approach_speed"].sel(contact_model=attrs["baseline"])
     fastest = fastest.where(fastest > 0.0)

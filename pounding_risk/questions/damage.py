@@ -30,6 +30,7 @@ from pounding_risk.assessment.options import USUAL_CONFIDENCE
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.damage import damage_figure
 from pounding_risk.questions._declaration import text_file
+from pounding_risk.questions.notes import of_keys
 from pounding_risk.questions.rates import AT_LEAST, at_least
 from pounding_risk.render.sheet import Block, Row, count, figure, head, listing, number, paragraph, table, with_bounds
 from pounding_risk.results.amplitudes import intensity_quantity, place_of
@@ -216,7 +217,7 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
         _ratios(dataset),
         *([_rates(dataset)] if "annual_rate" in dataset else []),
         *([_events(dataset)] if "event_probability" in dataset else []),
-        listing(json.loads(dataset.attrs["assumptions"])),
+        listing([*of_keys(dataset.attrs), *json.loads(dataset.attrs["assumptions"])]),
     ]
 
 

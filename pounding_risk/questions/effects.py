@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from pounding_risk.lab.effects_findings import NONE, rows, yielding
+from pounding_risk.questions.notes import of_keys
 from pounding_risk.render.sheet import Block, Cell, computing_time, count, facts, head, middle, number, paragraph, table
 from pounding_risk.units import MISSING, legible
 
@@ -37,6 +38,7 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
         ("failed runs", count((status != 0).sum())),
         *((name, options_words(options)) for name, options in json.loads(dataset.attrs["effects"]).items()),
         *([("excluded", left_out)] if left_out else []),
+        *(("unused", words) for words in of_keys(dataset.attrs)),
     ]
     return [paragraph(dataset.attrs["finding"]), _changes(dataset), facts("", about)]
 

@@ -1,10 +1,10 @@
-"""Sentences below the tables of an answer: notes, excluded records, and flags of records; words of links' outputs."""
+"""Sentences below the tables of an answer: notes, unused keys, excluded records, flags of records; words of links."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,6 +31,11 @@ def notes_of(dataset: xr.Dataset) -> list[Block]:
     flags = of_records(json.loads(dataset.attrs.get("flags", "{}")))
     sentences = [*notes, *(f"excluded: {sentence}" for sentence in excluded), *flags]
     return [listing(sentences)] if sentences else []
+
+
+def of_keys(attrs: Mapping[str, Any]) -> list[str]:
+    """The keys that the scene of an answer gives without effect; none where its attributes have no such list."""
+    return [str(sentence) for sentence in json.loads(attrs.get("unused_keys", "[]"))]
 
 
 def of_records(flags: Mapping[str, Sequence[str]]) -> Iterator[str]:

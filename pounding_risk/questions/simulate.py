@@ -12,7 +12,7 @@ from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.motions.levels import Level, read_measure
 from pounding_risk.motions.record import AFTERSHOCK
 from pounding_risk.questions._declaration import File, Option
-from pounding_risk.questions.notes import FASTER, OF_LINKS, of_records
+from pounding_risk.questions.notes import FASTER, OF_LINKS, of_keys, of_records
 from pounding_risk.render.sheet import (
     MISSING,
     Block,
@@ -101,7 +101,7 @@ def sheet(run: xr.Dataset) -> list[Block]:
         notes.append(f"{' and '.join(isolated)}: peak drift is that above the isolators, which are storey 1")
     blocks = [
         facts("", about),
-        listing(json.loads(attrs.get("unused_keys", "[]"))),
+        listing(of_keys(attrs)),
         _outputs(run.isel(interface=0)) if is_one else _places(run, "interface"),
         *([_links(run)] if "peak_link_stretch" in run and not is_one else []),
         _buildings(run),

@@ -26,7 +26,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.figures.uncertainty import uncertainty_figure
 from pounding_risk.questions._declaration import Option
 from pounding_risk.questions.adequacy import enough
-from pounding_risk.questions.notes import of_records
+from pounding_risk.questions.notes import of_keys, of_records
 from pounding_risk.render.sheet import (
     Block,
     Cell,
@@ -185,7 +185,7 @@ def sheet(dataset: xr.Dataset, *, tornado: bool = False) -> list[Block]:
         if tornado and f"{part['chosen_output'].item()}_moved" in part:
             blocks.append(_tornado(part))
     words = "P(contact) over samples and motions with its bounds, and what the uncertain numbers contribute."
-    notes = [*json.loads(dataset.attrs["assumptions"])]
+    notes = [*of_keys(dataset.attrs), *json.loads(dataset.attrs["assumptions"])]
     notes += [f"excluded: {words}" for words in json.loads(dataset.attrs.get("left_out", "[]"))]
     notes += of_records(json.loads(dataset.attrs.get("flags", "{}")))
     return [*blocks, figure("uncertainty", lambda: uncertainty_figure(dataset), words, words), listing(notes)]

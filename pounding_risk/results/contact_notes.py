@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 WALL = 0.11  # s; 0.0488 h^0.75 of one storey of 3 m (ASCE 7-16, equation 12.8-7): stiffer buildings represent walls
 LONGEST_CONTACT = 0.5  # of the period of a building, by when its own stiffness reverses it
 CRUSHED = 0.0035  # strain at which concrete crushes (EN 1992-1-1, table 3.1, to C50/60)
+OF_POINTS = "contact_point_peak_penetration"
 USUAL_FLOOR = 15.0  # m, of a floor whose length is not given
 ANY_LENGTH = FLOOR_LENGTH._replace(open_low=False)
 PUSHING = "floors push rather than collide; a stiffness too small?"
@@ -48,7 +49,7 @@ def of_scan(dataset: xr.Dataset, scene: Mapping[str, Any]) -> tuple[str, ...]:
 def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
     """A sentence for each way in which the contacts of one run are implausible."""
     lengths = (getattr(building, "floor_length", 0.0) for building in study.buildings)
-    notes = [_depth_words(float(np.nanmax(run["peak_penetration"].values, initial=0.0)), lengths)]
+    notes = [*_depth_words(*_deepest(run), lengths)]
     point = dict(zip(run["contact_point"].values, run["contact_point_interface"].values, strict=True))
     places = np.array([point[name] for name in run["contact_place"].values])
     durations = (run["contact_end"] - run["contact_start"]).values
@@ -82,13 +83,10 @@ def _of_contacts(results: xr.Dataset, lengths: list[float], tabulated: dict[int,
         return
     # Where the periods differ along an axis, there is no one limit of how long a contact lasts.
     lasting = _Lasting(results) if results["building_period"].dims == ("building",) else None
-    depth = 0.0
-    for piece in streamed(results, names[:3]):
-        depth = max(depth, float(np.nanmax(piece["peak_penetration"], initial=0.0)))
-        if lasting is not None:
+    if lasting is not None:
+        for piece in streamed(results, names[1:3]):
             lasting.add(piece["contact_time"], piece["impact_count"])
-    if words := _depth_words(depth, lengths):
-        yield words
+    yield from _depth_words(*_deepest(results), lengths)
     yield from _beyond_tables(results, tabulated)
     yield from _beyond_bumpers(results)
     if lasting is not None:
@@ -146,18 +144,35 @@ def _beyond_bumper(depth: float, length: float) -> str:
     )
 
 
-def _depth_words(depth: float, lengths: Iterable[float]) -> str:
-    """Note on a penetration that crushes the two longest floors through their whole length; "" for a smaller one."""
+def _deepest(results: xr.Dataset) -> tuple[float, float]:
+    """Largest penetration between floors, or masses, and of a floor into a column [m]; 0 where there is none."""
+    has_points = OF_POINTS in results.variables and "contact_point_kind" in results.variables
+    name = OF_POINTS if has_points else "peak_penetration"
+    is_column = np.atleast_1d(results["contact_point_kind"].values == "column") if has_points else np.zeros(1, bool)
+    floors, columns = 0.0, 0.0
+    for piece in streamed(results, [name]):
+        depths = piece[name].reshape(-1, is_column.size)
+        floors = max(floors, float(np.nanmax(depths[:, ~is_column], initial=0.0)))
+        columns = max(columns, float(np.nanmax(depths[:, is_column], initial=0.0)))
+    return floors, columns
+
+
+def _depth_words(depth: float, in_column: float, lengths: Iterable[float]) -> Iterator[str]:
+    """Notes on penetrations above that which crushes the two longest floors through their whole length."""
     longest = sorted((length or USUAL_FLOOR for length in lengths), reverse=True)[:2] or [USUAL_FLOOR] * 2
     limit = CRUSHED * sum(longest)
-    if not depth > limit:
-        return ""
     floors = " and ".join(f"{length:g} m" for length in longest)
-    return (
-        f"the deepest contact has a penetration of {say(depth, GAP, 3)}; from {say(limit, GAP, 3)} on, floors of "
-        f"{floors} are crushed through their whole length (strain {CRUSHED:g}, EN 1992-1-1, table 3.1); a stiffness "
-        "too small, or F_E too low for these masses and speeds?"
-    )
+    if depth > limit:
+        yield (
+            f"the deepest contact has a penetration of {say(depth, GAP, 3)}; from {say(limit, GAP, 3)} on, floors of "
+            f"{floors} are crushed through their whole length (strain {CRUSHED:g}, EN 1992-1-1, table 3.1); a "
+            "stiffness too small, or F_E too low for these masses and speeds?"
+        )
+    if in_column > limit:
+        yield (
+            f"a floor deflects a column of its neighbour by up to {say(in_column, GAP, 3)}, and no deflection ends the "
+            "resistance of a column in the model: count it as failed, with the floors that it carries"
+        )
 
 
 class _Lasting:

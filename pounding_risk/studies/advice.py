@@ -33,6 +33,7 @@ from pounding_risk.results.summary import COMPLETE
 from pounding_risk.scene.interfaces import NO_RESTITUTION, known_law
 from pounding_risk.scene.known_motions import check_computed
 from pounding_risk.scene.motions import gathered
+from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import as_scene
 from pounding_risk.scene.scene import Scene, own_amplitude
 from pounding_risk.scene.uncertain import stated
@@ -220,7 +221,8 @@ def advise(
         As `scan`, and for a gap or length that cannot be read.
     """
     length = si(floor_length, FLOOR_LENGTH, "advise: floor_length")
-    study = _scene_of_one_case(as_scene(study).updated(axes=()), gap)
+    written = as_scene(study)
+    study = _scene_of_one_case(written.updated(axes=()), gap)
     check_computed(study, "advise")
     ensemble = gathered(study)
     few = _motions_run(ensemble)
@@ -238,7 +240,10 @@ def advise(
     runs = _trial_runs(study, base, [trial for trial in trials if trial.factor not in skipped], few, progress)
     influences = tuple(one for run in runs for one in _influences(study, run, touched))
     walls = {one.wall for one in ranges}  # what moves a wall is next to nothing, however much of it
+    # Of buildings and interfaces more is read here than by a scan, such as floor_length and equal_terms.
+    unused = [words for words in unused_keys(written) if words.startswith(("records.", "grid."))]
     notes = [
+        *unused,
         *skipped.values(),
         *stated(study.uncertain, study.axes),
         *_assumptions(study, ensemble, few, ranges),
@@ -451,14 +456,17 @@ def _case_values(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
 def _hardest_strike(dataset: xr.Dataset, study: Scene, interface: int) -> tuple[int, float]:
     """The contact point of an interface that is struck hardest, floors first, and the median approach speed [m/s].
 
-    That of the fastest touch of each case with contact; without any the speed is that of equal terms.
+    That of the fastest touch of each case with contact; without any the speed is that of equal terms. Floors that no
+    case strikes come after columns that some case does.
     """
     points = [at for at, point in enumerate(study.points) if point.interface == interface]
-    points = [at for at in points if study.points[at].kind == FLOOR] or points
-    hardest = points[-1]
     if len(points) > 1:
         forces = np.nan_to_num(_case_values(dataset, "contact_point_peak_contact_force"))
+        points = [at for at in points if forces[:, at].any()] or points
+        points = [at for at in points if study.points[at].kind == FLOOR] or points
         hardest = max(reversed(points), key=lambda at: float(np.median(forces[:, at])))
+    else:
+        hardest = points[-1]
     speeds = _case_values(dataset, "peak_approach_speed")[:, interface]
     fast = speeds[speeds > 0.0]
     return hardest, float(np.median(fast)) if fast.size else USUAL_TERMS.speed
@@ -589,7 +597,8 @@ def _interface_lines(study: Scene, ranges: Sequence[StiffnessRange], influences:
         yield Line("", "", _proposed_stiffness_words(proposed))
     rule, relation = own.restitution.written(), own.restitution.relation
     exact = f'{{value = {shown(rule["value"])}, relation = "exact"}}' if relation != AS_PUBLISHED else shown(rule)
-    force = f'"{say(own.yield_force, YIELD_FORCE)}"' if isfinite(own.yield_force) else '"inf"'
+    force_key = "column_yield_force" if own.yield_force == inf and own.column_yield_force < inf else "yield_force"
+    force = f'"{say(getattr(own, force_key), YIELD_FORCE)}"' if isfinite(getattr(own, force_key)) else '"inf"'
     for factor, key, setting, consequence in (
         (
             RESTITUTION,
@@ -599,7 +608,7 @@ def _interface_lines(study: Scene, ranges: Sequence[StiffnessRange], influences:
         ),
         (
             FORCE,
-            "yield_force",
+            force_key,
             force,
             "take it from the crushing of the floor's end, or the shear strength of the column",
         ),

@@ -264,6 +264,21 @@ def test_a_penetration_that_crushes_whole_floors_is_told(results):
     assert not any("penetration" in each for each in Results(less).notes)
 
 
+def test_a_column_that_is_deflected_far_is_no_crushed_floor():
+    """A floor meets a column of 20 kN: what it goes in by is the deflection of the column, in a scan and in one run."""
+    buildings = storeyed("a", "200 t", "20 MN/m", "4 m", storeys=2), storeyed("b", "200 t", "400 MN/m", storeys=2)
+    weak = {"column_yield_force": "20 kN", "gap": "0 mm", "stiffness": "1e10 N/m^1.5"}
+    study = parse_scene(scene_text(*buildings, records={"pga": "0.8 g"}, law="viscous_elastoplastic", **weak))
+    deep = scan(study, check_fraction=0.0)
+    assert set(deep["contact_point_kind"].values.tolist()) == {"column"}
+    largest = 1e3 * float(deep["contact_point_peak_penetration"].max())
+    assert largest > 105.0
+    for said in (Results(deep).notes, json.loads(simulate(study).attrs["notes"])):
+        (of_columns,) = (each for each in said if "deflects a column" in each)
+        assert f"by up to {largest:.0f} mm" in of_columns and "count it as failed" in of_columns
+        assert not any("crushed" in each for each in said)
+
+
 @pytest.mark.parametrize(
     ("attribute", "text"),
     [("notes", "{"), ("notes", "5"), ("scene_resolved", "building = 3"), ("scene_resolved", "[[building]")],

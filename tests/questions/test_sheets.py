@@ -17,6 +17,7 @@ import pytest
 import xarray as xr
 from golden_commands import page_text, prepare
 from pypdf import PdfReader
+from scenes import scene_text
 
 import pounding_risk as pr
 from pounding_risk import questions
@@ -197,6 +198,33 @@ def test_cells_are_values_of_the_answer(answers, name):
                 # 1e-12: a share that a table has in per cent is multiplied once.
                 assert np.isclose(known, value, rtol=1e-12, atol=0.0).any() or value == 0.0, cell
     assert seen > 3
+
+
+# A scene whose PGA stands in its grid too, which is that of the runs.
+TWO_AMPLITUDES = scene_text(
+    records={"pga": "0.3 g", "window": ["0 s", "6 s"]}, grid={"pga": ["0.4 g", "0.5 g"]}, law="viscous_elastoplastic"
+)
+SAMPLED = '[uncertain]\nsamples = 4\n"building.right.mass" = {distribution = "normal", cov = 0.1}\n'
+STATES = [{"name": "blow", "contact_force": "10 kN"}]
+OF_UNUSED: MappingProxyType[str, Callable[[], Any]] = MappingProxyType(
+    {
+        "accuracy": lambda: pr.accuracy(parse_scene(TWO_AMPLITUDES), cases=1, budget=0.2, scipy=False),
+        "advise": lambda: pr.advise(parse_scene(TWO_AMPLITUDES)),
+        "compare": lambda: pr.compare(parse_scene(TWO_AMPLITUDES), laws=["viscous_elastoplastic", "jankowski"]),
+        "damage": lambda: pr.damage(pr.scan(parse_scene(TWO_AMPLITUDES), check_fraction=0.0), states=STATES),
+        "effects": lambda: pr.effects(parse_scene(TWO_AMPLITUDES)),
+        "simulate": lambda: pr.simulate(parse_scene(TWO_AMPLITUDES)),
+        "uncertainty": lambda: pr.uncertainty(parse_scene(TWO_AMPLITUDES + SAMPLED)),
+    }
+)
+
+
+@pytest.mark.parametrize("name", OF_UNUSED)
+def test_a_key_without_effect_is_stated_where_the_answer_is_read(name):
+    """A PGA that `--set` gives beside that of the grid changes no run: whoever reads the answer has to know."""
+    blocks = import_module(f"{questions.__name__}.{name}").sheet(OF_UNUSED[name]())
+    sentence = "records.pga: no effect: grid.pga sets the amplitude of every motion"
+    assert sentence in str(blocks)
 
 
 def test_csv_keeps_the_unit_of_a_number_whose_head_has_none():

@@ -298,6 +298,7 @@ def test_a_row_is_told_the_stiffness_of_each_interface(row):
     assert "the gap that motion without contact needs does not depend on the contact" in row.finding
     told = " ".join(row.left_out)
     assert "F_E: jankowski has no cap" in told and "columns" not in told
+    assert "no effect" not in told  # such as of floor_length, which is read here and by no run of jankowski
     assert "floors of offices, flats, shop: a length of 20 m is assumed" in told
     assert "floor_length in [[building]] shop" in told
 
@@ -446,3 +447,19 @@ def test_the_rules_of_the_page_are_those_that_are_printed(soft):
     for value in ("8.76e9", "9.35e7", "2.75e9", "2.00e9", "2.75e10"):
         assert value in page
         assert any(rule.published == pytest.approx(float(value), rel=2e-3) for rule in soft.ranges[0].rules)
+
+
+def test_columns_that_are_struck_decide_where_the_floors_that_meet_are_never_struck():
+    """Floors 3.2 m and 3 m up meet floor to floor, but only those higher up touch, which strike columns."""
+    buildings = storeyed("a", "200 t", "40 MN/m", "3.2 m", storeys=3), storeyed("b", "200 t", "400 MN/m", storeys=3)
+    weak = {"column_yield_force": "500 kN", "gap": "80 mm", "stiffness": "2e11 N/m^1.5"}
+    scene = parse_scene(scene_text(*buildings, records={"pga": "0.4 g"}, law="viscous_elastoplastic", **weak))
+    run = pr.scan(scene, check_fraction=0.0)
+    is_floor = run["contact_point_kind"].values == "floor"
+    struck = run["contact_point_impact_count"].values.reshape(-1, is_floor.size).any(axis=0)
+    assert is_floor.any() and not struck[is_floor].any() and struck[~is_floor].any()
+    found = pr.advise(scene)
+    (one,) = found.ranges
+    assert one.is_column and one.line == "" and "floors strike columns only" in one.why
+    lines = [line.line for line in found.lines]
+    assert 'column_yield_force = "500 kN"' in lines and not any(line.startswith("yield_force") for line in lines)
