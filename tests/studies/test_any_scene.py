@@ -1,4 +1,4 @@
-"""What holds of every kind of scene: it is read back, screening leaves no trace, and one run is that of the scan."""
+"""What holds of every kind of scene: read back, screened, one run as in the scan, and a pair by either solver."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from pounding_risk.solver.counters import COMPLETE
 RECORDS = {"names": ["RSN6-180", "RSN6-270"], "window": ["1 s", "4 s"], "pga": "0.5 g", "polarity": BOTH}
 GAPS = {"gap": ["0 mm", "10 mm", "1 m"]}
 FORCES = {"yield_force": ["300 kN", "3 MN", "inf"]}
+TWO_LAWS = {"contact_model": ["jankowski", "viscous_elastoplastic"]}
 NO_FORCE = {"stiffness": None, "yield_force": "300 kN"}
 WAVE = {"wave_passage": {"velocity": "400 m/s", "distance": "30 m"}}
 YIELDING = {"permanent_set": {}, "unloading_stiffness": {"ratio": 1.5}}
@@ -33,6 +34,9 @@ MODELS = [
     for model in ("jankowski", "viscous_elastoplastic")
 ]
 SLIPPING = {"link_stiffness": "20 MN/m", "link_strength": "60 kN"}
+BUMPER = {"penetration": ["0 mm", "10 mm", "20 mm"], "force": ["0 kN", "100 kN", "600 kN"]}
+BUMPER |= {"unloading": ["0 kN", "0 kN", "600 kN"]}
+MOVING = {"initial_displacement": "-4 mm", "initial_velocity": "0.1 m/s"}
 
 
 def kind(*buildings: Any, grid: Any = None, **keys: Any) -> str:
@@ -42,7 +46,7 @@ def kind(*buildings: Any, grid: Any = None, **keys: Any) -> str:
 
 # A scene, and the choice of a run that is not the scene's own.
 SCENES: dict[str, tuple[str, dict[str, Any]]] = CHOICES | {
-    "two laws": (kind(grid=FORCES | {"contact_model": ["jankowski", "viscous_elastoplastic"]}), {"law": "jankowski"}),
+    "two laws": (kind(grid=FORCES | TWO_LAWS, restitution="concrete"), {"law": "jankowski"}),
     "no cap": (kind(grid=FORCES, law="linear", stiffness="5e8 N/m"), {"yield_force": 3e5}),
     "jumps": (
         kind(grid={"contact_model": ["merged", "stereomechanical"]}, law="merged", **NO_FORCE),
@@ -55,6 +59,15 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = CHOICES | {
     ),
     "a wave under jumps": (kind(law="merged", effects=WAVE, **NO_FORCE), {}),
     "several models": (kind(*THREE, interfaces=MODELS, grid=FORCES), {"yield_force": 3e5}),
+    "a table": (kind(law="tabulated", table=BUMPER, **NO_FORCE | {"restitution": None}), {}),
+    "moving at first": (
+        kind(
+            MASSES[0] | MOVING,
+            MASSES[1] | {"initial_velocity": "-0.05 m/s"},
+            grid=FORCES | {"contact_model": ["viscous_elastoplastic", "stereomechanical"]},
+        ),
+        {"law": "viscous_elastoplastic"},
+    ),
     "links that slip": (kind(*THREE, law="linear", **SLIPPING), {}),
     "jumps in a row": (kind(*THREE, law="stereomechanical", **NO_FORCE), {}),
     "a row under a wave": (kind(storeyed("a", "70 t", "40 MN/m", storeys=3), rigid(height="9 m"), effects=WAVE), {}),
@@ -100,3 +113,19 @@ def test_a_run_is_that_of_the_scan(scanned, request):
         assert run[name].dtype == case[name].dtype, name
         assert run[name].attrs == {key: case[name].attrs[key] for key in ("units", "long_name")}, name
     assert run["impact_count"].values.max() > 0
+
+
+ALIKE = ("peak_closing", "peak_opening", "peak_penetration", "peak_contact_force", "impulse", "contact_time")
+ALIKE += ("impact_count", "yield_count", "permanent_set", "energy_plastic", "energy_viscous")
+ALIKE += ("peak_displacement", "peak_storey_shear", "peak_floor_acceleration")
+
+
+@pytest.mark.parametrize("name", ["two laws", "no cap", "jumps", "a table", "moving at first"])
+def test_the_solver_of_rows_gives_a_pair_what_its_own_does(name):
+    """They share laws and tableau, and neither flight nor events: a hundred times the tolerance of both."""
+    study = parse_scene(SCENES[name][0]).updated(rtol=1e-10)
+    pair, row = (pr.scan(study.updated(is_row=is_row), check_fraction=0.0).isel(gap=1) for is_row in (False, True))
+    assert pair["impact_count"].min() >= 2 and pair["impact_count"].sum() > 10
+    for output in ALIKE:
+        np.testing.assert_allclose(row[output], pair[output], rtol=1e-8, atol=1e-12, err_msg=output)
+    np.testing.assert_allclose(row["first_impact_time"], pair["first_impact_time"], rtol=0.0, atol=1e-12)
