@@ -433,19 +433,6 @@ def test_who_asks_for_the_state_refuses_nobody(path):
         asking.join()
 
 
-@pytest.fixture
-def small_disk(tmp_path) -> Iterator[Path]:
-    """A file system of 300 kB, where this user may mount one."""
-    place = tmp_path / "small"
-    place.mkdir()
-    mount = shutil.which("mount")
-    command = [mount or "mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", str(place)]
-    if mount is None or subprocess.run(command, capture_output=True).returncode != 0:
-        pytest.skip("no file system can be mounted here; a process with a limit on its files stands in for it")
-    yield place
-    subprocess.run(["umount", str(place)], check=True)
-
-
 def test_a_full_disk_is_told_and_the_study_goes_on_after_it(small_disk):
     path = small_disk / "results.study"
     filling = small_disk / "other.bin"

@@ -44,13 +44,10 @@ def test_where_one_interface_never_closes_it_is_a_row_of_the_other_model(place):
         assert mixed[name].values.tobytes() == alone[name].values.tobytes(), name
 
 
-def test_both_touch_and_screened_runs_are_the_same():
-    row = scene((0.005, 0.005)).replace(yield_force=["300 kN", "700 kN", "inf"])
-    some, every = scanned(row), scanned(row, screening=False)
+def test_both_touch_and_the_law_with_a_cap_alone_keeps_it():
+    some = scanned(scene((0.005, 0.005)).replace(yield_force=["300 kN", "700 kN", "inf"]))
     counts = some["impact_count"].isel(yield_force=0).values.ravel()
     assert (counts > 0).all()
-    for name in set(some.data_vars) - {"simulated"}:
-        assert some[name].values.tobytes() == every[name].values.tobytes(), name
     assert float(some["energy_residual"].max()) < 1e-6
     # The law without a cap is pressed beyond F_E, and counted; the one with a cap never transmits more.
     peak, forces = some["peak_contact_force"].squeeze(), some["yield_force"].values
@@ -93,11 +90,3 @@ def test_a_comparison_of_stiffnesses_in_two_units(capsys):
     assert f"Ratio to {OF_EACH_INTERFACE}" in capsys.readouterr().out
     for figure in (agreement_figure(compared), reference_figure(compared, interface="A | B")):
         assert "no force against" not in words_of(figure)
-
-
-def test_a_run_and_an_accuracy_of_several_models():
-    run = pr.simulate(scene((0.005, 0.005)))
-    assert run.attrs["contact_model"] == OF_EACH_INTERFACE
-    cases = scanned(scene((0.005, 0.005))).squeeze()
-    np.testing.assert_array_equal(run["impact_count"].values, cases["impact_count"].values)
-    np.testing.assert_array_equal(run["peak_contact_force"].values, cases["peak_contact_force"].values)

@@ -23,7 +23,6 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.questions.compare import sheet
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.scene.scene import scene_of
-from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import Interface, oscillators, solve
 from pounding_risk.studies import compare_findings
 from pounding_risk.studies.compare import models_left_out, on_equal_terms, reference_impacts
@@ -215,35 +214,14 @@ def scene(left="15 m", right="24 m", **interface):
     return tables | {"grid": {"gap": ["5 mm", "10 mm", "1 m"]}}
 
 
-def test_scan_and_simulate(tmp_path):
-    """Screening leaves no trace, one run is as in the grid, and a scene comes back from its dataset."""
+def test_a_run_of_colliding_floors_yields_and_is_drawn():
     study = scene_of(scene())
     assert study.stiffness is None
     assert study.law() == DistributedMass(15.0, 24.0)
-    assert scene_of(study.resolved()) == study
-    found = pr.scan(study, tmp_path / "floors.nc", check_fraction=1.0)
-    assert np.all(found["status"] == COMPLETE)
-    plain = pr.scan(study, screening=False, check_fraction=0.0)
-    for name in plain.data_vars:
-        if name != "simulated":
-            np.testing.assert_array_equal(plain[name], found[name], err_msg=name)
     one = pr.simulate(study)
     figures.simulation_figure(one)
-    told = one.squeeze("interface")
-    case = found.isel(gap=0).squeeze()
-    for name in ("peak_contact_force", "contact_time", "yield_count", "yield_demand", "first_yield_time"):
-        assert told[name] == float(case[name]), name
-    assert told["yield_count"] > 0.0
-    assert float(one["contact_force"].max()) == told["peak_contact_force"]
-
-
-def test_a_simulated_law_without_a_cap_yields_as_in_a_scan():
-    tables = scene(contact_model="linear", stiffness="5e8 N/m", yield_force="300 kN")
-    told = pr.simulate(scene_of(tables)).squeeze("interface")
-    found = pr.scan(scene_of(tables), check_fraction=0.0).isel(gap=0).squeeze()
-    for name in ("yield_exceedance", "yield_count", "first_yield_time", "yield_demand"):
-        assert told[name] == float(found[name]), name
-    assert told["yield_exceedance"] == 1.0
+    assert one["yield_count"].item() > 0.0
+    assert float(one["contact_force"].max()) == one["peak_contact_force"].item()
 
 
 def test_compare_says_that_e_is_its_own(capsys, says):

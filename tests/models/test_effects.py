@@ -42,7 +42,6 @@ SCENES = {
     "permanent_set": {"permanent_set": {}},
     "unloading_stiffness": {"permanent_set": {}, "unloading_stiffness": {"ratio": 1.5}},
 }
-WAVE = {"velocity": "500 m/s", "distance": "9 m"}  # all effects together are compiled once, those of a scene with it
 
 
 def with_all(law):
@@ -241,17 +240,6 @@ def test_scenes_with_effects(name: str):
     assert found.peak_relative_displacement[1] == plain.peak_relative_displacement[1]
     assert found.peak_relative_displacement[0] != plain.peak_relative_displacement[0]
     assert (found.permanent_set[0] > 0.0) == (name != "strain_rate") and found.permanent_set[1] == 0.0
-
-
-def test_screening_with_effects():
-    effects = {**SCENES["unloading_stiffness"], **SCENES["strain_rate"], "wave_passage": WAVE}
-    grid = {"gap": ["0 mm", "2 mm", "40 mm"], "yield_force": ["300 kN", "600 kN", "3 MN", "inf"]}
-    study = scene_of({**demo.scene("paper").resolved(), "effects": effects, "grid": grid})
-    first = pr.scan(study, check_fraction=0.0)
-    second = pr.scan(study, screening=False, check_fraction=0.0)
-    assert int(first.simulated.sum()) < int(second.simulated.sum())
-    one, other = (each.drop_vars("simulated").assign_attrs(options="") for each in (first, second))
-    assert one.identical(other)
 
 
 REFUSED = {

@@ -181,19 +181,14 @@ def scene(**interface):
 
 
 def test_scan_simulate_and_figures(tmp_path):
-    """All commands, without a stiffness in the scene; screening leaves no trace; netCDF keeps what is not defined."""
+    """All commands, without a stiffness in the scene; netCDF keeps what is not defined."""
     study = scene_of(scene(restitution="concrete", yield_force="300 kN"))
     assert study.stiffness is None
-    assert scene_of(study.resolved()) == study
     found = pr.scan(study, tmp_path / "instant.nc", check_fraction=1.0)
     with xr.open_dataset(tmp_path / "instant.nc") as kept:
         assert kept["yield_exceedance"].isel(gap=0).values.ravel().tolist() == [-1, -1]
         assert kept["yield_exceedance"].isel(gap=2).values.ravel().tolist() == [0, 0]
         assert np.all(kept["status"] == COMPLETE)
-    plain = pr.scan(study, screening=False, check_fraction=0.0)
-    for name in plain.data_vars:
-        if name != "simulated":
-            np.testing.assert_array_equal(plain[name], found[name], err_msg=name)
     # What was made again at rtol / 100 bounces a little longer on its way to rest, and moves by no more than rtol.
     assert found["change_peak_relative_displacement"].max() <= 1e-6
     for model in study.grid.contact_models:

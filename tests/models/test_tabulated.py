@@ -14,7 +14,7 @@ from damaged_tables import survey
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from paths import Path, follow_pair
-from scenes import scene_text, single, storeyed
+from scenes import scene_text, single
 from scipy.interpolate import PchipInterpolator
 from sentences import refusal
 from sweeps import examples, many, sweep
@@ -442,20 +442,6 @@ KEYS = {
 @pytest.mark.parametrize("fault", KEYS)
 def test_faults_of_the_key(tmp_path: pathlib.Path, fault: str, says):
     says(refusal(read_scene, bumper_scene(tmp_path), [f"interface.table={KEYS[fault]}"]))
-
-
-def test_a_row_of_two_is_the_pair(tmp_path: pathlib.Path):
-    """One storey each, floor to floor; to 1e-6, the solvers share laws and tolerance and no step."""
-    pair = pr.simulate(bumper_scene(tmp_path))
-    stiffness = [mass * (2.0 * pi / period) ** 2 for mass, period in ((44e3, 0.21), (83e3, 0.07))]
-    storeys = (
-        storeyed(name, [mass], [f"{one!r} N/m"], ["3 m"], damping=0.05)
-        for name, mass, one in zip("AB", ("44 t", "83 t"), stiffness, strict=True)
-    )
-    row = pr.simulate(bumper_scene(tmp_path, storeys))
-    assert int(pair["impact_count"].sum()) == int(row["impact_count"].sum()) >= 5
-    for name in ("peak_closing", "peak_contact_force", "permanent_set", "energy_plastic", "impulse", "contact_time"):
-        assert float(row[name].max()) == pytest.approx(float(pair[name].max()), rel=1e-5), name
 
 
 def test_advice_keeps_a_table(tmp_path: pathlib.Path):

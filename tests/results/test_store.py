@@ -291,18 +291,6 @@ def test_what_has_holes_is_not_finished(tmp_path, suffix):
     assert names(tmp_path) == []
 
 
-@pytest.fixture
-def small_disk(tmp_path):
-    """A file system of 500 kB, which grows on demand."""
-    place = tmp_path / "disk"
-    place.mkdir()
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=500k", "tmpfs", str(place)], capture_output=True)
-    if mounted.returncode:
-        pytest.skip("mounting a small disk needs the rights of root")
-    yield place
-    subprocess.run(["umount", "-l", str(place)], check=True)
-
-
 @pytest.mark.parametrize("suffix", sweep(SUFFIXES, ".nc"))
 def test_a_full_disk_is_told_and_left_as_it_was(small_disk, suffix, monkeypatch):
     """Twice, as a file that the library cannot close may not stay in the way; then there is space, and it works."""

@@ -10,9 +10,7 @@ from math import inf
 import numpy as np
 import pytest
 from processes import compiled
-from scenes import BOTH, scene_text
 
-from pounding_risk.ensemble.scan import scan
 from pounding_risk.models.contact.impulsive.rigid import Stereomechanical
 from pounding_risk.models.contact.laws import Jankowski, Tabulated, ViscousElastoplastic
 from pounding_risk.models.effects.permanent_set import PermanentSet
@@ -20,7 +18,6 @@ from pounding_risk.models.effects.unloading_stiffness import UnloadingStiffness
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions.read import read_motion
-from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.counters import COUNT
 from pounding_risk.solver.pair.api import free_response, oscillators
 from pounding_risk.solver.pair.grid import solve_grid
@@ -82,20 +79,3 @@ def test_half_of_a_grid_needs_no_run_of_its_own(el_centro):
     gaps, forces = np.linspace(0.0, 2.0 * closing, 50), np.append(np.linspace(1e6, 19e6, 19), inf)
     _, how = grid(ViscousElastoplastic(2.75e9), (el_centro.acceleration, el_centro.dt), gaps, forces, True)
     assert how.mean() <= 0.5
-
-
-def test_a_scan_with_screening_equals_one_without():
-    records = {"names": ["RSN6-180", "CCC-HN1"], "window": ["0 s", "45 s"], "polarity": BOTH}
-    grid = {
-        "gap": ["0 mm", "40 mm", "400 mm"],
-        "yield_force": ["1 MN", "8 MN", "inf"],
-        "contact_model": ["jankowski", "viscous_elastoplastic"],
-    }
-    study = parse_scene(scene_text(name="screening", gap=None, records=records, grid=grid))
-    # Nothing is recomputed: the share is drawn among the runs that were made, and screening makes fewer.
-    first = scan(study, workers=1, check_fraction=0.0)
-    second = scan(study, screening=False, workers=2, check_fraction=0.0)
-    one, other = (each.drop_vars("simulated").assign_attrs(options="") for each in (first, second))
-    assert one.identical(other)
-    assert first["simulated"].sum() < second["simulated"].sum() == second["simulated"].size
-    assert study.updated(rtol=1e-6) == study

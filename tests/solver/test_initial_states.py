@@ -16,7 +16,6 @@ from sentences import refusal
 
 import pounding_risk as pr
 from pounding_risk.assessment.demands import is_linear
-from pounding_risk.models.contact.impulsive.rigid import Stereomechanical
 from pounding_risk.models.contact.laws import KelvinVoigtTensionCut
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.mdof import chain_of
@@ -27,7 +26,6 @@ from pounding_risk.results.opened import Results
 from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.pair.api import Interface, free_response, initial_state, oscillators, solve
 from pounding_risk.solver.row import api as rows
-from pounding_risk.solver.row.impulsive.api import run_jumps
 from pounding_risk.solver.row.layout import lay_out
 
 DT = 0.01
@@ -133,24 +131,6 @@ def test_a_row_that_begins_moving_is_the_reference():
     assert run.status == COMPLETE and true.points["impact_count"].min() >= 1
     np.testing.assert_allclose(run.floors, true.floors, rtol=1e-7)
     np.testing.assert_allclose(run.rest, true.rest, rtol=1e-6, atol=1e-9)
-
-
-@pytest.mark.parametrize("model", [Stereomechanical, KelvinVoigtTensionCut])
-def test_two_masses_are_the_same_as_pair_and_as_row(model):
-    law = model(5e7) if model is KelvinVoigtTensionCut else model()
-    meetings = [meeting(0, 1.0, 1.0, 0.03)]
-    laid = lay_out([chain_of(MOVED), chain_of(SLOW)], points_of(meetings), MOTION.dt)
-    contacts = contacts_of(meetings)._replace(laws=[law], restitutions=[constant(0.6)])
-    if model is Stereomechanical:
-        run = run_jumps(laid, contacts, MOTION.acceleration, rows.free_row(laid, MOTION.acceleration), rtol=1e-10)
-    else:
-        run = rows.run_row(laid, contacts, MOTION.acceleration, rtol=1e-10)
-    pair = solve(MOVED, SLOW, Interface(0.03, law, constant(0.6)), MOTION.acceleration, MOTION.dt, rtol=1e-10)
-    assert pair["impact_count"] >= 3
-    assert run.floors[0, 0] == pytest.approx(pair["peak_displacement_left"], rel=1e-7)
-    assert run.floors[1, 0] == pytest.approx(pair["peak_displacement_right"], rel=1e-7)
-    assert run.points[0, rows.HIGHEST] == pytest.approx(pair["peak_closing"], rel=1e-7)
-    assert run.points[0, rows.LOWEST] == pytest.approx(-pair["peak_opening"], rel=1e-7)
 
 
 # ------------------------------------------------------------------------------------------------------- scenes

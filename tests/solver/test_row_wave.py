@@ -225,15 +225,12 @@ def scene(distance: str, towards: str = "right"):
 
 @pytest.mark.complete
 def test_a_scene_of_a_row_with_a_wave():
-    """One distance, or one for each interface: read, written back, scanned with and without screening."""
+    """One distance, or one for each interface: read, written back and scanned."""
     one, several = scene('"30 m"'), scene('["30 m", "30 m"]')
     assert parse_scene(several.to_toml()) == several and one.is_row
     assert dict(several.effects[0].options)["distance"] == (30.0, 30.0)
     found, same = (pr.scan(study, check_fraction=0.0) for study in (one, several))
-    every = pr.scan(one, screening=False, check_fraction=0.0)
-    assert int(found.simulated.sum()) < int(every.simulated.sum())
     for name in ("peak_contact_force", "impulse", "peak_relative_displacement", "peak_displacement"):
-        np.testing.assert_array_equal(found[name], every[name])
         np.testing.assert_array_equal(found[name], same[name])
     assert float(found.impulse.max()) > 0.0 and "Der Kiureghian" in found.attrs["references"]
     other = pr.scan(scene('["30 m", "10 m"]'), check_fraction=0.0)

@@ -157,15 +157,10 @@ def scene(**more):
 
 
 def test_a_scene_with_a_wave(tmp_path):
-    """Read, written back, scanned with and without screening, simulated; the source of the effect is named."""
+    """Scanned and simulated beside the scene without a wave; the source of the effect is named."""
     study = scene_of(scene())
-    assert scene_of(study.resolved()) == study
     found = pr.scan(study, tmp_path / "wave.nc", check_fraction=0.0)
     plain = pr.scan(scene_of(scene(effects={})), check_fraction=0.0)
-    every = pr.scan(study, screening=False, check_fraction=0.0)
-    assert int(found.simulated.sum()) < int(every.simulated.sum())
-    one, other = (each.drop_vars("simulated").assign_attrs(options="") for each in (found, every))
-    assert one.identical(other)
     touched = {"gap": 0, "contact_model": 0, "record": 0, "polarity": 0, "yield_force": 0}
     assert found.impulse[touched].item() != plain.impulse[touched].item()
     # Without contact the left building knows nothing of the wave, the right one has it later.

@@ -32,25 +32,18 @@ def tables(**interface):
 
 
 def test_scan_simulate_and_figures(tmp_path):
-    """Screening leaves no trace; a run is that of the scan; netCDF keeps what is not defined."""
+    """Contacts are listed, and the gap is kept; what is not defined says so."""
     given = tables()
     given["grid"]["contact_model"] = ["stereomechanical", "merged"]
     study = scene_of(given)
-    assert scene_of(study.resolved()) == study
     found = pr.scan(study, tmp_path / "jumps.nc", check_fraction=0.0)
     assert np.all(found["status"] == COMPLETE)
     assert np.all(found["impact_count"].isel(gap=0) > 0)
     assert np.all(found["yield_exceedance"].isel(gap=0) == -1) and np.all(found["yield_exceedance"].isel(gap=2) == 0)
     assert np.all(np.isnan(found["peak_contact_force"].sel(contact_model="stereomechanical").isel(gap=1)))
-    plain = pr.scan(study, screening=False, check_fraction=0.0)
-    for name in set(plain.data_vars) - {"simulated", "energy_residual"}:
-        np.testing.assert_array_equal(plain[name], found[name], err_msg=name)
     for model in study.grid.contact_models:
         run = pr.simulate(study, law=model, gap="2 mm")
-        case = found.sel(contact_model=model).isel(gap=0, record=0, polarity=0, yield_force=0, missing_dims="ignore")
-        for name in ("impact_count", "impulse", "peak_displacement", "energy_viscous"):
-            np.testing.assert_array_equal(run[name], case[name].squeeze(), err_msg=name)
-        assert run.sizes["contact"] == case["impact_count"].sum()
+        assert run.sizes["contact"] == found["impact_count"].sel(contact_model=model).isel(gap=0).sum()
         # The histories go through the jumps: what closes never passes the gap, before a jump and after it.
         assert run["relative_displacement"].max() <= 0.002 * (1.0 + 1e-9)
         figures.simulation_figure(run)
