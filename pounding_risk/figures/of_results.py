@@ -105,7 +105,7 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     subject: Any = results
     if call in AT_ONE_PLACE and name not in ALONG.values():
         subject = AT_ONE_PLACE[call](results)
-    CHECKS.get(call, check_labels)(subject, "the dataset")
+    CHECKS.get(call, check_labels)(subject)
     if subject_of is not None:
         subject = subject_of(subject, **{key: value for key, value in options.items() if key not in of_draw})
     return draw(subject, note=note, **{key: value for key, value in options.items() if key in of_draw})

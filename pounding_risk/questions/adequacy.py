@@ -67,10 +67,11 @@ def bounds_cell(required: RequiredGap) -> Cell:
     return {"text": text, "parts": [required.low, required.high]}
 
 
-def marks(required: Iterable[RequiredGap], words: Mapping[str, str]) -> list[str]:
-    """What each mark means that stands in the bounds of these required gaps."""
+def marks(required: Iterable[RequiredGap], words: Mapping[str, str]) -> list[Block]:
+    """What each mark in the bounds of these required gaps means: a paragraph, as a list has marks of its own."""
     bounds = " ".join(bounds_cell(each)["text"] for each in required)
-    return [f"{mark} {meaning}." for mark, meaning in words.items() if mark in bounds]
+    explained = [f"{mark} {meaning}." for mark, meaning in words.items() if mark in bounds]
+    return [paragraph(" ".join(explained))] if explained else []
 
 
 def required_gaps(one: InterfaceAssessment) -> list[Block]:
@@ -82,9 +83,8 @@ def required_gaps(one: InterfaceAssessment) -> list[Block]:
         ratio = one.gap / required.gap if required.gap > 0.0 else float("nan")
         row: Row = [number(required.percentile), enough(required.gap), bounds_cell(required)]
         rows.append([*row, number(required.fitted, "m"), number(ratio, digits=3)])
-    explained = marks(one.required, NO_BOUND)
     caption = f"{one.name}: required gaps, by {counted(len(one.closing), 'motion')} without contact."
-    return [table(caption, heads, rows), *([listing(explained, mark="")] if explained else [])]
+    return [table(caption, heads, rows), *marks(one.required, NO_BOUND)]
 
 
 def contact(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:

@@ -145,8 +145,8 @@ def sheet(found: Sequence[Setback]) -> list[Block]:
         for one in found
         if one.lost
     ]
-    explained = [*marks((each for _, each in every), NO_BOUND), *(f"{sentence}." for sentence in (*lost, *ASSUMED))]
     return [
         table(f"Setback from a property line, {found[0].motions} motions {found[0].at}.", heads, rows),
-        listing(explained, mark=""),
+        *marks((each for _, each in every), NO_BOUND),
+        listing([f"{sentence}." for sentence in (*lost, *ASSUMED)], mark=""),
     ]

@@ -54,6 +54,7 @@ NOT_WHERE = (
     "where() of xarray makes floats of whole numbers and fills in NaN: to select records write isel(record=mask.values)"
 )
 REPAIR = f"{DAMAGED}: {TAKE_ANOTHER}"
+THIS = "the dataset"  # of a call that is given one, not a file
 # Attributes that hold JSON, and of what kind: a table, or a list.
 TABLES = ("stiffness", "flags", "options", "motions_sha256", "processing", "versions", "plugins", "level_notes")
 LISTS = ("left_out", "overrides", "copies", "notes", "unused_keys")
@@ -120,7 +121,7 @@ def missing_named() -> Iterator[None]:
         raise PoundingError(f"the results have no variable {name}, which is read here; {REPAIR}") from error
 
 
-def check_scan(dataset: xr.Dataset, whose: str, *, names: Iterable[str] = (), attrs: Iterable[str] = ()) -> None:
+def check_scan(dataset: xr.Dataset, whose: str = THIS, *, names: Iterable[str] = (), attrs: Iterable[str] = ()) -> None:
     """Raise PoundingError, with a sentence for each fault, unless a dataset is what `scan` writes, as declared here.
 
     ``whose`` names it in the sentence; variables, coordinates and attributes of these names must be there. Values of
@@ -161,21 +162,21 @@ def check_dataset(results: xr.Dataset, whose: str = "") -> None:
         raise PoundingError(f"{whose}: a building that has a period has no damping from 0 to 1; {REPAIR}")
 
 
-def check_scene(dataset: xr.Dataset, whose: str = "the dataset") -> None:
+def check_scene(dataset: xr.Dataset) -> None:
     """Raise PoundingError where the scene in the attributes of any dataset cannot be read."""
-    _refuse(whose, list(_scene_faults(dataset)))
+    _refuse(THIS, list(_scene_faults(dataset)))
 
 
-def check_labels(dataset: xr.Dataset, whose: str = "the dataset") -> None:
+def check_labels(dataset: xr.Dataset) -> None:
     """Raise PoundingError where a label of an axis of any dataset stands there twice."""
     axes = [axis for axis in dataset.dims if axis in dataset.coords and not dataset.indexes[axis].is_unique]
-    _refuse(whose, [f"a label of the axis {axis} stands there twice" for axis in axes])
+    _refuse(THIS, [f"a label of the axis {axis} stands there twice" for axis in axes])
 
 
 FLOORS_OF_POINT = ("contact_point_left_floor", "contact_point_right_floor")
 
 
-def check_run(run: xr.Dataset, whose: str = "the dataset") -> None:
+def check_run(run: xr.Dataset) -> None:
     """Raise PoundingError where a run of `simulate` lost an axis, or where a level in its attributes is no number."""
     lost = [f"the dimension {dim} is missing" for dim in ("time", "building", "storey") if dim not in run.dims]
     time = run["time"].values if "time" in run.coords else np.array([0.0])
@@ -186,7 +187,7 @@ def check_run(run: xr.Dataset, whose: str = "the dataset") -> None:
     lost += [f"the variable {name} is infinite" for name in numbers if np.any(np.isinf(run[name].values))]
     levels = [name for name in ("pga", "gap", "yield_force", "intensity_level") if name in run.attrs]
     wrong = [name for name in levels if isinstance(run.attrs[name], str) or np.size(run.attrs[name]) != 1]
-    _refuse(whose, [*lost, *(f"the attribute {name} is {run.attrs[name]!r}, not a number" for name in wrong)])
+    _refuse(THIS, [*lost, *(f"the attribute {name} is {run.attrs[name]!r}, not a number" for name in wrong)])
 
 
 def _refuse(whose: str, faults: list[str], repair: str = REPAIR) -> None:

@@ -128,8 +128,9 @@ def _beyond_bumpers(results: xr.Dataset) -> Iterator[str]:
             depth = depths.isel(interface=place, gap=gap)
             past = depth.where((depth > length) & (length > 0.0))
             count += int(past.notnull().sum())
-            if past.notnull().any():
-                excess = max(excess, (float(past.max()), float(length.where(past.notnull()).max())))
+            if past.notnull().any():  # samples have each its own length
+                lengths, at = length.broadcast_like(past).transpose(*past.dims).values, int(np.nanargmax(past.values))
+                excess = max(excess, (float(past.values.flat[at]), float(lengths.flat[at])))
         if count:
             yield f"{name}, in {counted(count, 'case')}: {_beyond_bumper(*excess)}"
 

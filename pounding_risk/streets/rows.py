@@ -17,7 +17,6 @@ from typing import Any
 
 from pounding_risk._common.letters import cell, csv_text
 from pounding_risk._common.short_repr import ShortRepr
-from pounding_risk.errors import SceneError
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.streets.defaults import Completed, Filled, House, Notes, Rules, unnamed
 from pounding_risk.streets.footprints import Array, rings
@@ -252,18 +251,18 @@ def write_block(
     """
     street.check()
     folder, scenes = Path(out), street.scenes(records, contact=contact, tables=tables)
-    is_new = not folder.exists()
+    tolerance = None if contact.tolerance is None else parse(contact.tolerance, GAP)
+    pairs = neighbours_csv(((row.name, row.pairs) for row in street.rows), street.close, tolerance)
+    texts = {**scenes, FILLED: filled_csv(street.filled), NEIGHBOURS: pairs, BUILDINGS: street.buildings_csv()}
+    made = [path for path in (folder, *folder.parents) if not path.exists()]
     folder.mkdir(parents=True, exist_ok=True)  # a path such as ../EventGrid.csv leads nowhere from a missing folder
     try:
         for name, text in scenes.items():
             parse_scene(text, source=str(folder / name))
-    except SceneError:
-        if is_new:
-            folder.rmdir()
+    except BaseException:  # an interrupt too leaves nothing behind
+        for path in made:
+            path.rmdir()
         raise
-    tolerance = None if contact.tolerance is None else parse(contact.tolerance, GAP)
-    pairs = neighbours_csv(((row.name, row.pairs) for row in street.rows), street.close, tolerance)
-    texts = {**scenes, FILLED: filled_csv(street.filled), NEIGHBOURS: pairs, BUILDINGS: street.buildings_csv()}
     for name, text in texts.items():
         write_text(folder / name, text)
     return [folder / name for name in texts]

@@ -9,9 +9,11 @@ from scenes import BOTH, scene_text, single
 from sentences import refusal
 
 import pounding_risk as pr
+from pounding_risk.assessment.options import NO_LOWER, NO_UPPER
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.motions import intensity as measures
 from pounding_risk.motions.read import read_motion
+from pounding_risk.questions.setback import sheet
 from pounding_risk.scene.reader import parse_scene
 
 RECORDS = ["RSN6-180", "CCC-HN1", "NAPA-HNE"]
@@ -49,6 +51,13 @@ def test_a_rigid_building_needs_no_setback(results):
     still = results.copy()
     still["peak_displacement_free"] = results["peak_displacement_free"] * xr.DataArray([0.0, 1.0], dims="building")
     assert [one.distance > 0.0 for one in pr.setbacks(still)] == [False, True]
+
+
+def test_marks_are_explained_in_a_paragraph_as_a_list_has_marks_of_its_own(results):
+    blocks = sheet(pr.setbacks(results))
+    assert [block["kind"] for block in blocks] == ["table", "paragraph", "list"]
+    assert blocks[1]["text"].startswith(NO_LOWER) and f" {NO_UPPER} " in blocks[1]["text"]
+    assert not any(item.startswith((NO_LOWER, NO_UPPER)) for item in blocks[2]["items"])
 
 
 def test_a_dataset_that_is_none_is_refused(results, says):

@@ -6,6 +6,7 @@ from math import asin, pi
 
 import numpy as np
 import pytest
+import xarray as xr
 from axes import equals_the_loop
 from scenes import BOTH, rigid, scene_text, single, storeyed
 from sentences import refusal
@@ -17,6 +18,7 @@ from pounding_risk.assessment.demands import is_linear
 from pounding_risk.assessment.row import row_case
 from pounding_risk.assessment.separations.table import separations_of
 from pounding_risk.figures.row import elevation_figure, gap_scale
+from pounding_risk.results.contact_notes import _beyond_bumpers
 from pounding_risk.results.opened import Results
 
 # Binary fractions of a metre: a gap less its bumpers is then the very float of the gap without them.
@@ -171,3 +173,15 @@ def test_drawings_show_and_name_the_bumpers(tmp_path):
     assert '"bumpers":[0.03125]' in page and "bumpers of 31.25 mm in it, drawn on the left face" in page
     page = pr.view(results, tmp_path / "grid.html").read_text("utf-8")
     assert "Closings and gaps required count the bumpers of 31.25 mm." in page
+
+
+def test_the_deepest_contact_is_told_beside_the_length_of_its_own_sample():
+    """Of two samples the one with the shorter bumpers goes deeper; the longer length is another sample's."""
+    soft = {"law": "linear", "stiffness": "2 MN/m"}
+    deep = scanned(*MASSES, gaps=WITH_SHORT, bumper_length=SHORT, **soft)
+    depth = 0.5 * deep["peak_penetration"] / deep["peak_penetration"].max()
+    depths = xr.concat([depth, 0.9 * depth], "sample")
+    lengths = xr.DataArray([[0.02], [0.3]], dims=("sample", "interface"))
+    drawn = deep.assign(peak_penetration=depths).assign_coords(interface_bumper=lengths)
+    (note,) = _beyond_bumpers(drawn)
+    assert "penetration of 500 mm is more than the bumpers are long, 20 mm" in note

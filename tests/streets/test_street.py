@@ -28,6 +28,7 @@ from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.motions.catalogue import entry
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.streets import rows as block_rows
 from pounding_risk.streets import scenes as block_scenes
 from pounding_risk.streets.defaults import Rules
 from pounding_risk.streets.rows import Block, read_block
@@ -678,3 +679,16 @@ def test_a_thinner_building_between_two_is_the_neighbour_of_both(tmp_path):
     (row,) = block.rows
     assert [house.name for house in row.buildings] == ["A", "B", "C"]
     assert row.gaps == pytest.approx((0.1, 0.1), abs=1e-3)
+
+
+@pytest.mark.parametrize("error", [PoundingError, OSError, KeyboardInterrupt])
+def test_an_error_leaves_no_new_folder_behind(tmp_path, monkeypatch, error):
+    def fails(text: str, source: str) -> None:
+        raise error("no scene")
+
+    monkeypatch.setattr(block_rows, "parse_scene", fails)
+    (tmp_path / "kept").mkdir()
+    for folder in (tmp_path / "new" / "deeper", tmp_path / "kept"):
+        with pytest.raises(error):
+            block_rows.write_block(read_block(STREETS / "street.csv"), folder)
+    assert [path.name for path in tmp_path.rglob("*")] == ["kept"]
