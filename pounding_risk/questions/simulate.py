@@ -84,9 +84,7 @@ def sheet(run: xr.Dataset) -> list[Block]:
     measure = read_measure(attrs.get("intensity", ""))
     if measure is not None:  # the level of intensity that the record was scaled to
         record += f", {Level(measure, attrs['intensity_level']).words}"
-    facts_of = {entry["name"]: entry for entry in json.loads(attrs.get("records", "[]"))}
-    if shock := facts_of.get(attrs["record"], {}).get(AFTERSHOCK):
-        record += f", followed by {shock['name']}"
+    record += f", followed by {attrs[AFTERSHOCK]}" if AFTERSHOCK in attrs else ""
     about: list[tuple[str, Cell | str]] = [
         ("scene", attrs["title"]),
         ("record", record),

@@ -14,6 +14,7 @@ from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import COLUMN
 from pounding_risk.motions.levels import PEAK, Level, at_pga, driven
+from pounding_risk.motions.record import AFTERSHOCK
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.contact_notes import of_run
 from pounding_risk.results.labels import CONVENTIONS, flags_of
@@ -120,6 +121,8 @@ def simulate(
     narrowed = study.updated(grid=grid._replace(gaps=gaps, amplitudes=amplitudes))
     notes = [*stated(study.uncertain, study.axes), *of_input(narrowed, (motions[name],)), *of_run(run, narrowed)]
     keys = unused_keys(study)
+    if shock := motions[name].record.get(AFTERSHOCK):
+        run = run.assign_attrs({AFTERSHOCK: shock["name"]})
     if level is not None and level.measure != PEAK:
         run = run.assign_attrs(intensity=level.measure.intensity, intensity_level=level.value)
     return run.assign_attrs(

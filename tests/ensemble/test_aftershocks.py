@@ -13,6 +13,7 @@ import pounding_risk as pr
 from pounding_risk import assess
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.motions.record import recording_numbers
+from pounding_risk.questions import simulate as simulating
 from pounding_risk.results.opened import Results
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
@@ -68,6 +69,8 @@ def test_what_has_yielded_carries_over():
 
     def rest(**records) -> np.ndarray:
         run = pr.simulate(parse_scene(text_of(**records)))
+        told = dict(simulating.sheet(run)[0]["rows"])["record"]["text"]
+        assert told.endswith(", followed by RSN6-180") == ("aftershock" in records)
         return run["storey_residual_drift"].values
 
     alone, still = rest(tail="20 s"), rest(aftershock="RSN6-180", pause="20 s", aftershock_ratio=1e-6)

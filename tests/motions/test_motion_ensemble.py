@@ -334,6 +334,8 @@ def test_a_damaged_manifest_is_refused(motions, tmp_path, says):
     for old, new in (("npts", "n"), ("5372", "many")):
         path.write_text(text.replace(old, new), encoding="utf-8")
         says(refusal(read_manifest, path))
+    path.write_text(text.replace("\n", "\n\n", 1).replace("5372", "many"), encoding="utf-8")
+    assert refusal(read_manifest, path).startswith(f"{path}, line 3: npts is ")  # a blank line is a line
 
 
 def test_places_that_cannot_be(motions, tmp_path, says):
