@@ -1,4 +1,4 @@
-"""Largest closings of all pairs against closed forms, SciPy's matrix exponential and the solver of one pair."""
+"""Largest closings of all pairs against SciPy's matrix exponential and the solver of one pair."""
 
 from __future__ import annotations
 
@@ -82,22 +82,6 @@ def test_closings_are_those_of_matrix_exponentials(seed, n, dt, left, right):
     size = max(float(found.left[0]), float(found.right[0]))
     truth = true_closings(ground, dt, left, right)
     np.testing.assert_allclose(found.closing[:, 0, 0], truth, rtol=0.0, atol=1e-10 * size)
-
-
-def test_a_steady_sine_has_its_closed_form():
-    """Once its amplitude is steady: the amplitude of the difference of two transfer functions."""
-    dt, w, damping = 0.001, 2.0 * np.pi / 0.8, 0.3
-    time = np.arange(0.0, 40.0, dt)
-    ground = np.sin(w * time) * 0.5 * (1.0 + np.tanh((time - 15.0) / 3.0))  # a slow beginning does not overshoot
-    periods = np.array([0.3, 0.8, 1.1])
-    own = 2.0 * np.pi / periods
-    transfer = -1.0 / (own**2 - w**2 + 2j * damping * own * w)
-    found = largest_closings(ground, dt, side(periods, damping), side(periods, damping))
-    expected = np.abs(transfer[:, None] - transfer[None, :])
-    # Between samples the ground is a line: it is smaller than the sine by (w dt)² / 8 or less.
-    np.testing.assert_allclose(found.closing[0], expected, rtol=2e-5, atol=1e-15)
-    np.testing.assert_allclose(found.closing[1], expected, rtol=2e-5, atol=1e-15)
-    np.testing.assert_allclose(found.left, np.abs(transfer), rtol=2e-5)
 
 
 def test_the_solver_of_one_pair_agrees():

@@ -1,4 +1,4 @@
-"""Isolated impacts beyond the facts of test_conformance: scaling, limits, exact damping, mass ratios, the cap."""
+"""Isolated impacts beyond the facts of test_conformance: scaling, published tables, the cap."""
 
 from __future__ import annotations
 
@@ -12,10 +12,8 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import (
     LAWS,
     Hertz,
-    HertzDampExact,
     Jankowski,
     KelvinVoigt,
-    KelvinVoigtTensionCut,
     Linear,
     VanMier,
     ViscousElastoplastic,
@@ -36,9 +34,14 @@ def law_of(name: str, times: float = 1.0):
 
 @pytest.mark.parametrize("name", LAWS)
 def test_restitution_depends_on_nothing_but_e(name: str):
-    """Not on mass, stiffness or speed over many decades; to 1e-9, the integration runs at 1e-12."""
-    reference = impact(law_of(name), SPEED, MASS, restitution=0.65).restitution
-    for times, mass, speed in ((1e-3, MASS, SPEED), (1e4, MASS, SPEED), (1.0, 1e7, SPEED), (1.0, MASS, 20.0)):
+    """Not on mass, stiffness or speed over many decades; to 1e-9, the integration runs at 1e-12.
+
+    A contact that is stiffer and stiffer shrinks to nothing.
+    """
+    soft, stiff = (impact(law_of(name, times), SPEED, MASS, restitution=0.65) for times in (1.0, 1e6))
+    assert stiff.duration < 5e-3 * soft.duration
+    reference = soft.restitution
+    for times, mass, speed in ((1e-3, MASS, SPEED), (1e6, MASS, SPEED), (1.0, 1e7, SPEED), (1.0, MASS, 20.0)):
         found = impact(law_of(name, times), speed, mass, restitution=0.65).restitution
         assert found == pytest.approx(reference, rel=1e-9)
     assert impact(law_of(name), 2e-3, 3.0, restitution=0.65).restitution == pytest.approx(reference, rel=1e-9)
@@ -57,34 +60,16 @@ def test_jankowski_is_exact_and_self_similar(e: float, xi: float):
         assert found.restitution == pytest.approx(e, abs=1e-5)
         if e in exact.JANKOWSKI_PEAKS:
             depth, force, time = exact.JANKOWSKI_PEAKS[e]
-            assert found.peak_penetration / size == pytest.approx(depth, abs=1e-4)
+            assert found.peak_penetration / size == pytest.approx(depth, abs=6e-5)
             assert found.peak_force / (beta * size**1.5) == pytest.approx(force, abs=1e-4)
-            assert found.duration * speed / size == pytest.approx(time, abs=1e-3)
-
-
-@pytest.mark.parametrize("e", [0.05, 0.15, 0.35, 0.55, 0.75, 0.95, 0.99])
-def test_laws_that_return_the_e_asked_for(e: float):
-    for law in (HertzDampExact(BETA), KelvinVoigt(9.35e7)):
-        assert impact(law, SPEED, MASS, restitution=e).restitution == pytest.approx(e, abs=1e-9)
-
-
-@pytest.mark.parametrize(("e", "xi"), [(0.65, 0.14994), (0.5, 0.25528), (0.4, 0.35451)])
-def test_ratio_that_a_cut_kelvin_voigt_needs(e: float, xi: float):
-    """The closed form solved for ξ; five digits of ξ move e by up to 1e-5."""
-    asked = brentq(lambda x: exact.kelvin_voigt_ratio(x) - xi, 0.01, 1.0, xtol=1e-15)
-    assert impact(KelvinVoigtTensionCut(9.35e7), SPEED, MASS, restitution=asked).restitution == pytest.approx(
-        e, abs=2e-5
-    )
+            assert found.duration * speed / size == pytest.approx(time, abs=6e-4)
 
 
 @pytest.mark.parametrize("e", [0.2, 0.65, 0.9])
-def test_kelvin_voigt_depth_duration_and_pull(e: float):
-    """The half wave of a damped oscillator; the force jumps to c v0 at the touch and ends at −c e v0."""
-    xi = exact.kelvin_voigt_ratio(e)
-    depth, duration = exact.kelvin_voigt_impact(9.35e7, MASS, SPEED, xi)
+def test_kelvin_voigt_jumps_and_pulls(e: float):
+    """The force jumps to c v0 at the touch and ends at −c e v0."""
     found = impact(KelvinVoigt(9.35e7), SPEED, MASS, restitution=e)
-    damping = 2.0 * xi * np.sqrt(9.35e7 * MASS)
-    assert (found.peak_penetration, found.duration) == pytest.approx((depth, duration), rel=1e-9)
+    damping = 2.0 * exact.kelvin_voigt_ratio(e) * np.sqrt(9.35e7 * MASS)
     assert (found.force[0], found.force[-1]) == pytest.approx((damping * SPEED, -damping * e * SPEED), rel=1e-9)
 
 
@@ -93,29 +78,6 @@ def test_peak_force_of_a_floor(stiffness: float, speed: float):
     """28.9 t (28.86 t: 44.36 t against 82.60 t); the table has whole kN."""
     found = impact(Jankowski(stiffness), speed, 44.36e3, 82.60e3, restitution=0.65)
     assert found.peak_force / 1e3 == pytest.approx(exact.TYPICAL_PEAKS[stiffness, speed], rel=1e-3, abs=0.6)
-
-
-@pytest.mark.parametrize("name", LAWS)
-@pytest.mark.parametrize("ratio", [1e-6, 1.0, 1e6])
-def test_velocities_after(name: str, ratio: float):
-    """Only m = m1 m2/(m1+m2) counts: the same e and peak force as against a wall with that mass."""
-    other = ratio * MASS
-    reduced = MASS * other / (MASS + other)
-    found = impact(law_of(name), SPEED, MASS, other, restitution=0.65)
-    wall = impact(law_of(name), SPEED, reduced, restitution=0.65)
-    assert found.restitution == pytest.approx(wall.restitution, rel=1e-9)
-    assert found.peak_force == pytest.approx(wall.peak_force, rel=1e-9)
-    assert abs(found.momentum_change) < 1e-12 * max(1.0, MASS * SPEED / found.impulse)
-    assert np.isnan(wall.momentum_change)
-
-
-@pytest.mark.parametrize("name", LAWS)
-def test_stiff_limit_is_goldsmith(name: str):
-    """β → ∞: the impulse stays (1 + e) m v0 with the law's own e, the contact shrinks to nothing."""
-    stiff = impact(law_of(name, 1e6), SPEED, MASS, restitution=0.65)
-    soft = impact(law_of(name), SPEED, MASS, restitution=0.65)
-    assert stiff.impulse == pytest.approx(exact.impulse(MASS, SPEED, soft.restitution), rel=1e-9)
-    assert stiff.duration < 5e-3 * soft.duration
 
 
 @pytest.mark.parametrize(("share", "known"), exact.CAPPED.items())
