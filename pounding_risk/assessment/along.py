@@ -14,7 +14,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk.assessment.demands import contact_of
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, percent_words, read_criterion
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import open_results, open_scan
+from pounding_risk.results.files import open_scan, opened_or_given
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import has_drawn_motions, open_axes, own_places, value_at
 from pounding_risk.results.variables import described
@@ -82,8 +82,7 @@ def assess_along(
         As `assess`, for a dataset that has one place along each axis, which `assess` takes, and for samples each of
         which has a motion of its own.
     """
-    whole = open_results(results) if isinstance(results, str | Path) else results
-    whose = str(results) if isinstance(results, str | Path) else "the dataset"
+    whole, whose = opened_or_given(results, "the dataset")
     axes = open_axes(whole)
     if not axes:
         raise PoundingError(f"{whose}: has no axis of another number of the scene with several values; use assess")

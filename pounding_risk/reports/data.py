@@ -20,9 +20,9 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.attributes import read_attribute
 from pounding_risk.results.check import AXES_OF_CASES, check_scan, kind_of
-from pounding_risk.results.files import open_results, open_with_axes
+from pounding_risk.results.files import open_results, opened_or_given
 from pounding_risk.results.opened import Results
-from pounding_risk.results.scene_axes import is_drawn_along
+from pounding_risk.results.scene_axes import is_drawn_along, with_axes
 from pounding_risk.units import shown
 
 NEEDED = ("impact_count", "yield_exceedance", "peak_relative_displacement", "status", "simulated")
@@ -173,8 +173,7 @@ def opened(results: xr.Dataset | str | Path, options: Mapping[str, Any]) -> tupl
     With several places along them the dataset is of one, which its title names; ``options`` are those of `assess`.
     Raises PoundingError for a file that cannot be read and for what is no dataset of `scan`.
     """
-    source = str(results) if isinstance(results, str | Path) else "the dataset"
-    whole = open_results(results) if isinstance(results, str | Path) else results
+    whole, source = opened_or_given(results, "the dataset")
     along = None
     if kind_of(whole) == "scan" and is_drawn_along(whole):
         check_scan(whole, source)
@@ -182,7 +181,7 @@ def opened(results: xr.Dataset | str | Path, options: Mapping[str, Any]) -> tupl
         assessed = assess_along(whole, **{name: value for name, value in options.items() if name in known})
         along = Along(assessed, usual_place(assessed))
         whole = whole.isel({axis: [place] for axis, place in along.place.places.items()})
-    dataset = open_with_axes(whole, source).dataset
+    dataset = with_axes(whole, source)
     if along is not None:
         dataset = dataset.assign_attrs(title=f"{dataset.attrs.get('title', '')} ({along.place.words})")
     _check(dataset, source)

@@ -26,7 +26,7 @@ from pounding_risk.results import check as form
 from pounding_risk.results.amplitudes import axis_words
 from pounding_risk.results.attributes import bumper_words, flags_of, gaps_needed, isolated_notes
 from pounding_risk.results.check import kind_of
-from pounding_risk.results.files import check_target, open_results, open_with_axes
+from pounding_risk.results.files import check_target, opened_or_given
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import (
@@ -34,6 +34,7 @@ from pounding_risk.results.scene_axes import (
     has_drawn_motions,
     open_axes,
     own_places,
+    with_axes,
     written_values,
 )
 from pounding_risk.results.variables import NOT_RUN, UNPUSHED
@@ -94,11 +95,10 @@ def view(
         where Plotly is missing, and for an ``out`` that cannot be written.
     """
     target = check_target(out, (".html",))
-    source = str(results) if isinstance(results, str | Path) else "the dataset"
-    dataset = open_results(results) if isinstance(results, str | Path) else results
+    dataset, source = opened_or_given(results, "the dataset")
     # All places along axes of numbers of the scene, unless each sample has its own motion: there is no list of these.
     if kind_of(dataset) not in ("scan", "") or not open_axes(dataset) or has_drawn_motions(dataset):
-        dataset = open_with_axes(dataset, source).dataset
+        dataset = with_axes(dataset, source)
     check_scan(dataset, source)
     amplitudes = Results(dataset).amplitudes
     if pgas and (intensity_levels or amplitudes.axis != PGA_AXIS):

@@ -177,21 +177,26 @@ def stream_results(path: str | Path) -> xr.Dataset:
             netCDF4.set_chunk_cache(*usual)
 
 
-def open_with_axes(results: xr.Dataset | str | Path, name: str = "") -> Results:
-    """A dataset, called so in sentences, or that of a file, with the axes of its cases; of `scan` or not.
+def opened_or_given(results: xr.Dataset | str | Path, name: str = "") -> tuple[xr.Dataset, str]:
+    """The dataset of a file and the file's name, or a dataset in memory and the ``name`` that sentences call it by.
 
-    Raises PoundingError for anything else, for a dataset of another version, and as `with_axes`.
+    Raises PoundingError for anything else, and for a dataset of another version.
     """
     if isinstance(results, str | Path):
-        results, name = open_results(results), str(results)
-    elif not hasattr(results, "data_vars"):
+        return open_results(results), str(results)
+    if not hasattr(results, "data_vars"):
         raise PoundingError(
             f"{shown(results)} is neither a dataset nor a file of one; name what `scan` returned or wrote"
         )
-    else:
-        name = name or name_of(results)
-        _check_version(results, name)
-    return Results(with_axes(results, name), name)
+    name = name or name_of(results)
+    _check_version(results, name)
+    return results, name
+
+
+def open_with_axes(results: xr.Dataset | str | Path, name: str = "") -> Results:
+    """`opened_or_given` with the axes of its cases, of `scan` or not; raises as this and `with_axes`."""
+    dataset, name = opened_or_given(results, name)
+    return Results(with_axes(dataset, name), name)
 
 
 def open_scan(results: xr.Dataset | str | Path, name: str = "") -> Results:

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from scenes import BOTH, scene_text, single
 from sentences import refusal
 
+from pounding_risk.assessment.along import assess_along
 from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.ensemble.scan import scan
@@ -129,8 +130,10 @@ def test_a_dataset_of_another_version_is_refused(dataset, tmp_path, says):
     versions = [dataset.assign_attrs({VERSION: version}) for version in (0, 1, 3, "two")]
     told = [refusal(open_scan, other) for other in versions]
     says(told)
-    for read in (assess, code_table, summary, lambda other: other.pounding.figure()):
+    for read in (assess, assess_along, code_table, summary, lambda other: other.pounding.figure()):
         assert refusal(read, versions[1]) == told[1]
+    for write, target in ((report, tmp_path / "other.html"), (view, tmp_path / "page.html")):
+        assert refusal(write, versions[1], target) == told[1]
     file = save(versions[1], tmp_path / "other.nc")
     for read in (open_results, assess, summary, lambda path: open_results(path, lazy=True)):
         assert refusal(read, file) == told[1].replace("the dataset", str(file))
