@@ -47,6 +47,10 @@ BAND = (16.0, 84.0)
 WITHOUT, WITH = style.STYLES[0], style.STYLES[1]
 
 
+# Numbers of a contact point stand on the floor's line, over which they would not be read.
+ON_FLOOR: dict[str, Any] = {"va": "bottom"}
+
+
 class Quantity(NamedTuple):
     """Words of a quantity's axis, factor from SI to the unit there, and whether it is of storeys or of floors."""
 
@@ -231,10 +235,9 @@ def _draw_interface(axis: Any, case: RowCase, line: _Line, at: int) -> float:
         touch, is_yielding = point.touch, point.touch.yielding > 0.0
         yields = f", {_share(touch.yielding)} $F_E$" if is_yielding else ""
         right = f"{force_text(touch.force)}{yields}" if touch.contact > 0.0 else ""
-        box = {"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6}
         for words, sign in ((_share(touch.contact), -1.0), (right, 1.0)):
-            look = {"color": RAISED if sign > 0 and is_yielding else "black", "bbox": box, "zorder": 6}
-            style.beside(axis, words, (middle + sign * half, point.level), (7 * sign, 0), 6.8, **look)
+            look = {"color": RAISED if sign > 0 and is_yielding else "black", "zorder": 6} | ON_FLOOR
+            style.beside(axis, words, (middle + sign * half, point.level), (4 * sign, 1.5), 7.5, **look)
     top = max(case.buildings[at].height, case.buildings[at + 1].height)
     bumpers = _draw_bumpers(axis, case, line, at, points)
     words = f"{say_in(case.gaps[at], 'mm', 3)}{bumpers}\n{_share(case.touches[at].contact)}"

@@ -11,7 +11,7 @@ import xarray as xr
 from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures import style
-from pounding_risk.figures.row import MARKERS, RAISED, WIDTH, gap_scale, outline
+from pounding_risk.figures.row import MARKERS, ON_FLOOR, RAISED, WIDTH, gap_scale, outline
 from pounding_risk.results.attributes import bumper_lengths, bumper_words, isolated_of
 from pounding_risk.units import STANDARD_GRAVITY, say_in
 
@@ -393,7 +393,7 @@ def _row_peaks(axis: Any, run: xr.Dataset) -> None:
         outline(axis, building, wall)
         if not building.is_rigid:
             style.beside(axis, f"{peak:.3g} mm", (wall + WIDTH / 2, building.height), (0, 3), 8)
-    _contact_points(axis, run, walls[:-1] + WIDTH + 0.5 * scale * gaps, [building.height for building in buildings])
+    _contact_points(axis, run, (walls[:-1] + WIDTH, walls[1:]), [building.height for building in buildings])
     axis.axhline(0.0, color="black", linewidth=1.4)
     axis.set(xlim=(-1.0, walls[-1] + WIDTH + 1.0), ylim=(-0.01 * tallest, 1.12 * tallest), ylabel="height [m]")
     axis.set_xticks([])
@@ -406,8 +406,12 @@ def _row_peaks(axis: Any, run: xr.Dataset) -> None:
     )
 
 
-def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: list[float]) -> None:
-    """Draw every contact point; of two too close for both numbers, the stronger one's are written."""
+def _contact_points(axis: Any, run: xr.Dataset, faces: tuple[np.ndarray, np.ndarray], heights: list[float]) -> None:
+    """Draw every contact point; of two too close for both numbers, the stronger one's are written.
+
+    ``faces`` are the walls at the left and at the right of each gap [m].
+    """
+    middles = 0.5 * (faces[0] + faces[1])
     peaks, counts = np.nan_to_num(_at_points(run, FORCE)), _at_points(run, "impact_count")
     yields = _at_points(run, "yield_exceedance") == 1
     written: list[tuple[int, float]] = []
@@ -428,6 +432,5 @@ def _contact_points(axis: Any, run: xr.Dataset, middles: np.ndarray, heights: li
         if counts[at] > 0 and not is_near:
             written.append((interface, level))
             force = f"{force_text(float(peaks[at]))}, " if peaks[at] > 0.0 else ""
-            box = {"facecolor": "#f1f1f1", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
             words = f"{force}{int(counts[at])}×"
-            style.beside(axis, words, (middles[interface], level), (7, 0), 6.8, zorder=6, bbox=box)
+            style.beside(axis, words, (faces[1][interface], level), (4, 1.5), 7.5, zorder=6, **ON_FLOOR)

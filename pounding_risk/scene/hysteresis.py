@@ -19,6 +19,7 @@ from pounding_risk.scene.keys import (
     measured,
     one_of,
 )
+from pounding_risk.scene.not_modelled import RULES_ELSEWHERE
 from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import Quantity, shown
 
@@ -39,6 +40,7 @@ RULE = one_of(
     "What follows a turn: " + "; ".join(f"{name}: {rule.WORDS}" for name, rule in OF_STOREYS.items()) + ".",
     '"peak_oriented"',
     missing=f'missing; write rule = "peak_oriented", or another of {", ".join(OF_STOREYS)}',
+    elsewhere=RULES_ELSEWHERE,
 )
 
 

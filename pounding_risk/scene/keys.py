@@ -16,6 +16,7 @@ from itertools import pairwise
 from math import inf
 from os import PathLike
 from textwrap import wrap
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
@@ -23,7 +24,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
-from pounding_risk.scene.not_modelled import instead_of
+from pounding_risk.scene.not_modelled import instead_of, meant_by
 from pounding_risk.scene.toml import Fault, KeyPath
 from pounding_risk.units import EXAMPLES, Quantity, bounds, exact, parse, shown, si, written_example
 
@@ -390,15 +391,23 @@ def flag(name: str, words: str, absent: str = "false") -> Key:
 
 
 def one_of(
-    allowed: Sequence[str], what: str, words: str, example: str, absent: str = NOTHING, missing: str = ""
+    allowed: Sequence[str],
+    what: str,
+    words: str,
+    example: str,
+    absent: str = NOTHING,
+    missing: str = "",
+    elsewhere: Mapping[str, str] = MappingProxyType({}),
 ) -> Key:
-    """One of these words; ``what`` says with its article what they are."""
+    """One of these words; ``what`` says with its article what they are, ``elsewhere`` what other names mean here."""
 
     def read(value: Any, number: Number) -> str:
         if value not in allowed:
-            hint = nearest(value, allowed)
+            hint, meant = nearest(value, allowed), meant_by(value, elsewhere)
             between = " or " if len(allowed) == 2 else ", "
-            raise Unreadable(f"{shown(value)} is not {what}{hint}; it may be {between.join(map(shown, allowed))}")
+            raise Unreadable(
+                f"{shown(value)} is not {what}{hint}; it may be {between.join(map(shown, allowed))}{meant}"
+            )
         return str(value)
 
     return Key(words, read, example, absent, missing, schema={"enum": list(allowed)})

@@ -6,6 +6,9 @@ nearest known key is named.
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
+
 PAGE = "docs/limits.md"
 # By what people write for each subject; none of it is a key of a scene.
 SENTENCES = {
@@ -14,10 +17,12 @@ SENTENCES = {
         "known; several modes are a table, modes, with period or frequency and the shape of each"
     ),
     "matrix matrices": ("write stiffness_matrix, with the masses of the floors in floor_masses, or with mass_matrix"),
-    "isolators isolator base_isolation isolation_period isolation_stiffness lead_rubber friction_pendulum pendulum": (
+    "isolators isolator base_isolation isolation_period isolation_stiffness lead_rubber friction_pendulum pendulum lrb "
+    "hdr hdrb ndrb fps fpb tcfp tfp dcfp triple_pendulum high_damping_rubber elastomeric_bearing bearing bearings": (
         "isolators are the key isolation of a building with storeys: "
         'isolation = {slab_mass = "600 t", height = "1.5 m", strength = "900 kN", stiffness = "5 MN/m"}, or friction '
-        "and radius of pendulums in place of the latter two"
+        "and radius of pendulums in place of the latter two; pendulums of several radii and rubber that hardens are "
+        "bilinear there, one law for each end of the range"
     ),
     "moat moat_gap moat_wall retaining_wall stop backfill": (
         "the wall of a moat is a [[building]] of its own beside the isolated one, rigid = true and as tall as the "
@@ -36,7 +41,8 @@ SENTENCES = {
         "bumpers in a gap are bumper_length of its [[interface]], with their force as contact_model, such as "
         'contact_model = "tabulated" and a table'
     ),
-    "damper dampers damper_coefficient damping_coefficient viscous_damper": (
+    "damper dampers damper_coefficient damping_coefficient viscous_damper fvd fluid_viscous_damper maxwell "
+    "maxwell_damper": (
         "a damper between neighbours is link_damping of their [[interface]], with link_exponent where its force is a "
         "power of the speed and link_brace_stiffness where its brace gives; for one within a building write what it "
         "adds to the first mode into damping"
@@ -55,7 +61,64 @@ SENTENCES = {
         'as hysteresis = {rule = "peak_oriented", unloading = 0.4, energy_capacity = 60}'
     ),
 }
+# Names of the field for values: of a rule of hysteresis, and of a contact model, by the subject that a key names.
+RULES_ELSEWHERE = {
+    "takeda modified_takeda clough modified_clough clough_johnston stiffness_degrading qhyst q_hyst": (
+        'reloading towards the largest drift before, as Clough and Takeda have it, is rule = "peak_oriented", with '
+        "unloading for the exponent of Takeda's unloading stiffness"
+    ),
+    "bilinear elastoplastic elastic_plastic epp prager masing ramberg_osgood trilinear steel01": (
+        'a backbone of straight lines whose branches double after a turn (Masing) is rule = "kinematic"; '
+        "storeys without hysteresis follow it with one line past yield"
+    ),
+    "ibarra ibarra_medina_krawinkler ibarra_krawinkler imk modified_imk mimk ibarramedinakrawinkler": (
+        'rule = "peak_oriented" has the loss of strength by energy of Ibarra, Medina and Krawinkler, with a falling '
+        "backbone and energy_capacity; losses of stiffness by energy are not modelled"
+    ),
+    "pinching pinched pinching4 slip sliplock slip_lock takeda_slip sdegrading strength_degrading degrading": (
+        'pinching, and strength lost by energy, are keys of rule = "peak_oriented": pinching_drift, pinching_force '
+        "and energy_capacity; slip without any force is not modelled"
+    ),
+    "pivot origin_oriented flag_shaped self_centering self_centring origin nonlinear_elastic giuffre_menegotto_pinto "
+    "menegotto_pinto steel02 fiber fibre": (
+        'not modelled; the nearest rule is "peak_oriented", or "kinematic" for steel: compare one cyclic loop'
+    ),
+    "baber_noori baber_wen bouc_wen_baber_noori bw boucwen wen": 'the smooth rule is "bouc_wen"; it does not pinch',
+}
+LAWS_ELSEWHERE = {
+    "kelvin kelvinvoigt kv linear_viscoelastic spring_dashpot anagnostopoulos": (
+        'a spring and a dashpot side by side are "kelvin_voigt", which pulls before it parts, or '
+        '"kelvin_voigt_tension_cut", which does not'
+    ),
+    "nonlinear_viscoelastic jankowski_2005 jankowski2005 jankowski_2006 jankowski2006": (
+        'the nonlinear viscoelastic model of Jankowski (2005) is "jankowski"'
+    ),
+    "hertzdamp hertz_damped hunt_crossley huntcrossley muthukumar muthukumar_desroches": (
+        'a Hertz spring with damping by the penetration is "hertz_damp", or "hertz_damp_exact" with the e asked for'
+    ),
+    "lankarani_nikravesh lankarani nikravesh flores": (
+        'the law of Lankarani and Nikravesh has the formula of "hertz_damp", d = 0.75 (1 − e²)'
+    ),
+    "impactmaterial impact_material impact bilinear_impact": 'ImpactMaterial of OpenSees has the form of "bilinear"',
+    "stereo stereo_mechanical coefficient_of_restitution newton rigid_impact": (
+        'velocities that jump by the coefficient of restitution are "stereomechanical"'
+    ),
+    "mahmoud mahmoud_jankowski modified_kelvin linear_viscoelastic_modified": (
+        'the modified linear viscoelastic model of Mahmoud and Jankowski (2011) is "modified_kelvin_voigt"'
+    ),
+    "elastic gap gap_element elasticgap spring penalty elasticppgap": 'an elastic gap element is "linear"',
+    "elastoplastic elastic_plastic plastic": (
+        'a contact that yields is "van_mier" or "viscous_elastoplastic", with a yield_force'
+    ),
+    "rubber rubber_bumper bumper polymer": 'bumpers are bumper_length and contact_model = "tabulated" with a table',
+}
 BY_WORD = {word: sentence for words, sentence in SENTENCES.items() for word in words.split()}
+
+
+def meant_by(name: object, subjects: Mapping[str, str]) -> str:
+    """What the field's ``name`` is called here, as the end of a sentence; "" where it is none of the subjects."""
+    spelt = re.sub(r"[^a-z0-9]+", "_", str(name).lower()).strip("_")
+    return next((f"; {words}" for names, words in subjects.items() if spelt in names.split()), "")
 
 
 def instead_of(key: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib import resources
 from itertools import pairwise
 from math import inf
@@ -10,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scene_cases import cases
-from scenes import scene_text, single
+from scenes import scene_text, single, storeyed
 from sentences import refusal
 from test_reader import is_a_scene_or_sentences
 
@@ -18,10 +19,13 @@ from pounding_risk import read_scene
 from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.ensemble.plan.scene_text import scene_words
 from pounding_risk.errors import SceneError
+from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, Point, floor_number, floor_words
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, generated
 from pounding_risk.scene import sections as scenario
+from pounding_risk.scene.hysteresis import OF_STOREYS
+from pounding_risk.scene.not_modelled import LAWS_ELSEWHERE, RULES_ELSEWHERE
 from pounding_risk.scene.notes import level_notes
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of
@@ -353,3 +357,58 @@ def test_validate_tells_the_distances_of_a_wave_and_the_models_of_each_interface
     assert "distance 20 m, 15 m" in words["effect"]
     assert words["contact model"].startswith("jankowski at offices | flats, hertz at flats | shop")
     assert parse_scene(scene.to_toml()) == scene
+
+
+@pytest.mark.parametrize(
+    ("rule", "answer"),
+    [
+        ("takeda", 'rule = "peak_oriented"'),
+        ("Clough", 'rule = "peak_oriented"'),
+        ("modified Takeda", 'rule = "peak_oriented"'),
+        ("bilinear", 'rule = "kinematic"'),
+        ("masing", 'rule = "kinematic"'),
+        ("IMK", "energy_capacity"),
+        ("ibarra", "energy_capacity"),
+        ("slip", "pinching_force"),
+        ("sdegrading", "pinching_force"),
+        ("pivot", "not modelled"),
+        ("Baber-Noori", '"bouc_wen"'),
+    ],
+)
+def test_rules_of_hysteresis_under_names_of_the_field_are_answered(rule, answer):
+    yielding = {"storey_strengths": "900 kN", "hysteresis": {"rule": rule}}
+    frame = storeyed("frame", ["60 t", "60 t"], "30 MN/m", **yielding)
+    sentence = refusal(parse_scene, scene_text(frame, single("wall", "80 t", "0.3 s")))
+    assert f'"{rule}" is not a rule of hysteresis' in sentence
+    assert answer in sentence.split("it may be ")[1].partition("; ")[2]
+
+
+@pytest.mark.parametrize(
+    ("law", "answer"),
+    [
+        ("kelvin", "kelvin_voigt_tension_cut"),
+        ("spring-dashpot", "kelvin_voigt_tension_cut"),
+        ("Jankowski 2005", "jankowski"),
+        ("hertzdamp", "hertz_damp_exact"),
+        ("hunt-crossley", "hertz_damp_exact"),
+        ("Lankarani-Nikravesh", "hertz_damp"),
+        ("ImpactMaterial", "bilinear"),
+        ("elastoplastic", "van_mier"),
+        ("gap", "linear"),
+        ("stereo-mechanical", "stereomechanical"),
+        ("rubber", "bumper_length"),
+    ],
+)
+def test_contact_models_under_names_of_the_field_are_answered(law, answer):
+    sentence = refusal(parse_scene, scene_text(law=law))
+    assert f'"{law}" is not a contact model' in sentence
+    assert answer in sentence.split("it may be ")[1].partition("; ")[2]
+
+
+def test_what_names_of_the_field_are_answered_with_exists():
+    """No name is one of ours, none is of two subjects, and what an answer quotes can be written."""
+    for subjects, ours in ((RULES_ELSEWHERE, OF_STOREYS), (LAWS_ELSEWHERE, CONTACT_MODELS)):
+        names = [name for words in subjects for name in words.split()]
+        assert len(set(names)) == len(names) and not set(names) & set(ours)
+        quoted = {name for words in subjects.values() for name in re.findall(r'"(\w+)"', words)}
+        assert quoted <= set(ours)
