@@ -112,7 +112,8 @@ def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, resul
     if count < FEW:
         yield f"{counted(count, 'recording')} are few: the bounds may be too narrow all the same."
     if "inelastic_storeys" not in results.scene.get("effects", {}):
-        yield "No storey yields in the runs: demands beyond yield are those of elastic buildings."
+        besides = ", but isolators do" if isolated_buildings(results.scene) else ""
+        yield f"No storey yields in the runs{besides}: demands beyond yield are those of elastic buildings."
     isolated = isolated_buildings(results.scene)
     if isolated and any(one.state.demand.of_structure and not one.state.storey for one in curves):
         names = " and ".join(isolated)

@@ -90,6 +90,7 @@ def sheet(run: xr.Dataset) -> list[Block]:
         ("record", record),
         ("contact model", attrs["contact_model"]),
         *((name.replace("_", " "), _amount(attrs[name], unit)) for name, unit in levels),
+        *_strengths_of_columns(run),
         ("status", attrs["status"]),
     ]
     held = int(run["restitution_held"].clip(min=0).sum())  # below zero where the run failed
@@ -118,6 +119,13 @@ def check(given: Mapping[str, Any]) -> None:
 def failed(run: xr.Dataset) -> bool:
     """Whether the run failed, by which `--strict` ends the command."""
     return bool(run.attrs["status"] != "complete")
+
+
+def _strengths_of_columns(run: xr.Dataset) -> list[tuple[str, str]]:
+    """The row of the yield forces of columns that floors meet; none where they meet none."""
+    forces = run["contact_point_yield_force"].values[run["contact_point_kind"].values == "column"]
+    words = dict.fromkeys(str(_amount(float(force), "N")["text"]) for force in sorted(forces))
+    return [("of columns", ", ".join(words))] if words else []
 
 
 def _outputs(run: xr.Dataset) -> Block:

@@ -35,6 +35,9 @@ from pounding_risk.units import GAP, SHOWN, Quantity, QuantityError, parse, show
 if TYPE_CHECKING:
     import xarray as xr
 
+# What is no axis of numbers, and the option that chooses it.
+LEVEL_OPTION = "--intensity-level, by commands that take one level"
+CHOSEN_BY = {"gap": "--gap", PGA_AXIS: LEVEL_OPTION, LEVEL_AXIS: LEVEL_OPTION}
 MAY_LACK = (PGA_AXIS, LEVEL_AXIS)  # a scan of one amplitude has no such axis
 SAMPLES = "number of a sample of the uncertain numbers, from 0"  # what the coordinate `sample` is
 WITHOUT_PLACES = ("sample",)  # axes along which nothing is drawn or reported place by place
@@ -460,6 +463,7 @@ def selected(dataset: xr.Dataset, choices: Sequence[str], source: str = "the dat
         if axis is None:
             known = [name for one in axes_of(dataset) for name in one.names]
             has = f"it has {', '.join(known)}" if known else "it has none"
+            has += f"; {key} is chosen by {CHOSEN_BY[key]}" if key in CHOSEN_BY else ""
             raise PoundingError(f"--select {key}: {source} has no such axis{nearest(key, known)}; {has}")
         place = _place_of_choice(dataset, key, right.strip())
         dataset = dataset.isel({axis.name: [place]} if axis.name in dataset.dims else {})

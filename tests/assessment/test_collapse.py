@@ -100,6 +100,9 @@ def test_a_setback_and_separations_tell_them(results):
     notes = [rule.row.note for rule in table.rules]
     assert all("without the 5 of 6 motions" in note for note in notes)
     assert any("may yield, not reduced" in note for note in notes) and not any("linear model" in note for note in notes)
+    # 0.7 R ΔS of UBC 97 is of elastic analyses: the peak of a model that yields is its ΔM, without 0.7.
+    told = {rule.row.rule for rule in table.rules if "the rule then requires 1 / 0.7 of this value" in rule.row.note}
+    assert told == {"ubc97", "ubc97_boundary"}
 
 
 def test_reports_and_pages_show_no_gap_for_them(results):

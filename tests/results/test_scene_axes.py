@@ -12,6 +12,7 @@ from sentences import refusal
 
 import pounding_risk as pr
 from pounding_risk.assessment.along import OUTPUTS, kept_words, usual_place
+from pounding_risk.errors import PoundingError
 from pounding_risk.figures.scan import scan_figure
 from pounding_risk.results.files import open_results
 from pounding_risk.results.scene_axes import at_one_place, open_axes, own_places, selected, with_axes, without_effect
@@ -48,6 +49,14 @@ def test_a_choice_of_some_keeps_the_other_axes(whole):
     assert part.sizes["building.left.period"] == 1
     ranged = whole.sel({"building.left.period": slice(0.4, 0.8)})
     assert at_one_place(selected(ranged, CHOICE)).sizes["gap"] == 2
+
+
+def test_a_dimension_of_the_grid_is_chosen_by_its_option(whole):
+    for name, option in (("gap", "--gap"), ("pga", "--intensity-level, by commands that take one level")):
+        with pytest.raises(
+            PoundingError, match=f"--select {name}: .* has no such axis.*; {name} is chosen by {option}"
+        ):
+            selected(whole, [f"{name}=0.3"])
 
 
 CHOICES = {

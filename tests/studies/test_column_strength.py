@@ -9,6 +9,7 @@ from scenes import scene_text, single, storeyed
 
 import pounding_risk as pr
 from pounding_risk.ensemble.plan.plan import validate
+from pounding_risk.questions.simulate import sheet
 from pounding_risk.scene.reader import parse_scene
 
 CAPPED = {"law": "viscous_elastoplastic", "gap": "2 mm", "records": {"window": ["0 s", "5 s"], "scale": 2.0}}
@@ -31,6 +32,14 @@ def test_each_contact_is_capped_by_the_columns_that_it_strikes():
     assert peaks == pytest.approx([5e4, 9e4, 5e4], rel=1e-9)
     free = pr.scan(row())["contact_point_peak_contact_force"].values.ravel()
     assert (free > peaks * 1.01).all()
+
+
+def test_one_run_states_the_yield_forces_of_columns_beside_that_of_floors():
+    head = sheet(pr.simulate(row("50 kN", "90 kN")))[0]
+    stated = {name: cell if isinstance(cell, str) else cell["text"] for name, cell in head["rows"]}
+    assert stated["yield force"] == "∞" and stated["of columns"] == "50 kN, 90 kN"
+    shared = sheet(pr.simulate(row()))[0]
+    assert "∞" in str(dict(shared["rows"])["of columns"])
 
 
 def test_equal_strengths_are_the_force_of_the_interface_to_the_bit():

@@ -308,6 +308,11 @@ FROM_MEMORY, QUOTED_ONLY = "clause from memory, not read", "clause quoted by oth
 NOT_REDUCED = TAKEN["factors"]
 OF_HISTORIES = "d is the peak of a displacement_history, where a building has one, not reduced (factors 1)"
 OF_YIELDING = "d is the peak of a model whose storeys or isolators may yield, not reduced (factors 1)"
+# UBC 97, 1630.9.2, exception (from memory): ΔM may be that of a nonlinear time history.
+OF_UBC97 = (
+    "0.7 R ΔS is ΔM of an elastic analysis; of peaks of a model that yields ΔM is not reduced (1630.9.2, from memory): "
+    "the rule then requires 1 / 0.7 of this value"
+)
 ONE_GROUND = "the ground under both is taken to move alike"
 ROTATING = "displacements are those of the centres of mass: edges of floors that rotate move further"
 ISOLATED = "the period of an isolated building is that before its isolators yield"

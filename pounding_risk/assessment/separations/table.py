@@ -308,6 +308,7 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
 
     def note_of(row: SeparationRow) -> str:
         own = [note for note, holds in added.items() if holds and (note != rules.ISOLATED or row.rule == "cqc")]
+        own += [rules.OF_UBC97] if row.rule.startswith("ubc97") and d_is != rules.NOT_REDUCED else []
         return "; ".join(filter(None, (row.note.replace(rules.NOT_REDUCED, d_is), *own)))
 
     rows = tuple(replace(row, note=note_of(row)) for row in rows)
