@@ -114,7 +114,7 @@ def _paths(study: Scene, model: RowModel, motion: Motion) -> list[Path]:
     for place, chain in enumerate(model.chains):
         if place in known:
             moved = np.zeros((len(known[place].times), chain.mass.size))
-            moved[:, chain.foundations :] = known[place].floors
+            moved[:, chain.foundations : chain.foundations + chain.floors] = known[place].floors
             paths.append(Path(known[place].times, moved))
         else:
             own = slice(*model.firsts[place : place + 2])

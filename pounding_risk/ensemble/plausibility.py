@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from math import isfinite, pi, sqrt
+from math import isfinite, isnan, pi, sqrt
 from operator import add, itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -196,6 +196,7 @@ def _of_buildings(study: Scene) -> Iterator[str]:
             yield from _unusual("mass of a floor", {building.name: mass})
         yield from _of_storeys(building)
         yield from _of_isolators(building)
+        yield from _of_condensation(building)
         if _is_part(building):
             yield (
                 f"{building.name}: storey shears are those of storey_stiffnesses, a part of its matrix; the rest "
@@ -249,6 +250,20 @@ def _of_isolators(building: Any) -> Iterator[str]:
     yield from _unusual("strength of the isolators over the weight on them", share)
     if law.soft > 0.0:
         yield from _unusual("period while the isolators yield", {building.name: 2.0 * pi * sqrt(mass / law.soft)})
+
+
+def _of_condensation(building: Any) -> Iterator[str]:
+    """A note where a building condensed from a larger model has not the periods of that model."""
+    condensation = getattr(building, "condensation", None)
+    worst = condensation.worst() if condensation is not None else None
+    if worst is None:
+        return
+    whole, here = worst
+    is_there = "no mode like it" if isnan(here) else f"{say(here, PERIOD)}, {abs(here / whole - 1.0):.1%} off"
+    yield (
+        f"{building.name}: condensed to its floors it has {is_there}, where the whole model has a period of "
+        f"{say(whole, PERIOD)}; write interior_modes = {2 + len(building.interior_masses)} or more"
+    )
 
 
 def _ends(values: Mapping[str, float]) -> dict[str, float]:

@@ -25,13 +25,18 @@ class ModesOfScene(NamedTuple):
 
 
 def answer(scene: Any) -> ModesOfScene:
-    """The modes of a scene with the notes on its uncertain numbers, axes, isolators and links."""
+    """The modes of a scene with the notes on its uncertain numbers, axes, isolators, condensation and links."""
     from pounding_risk.scene.uncertain import stated
     from pounding_risk.studies.modes import modes
 
     isolated = [building for building in scene.buildings if getattr(building, "isolators", None)]
     notes = [
         f"{one.name}: while its isolators yield the first period is {one.isolated_period:.4g} s" for one in isolated
+    ]
+    notes += [
+        f"{one.name}: {one.condensation.words()}"
+        for one in scene.buildings
+        if getattr(one, "condensation", None) is not None
     ]
     if scene.links:
         notes.append("links between buildings are left out: these are the modes of each without them")

@@ -298,7 +298,7 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
     implied = kind.implied
     if isinstance(building, Storeys) and building.stiffness_matrix:
         kind = MatrixBuilding
-        implied = kind.implied | {"floor_rows", "along_rows", "period"}
+        implied = kind.implied | {"floor_rows", "along_rows", "interior_modes", "period"}
         implied |= {"damping", "damping_rule"} if building.damping_matrix else set()
     stated = {key: getattr(building, key) for key in building_keys.INITIAL if getattr(building, key)}
     if isinstance(building, Storeys) and building.isolators is not None:

@@ -15,8 +15,8 @@ from pounding_risk._common.tables import Row, read_table, split_unit
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.matrices import ModeTable
 from pounding_risk.models.structures.storeys import MOST_STOREYS
-from pounding_risk.scene.keys import Key, Number, Several, Unreadable, each, file_name, list_of, options
-from pounding_risk.units import DAMPING, FLOOR_MASS, PERIOD, Quantity, QuantityError, parse_cell, shown, si
+from pounding_risk.scene.keys import Key, Number, Several, Unreadable, each, facts, file_name, list_of, options
+from pounding_risk.units import DAMPING, FLOOR_MASS, PERIOD, Quantity, QuantityError, exact, parse_cell, shown, si
 
 Matrix = tuple[tuple[float, ...], ...]
 MOST_ROWS = 5 * MOST_STOREYS
@@ -133,6 +133,31 @@ def _cell(row: Row, cell: str, unit: str, quantity: Quantity, head: str) -> floa
         return parse_cell(cell, unit, quantity)
     except QuantityError as error:
         raise row.fault(f"{head}: {error}") from None
+
+
+def rows_key(words: str, example: str, absent: str) -> Key:
+    """Rows of a matrix, counted from 1, each once."""
+
+    def read(value: Any, number: Number) -> tuple[int, ...]:
+        rows = tuple(list_of(value, f"rows of the matrix, such as {example}"))
+        if not all(type(row) is int and row > 0 for row in rows) or len(set(rows)) < len(rows):
+            raise Unreadable(f"{shown(value)} does not name rows; write whole numbers from 1 on, each once")
+        return rows
+
+    return Key(words, read, example, absent, write=list, schema={"type": "array", "items": {"type": "integer"}})
+
+
+def interior_key(words: str, example: str, absent: str) -> Key:
+    """Masses of interior modes, of any sign."""
+
+    def read(value: Any, number: Number) -> tuple[float, ...]:
+        masses = list_of(value, f"a mass for each interior mode, such as {example}")
+        return tuple(each(masses, lambda item: number(item, OF_MASSES)))
+
+    def write(masses: tuple[float, ...]) -> list[Any]:
+        return [exact(mass, OF_MASSES) for mass in masses]
+
+    return Key(words, read, example, absent, write=write, schema={"type": "array", **facts(OF_MASSES)})
 
 
 MODE_COLUMNS: dict[str, Quantity] = {

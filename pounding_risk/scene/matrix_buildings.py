@@ -11,26 +11,23 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.structures.matrices import assembled, condensed, condensed_masses, symmetric
+from pounding_risk.models.structures.condensation import Condensed, Model, condensation_of, condensed_model
+from pounding_risk.models.structures.matrices import assembled, symmetric
 from pounding_risk.models.structures.storeys import BY_MATRIX, DAMPING_RULES, Storeys
 from pounding_risk.scene import building_keys
 from pounding_risk.scene.building_keys import WithFloors, wrong_initial, wrong_lengths
-from pounding_risk.scene.keys import Key, Number, Section, Unreadable, list_of, measured
-from pounding_risk.scene.matrices import MODES, OF_DASHPOTS, OF_MASSES, OF_STIFFNESS, matrix_key
+from pounding_risk.scene.keys import Key, Section, measured, whole_from
+from pounding_risk.scene.matrices import (
+    MODES,
+    MOST_ROWS,
+    OF_DASHPOTS,
+    OF_MASSES,
+    OF_STIFFNESS,
+    interior_key,
+    matrix_key,
+    rows_key,
+)
 from pounding_risk.scene.toml import Fault
-from pounding_risk.units import shown
-
-
-def _rows_key(words: str, example: str, absent: str) -> Key:
-    """Rows of a matrix, counted from 1, each once."""
-
-    def read(value: Any, number: Number) -> tuple[int, ...]:
-        rows = tuple(list_of(value, f"rows of the matrix, such as {example}"))
-        if not all(type(row) is int and row > 0 for row in rows) or len(set(rows)) < len(rows):
-            raise Unreadable(f"{shown(value)} does not name rows; write whole numbers from 1 on, each once")
-        return rows
-
-    return Key(words, read, example, absent, write=list, schema={"type": "array", "items": {"type": "integer"}})
 
 
 class FlooredBuilding(WithFloors):
@@ -84,6 +81,7 @@ class FlooredBuilding(WithFloors):
             stiffnesses=tuple(factor * stiffness for stiffness in building.stiffnesses),
             stiffness_matrix=tuple(map(tuple, matrix.tolist())),
             damping_matrix=tuple(map(tuple, dashpots.tolist())),
+            condensation=building.condensation and building.condensation.scaled(1.0 / sqrt(factor)),
         )
 
 
@@ -101,7 +99,7 @@ class MatrixBuilding(FlooredBuilding):
         "kN/m",
         "storey springs",
     ).required()
-    floor_rows: tuple[int, ...] = _rows_key(
+    floor_rows: tuple[int, ...] = rows_key(
         "Rows of stiffness_matrix that are floors, counted from 1, from the ground up; the others are condensed, "
         "which is exact where they carry neither mass nor damping.",
         "[3, 6]",
@@ -110,7 +108,7 @@ class MatrixBuilding(FlooredBuilding):
     damping_matrix: Any = matrix_key(
         "C",
         OF_DASHPOTS,
-        "Damping matrix of its floors, in place of damping and damping_rule.",
+        "Damping matrix of its floors, or of the rows of stiffness_matrix, in place of damping and damping_rule.",
         "kN s/m",
         "damping by damping_rule",
     ).defaults_to(())
@@ -122,11 +120,27 @@ class MatrixBuilding(FlooredBuilding):
         "t",
         "masses lumped at floors",
     ).defaults_to(())
-    along_rows: tuple[int, ...] = _rows_key(
+    along_rows: tuple[int, ...] = rows_key(
         "Rows of mass_matrix that are displacements along the row, floors and others: the ground's acceleration "
         "acts on their masses.",
         "[1, 3, 4, 6]",
         "the floors; needed where other rows have mass and no floor_masses are given",
+    ).defaults_to(())
+    interior_modes: int = Key(
+        "How many modes of the rows that are no floors, with the floors held, move beside the static motion: the "
+        "slowest (Craig and Bampton 1968).",
+        lambda value, number: whole_from(
+            value, 0, MOST_ROWS, f"is no number of modes; write a whole one from 0 to {MOST_ROWS}, such as 4"
+        ),
+        "4",
+        "0: these rows follow the floors as under a steady load (Guyan)",
+        schema={"type": "integer"},
+    ).defaults_to(0)
+    interior_masses: tuple[float, ...] = interior_key(
+        "Masses by which the ground's acceleration acts on interior modes, of any sign, where the last rows of the "
+        "matrices are such modes: of a model that has been condensed already.",
+        '["12 t", "-4 t"]',
+        "every row is a place of the model",
     ).defaults_to(())
     floor_masses: tuple[float, ...] | float = building_keys.FLOOR_MASSES.defaults_to(())
     damping_rule: str = building_keys.DAMPING_RULE.defaults_to(DAMPING_RULES[0])
@@ -146,8 +160,9 @@ class MatrixBuilding(FlooredBuilding):
                 "floor_masses beside a mass_matrix are the masses that the ground's acceleration acts on; remove "
                 "along_rows, or floor_masses, which along_rows then give",
             )
+        yield from _of_interior(keys)
         if matrix and ("floor_rows" not in keys or keys.get("floor_rows")):
-            count = len(keys.get("floor_rows") or matrix)
+            count = len(keys.get("floor_rows") or matrix[len(keys.get("interior_masses") or ()) :])
             yield from wrong_lengths(keys, names, count, f"{count} floors of stiffness_matrix")
             yield from wrong_initial(keys, count, f"{count} floors of stiffness_matrix")
         for key in ("damping", "damping_rule"):
@@ -155,27 +170,63 @@ class MatrixBuilding(FlooredBuilding):
                 yield keys.fault(key, f"damping_matrix says it all; remove {key}, or damping_matrix")
 
     def structure(self) -> Storeys:
-        """Its floors, the matrix condensed to them."""
+        """Its floors, the matrices condensed to them and to interior modes."""
         try:
-            matrix = symmetric(self.stiffness_matrix, "stiffness_matrix")
-            if self.floor_rows and max(self.floor_rows) > len(matrix):
-                raise PoundingError(f"floor_rows names row {max(self.floor_rows)} of {len(matrix)}")
-            rows = self.floor_rows or tuple(range(1, 1 + len(matrix)))
-            stiffness = condensed(matrix, rows)
-            masses = self._masses(matrix, rows) if self.mass_matrix else {}
+            model = self._model()
+            whole = len(model.floors) + len(self.interior_masses) == len(model.stiffness)
+            if self.interior_masses:
+                driven = np.array([*self.by_floor("floor_masses", len(model.floors)), *self.interior_masses])
+                reduced = Condensed(*model[:3], driven, np.eye(len(driven)))
+            else:
+                reduced = condensed_model(model, self.interior_modes)
         except PoundingError as error:
             raise PoundingError(f"{self.name}: {error}") from None
-        rule = BY_MATRIX if self.damping_matrix else self.damping_rule
-        values = self.floors(len(stiffness)) | {"damping_rule": rule, "damping_matrix": self.damping_matrix} | masses
-        building = Storeys(**values, stiffness_matrix=tuple(map(tuple, stiffness.tolist())))
+        values = self.floors(len(model.floors)) | {
+            "damping_rule": BY_MATRIX if self.damping_matrix else self.damping_rule
+        }
+        for field, matrix in zip(("stiffness_matrix", "mass_matrix", "damping_matrix"), reduced, strict=False):
+            values[field] = tuple(map(tuple, matrix.tolist()))
+        if reduced.driven.size:
+            masses = tuple(reduced.driven.tolist())
+            values |= {"masses": masses[: len(model.floors)], "interior_masses": masses[len(model.floors) :]}
+        building = Storeys(**values)
+        if model.masses.size and not whole:
+            condensation = condensation_of(model, reduced.motions, building.vibration())
+            building = replace(building, condensation=condensation)
         return self.completed(building)
 
-    def _masses(self, stiffness: np.ndarray, rows: tuple[int, ...]) -> dict[str, Any]:
-        """The mass matrix of the floors, and the masses that the ground's acceleration acts on."""
-        matrix = symmetric(self.mass_matrix, "mass_matrix")
-        if len(matrix) != len(stiffness):
+    def _model(self) -> Model:
+        """The matrices of all rows, and which of these are what."""
+        matrix, masses, dashpots = (
+            symmetric(self.stiffness_matrix, "stiffness_matrix"),
+            np.zeros((0, 0)),
+            self.damping_matrix,
+        )
+        count = len(matrix) - len(self.interior_masses)
+        if self.floor_rows and max(self.floor_rows) > len(matrix):
+            raise PoundingError(f"floor_rows names row {max(self.floor_rows)} of {len(matrix)}")
+        if count < 1:
             raise PoundingError(
-                f"mass_matrix has {counted(len(matrix), 'row')}, stiffness_matrix {len(stiffness)}; give the same rows "
+                f"interior_masses are {len(self.interior_masses)} of {len(matrix)} rows, and none is a floor"
+            )
+        rows = self.floor_rows or tuple(range(1, 1 + count))
+        if self.mass_matrix:
+            masses = self._masses(len(matrix), rows)
+        return Model(
+            matrix,
+            masses,
+            symmetric(dashpots, "damping_matrix") if dashpots else np.zeros((0, 0)),
+            rows,
+            self.along_rows,
+            self.by_floor("floor_masses", len(rows)) if self.floor_masses else (),
+        )
+
+    def _masses(self, size: int, rows: tuple[int, ...]) -> np.ndarray:
+        """The mass matrix of the rows of the stiffness matrix."""
+        matrix = symmetric(self.mass_matrix, "mass_matrix")
+        if len(matrix) != size:
+            raise PoundingError(
+                f"mass_matrix has {counted(len(matrix), 'row')}, stiffness_matrix {size}; give the same rows "
                 "in both, in the same order"
             )
         wrong = [row for row in self.along_rows if row > len(matrix)] or sorted(set(rows) - set(self.along_rows))
@@ -184,9 +235,32 @@ class MatrixBuilding(FlooredBuilding):
                 f"names row {wrong[0]} of {len(matrix)}" if wrong[0] > len(matrix) else f"lacks the floor {wrong[0]}"
             )
             raise PoundingError(f"along_rows {words}; write all rows that are displacements along the row")
-        given = self.by_floor("floor_masses", len(rows))
-        inertia, driven = condensed_masses(matrix, stiffness, rows, self.along_rows, given)
-        return {"mass_matrix": tuple(map(tuple, inertia.tolist())), "masses": tuple(driven.tolist())}
+        return matrix
+
+
+def _of_interior(keys: Section) -> Iterator[Fault]:
+    """What the keys of interior modes need beside them."""
+    for key in ("interior_modes", "interior_masses"):
+        if keys.get(key) and "mass_matrix" not in keys:
+            sentence = f"modes of rows that are no floors need their masses; write mass_matrix, or remove {key}"
+            yield keys.fault(key, sentence)
+    if keys.get("interior_modes") and "interior_masses" in keys:
+        sentence = "interior_masses says that the matrices have these modes; remove one of the two"
+        yield keys.fault("interior_modes", sentence)
+    elif keys.get("interior_modes"):
+        if "floor_rows" not in keys:
+            yield keys.fault("interior_modes", "every row is a floor; write floor_rows, or remove interior_modes")
+        if "floor_masses" in keys:
+            sentence = (
+                "do not say what the ground's acceleration acts on in interior_modes; write along_rows in their place"
+            )
+            yield keys.fault("floor_masses", sentence)
+    if "interior_masses" in keys:
+        if "floor_masses" not in keys:
+            yield keys.fault("interior_masses", "stand beside floor_masses, the same of the floors; write these too")
+        for key in ("floor_rows", "along_rows"):
+            if key in keys:
+                yield keys.fault(key, f"beside interior_masses the floors are the first rows; remove {key}")
 
 
 class ModalBuilding(FlooredBuilding):

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from math import inf, isnan
 
 from pounding_risk import units
+from pounding_risk._common.counted import counted
 from pounding_risk._common.words import short_list
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import stiffness_quantity
@@ -153,6 +154,8 @@ def _standing(building: Building | Storeys, yielding: bool) -> str:
             yields = f", with yield shears{law}" if yielding else ", elastic (yield shears act under inelastic_storeys)"
         matrices = "mass and stiffness matrices" if building.mass_matrix else "a stiffness matrix"
         joined = f", joined by {matrices}" if building.stiffness_matrix else ""
+        interior = len(building.interior_masses)
+        joined += f" with {counted(interior, 'interior mode')}" if interior else ""
         return (
             f"{building.name}: {count} storey{'s' * (count != 1)}{joined}, "
             f"{say(building.height, units.STOREY_HEIGHT)}, {say(building.mass, units.MASS)}, "

@@ -34,7 +34,7 @@ class PDelta:
                 f"p_delta: {building.name} has no height, and P / h needs it; "
                 'write height = "12 m" in its [[building]], or remove p_delta'
             )
-        above = reversed(list(accumulate(reversed(chain.mass.tolist()))))
+        above = reversed(list(accumulate(reversed(chain.mass[: chain.floors].tolist()))))
         weights = [STANDARD_GRAVITY * mass for mass in above]
         geometric = [weight / height for weight, height in zip(weights, building.heights, strict=True)]
         heights = building.heights
@@ -42,7 +42,8 @@ class PDelta:
             geometric[0], heights = 0.0, heights[1:]
         softened = chain.softened(geometric)
         past_yield = chain.hardening * chain.shear
-        if chain.laws.size or not np.any(np.isfinite(chain.strength) & (past_yield < geometric)):
+        falls = past_yield[: chain.floors] < geometric
+        if chain.laws.size or not np.any(np.isfinite(chain.strength[: chain.floors]) & falls):
             return softened
         hardening = float(np.broadcast_to(chain.hardening, chain.mass.size)[-1])  # the first may be that of isolators
         return softened.by_laws(Hysteresis("kinematic", hardening=hardening), heights)

@@ -196,6 +196,11 @@ def _joined(chains: Sequence[Chain], links: Sequence[Link], first: int) -> Chain
         laws=stacked([row for chain in chains for row in (chain.laws if chain.laws.size else [none] * chain.mass.size)])
         if any(chain.laws.size for chain in chains)
         else chains[0].laws,
-        bottoms=tuple(int(start) for start, size in zip(starts, sizes, strict=False) if size),
+        bottoms=tuple(
+            int(start) + bottom
+            for start, chain in zip(starts, chains, strict=False)
+            for bottom in (chain.bottoms if chain.interior else (0,))
+            if chain.mass.size
+        ),
         inertia=inertia,
     )

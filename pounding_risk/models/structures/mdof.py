@@ -57,6 +57,7 @@ class Chain(NamedTuple):
     laws: Array = np.zeros((0, 0))  # `Hysteresis.numbers` of each storey, zero where it has none; empty without
     inertia: Array = np.zeros((0, 0))  # kg, M, symmetric, positive definite; empty where it is diagonal: `mass`
     moves_across: bool = False  # where floors rotate: behind the moments of inertia stand the masses across the row
+    interior: int = 0  # masses behind those of the floors that are interior modes, what a_g acts on in each
 
     @property
     def twists(self) -> bool:
@@ -66,7 +67,8 @@ class Chain(NamedTuple):
     @property
     def floors(self) -> int:
         """Number of floors above the foundation."""
-        return (self.mass.size - self.foundations) // (3 if self.moves_across else 2 if self.twists else 1)
+        motions = 3 if self.moves_across else 2 if self.twists else 1
+        return (self.mass.size - self.foundations - self.interior) // motions
 
     def felt(self) -> Array:
         """1 of each mass that the ground's acceleration along the row acts on, 0 of rotations."""
@@ -100,6 +102,7 @@ class Chain(NamedTuple):
     def yielding(self, strengths: Sequence[float], hardening: float) -> Chain:
         """The chain whose storeys yield at these shears [N]; those that yield already stay as they are."""
         own = np.isfinite(self.strength)
+        strengths = [*strengths, *[np.inf] * self.interior]
         return self._replace(
             strength=np.where(own, self.strength, strengths),
             hardening=np.where(own, self.hardening, hardening) if own.any() else hardening,
@@ -107,24 +110,25 @@ class Chain(NamedTuple):
 
     def by_laws(self, hysteresis: Hysteresis, heights: Sequence[float]) -> Chain:
         """The yielding chain whose storeys, but for isolators, follow laws of their own; ``heights`` [m] of each."""
-        isolators = self.mass.size - len(heights)
-        storeys = zip(self.shear[isolators:], self.strength[isolators:], heights, strict=True)
+        isolators, floors = self.floors - len(heights), self.floors
+        storeys = zip(self.shear[isolators:floors], self.strength[isolators:floors], heights, strict=True)
         rows = [
             hysteresis.numbers(stiffness, strength, height) if isfinite(strength) else np.zeros(0)
             for stiffness, strength, height in storeys
         ]
-        return self._replace(laws=stacked([np.zeros(0)] * isolators + rows))
+        none = np.zeros(0)
+        return self._replace(laws=stacked([none] * isolators + rows + [none] * self.interior))
 
     def softened(self, geometric: Sequence[float]) -> Chain:
         """The chain less these geometric stiffnesses [N/m], one a storey."""
-        return self._replace(spring=self.spring - np.array(geometric, float))
+        return self._replace(spring=self.spring - np.pad(np.array(geometric, float), (0, self.interior)))
 
     def founded(self, mass: float, spring: float, dashpot: float) -> Chain:
         """The chain on a foundation [kg] that sways on a spring [N/m] and a dashpot [N s/m] to the ground.
 
         The building's own damping acts between its floors and the foundation, not between its floors and the ground.
         """
-        if not has_lumped_weight(self.inertia, self.mass):
+        if self.interior or not has_lumped_weight(self.inertia, self.mass):
             raise PoundingError(f"soil_flexibility {NEEDS_WEIGHT}")
         return self._replace(
             mass=np.append(mass, self.mass),
@@ -225,17 +229,21 @@ def _bare(building: Building | Storeys) -> Chain:
         # One mass has one spring, as in any building, but for these.
         has_coupling = coupling.size and (len(mass) > 1 or inertia.size or is_split)
         has_springs = not has_coupling or is_split
-        springs = np.array(building.stiffnesses or stiffness[0]) if has_springs else np.zeros(len(mass))
+        interior, floors = len(building.interior_masses), len(building.masses)
+        springs = np.array(building.stiffnesses or stiffness[0]) if has_springs else np.zeros(len(mass) - interior)
+        springs = np.pad(springs, (0, interior))
         if has_coupling and law is not None:
             springs[0] = law.stiff
         bare = Chain(
-            np.array(building.masses) if inertia.size else np.diag(mass).copy(),
+            np.array(building.masses + building.interior_masses) if inertia.size else np.diag(mass).copy(),
             springs,
             springs,
             damping,
             np.full(springs.size, np.inf),
             coupling=coupling if has_coupling else np.zeros((0, 0)),
+            bottoms=(0, *range(floors, floors + interior)),
             inertia=inertia,
+            interior=interior,
         )
         if building.plans:
             return _rotating(bare, building)
@@ -273,5 +281,5 @@ def _begun(chain: Chain, displacement: Sequence[float], velocity: Sequence[float
     """The chain with these displacements [m] and velocities [m/s] of its masses to begin with; none is zero."""
     if not any(displacement) and not any(velocity):
         return chain
-    still = (0.0,) * chain.mass.size
-    return chain._replace(initial=np.array([displacement or still, velocity or still]))
+    still, interior = (0.0,) * (chain.mass.size - chain.interior), (0.0,) * chain.interior
+    return chain._replace(initial=np.array([(*(state or still), *interior) for state in (displacement, velocity)]))

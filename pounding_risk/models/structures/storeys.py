@@ -9,12 +9,14 @@ of S are the angular frequencies. They come out to rounding, the slowest too, ho
 
 A building whose floors are joined in another way, such as a frame or a wall in bending, has its stiffness matrix K in
 place of storey springs. One whose masses are not lumped at floors has a mass matrix, and p of M ü + C u̇ + K u = −p a_g.
+Behind its floors may stand coordinates of interior modes (`condensation`), which no level has.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from dataclasses import field as declared
 from itertools import accumulate
 from math import inf, pi
 from typing import NamedTuple
@@ -25,6 +27,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.ground import SHARED, Support
+from pounding_risk.models.structures.condensation import Condensation
 from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.models.structures.isolation import IsolatorLaw, Isolators
 from pounding_risk.models.structures.matrices import check_driven, check_masses, check_part, check_stiff, symmetric
@@ -96,9 +99,10 @@ class Storeys:
     with ζ in the first mode. A ``stiffness_matrix`` stands in place of ``stiffnesses``, and a ``damping_matrix`` is C
     itself, of the rule "matrix"; ``damping`` is then the ratio of the first mode. Beside it a ``mass_matrix`` is M, and
     ``masses`` are those by which the ground's acceleration acts on each floor, its row sums where all mass is at
-    floors. The matrices are those of the floors above the slab where the building has ``isolators``. ``strengths``
-    are the storeys' yield shears for `inelastic_storeys`; without any the building stays elastic. Beside a
-    ``stiffness_matrix`` they are those of ``stiffnesses``, a part of it. Without
+    floors. Rows of the matrices behind those of the floors are interior modes, ``interior_masses`` those by which it
+    acts on them. The matrices are those of the floors above the slab where the building has ``isolators``.
+    ``strengths`` are the storeys' yield shears for `inelastic_storeys`; without any the building stays elastic. Beside
+    a ``stiffness_matrix`` they are those of ``stiffnesses``, a part of it. Without
     ``initial_displacement`` and ``initial_velocity`` it begins at rest. Files of ``displacement_history`` give u
     without contact in place of the equation. With ``plans`` floors rotate, and matrices and modes are those of all
     their motions. Raises PoundingError for numbers that no building has.
@@ -126,6 +130,8 @@ class Storeys:
     plans: tuple[Plan, ...] = ()  # of floors that rotate, one of each; empty where none does
     hysteresis: Hysteresis | None = None  # of storeys that yield; None is bilinear, under `inelastic_storeys`
     column_strength: float = inf  # N, at which its columns yield where a floor strikes them; infinite if not given
+    interior_masses: tuple[float, ...] = ()  # kg, by which a_g acts on interior modes, rows behind those of floors
+    condensation: Condensation | None = declared(default=None, compare=False, repr=False)  # what it was condensed from
 
     is_rigid = False
 
@@ -170,18 +176,20 @@ class Storeys:
             try:
                 matrix = symmetric(getattr(self, field), field)
                 masses = np.array(self.masses[self._slabs :])
-                if len(matrix) != masses.size:
+                floors = slice(masses.size)
+                if len(matrix) != masses.size + len(self.interior_masses):
+                    modes = f" and {len(self.interior_masses)} interior_masses" if self.interior_masses else ""
                     raise PoundingError(
-                        f"{field} has {counted(len(matrix), 'row')} for {masses.size} floor_masses; give a row for "
-                        "each floor, from the ground up, or name the rows of floors in floor_rows"
+                        f"{field} has {counted(len(matrix), 'row')} for {masses.size} floor_masses{modes}; give a row "
+                        "for each floor, from the ground up, or name the rows of floors in floor_rows"
                     )
                 if field == "stiffness_matrix":
-                    check_stiff(matrix, masses)
+                    check_stiff(matrix[floors, floors], masses)
                     if self.stiffnesses:
-                        check_part(matrix, stiffness_matrix(np.array(self.stiffnesses[self._slabs :])))
+                        check_part(matrix[floors, floors], stiffness_matrix(np.array(self.stiffnesses[self._slabs :])))
                 elif field == "mass_matrix":
                     check_masses(matrix)
-                    check_driven(matrix, masses)
+                    check_driven(matrix[floors, floors], masses)
                 elif np.linalg.eigvalsh(matrix)[0] < -1e-9 * np.abs(matrix).max():
                     raise PoundingError("damping_matrix adds energy to a motion; check its signs and its rows")
             except PoundingError as error:
@@ -233,16 +241,16 @@ class Storeys:
         """Stiffness of each storey [N/m]; where a matrix is given, shear over drift in the first mode."""
         if not self.stiffness_matrix:
             return self.stiffnesses
-        shape = self.vibration().shapes[:, 0]
-        masses, inertia = self.masses, self.mass_coupling()
+        whole = self.vibration().shapes[:, 0]
+        masses, inertia, shape = self.masses, self.mass_coupling(), whole[: len(self.masses)]
         if inertia.size:  # of which each floor carries (M φ)_i
-            masses = tuple((inertia @ shape / np.where(shape == 0.0, inf, shape)).tolist())
+            masses = tuple(((inertia @ whole)[: len(shape)] / np.where(shape == 0.0, inf, shape)).tolist())
         springs = stiffnesses_for(masses, shape.tolist(), self.period)
         return tuple(abs(spring) for spring in springs)
 
     def isolated(self, isolators: Isolators) -> Storeys:
         """The building on isolators, which are its storey 1, with their slab as floor 1; it begins at rest."""
-        if not has_lumped_weight(np.array(self.mass_matrix), np.array(self.masses)):
+        if self.interior_masses or not has_lumped_weight(np.array(self.mass_matrix), np.array(self.masses)):
             raise PoundingError(f"{self.name}: isolation {NEEDS_WEIGHT}")
         law = isolators.law(self.mass + isolators.slab_mass)
         return replace(
@@ -272,12 +280,16 @@ class Storeys:
         """The modes, on rigid ground and without P-Δ."""
         law = self.isolator_law
         matrix = self._matrix(0.0 if law is None else law.stiff)
-        return vibration(self._inertia(), np.array(self.stiffnesses), matrix)
+        modes = vibration(self._inertia(), np.array(self.stiffnesses), matrix)
+        if not self.interior_masses:
+            return modes
+        return modes._replace(shapes=modes.shapes * np.where(modes.shapes[len(self.masses) - 1] < 0.0, -1.0, 1.0))
 
     def mass_coupling(self) -> Array:
         """M [kg] of floors whose masses are not lumped there, with a slab of isolators; empty where all are."""
         matrix = np.array(self.mass_matrix)
-        if not matrix.size or np.array_equal(matrix, np.diag(self.masses[self._slabs :])):
+        is_lumped = not self.interior_masses and np.array_equal(matrix, np.diag(self.masses[self._slabs :]))
+        if not matrix.size or is_lumped:
             return np.zeros((0, 0))
         return matrix if self.isolators is None else with_base(matrix, self.masses[0])
 
@@ -310,6 +322,7 @@ class Storeys:
     def _yielding(self) -> Array:
         """The part [N/m] of a stiffness matrix that its storeys are which may yield, above isolators."""
         above = stiffness_matrix(np.array(self.stiffnesses[self._slabs :]))
+        above = np.pad(above, (0, len(self.interior_masses)))
         return above if self.isolators is None else on_base(above, 0.0)
 
     def elastic_stiffness(self) -> Array:
@@ -328,14 +341,15 @@ class Storeys:
         if self.damping_rule == BY_MATRIX:
             return ()
         if self.damping_rule == "modal":
-            return tuple(range(1, self.inertias().size + 1))
+            return tuple(range(1, self.inertias().size + len(self.interior_masses) + 1))
         return (1,) if self.damping_rule == "stiffness" else (1, self._second_mode())
 
     def _second_mode(self) -> int:
         """Rayleigh's second mode, counted from 1; the first again where there is no other."""
         shapes = self.vibration().shapes
         are_lumped = not self.mass_coupling().size
-        shares = effective_shares(np.array(self.masses), shapes[: len(self.masses)], are_lumped=are_lumped)
+        driven = np.array(self.masses + self.interior_masses)
+        shares = effective_shares(driven, shapes[: driven.size], are_lumped=are_lumped)
         carried = int(np.searchsorted(np.cumsum(shares), RAYLEIGH_SHARE)) + 1
         return min(max(carried, 2), len(shapes))
 

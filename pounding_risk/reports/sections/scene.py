@@ -132,6 +132,11 @@ def _of_storeys(scene: Mapping[str, Any]) -> Iterator[str]:
         yield f"Storeys of {' and '.join(parts)} that may yield are a part of it: storey shears are those of this part."
     if by_masses := named("mass_matrix"):
         yield f"Masses of {by_masses} are a matrix: floors have inertia against each other's accelerations too."
+    if by_modes := named("interior_masses"):
+        yield (
+            f"Between the floors of {by_modes} the model moves statically and in interior modes (Craig and Bampton "
+            "1968); tables and figures show its floors alone."
+        )
     if isolated := named("isolation"):
         yield f"{isolated}: on isolators, a bilinear spring with viscous damping below the slab."
     if "inelastic_storeys" in scene.get("effects", {}):

@@ -402,7 +402,8 @@ def _lay_floors(floors: np.ndarray, chain: Chain) -> None:
     """Write the rows of `Row.floors` of one building, its dofs' part of them."""
     if chain.mass.size == 0:
         return
-    floors[MASS], floors[INVERSE] = chain.mass, 1.0 / chain.mass
+    if not chain.inertia.size:  # what a_g acts on in a mode may be nothing
+        floors[MASS], floors[INVERSE] = chain.mass, 1.0 / chain.mass
     floors[SPRING], floors[SHEAR] = chain.spring, chain.shear
     floors[LIMIT] = chain.drift_limits()
     floors[SOFT] = np.where(np.isfinite(chain.strength), (1.0 - chain.hardening) * chain.shear, 0.0)
