@@ -119,13 +119,13 @@ def test_there_are_enough_values_and_sources_that_are_not_from_memory(outcome):
 def test_no_difference_that_remains_is_of_our_solver(outcome):
     """Ours moves by less than a tenth of each difference, between the default tolerance and a thousandth of it.
 
-    The samples of generated motions become eight times as fine. Of the sines of SDND102 A, SDND104 and SDND124 A, with
-    1,000 to 2,000 lines a period, that leaves 1e-4; all other motions are exact between their samples. The force
+    The samples of generated motions become eight times as fine. Of the sines of SDND102 A, both SDND104 and SDND124 A,
+    with 1,000 to 4,000 lines a period, that leaves 1e-4; all other motions are exact between their samples. The force
     of SDND105 A falls within 0.1 mm, where steps of a contact at the default tolerance leave 1e-6.
     """
     with_tolerance = [check for check in outcome.checks if check.rungs]
     assert len(with_tolerance) > 40 and all(len(check.rungs) == len(RUNGS) for check in with_tolerance)
-    coarser = ("sdnd102a", "sdnd104", "sdnd105a", "sdnd124a")
+    coarser = ("sdnd102a", "sdnd104", "sdnd104b", "sdnd105a", "sdnd124a")
     assert max(check.change for check in with_tolerance if check.case not in coarser) < 1e-7
     assert max(check.change for check in with_tolerance if check.case == "sdnd105a") < 1e-6
     assert max(check.change for check in with_tolerance) < 1e-4
@@ -245,6 +245,7 @@ CLOSED_FORMS = {
     "schwager_2007": (forms.kelvin_voigt_cut_restitution(forms.kelvin_voigt_ratio(0.65)),),
     "sdnd101": (1e6 / sqrt(1.01e4), pi / sqrt(1.01e4), 1e6 / sqrt(1.01e4), 1.0),
     "sdnd104": (mean_sliding(15.0), mean_sliding(1.5)),
+    "sdnd104b": (mean_sliding(1.01),),
     "sdnd105a": buckling_stop(),
     "sdnd107": (zener(0.5), zener(1.904)),
     "sdnd108a": spring_flight(0.0),
