@@ -15,7 +15,7 @@ import xarray as xr
 
 from pounding_risk.models.structures.contact_points import Point, automatic_points
 from pounding_risk.models.structures.sdof import Building
-from pounding_risk.results.check import DATASET_VERSION, VERSION
+from pounding_risk.results.attributes import DATASET_VERSION, VERSION
 from pounding_risk.results.labels import place_coordinates
 from pounding_risk.results.variables import VARIABLES
 
