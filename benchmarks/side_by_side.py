@@ -291,7 +291,7 @@ def rung_rows(measured: dict[str, list[Row]], found: list[Method]) -> list[str]:
 
 
 def bilinear_rows(ops: Any, cases: list[Case], steps: Sequence[float]) -> list[str]:
-    """Table: ImpactMaterial, which has no counterpart here, against its own run at the smallest step.
+    """Table: ImpactMaterial, whose law no scene has, against its own run at the smallest step.
 
     β and e are those of the Hertz-damp scenes. The largest penetration that its formula assumes is that of a spring
     β δ^1.5 under the scene's peak force.

@@ -14,7 +14,7 @@ from opensees_pair import bilinear_material, free_motion, load, material, solve_
 from pair_scenes import moderate_scenes
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.contact.laws import HertzDamp
+from pounding_risk.models.contact.laws import Bilinear, HertzDamp
 from pounding_risk.models.restitution import CONCRETE
 from pounding_risk.motions import record_sets
 from pounding_risk.motions.formats import matching
@@ -175,6 +175,17 @@ def test_opensees_converges_to_our_laws_of_the_same_name(ops, cases):
         coarse, fine = (errors(solve_opensees(ops, case.scene, h), case) for h in (1e-3, 1e-4))
         assert np.all(coarse < 1e-2) and np.all(fine < 1e-3), (case.scene.law, coarse, fine)
         assert fine.max() < 0.5 * coarse.max()
+
+
+def test_opensees_converges_to_our_bilinear_law(ops, cases):
+    """First order, as a touch is found at the end of a step, whose whole travel its material takes as a penetration."""
+    (case,) = (case for case in cases if case.scene.law == "HertzDamp")
+    interface = case.scene.interface
+    own = case.scene._replace(interface=interface._replace(law=Bilinear(interface.law.stiffness, 0.005)))
+    truth = SimpleNamespace(truth=sides.make_case(own).truth)
+    contact = bilinear_material(case.scene, 0.005)
+    coarse, fine = (errors(solve_opensees(ops, case.scene, h, contact), truth) for h in (1e-3, 1e-4))
+    assert np.all(coarse < 2e-2) and np.all(fine < 1e-3), (coarse, fine)
 
 
 def test_opensees_says_what_it_cannot_do(cases):

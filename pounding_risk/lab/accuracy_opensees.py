@@ -173,6 +173,14 @@ def impact_material(chains: Sequence[Chain], point: Point, contact: tuple[float,
     return "ViscoelasticGap", law.stiffness, law.begin(e, 1.0, mass), opened
 
 
+def divides_by_rest(law: Any, gap: float) -> bool:
+    """Whether OpenSees' material divides its damping by the speed of floors that begin at rest in touch, gap in m.
+
+    This package takes `SLOWEST_TOUCH` at least; Hertzdamp whatever it finds, such as 6e-9 m/s.
+    """
+    return isinstance(law, HertzDamp) and gap <= NEAREST
+
+
 def storey_material(
     law: Hysteresis | None, stiffness: float, strength: float, hardening: float
 ) -> tuple[Any, ...] | None:

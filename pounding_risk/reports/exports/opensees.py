@@ -14,6 +14,7 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.version import __version__
+from pounding_risk._common.words import listed
 from pounding_risk.errors import SceneError
 from pounding_risk.motions.levels import at_pga
 from pounding_risk.reports.exports import Options, Written
@@ -287,7 +288,9 @@ def _script(study: Scene, bench: Bench) -> Script:
     why = why or ("a link part-way up a column has no node to join" if loose else "")
     for k, point in bench.contact_points.items() if not why else ():
         law, is_at_floors = case.laws[k], all(f == int(f) for _, f in opensees.sides_of(bench.chains, point))
-        if is_at_floors and not isfinite(point.across) and type(law).__name__ in opensees.MATERIALS:
+        has_element = is_at_floors and not isfinite(point.across)
+        has_material = type(law).__name__ in opensees.MATERIALS and not opensees.divides_by_rest(law, case.gaps[k])
+        if has_element and has_material:
             continue
         read = opensees.power_law(law, case.rules[k].c0, bench.at_rest.striking[k], case.yield_forces[k])
         if read is None:
@@ -306,7 +309,6 @@ def _script(study: Scene, bench: Bench) -> Script:
 def _parts(script: Script) -> dict[str, Any]:
     """The numbers of the script, by their place in the template."""
     from pounding_risk.lab import accuracy_opensees as opensees
-    from pounding_risk.lab.accuracy_findings import FORCE, REACH
 
     bench, case, names = script.bench, script.case, script.names
     moving = {name: chain for name, chain in zip(names, bench.chains, strict=True) if chain.mass.size}
@@ -328,8 +330,6 @@ def _parts(script: Script) -> dict[str, Any]:
             continue
         material = opensees.impact_material(bench.chains, point, (case.gaps[k], case.laws[k], case.rules[k]))
         contacts[label] = (*ends(point), tuple(map(_plain, material)))
-    answers = bench.event(RTOL).values[0]
-    interfaces = [f"{left} | {right}" for left, right in pairwise(names)]
     return {
         "buildings": {
             name: list(zip(chain.mass.tolist(), opensees.beside(chain, yielding[name]), strict=True))
@@ -346,8 +346,21 @@ def _parts(script: Script) -> dict[str, Any]:
         ],
         "contacts": contacts,
         "computed": computed,
-        "peaks": {name: (float(row[REACH]), float(row[FORCE])) for name, row in zip(interfaces, answers, strict=True)},
+        "peaks": _peaks(script),
     }
+
+
+def _peaks(script: Script) -> dict[str, tuple[float, float]]:
+    """Peak relative displacement [m] and contact force [N] by interface; raises SceneError where a run has none."""
+    from pounding_risk.lab.accuracy_findings import FORCE, REACH
+
+    answers = script.bench.event(RTOL).values[0][:, [REACH, FORCE]]
+    if not np.isfinite(answers).all():
+        study = script.bench.study
+        why = "its run has no peaks to set beside those of a script, as a storey collapses or the run fails"
+        raise SceneError(study.source, [f"OpenSees cannot say this scene: {why}; `pounding-risk simulate` says which"])
+    interfaces = [f"{left} | {right}" for left, right in pairwise(script.names)]
+    return {name: (reach, force) for name, (reach, force) in zip(interfaces, answers.tolist(), strict=True)}
 
 
 def _plain(part: Any) -> Any:
@@ -356,15 +369,19 @@ def _plain(part: Any) -> Any:
 
 def _notes(script: Script) -> Iterator[str]:
     """What of a scene the script has not, or does in another way."""
-    from pounding_risk.lab.accuracy_opensees import MATERIALS, name_of
+    from pounding_risk.lab.accuracy_opensees import MATERIALS, divides_by_rest, name_of
 
     bench = script.bench
     yield f"other cases of the grid: it is {bench.labels[0]}"
+    if numbers := [key for axis in bench.study.axes for key in axis.keys]:
+        yield f"values along axes and of uncertain numbers: {listed(numbers)} as written in the tables of the scene"
     if len(bench.motions) > 1:
         yield f"{counted(len(bench.motions) - 1, 'further motion')} of the scene"
     laws = [script.case.laws[k] for k in script.computed]
     laws = sorted({name_of(law) for law in laws if type(law).__name__ not in MATERIALS})
     reasons = [f"material for {law}" for law in laws]
+    at_rest = any(divides_by_rest(script.case.laws[k], script.case.gaps[k]) for k in script.computed)
+    reasons += ["least speed of a touch in Hertzdamp, which floors in touch at rest need"] if at_rest else []
     computed = [(k, bench.contact_points[k]) for k in script.computed]
     # A contact point part-way up a column has shares of two floors.
     on_floors = [k for k, point in computed if not isfinite(point.across)]

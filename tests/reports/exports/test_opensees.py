@@ -33,6 +33,7 @@ SCENES = {
     "jankowski": scene_text(single("a", "500 t", "0.5 s", **DAMPED), PAIR[1], records=SHORT),
     "hertz_damp": scene_text(*PAIR, records=SHORT, law="hertz_damp"),
     "kelvin_voigt": scene_text(*PAIR, records=SHORT, law="kelvin_voigt", stiffness="93.5 kN/mm"),
+    "in touch at rest": scene_text(*PAIR, records=SHORT, law="hertz_damp", gap="0 mm"),
     "a rigid wall": scene_text(single("a", "500 t", "0.5 s", **DAMPED), rigid(), records=SHORT, gap="15 mm"),
     # Forces that the script computes: of a law without material, of floors against columns, modal damping.
     "viscous_elastoplastic": scene_text(*PAIR, records=SHORT, law="viscous_elastoplastic", yield_force="2 MN"),
@@ -92,11 +93,13 @@ def test_the_script_agrees_as_its_step_shrinks(name, tmp_path):
 def test_the_script_says_what_it_is_and_what_it_has_not(tmp_path, monkeypatch):
     # As a clone with pending changes states it, the longest there is.
     monkeypatch.setattr("pounding_risk.reports.exports.opensees.__version__", "10.11.12.dev1234+g0123456789.d20270101")
-    text = scene_text(records=SHORT | {"polarity": ["as recorded", "reversed"]}, grid={"gap": ["5 mm", "10 mm"]})
+    grid = {"gap": ["5 mm", "10 mm"], '"interface.restitution"': [0.5, 0.8]}
+    text = scene_text(records=SHORT | {"polarity": ["as recorded", "reversed"]}, grid=grid)
     written = pr.export(pr.read_scene(text), "opensees", tmp_path / "model.py", gap="7 mm")
     script = written.files[0].read_text()
     compile(script, "model.py", "exec")
     assert "gap 7 mm" in script and "- 1 further motion of the scene" in script
+    assert "uncertain numbers: interface.restitution as written" in script
     assert "Units are N, kg, m and s" in script
     assert max(map(len, script.splitlines())) <= 120
 
@@ -116,6 +119,7 @@ def test_a_name_is_no_part_of_the_script(title, tmp_path):
         ("columns", "floor against a column"),
         ("floors that rotate", "for an end of a face that rotates"),
         ("no tension", "no material for kelvin_voigt_tension_cut"),
+        ("in touch at rest", "no least speed of a touch"),
     ],
 )
 def test_what_the_script_computes_itself_is_said(name, words, tmp_path):

@@ -18,6 +18,14 @@ STREET = (MADE[0], *MADE[4:])  # Corner, Kiosk, and Vault, which is rigid
 NAMES = [one.name for one in STREET]
 SHORT = {"window": ["0 s", "4 s"], "pga": "0.5 g"}
 VAN_MIER = {"law": "van_mier", "restitution": None, "plastic_exponent": 1.2, "yield_force": "4 MN"}
+FALLING = {"rule": "peak_oriented", "backbone": [[4.0, 1.2], [12.0, 0.1]]}
+SOFT = {"name": "soft", "floor_masses": ["100 t"], "storey_stiffnesses": "90 MN/m", "storey_heights": "3 m"}
+COLLAPSING = {
+    "left": SOFT | {"storey_strengths": ["100 kN"], "hysteresis": FALLING},
+    "right": SOFT | {"name": "firm"},
+    "records": SHORT | {"pga": "1.5 g"},
+    "effects": {"inelastic_storeys": {}, "p_delta": {}},
+}
 PGA = {"intensity": "pga"}
 DEMANDS, AVERAGE = {"pga": "0.3 g"}, {"intensity": "sa_avg(0.5-1 s)"}
 # What is exported, to which format, to which path, with which options.
@@ -55,6 +63,7 @@ REFUSED: dict[str, tuple[Any, ...]] = {
     "a law that is unknown there": ({"law": "bilinear"}, "opensees", "model.py", {}),
     "an e that falls": ({"restitution": "concrete"}, "opensees", "model.py", {}),
     "an effect": ({"effects": {"permanent_set": {}}, "law": "viscous_elastoplastic"}, "opensees", "model.py", {}),
+    "a storey that collapses": (COLLAPSING, "opensees", "model.py", {}),
     "results in place of a scene": ("results", "opensees", "model.py", {}),
     "a scene in place of results": ("scene.toml", "nrml", "f.xml", {}),
     "levels of a script": ({}, "opensees", "model.py", {"discrete": True}),
@@ -80,6 +89,11 @@ def sources(results, damaged) -> dict[str, Any]:
     }
 
 
+def scene_of(left: Any = None, right: Any = None, **more: Any) -> Any:
+    """A scene of the usual pair, or of two other buildings."""
+    return pr.read_scene(scene_text(*([left, right] if left else []), **more))
+
+
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_exported_is_refused(case, sources, says, tmp_path, monkeypatch):
     source, to, path, options = REFUSED[case]
@@ -92,6 +106,6 @@ def test_what_cannot_be_exported_is_refused(case, sources, says, tmp_path, monke
     if case.endswith(" library"):
         monkeypatch.setitem(sys.modules, "pyogrio", None)
     before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
-    given = sources[source] if isinstance(source, str) else pr.read_scene(scene_text(**{"records": SHORT} | source))
+    given = sources[source] if isinstance(source, str) else scene_of(**{"records": SHORT} | source)
     says(refusal(pr.export, given, to, path, **options))
     assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
