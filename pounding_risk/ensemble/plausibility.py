@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from math import isfinite, isnan, pi, sqrt
+from math import ceil, isfinite, isnan, pi, sqrt
 from operator import add, itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -121,7 +121,7 @@ def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
     read = tuple(motions)
     sites = dict.fromkeys(filter(None, (site_of(motion.record) for motion in read)))
     stiffnesses = () if has_known_motion(study) else _of_stiffnesses(study)  # no contact is run
-    of_scene = *_of_buildings(study), *_of_gaps(study), *stiffnesses
+    of_scene = *_of_buildings(study), *_of_gaps(study), *stiffnesses, *_of_links(study)
     of_motions = *_of_motions(study, read), *_of_grounds(study, read), *known_motion_notes(study, read)
     return (*(f"the motions are those of {site}" for site in sites), *of_scene, *of_motions)
 
@@ -270,6 +270,20 @@ def _ends(values: Mapping[str, float]) -> dict[str, float]:
     """The smallest and the largest of the finite values, with their names: one note for each, not for each storey."""
     finite = sorted((value, whose) for whose, value in values.items() if isfinite(value))
     return {whose: value for value, whose in (*finite[:1], *finite[-1:])}
+
+
+def _of_links(study: Scene) -> Iterator[str]:
+    """A sentence for each building whose columns a link acts on: their strength is not compared with its force."""
+    for place, interface in enumerate(study.interfaces):
+        pair = study.buildings[place : place + 2]
+        for at, (building, other) in enumerate((pair, pair[::-1])):
+            links = () if building.is_rigid else interface.links
+            ends = {link.right_floor if at else link.left_floor for link in links}
+            if storeys := ", ".join(f"{ceil(floor)}" for floor in sorted(ends) if floor % 1.0):
+                yield (
+                    f"{building.name}: the link to {other.name} ends on columns, of storey {storeys}; its force acts "
+                    "on the floors below and above them, and the columns' strength is not compared with it"
+                )
 
 
 def _of_gaps(study: Scene) -> Iterator[str]:

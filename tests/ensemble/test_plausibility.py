@@ -264,6 +264,24 @@ def test_a_penetration_that_crushes_whole_floors_is_told(results):
     assert not any("penetration" in each for each in Results(less).notes)
 
 
+def test_a_link_on_a_column_is_stated_and_one_between_floors_or_to_a_wall_is_not():
+    """Roofs 8 m and 6 m up: the link of the lower one ends half-way up the second storey of the other."""
+    tall = storeyed("tall", "200 t", "300 MN/m", "4 m", storeys=2)
+    low = storeyed("low", "200 t", "300 MN/m", "3 m", storeys=2)
+
+    def of_links(*buildings, **keys):
+        given = notes(text=scene_text(*buildings, link_damping="1 MN s/m", **keys))
+        return [note for note in given if "link" in note]
+
+    (said,) = of_links(tall, low)
+    assert said.startswith("tall: the link to low ends on columns, of storey 2;")
+    (turned,) = of_links(low, tall)
+    assert turned.startswith("tall: the link to low ends on columns, of storey 2;")
+    assert of_links(tall, low, link_at=[{"left": "storey 2", "right": "storey 2"}]) == []
+    assert of_links(tall, tall | {"name": "twin"}) == []
+    assert of_links(tall, rigid(height="9 m")) == []
+
+
 def test_a_column_that_is_deflected_far_is_no_crushed_floor():
     """A floor meets a column of 20 kN: what it goes in by is the deflection of the column, in a scan and in one run."""
     buildings = storeyed("a", "200 t", "20 MN/m", "4 m", storeys=2), storeyed("b", "200 t", "400 MN/m", storeys=2)
