@@ -41,6 +41,7 @@ CAPTION_SIZE = 8.5  # points
 # The space between a number and its unit, at which no line ends.
 UNIT_OF_NUMBER = re.compile(r"(?<=\d) (?=(?:%|[mck]?m|m?s|[kM]?N|[kM]?J|m/s2?|m/s²|g|kg|t|Hz|years?)(?![\w/]))")
 TIE = "\u00a0"
+PLACES = 6  # decimals of the places of panels, as shares of a figure: a thousandth of a pixel
 ROUND = [digit * 10.0**power for power in range(-14, 10) for digit in (1.0, 2.0, 5.0)]  # ticks and contours
 # Metadata of the day and of the program, which are left out, by suffix.
 NAMELESS: dict[str, dict[str, None]] = {
@@ -158,10 +159,7 @@ def write(figure: Figure, path: str | Path, dpi: float = 120.0) -> Path:
     from matplotlib import rc_context
 
     target = Path(path)
-    # Laid out once: each further layout starts from the last one and moves everything by a hair.
-    if figure.get_layout_engine() is not None:
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
+    _lay_out(figure)
     suffix = target.suffix.lower()
     look: dict[str, Any] = {"dpi": dpi, "metadata": NAMELESS.get(suffix), "format": suffix.removeprefix(".") or None}
     with rc_context({"svg.hashsalt": "pounding_risk"}):
@@ -169,11 +167,27 @@ def write(figure: Figure, path: str | Path, dpi: float = 120.0) -> Path:
     return target
 
 
+def _lay_out(figure: Figure) -> None:
+    """Lay a figure out once and for all, every panel at a round place.
+
+    Each further layout starts from the last one and moves everything by a hair, and so does the layout's solver, whose
+    variables have the order of their addresses in memory: coordinates of an SVG, of six decimals, would show it.
+    """
+    if figure.get_layout_engine() is None:
+        return
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axis in figure.axes:
+        place = axis.get_position(original=True)
+        axis.set_position(place.from_extents(*np.round(place.extents, PLACES)), which="original")
+
+
 def svg_text(figure: Figure) -> str:
     """A figure as SVG to stand within a page: letters as outlines, the same bytes for the same data, no prologue."""
     from matplotlib import rc_context
 
     stream = StringIO()
+    _lay_out(figure)
     with rc_context({"svg.hashsalt": "pounding_risk", "svg.fonttype": "path"}):
         figure.savefig(stream, format="svg", metadata=NAMELESS[".svg"])
     text = stream.getvalue()

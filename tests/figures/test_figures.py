@@ -14,6 +14,7 @@ from figure_words import words_of
 from sentences import refusal
 
 from pounding_risk import figures
+from pounding_risk.figures import style
 from pounding_risk.figures.simulate import parting
 
 
@@ -242,3 +243,17 @@ def test_a_figure_is_a_function_of_a_module_of_its_folder():
     assert len(found) == len(set(found))
     with pytest.raises(AttributeError, match="no_figure"):
         _ = figures.no_figure
+
+
+@pytest.mark.parametrize("embedded", [False, True])
+def test_panels_stand_at_round_places(tmp_path, embedded):
+    """The solver of the layout leaves a rounding error that differs from one call to the next."""
+    figure, axes = style.blank(2, 1, (6.0, 4.0))
+    axes[0, 0].plot([0.0, 1.0], [0.0, 1.0 / 3.0])
+    axes[1, 0].set_ylabel("a label of\ntwo lines")
+    style.title(figure, "a headline", "a caption")
+    write = figures.write if not embedded else lambda one, _: style.svg_text(one)
+    write(figure, tmp_path / "figure.svg")
+    for axis in figure.axes:
+        ends = axis.get_position(original=True).extents
+        assert np.array_equal(ends, np.round(ends, 6))

@@ -227,6 +227,12 @@ def test_a_key_without_effect_is_stated_where_the_answer_is_read(name):
     assert sentence in str(blocks)
 
 
+def test_stiffnesses_and_dampers_are_shown_by_the_kilonewton():
+    spring, damper = amount(2.6e7, "N/m"), amount(5e5, "N s/m")
+    assert (spring["text"], damper["text"]) == ("26000 kN/m", "500 kN s/m")
+    assert (spring["raw"], damper["raw"]) == (2.6e7, 5e5)  # datasets and sheets keep SI
+
+
 def test_csv_keeps_the_unit_of_a_number_whose_head_has_none():
     values = {"force": amount(7406769.5, "N"), "work": amount(60041.25, "J"), "speed": amount(-0.25, "m/s")}
     lines = csv_text([table("Outputs.", ("output", "value"), [list(pair) for pair in values.items()])]).splitlines()
