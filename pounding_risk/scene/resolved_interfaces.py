@@ -18,7 +18,7 @@ from pounding_risk.models.structures.contact_points import (
     level_gap,
     usual_depth,
 )
-from pounding_risk.models.structures.links import Link
+from pounding_risk.models.structures.links import LEAST_SLIP, Link
 from pounding_risk.models.structures.plan import Plan
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
@@ -27,7 +27,7 @@ from pounding_risk.scene.interfaces import NO_RESTITUTION, OF_ONE_LAW, PARAMETER
 from pounding_risk.scene.keys import Draft
 from pounding_risk.scene.tables import Grid
 from pounding_risk.scene.toml import Fault, KeyPath
-from pounding_risk.units import STOREY_HEIGHT, exact, parse, say
+from pounding_risk.units import STIFFNESS, STOREY_HEIGHT, exact, parse, say
 
 ALWAYS_WRITTEN = {"gap", "contact_model", "yield_force", *OF_ONE_LAW}  # whatever the value, of a law that is run
 
@@ -96,7 +96,7 @@ def resolved_interfaces(
             stiffness = parse(table.stiffness, stiffness_quantity(CONTACT_MODELS[owner]))
         here = Beside(place, sides, (depths[place], depths[place + 1]), table, keys.path)
         points, wrong = _contact_points(here)
-        wrong += _misplaced_links(here, stands_apart=stands_apart)
+        wrong += _wrong_links(here, stands_apart=stands_apart)
         faults += wrong
         values = {key: getattr(table, key) for key in Interface.key_names()} | {
             "gap": grid.gap[0] if table.gap is None else table.gap,
@@ -193,8 +193,8 @@ def _links(here: Beside, points: Sequence[Point]) -> tuple[Link, ...]:
     return tuple(Link(here.place, *floors, *law, exponent=exponent, brace=brace) for floors in places)
 
 
-def _misplaced_links(here: Beside, *, stands_apart: bool) -> list[Fault]:
-    """Links at places that are none, and between buildings of a row whose grounds differ."""
+def _wrong_links(here: Beside, *, stands_apart: bool) -> list[Fault]:
+    """Links at places that are none, between buildings of a row whose grounds differ, or too stiff to be followed."""
     table = here.table
     key = "link_stiffness" if table.link_stiffness else "link_damping"
     if any(_plans_of(side) for side in here.sides) and (table.link_stiffness or table.link_damping):
@@ -202,6 +202,13 @@ def _misplaced_links(here: Beside, *, stands_apart: bool) -> list[Fault]:
     if stands_apart and (table.link_stiffness or table.link_damping):
         words = "links are computed where all buildings stand on one ground motion; remove it, or what parts them"
         return [Fault((*here.base, key), words)]
+    if table.link_strength < LEAST_SLIP * table.link_stiffness:
+        slip, most = table.link_strength / table.link_stiffness, table.link_strength / LEAST_SLIP
+        words = (
+            f"{say(table.link_stiffness, STIFFNESS)} slips at link_strength after {slip:.2g} m; less than "
+            f"{LEAST_SLIP:g} m cannot be followed, and sliding would be lost; write {say(most, STIFFNESS)} or less"
+        )
+        return [Fault((*here.base, "link_stiffness"), words)]
     return [
         Fault((*here.base, "link_at"), sentence)
         for floors in table.link_at

@@ -321,6 +321,7 @@ def test_what_mean_speeds_have_of_a_stick_falls_with_the_root_of_its_stiffness(s
         {"link_stiffness": "20 MN/m", "link_strength": "100 kN", "link_slack": "10 mm"},
         {"link_stiffness": "20 MN/m", "link_slack": "-1 mm"},
         {"link_stiffness": "20 MN/m", "link_strength": "0 kN"},
+        {"link_stiffness": "20 MN/m", "link_strength": "0.19 N"},
         {"link_breaking_force": "100 kN"},
         {"link_stiffness": "20 MN/m", "link_breaking_force": "0 kN"},
         {"link_stiffness": "20 MN/m", "link_strength": "100 kN", "link_breaking_force": "200 kN"},

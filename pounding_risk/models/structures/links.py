@@ -29,6 +29,8 @@ from pounding_risk.models.structures.mdof import Chain, stacked
 Array = NDArray[np.float64]
 LINK = "link"  # the kind of a point of a row that is the place of a link
 LEAST_SIZE = 1e-3  # m, of a hook without slack, against which rounding is measured
+# m, stretch at which a link slips: there the slid distance is 7e-4 off, and below a tenth of it 1 % and more is lost.
+LEAST_SLIP = 1e-8
 
 
 class Link(NamedTuple):
