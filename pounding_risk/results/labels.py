@@ -380,7 +380,8 @@ def _unusual_factors(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tup
     factors = grown * np.array([motion.record.get("factor", 1.0) for motion in motions])[:, None]
     low, high = USUAL_FACTORS
     unusual = ((grown != 1.0) & ((factors < low) | (factors > high))).any(axis=1)  # of a motion as it is: its own flag
-    unusual &= np.array([motion.record.get("state") != GENERATED for motion in motions])  # a formula of any amplitude
+    is_record = np.array([motion.record.get("state") != GENERATED for motion in motions], dtype=bool)
+    unusual &= is_record  # a generated motion is right at any amplitude
     if not unusual.any():
         return {}
     ends = " to ".join(dict.fromkeys(f"{factor:.3g}" for factor in (factors.min(), factors.max())))
