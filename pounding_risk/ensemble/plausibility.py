@@ -13,6 +13,7 @@ from operator import add, itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quantity
@@ -101,6 +102,8 @@ USUAL = {
 # Of the periods of steel frames, 0.0724 h^0.8 with the height in m (ASCE 7-16, equation 12.8-7): a wall, and a building
 # that is much softer than any frame.
 PERIODS_OF_HEIGHT = 0.05, 5.0
+OF_MASS = ("mass", "period")
+SAME_PERIOD = 1e-9  # of it: rounding of the stiffnesses that are made from it
 SPEED = 0.5  # m/s, a usual approach speed; the duration of a Hertz contact varies with its power −0.2
 SHARE_OF_PERIOD = 0.1  # of the shorter period that a contact may last: the rule of `advise`
 # The time in which sound crosses 1.75 m of concrete twice at 3500 m/s: no floors separate sooner.
@@ -131,18 +134,28 @@ def notes_along(study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
     scenes = list(Variants(study).alone()) if study.axes else [study]
     drawn = () if study.uncertain is None else study.uncertain.notes()
     notes = with_ranges((note for scene in scenes for note in of_input(scene, motions)), study)
-    return (*drawn, *_of_varied_loads(scenes), *notes)
+    masses, periods = (
+        np.array([[getattr(one, name) for one in scene.buildings] for scene in scenes]) for name in OF_MASS
+    )
+    return (*drawn, *of_varied_masses(study.buildings, masses, periods), *notes)
 
 
-def _of_varied_loads(scenes: Sequence[Scene]) -> Iterator[str]:
-    """A sentence for each building whose floor_masses vary beside its mass matrix, which they leave as it is."""
-    for buildings in zip(*(scene.buildings for scene in scenes), strict=True):
-        masses, matrices = ({getattr(one, key, ()) for one in buildings} for key in ("masses", "mass_matrix"))
-        if len(masses) > 1 and len(matrices) == 1 and matrices != {()}:
-            yield (
-                f"{buildings[0].name}: floor_masses vary the load of the ground motion alone; its mass_matrix and "
-                "periods stay"
+def of_varied_masses(buildings: Sequence[Any], masses: NDArray[Any], periods: NDArray[Any]) -> Iterator[str]:
+    """A sentence for each building whose mass varies and whose period stays.
+
+    Masses [kg] and periods [s], 0 of a rigid building, are (scenes, buildings).
+    """
+    for building, mass, period in zip(buildings, masses.T, periods.T, strict=True):
+        if (mass == mass[0]).all() or np.ptp(period) >= SAME_PERIOD * period.max():
+            continue
+        if getattr(building, "mass_matrix", ()):
+            what = "floor_masses vary the load of the ground motion alone; its mass_matrix and periods stay"
+        else:
+            what = (
+                "its mass varies and its period stays, so that its stiffness varies as its mass; write its stiffness "
+                "in place of period where that is what stays"
             )
+        yield f"{building.name}: {what}"
 
 
 def with_ranges(notes: Iterable[str], study: Scene) -> list[str]:

@@ -21,7 +21,7 @@ from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.job_choice import grid_job_of, job_kind
 from pounding_risk.ensemble.limits import check_memory, free_memory
-from pounding_risk.ensemble.plausibility import of_input
+from pounding_risk.ensemble.plausibility import of_input, of_varied_masses
 from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import acts_on_law
 from pounding_risk.models.structures.contact_points import FLOOR
@@ -401,6 +401,7 @@ def dataset_of(
     if (facts.gaps != facts.gaps[0]).any():
         about = described("m", "clear distance at rest of each interface in each sample")
         differing["sample_gap"] = ((axis.name, "interface"), facts.gaps, about)
+    varied = of_varied_masses(base.buildings, facts.buildings["mass"], facts.buildings["period"])
     of_samples = {} if study.uncertain is None else study.uncertain.attributes()
     dataset = dataset.assign_coords(axis_coordinates((axis,), of_samples) | differing)
     lists = {"left_out": list(ensemble.left_out), "copies": list(ensemble.copies)}
@@ -413,7 +414,7 @@ def dataset_of(
         **labels.flags_of(base, motions),
         **({} if drawn is None else {MOTIONS_DRAWN: len(motions) * len(base.records.polarities)}),
         "free_motion": words,
-        "notes": as_text([*pushed_notes(base), *of_input(base, motions)]),
+        "notes": as_text([*pushed_notes(base), *varied, *of_input(base, motions)]),
         **{name: as_text(items) for name, items in lists.items() if items},
     }
     return dataset

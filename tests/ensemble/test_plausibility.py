@@ -160,6 +160,24 @@ def test_floor_masses_that_vary_beside_a_mass_matrix_are_noted_to_vary_the_load_
         assert (words in notes_along(scene, ())) == noted
 
 
+def test_masses_that_vary_beside_a_period_are_noted_to_vary_the_stiffness():
+    """Heavier floors and a longer period are what an engineer expects of an uncertain mass: here T stays."""
+    words = "mass: its mass varies and its period stays, so that its stiffness varies as its mass"
+    own, stiff = single("mass", "400 t", "0.5 s"), {"name": "mass", "mass": "400 t", "stiffness": "60 MN/m"}
+    storeys = {"name": "mass", "floor_masses": ["20 t"] * 3, "storey_heights": "3 m", "period": "0.4 s"}
+    by_mass = {"building.mass.mass": ["400 t", "440 t"]}
+    by_floor = {"building.mass.floor_masses.3": ["20 t", "22 t"]}
+    both = by_mass | {"building.mass.period": ["0.5 s", "0.6 s"]}
+    for building, axis, noted in (
+        (own, by_mass, True),
+        (stiff, by_mass, False),
+        (storeys, by_floor, True),
+        (own, both, False),
+    ):
+        scene = parse_scene(scene_text(building, single("wall", "800 t", "0.3 s"), grid=axis))
+        assert any(note.startswith(words) for note in notes_along(scene, ())) == noted
+
+
 def test_notes_along_an_axis_are_one_with_the_range_of_each_number():
     """From the softest to the stiffest that is told; the digits of a building's name are none of them."""
     text = PAIR.replace('"right"', '"block 2"')
