@@ -81,6 +81,11 @@ def unsaid(chains: Sequence[Chain], points: Sequence[Point], case: PointCase) ->
         return ON_SPRINGS
     if any(chain.twists for chain in chains):
         return "floors that rotate are not built here; `export --to opensees` writes them"
+    if any(map(divides_by_rest, case.laws, case.gaps)):
+        return (
+            "Hertzdamp divides its damping by the speed of floors that begin at rest in touch, and fails or is 0.5 % "
+            "off at any step; leave out the gap of zero"
+        )
     return ""
 
 

@@ -342,6 +342,15 @@ def test_what_opensees_or_all_but_the_solver_of_rows_cannot_say_is_told(change, 
     says(f"OpenSees: {unsaid(bench.chains, bench.points, next(bench.point_cases()))}", f"others: {bench.event_only}")
 
 
+@pytest.mark.parametrize("first", ["0 mm", "6 mm"])
+def test_opensees_is_left_out_where_its_hertzdamp_begins_in_touch(first: str):
+    """An error of its own, which no step makes smaller, would be shown as what its accuracy costs."""
+    text = ROW.replace('"jankowski"', '"hertz_damp"').replace('["6 mm", "12 mm"]', f'["{first}", "12 mm"]')
+    bench = bench_of(parse_scene(text), 2)
+    reasons = [unsaid(bench.chains, bench.points, case) for case in bench.point_cases()]
+    assert ("leave out the gap of zero" in reasons[0]) == (first == "0 mm") and reasons[1] == ""
+
+
 def test_the_figure_of_a_row_says_whose_error_it_is(of_row):
     from pounding_risk.figures import accuracy_figure
 
