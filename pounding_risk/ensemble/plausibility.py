@@ -275,7 +275,7 @@ def _of_condensation(building: Any) -> Iterator[str]:
     is_there = "no mode like it" if isnan(here) else f"{say(here, PERIOD)}, {abs(here / whole - 1.0):.1%} off"
     yield (
         f"{building.name}: condensed to its floors it has {is_there}, where the whole model has a period of "
-        f"{say(whole, PERIOD)}; write interior_modes = {2 + len(building.interior_masses)} or more"
+        f"{say(whole, PERIOD)}; write interior_modes = {1 + len(building.interior_masses)} or more"
     )
 
 

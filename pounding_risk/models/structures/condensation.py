@@ -159,6 +159,8 @@ def _interior_shapes(model: Model, moved: Array, count: int) -> Array:
         return np.zeros((size, 0))
     masses = model.masses if model.masses.size else np.zeros((size, size))
     rest = np.setdiff1d(np.arange(size), np.array(model.floors) - 1)
+    if not rest.size:
+        raise PoundingError("interior_modes: floor_rows names every row, and no other is left to have modes; remove it")
     _, within = slowest(masses[np.ix_(rest, rest)], model.stiffness[np.ix_(rest, rest)])
     shapes = np.zeros((size, within.shape[1]))
     shapes[rest] = within
