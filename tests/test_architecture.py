@@ -178,6 +178,7 @@ NEEDLESS = {
     "validate paper.toml": (*SLOW, "numba", "pint"),
     "validate row.toml": (*SLOW, "numba", "pint"),
     "scan paper.toml": ("dask", "distributed", "pint", *FIGURES, *SCIENCE),
+    "assess paper.nc": ("dask", "distributed", "numba", "obspy", "pint", *FIGURES, *SCIENCE),
 }
 
 
@@ -201,6 +202,8 @@ def test_a_command_imports_what_it_needs(line, tmp_path):
     if words[0] == "scan":  # numba imports SciPy where it compiles: once, before
         (tmp_path / "compiled").mkdir()
         output("-c", code.replace(str(tmp_path), str(tmp_path / "compiled")))
+    if words[0] == "assess":
+        pounding_risk.scan(PACKAGE / "scene" / "shipped" / "paper.toml", out=tmp_path / words[1])
     printed = output("-c", code)
     assert printed.strip().splitlines()[-1] == "0 []"
     if line == "--help":

@@ -204,7 +204,7 @@ def _fragilities(
     the motions alone has the mean of ln capacity and the dispersion of the motions within a sample; the one in all adds
     what the samples differ by (the composite curve of Kennedy and Ravindra, Nuclear Engineering and Design 79, 1984).
     """
-    from scipy.stats import t as student
+    from scipy.special import stdtrit
 
     logs, intensity, fault = _log_capacities(subject, index, closings, gap, request)
     medians, dispersions = np.full((2, 3), np.nan), np.full((2, 3), np.nan)
@@ -218,7 +218,7 @@ def _fragilities(
         if closings.is_drawn:  # what motions do in a sample is not separable from what they do in the mean over samples
             alone = np.full(3, np.nan)
         freedom = max(min(counted.motions, float(counted.samples)) - 1.0, 1.0)
-        half = float(student.ppf(0.5 * (1.0 + confidence), freedom)) * np.sqrt(counted.variance_of_mean(analysis.all))
+        half = float(stdtrit(freedom, 0.5 * (1.0 + confidence))) * np.sqrt(counted.variance_of_mean(analysis.all))
         medians[:] = np.exp(logs.mean() + np.array([0.0, -half, half]))
         dispersions = np.stack([alone, total])
     measure = read_measure(intensity)

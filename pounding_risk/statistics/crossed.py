@@ -103,10 +103,10 @@ class Analysis(NamedTuple):
 
     def half_width(self, of: Callable[[Components], Any], probability: float) -> float:
         """Standard error times Student's quantile at a probability; inf where there is none."""
-        from scipy.stats import t as student
+        from scipy.special import stdtrit
 
         error, freedom = self.error(of)
-        return float(student.ppf(probability, freedom) * error) if np.isfinite(error) else np.inf
+        return float(stdtrit(freedom, probability) * error) if np.isfinite(error) else np.inf
 
     def variance_bounds(self, of: Callable[[Components], Any], confidence: float) -> tuple[float, float, float]:
         """A variance, at least 0, and its bounds; NaN, 0 and inf where it cannot be estimated.

@@ -80,13 +80,13 @@ def exact_bounds(count: ArrayLike, runs: ArrayLike, confidence: float) -> tuple[
     >>> round(float(high), 4)  # 1 - 0.025^(1/10)
     0.3085
     """
-    from scipy.stats import beta
+    from scipy.special import betaincinv  # `scipy.stats`, which has its bits, takes longer to import than to answer
 
     k, n = np.broadcast_arrays(np.asarray(count, dtype=float), np.asarray(runs, dtype=float))
     tail = 0.5 * (1.0 - confidence)
     none, every = k <= 0.0, k >= n
-    low = np.where(none, 0.0, beta.ppf(tail, np.where(none, 1.0, k), np.maximum(n - k, 0.0) + 1.0))
-    high = np.where(every, 1.0, beta.ppf(1.0 - tail, k + 1.0, np.where(every, 1.0, n - k)))
+    low = np.where(none, 0.0, betaincinv(np.where(none, 1.0, k), np.maximum(n - k, 0.0) + 1.0, tail))
+    high = np.where(every, 1.0, betaincinv(k + 1.0, np.where(every, 1.0, n - k), 1.0 - tail))
     return np.where(n > 0.0, low, np.nan), np.where(n > 0.0, high, np.nan)
 
 
@@ -108,7 +108,7 @@ def likeness(values: Array, recordings: NDArray[np.int64]) -> float:
     all. A bound, since few recordings do not show how alike their motions are: it is 1 for one recording. 0 where no
     recording has two motions. Source: Donner, Int. Stat. Rev. 54 (1986).
     """
-    from scipy.stats import f as ratio
+    from scipy.special import fdtri
 
     sizes, sums = np.bincount(recordings), np.bincount(recordings, values)
     total, groups = values.size, sizes.size
@@ -120,7 +120,7 @@ def likeness(values: Array, recordings: NDArray[np.int64]) -> float:
     between = float((sizes * (means - values.mean()) ** 2).sum()) / (groups - 1)
     within = float(((values - means[recordings]) ** 2).sum()) / (total - groups)
     usual = (total - float((sizes**2).sum()) / total) / (groups - 1)
-    raised = between / float(ratio.ppf(1.0 - LIKENESS_CONFIDENCE, groups - 1, total - groups))
+    raised = between / float(fdtri(groups - 1, total - groups, 1.0 - LIKENESS_CONFIDENCE))
     whole = raised + (usual - 1.0) * within
     return float(np.clip((raised - within) / whole, 0.0, 1.0)) if whole > 0.0 else 1.0
 
