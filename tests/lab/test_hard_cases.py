@@ -79,7 +79,7 @@ def test_it_holds_at_other_tolerances(rtol: float):
 
 PAGE = (TESTS.parent / "docs" / "stability.md").read_text("utf-8")
 # Groups, or numbers of cases, of the rows of its table; 20a and 23 are those of a physical limit, of which it speaks.
-OF_PAGE = ["rest", "touches", "limits", "extreme", "chains", "isolated", "51", "yielding", "53", "exact"]
+OF_PAGE = ["rest", "touches", "limits", "extreme", "chains", "condensed", "isolated", "51", "yielding", "53", "exact"]
 LIMITS = ("20a", "23")
 
 

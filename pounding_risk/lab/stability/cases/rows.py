@@ -1,4 +1,4 @@
-"""Hard cases of rows: free masses that touch, slabs in their moats, links, and storeys that yield by their own laws."""
+"""Hard cases of rows: free masses that touch, interior modes, slabs in their moats, links, storeys that yield."""
 
 from __future__ import annotations
 
@@ -19,10 +19,13 @@ from pounding_risk.models.structures.links import Link
 from pounding_risk.models.structures.mdof import Chain, chain_of
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.scene.matrix_buildings import MatrixBuilding
 from pounding_risk.solver.counters import COLLAPSED
 from pounding_risk.solver.row.model import RowModel
 
-CHAINS, ISOLATED, LINKED, YIELDING = (Group(name) for name in ("chains", "isolated", "linked", "yielding"))
+CHAINS, CONDENSED, ISOLATED, LINKED, YIELDING = (
+    Group(name) for name in ("chains", "condensed", "isolated", "linked", "yielding")
+)
 
 
 def row_of(chains: Sequence[Chain], *meetings: tuple[int, float, float], links: Sequence[Link] = ()) -> RowModel:
@@ -86,6 +89,19 @@ def momentum_and_energy(trial: Trial) -> float:
     return max(abs(float(wave.velocities.sum()) - 1.0), wave.unaccounted)
 
 
+# ------------------------------------------------------------------------------------------------ interior modes
+# Two springs in series, 500 t between them and 50 kg at the end, which is the only floor and is struck.
+TIP = MatrixBuilding(
+    "tip",
+    stiffness_matrix=((5e8, -2.5e8), (-2.5e8, 2.5e8)),
+    mass_matrix=((5e5, 0.0), (0.0, 50.0)),
+    floor_rows=(2,),
+    along_rows=(1, 2),
+    interior_modes=1,
+    storey_heights=(4.0,),
+)
+
+
 # ------------------------------------------------------------------------------------------------ isolated buildings
 # Against the walls of their moats, which their slab strikes.
 ABOVE = Storeys("above the slab", (5e5, 5e5, 4e5), (1e9, 1e9, 8e8), (4.0, 4.0, 4.0))
@@ -98,6 +114,12 @@ def between_walls(building: Chain, floor: float) -> RowModel:
     return row_of([chain_of(WALL), building, chain_of(WALL)], (0, 0.0, floor), (1, floor, 0.0))
 
 
+CONDENSED.energy_of_row(
+    "55",
+    "a floor of 50 kg before 500 t that stand in an interior mode, between walls at 2 mm, shaken",
+    between_walls(chain_of(TIP.structure()), 1.0),
+    0.002,
+)
 for number, words, isolators, gap in (
     ("50a", "lead-rubber bearings between walls without a gap, shaken", BEARINGS, 0.0),
     ("50b", "friction pendulums beside walls at 10 mm, shaken", SLIDERS, 0.01),
