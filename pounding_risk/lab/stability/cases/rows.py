@@ -92,7 +92,7 @@ def momentum_and_energy(trial: Trial) -> float:
 # ------------------------------------------------------------------------------------------------ interior modes
 # Two springs in series, 500 t between them and 50 kg at the end, which is the only floor and is struck.
 TIP = MatrixBuilding(
-    "tip",
+    name="tip",
     stiffness_matrix=((5e8, -2.5e8), (-2.5e8, 2.5e8)),
     mass_matrix=((5e5, 0.0), (0.0, 50.0)),
     floor_rows=(2,),
