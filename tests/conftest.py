@@ -51,11 +51,15 @@ OF_PAIRS = (
     *(f"solver/test_{name}.py" for name in ("flight", "pair", "against_scipy", "grid", "closings", "listed_closings")),
     "lab/test_hard_properties.py",
 )
-OF_ROWS = tuple(
-    f"solver/test_{name}.py"
-    for name in ("rows_laws", "laws_of_links", "links", "isolated", "matrix_rows", "rotating_floors", "row_blocks")
+OF_ROWS = (
+    "models/test_condensation.py",
+    *(
+        f"solver/test_{name}.py"
+        for name in ("rows_laws", "laws_of_links", "links", "isolated", "matrix_rows", "rotating_floors", "row_blocks")
+    ),
 )
-AFTER_PAIRS = ("motions/formats", "motions/processing", "test_units.py", "common")
+# Early as well: what both processes would else wait for at the end, the pages of the site and the notebooks.
+AFTER_PAIRS = ("test_docs.py", "test_notebooks.py", "motions/formats", "motions/processing", "test_units.py", "common")
 AFTER_ROWS = ("test_architecture.py", "test_docstrings.py", "test_python_calls.py", "streets", "statistics")
 
 
@@ -64,7 +68,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put first what compiles, each kind of kernel in a half of its own, then what compiles none."""
     here = Path(__file__).parent
     groups: dict[tuple[str, ...], list[pytest.Item]] = {
-        names: [] for names in (OF_PAIRS, AFTER_PAIRS, OF_ROWS, AFTER_ROWS, ())
+        names: [] for names in (OF_ROWS, AFTER_ROWS, OF_PAIRS, AFTER_PAIRS, ())
     }
     for item in items:
         place = item.path.relative_to(here).as_posix()

@@ -204,6 +204,8 @@ def test_cells_are_values_of_the_answer(answers, name):
 TWO_AMPLITUDES = scene_text(
     records={"pga": "0.3 g", "window": ["0 s", "6 s"]}, grid={"pga": ["0.4 g", "0.5 g"]}, law="viscous_elastoplastic"
 )
+# All effects would be compiled where none is named.
+ONE_EFFECT = '[effects]\nstrain_rate = {code = "mc2010", length = "0.6 m"}\n'
 SAMPLED = '[uncertain]\nsamples = 4\n"building.right.mass" = {distribution = "normal", cov = 0.1}\n'
 STATES = [{"name": "blow", "contact_force": "10 kN"}]
 OF_UNUSED: MappingProxyType[str, Callable[[], Any]] = MappingProxyType(
@@ -212,7 +214,7 @@ OF_UNUSED: MappingProxyType[str, Callable[[], Any]] = MappingProxyType(
         "advise": lambda: pr.advise(parse_scene(TWO_AMPLITUDES)),
         "compare": lambda: pr.compare(parse_scene(TWO_AMPLITUDES), laws=["viscous_elastoplastic", "jankowski"]),
         "damage": lambda: pr.damage(pr.scan(parse_scene(TWO_AMPLITUDES), check_fraction=0.0), states=STATES),
-        "effects": lambda: pr.effects(parse_scene(TWO_AMPLITUDES)),
+        "effects": lambda: pr.effects(parse_scene(TWO_AMPLITUDES + ONE_EFFECT), repeats=1),
         "simulate": lambda: pr.simulate(parse_scene(TWO_AMPLITUDES)),
         "uncertainty": lambda: pr.uncertainty(parse_scene(TWO_AMPLITUDES + SAMPLED)),
     }

@@ -86,7 +86,7 @@ def stepped(chains: Any, touching: Any, links: Any, gap: float, parts: int) -> t
 LAWS_OF_LINKS = [name for name in ROWS if not name.startswith("damper")]
 
 
-@pytest.mark.parametrize("name", sweep(LAWS_OF_LINKS, "friction", "hook that breaks", "cable without slack"))
+@pytest.mark.parametrize("name", sweep(LAWS_OF_LINKS, "friction", "hook that breaks"))
 def test_with_contact_it_is_an_own_integration(name: str):
     """Its error falls with the square of its step, kinks of the force aside: in a quarter of it to a third."""
     chains, touching, links = ROWS[name]

@@ -171,7 +171,7 @@ def by_scipy(plans, ground, dt: float, gap: float, stiffness: float) -> tuple[np
     ("left", "right"),
     [
         pytest.param([PLAN] * 2, [OTHER] * 2, id="along"),
-        pytest.param([PLAN, TOWER], [OTHER] * 2, id="along, unlike floors"),
+        pytest.param([PLAN, TOWER], [OTHER] * 2, id="along, unlike floors", marks=pytest.mark.complete),
         # Compiles kernels of its own.
         pytest.param([ACROSS] * 2, [OTHER_ACROSS] * 2, id="along and across", marks=pytest.mark.complete),
         pytest.param(
