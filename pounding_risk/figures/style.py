@@ -173,9 +173,10 @@ def _lay_out(figure: Figure) -> None:
     Each further layout starts from the last one and moves everything by a hair, and so does the layout's solver, whose
     variables have the order of their addresses in memory: coordinates of an SVG, of six decimals, would show it.
     """
-    if figure.get_layout_engine() is None:
+    engine = figure.get_layout_engine()
+    if engine is None:
         return
-    figure.draw_without_rendering()
+    engine.execute(figure)
     figure.set_layout_engine("none")
     for axis in figure.axes:
         place = axis.get_position(original=True)
