@@ -122,10 +122,13 @@ ALIKE += ("peak_displacement", "peak_storey_shear", "peak_floor_acceleration")
 
 @pytest.mark.parametrize("name", ["two laws", "no cap", "jumps", "a table", "moving at first"])
 def test_the_solver_of_rows_gives_a_pair_what_its_own_does(name):
-    """They share laws and tableau, and neither flight nor events: a hundred times the tolerance of both."""
-    study = parse_scene(SCENES[name][0]).updated(rtol=1e-10)
+    """They share laws and tableau, and neither flight nor events: a thousand times the tolerance of both.
+
+    Corners of a table are stepped over, where an error of a step is of the first order: ten times that of other laws.
+    """
+    study = parse_scene(SCENES[name][0]).updated(rtol=1e-12)
     pair, row = (pr.scan(study.updated(is_row=is_row), check_fraction=0.0).isel(gap=1) for is_row in (False, True))
     assert pair["impact_count"].min() >= 2 and pair["impact_count"].sum() > 10
     for output in ALIKE:
-        np.testing.assert_allclose(row[output], pair[output], rtol=1e-8, atol=1e-12, err_msg=output)
+        np.testing.assert_allclose(row[output], pair[output], rtol=1e-9, atol=1e-12, err_msg=output)
     np.testing.assert_allclose(row["first_impact_time"], pair["first_impact_time"], rtol=0.0, atol=1e-12)

@@ -50,7 +50,7 @@ def write_chunk(folder: Path, batches: range, chunk: Mapping[str, NDArray[Any]],
     write_whole(folder / chunk_name(batches), lambda file: file.write(packed))
 
 
-def _packed(batches: range, arrays: Mapping[str, NDArray[Any]], digest: str) -> memoryview:
+def _packed(batches: range, arrays: Mapping[str, NDArray[Any]], digest: str) -> bytes:
     """The bytes of a chunk file, made in memory, so that errors of a full disk come from one plain write."""
     packed = io.BytesIO()
     try:
@@ -64,7 +64,7 @@ def _packed(batches: range, arrays: Mapping[str, NDArray[Any]], digest: str) -> 
         if isinstance(error.__context__, KeyboardInterrupt):
             raise KeyboardInterrupt from None
         raise
-    return packed.getbuffer()
+    return packed.getvalue()  # not its buffer: Python 3.13 prints a fault of a stream that an error leaves with one
 
 
 def read_chunk(path: Path, digest: str) -> tuple[range, Chunk]:
