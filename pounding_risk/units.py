@@ -112,7 +112,7 @@ SHOWN: dict[str, tuple[str, float]] = {
     "m/s": ("m/s", 1.0),
     "N/m": ("kN/m", 1e-3),
     "N s/m": ("kN s/m", 1e-3),
-    "N/m^1.5": ("N/m^1.5", 1.0),
+    "N/m^1.5": ("kN/m^1.5", 1e-3),
     "1": ("", 1.0),
 }
 MISSING = "–"  # where there is no number
