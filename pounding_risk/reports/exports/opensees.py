@@ -216,11 +216,12 @@ def write(study: Scene, target: Path, options: Options) -> Written:
     """Write the case of the scene's own gap under its first motion; raises SceneError for what OpenSees cannot say."""
     from pounding_risk.lab.accuracy_bench import bench_of
     from pounding_risk.lab.accuracy_opensees import SLOWEST_TOUCH, algorithm
+    from pounding_risk.scene.scene import own_amplitude
 
     grid = study.grid
     own = grid._replace(
         gaps=(study.gap if options.gap is None else options.gap,),
-        amplitudes=grid.amplitudes[:1] if options.pga is None else (at_pga(options.pga),),
+        amplitudes=(at_pga(options.pga) or own_amplitude(study),),
         yield_forces=(study.yield_force,),
         contact_models=(study.contact_model,),
     )
