@@ -274,7 +274,12 @@ def structure_of(keys: Section) -> Building | Storeys:
 
     Raises PoundingError for a height that its code's period is not for, and for what vibrates faster than a building.
     """
-    building = _kind(keys).from_values(keys.values).structure()
+    table = _kind(keys).from_values(keys.values)
+    try:
+        building = table.structure()
+    except TypeError as error:
+        where = "a key needs a field of its name in pounding_risk/models/structures (sdof.py, storeys.py)"
+        raise TypeError(f"{type(table).__name__} in {type(table).__module__}: {error}; {where}") from error
     # Of each mass on the springs beside it, its neighbours held: no mode of the building is slower than the least.
     if isinstance(building, Building):
         periods = [] if building.is_rigid else [building.period]
