@@ -6,7 +6,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from pounding_risk import units
 from pounding_risk._common.plugins import installed
-from pounding_risk._common.words import nearest
+from pounding_risk._common.words import meant_by, nearest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, INSTANT_LAWS
 from pounding_risk.models.contact.laws import LAWS, SHIPPED, stiffness_quantity
@@ -31,7 +31,7 @@ from pounding_risk.scene.keys import (
     options,
     several,
 )
-from pounding_risk.scene.not_modelled import LAWS_ELSEWHERE, meant_by
+from pounding_risk.scene.not_modelled import LAWS_ELSEWHERE
 from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import exact, shown, unknown
 
