@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from decimal import Decimal, InvalidOperation
 from functools import lru_cache
 from math import inf, isfinite, isnan
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from pounding_risk._common.words import nearest
+from pounding_risk._common.words import meant_by, nearest
 from pounding_risk.errors import PoundingError
 
 STANDARD_GRAVITY = 9.80665  # m/s², exact by definition (3rd CGPM, 1901)
@@ -362,9 +363,13 @@ def article(words: str) -> str:
     return f"{'an' if words.startswith(('a', 'e', 'i', 'o', 'u')) else 'a'} {words}"
 
 
-def unknown(value: Any, kind: str, known: Collection[str]) -> str:
-    """What is wrong with a name that is none of the known ones: "5 is not a typology; it may be masonry, steel"."""
-    return f"{shown(value)} is {kind}{nearest(value, known)}; it may be {', '.join(known)}"
+def unknown(value: Any, kind: str, known: Collection[str], elsewhere: Mapping[str, str] = MappingProxyType({})) -> str:
+    """What is wrong with a name that is none of the known ones: "5 is not a typology; it may be masonry, steel".
+
+    ``elsewhere`` says what names of the field are called here: of these no known name is guessed from its letters.
+    """
+    meant = meant_by(value, elsewhere)
+    return f"{shown(value)} is {kind}{'' if meant else nearest(value, known)}; it may be {', '.join(known)}{meant}"
 
 
 def shown(value: Any) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys, generated, stiffnesses_for
-from pounding_risk.models.structures.typologies import TYPOLOGIES
+from pounding_risk.models.structures.typologies import ELSEWHERE, TYPOLOGIES
 from pounding_risk.scene import building_keys
 from pounding_risk.scene.building_keys import AnyBuilding, MovingBuilding, WithFloors, wrong_initial, wrong_lengths
 from pounding_risk.scene.hysteresis import HysteresisTable
@@ -176,6 +176,7 @@ class TypologyBuilding(OfStoreys):
         '"concrete_frame"',
         "storeys are not generated",
         f'missing; write typology = "concrete_frame", or another of {", ".join(TYPOLOGIES)}',
+        ELSEWHERE,
     ).required()
     floor_mass: float = measured(
         building_keys.LEAST_FLOOR_MASS,

@@ -6,7 +6,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from pounding_risk import units
 from pounding_risk._common.plugins import installed
-from pounding_risk._common.words import meant_by, nearest
+from pounding_risk._common.words import nearest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS, INSTANT_LAWS
 from pounding_risk.models.contact.laws import LAWS, SHIPPED, stiffness_quantity
@@ -54,7 +54,7 @@ def known_law(name: str) -> Any:
 
 def unknown_law(name: object) -> str:
     """A sentence for a contact model that is not there."""
-    return unknown(name, "not a contact model", CONTACT_MODELS) + meant_by(name, LAWS_ELSEWHERE)
+    return unknown(name, "not a contact model", CONTACT_MODELS, LAWS_ELSEWHERE)
 
 
 def known_models(names: Iterable[object]) -> list[str]:

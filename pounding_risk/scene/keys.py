@@ -403,7 +403,8 @@ def one_of(
 
     def read(value: Any, number: Number) -> str:
         if value not in allowed:
-            hint, meant = nearest(value, allowed), meant_by(value, elsewhere)
+            meant = meant_by(value, elsewhere)
+            hint = "" if meant else nearest(value, allowed)
             between = " or " if len(allowed) == 2 else ", "
             raise Unreadable(
                 f"{shown(value)} is not {what}{hint}; it may be {between.join(map(shown, allowed))}{meant}"

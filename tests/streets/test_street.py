@@ -282,6 +282,7 @@ CSV_FAULTS = {
     "half a storey": HEAD + "A,12,3.5,masonry,180,\n",
     "no storey": HEAD + "A,12,0,masonry,180,\n",
     "a misspelt typology": HEAD + "A,12,3,masnry,180,\n",
+    "typologies of the field": HEAD + "A,12,3,rc frame,180,\nB,12,3,shear walls,180,\n",
     "higher than a typology goes": HEAD + "A,55,14,masonry_ec8,180,\n",
     "too many storeys": HEAD + "A,12000,,masonry,180,\n",
     "neither height nor storeys": HEAD + "A,,,masonry,180,\n",
