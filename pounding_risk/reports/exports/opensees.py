@@ -15,10 +15,10 @@ import numpy as np
 from pounding_risk._common.counted import counted
 from pounding_risk._common.version import __version__
 from pounding_risk._common.words import listed
+from pounding_risk._common.written import write_file
 from pounding_risk.errors import SceneError
 from pounding_risk.motions.levels import at_pga
 from pounding_risk.reports.exports import Options, Written
-from pounding_risk.reports.files import write_file
 
 if TYPE_CHECKING:
     from pounding_risk.lab.accuracy_bench import Bench, PointCase
