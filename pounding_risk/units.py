@@ -75,6 +75,7 @@ LINK_EXPONENT = Quantity("1", 0.1, 2.0, "exponent of a damper", example="0.3")
 RESTITUTION = Quantity("1", 0.0, 1.0, "coefficient of restitution e", open_low=True, example="0.65")
 SPEED = Quantity("m/s", 0.0, inf, "approach speed", open_low=True, open_high=True)
 FLOOR_LENGTH = Quantity("m", 0.0, inf, "length of a floor", open_low=True, open_high=True, example="20 m")
+USUAL_FLOOR_LENGTH = 20.0  # m, where a building gives none, as the example of the key: no source has a usual length
 WAVE_SPEED = Quantity("m/s", 0.0, inf, "wave speed", open_low=True, open_high=True, example="3500 m/s")
 PGA = Quantity("m/s^2", 0.0, inf, "peak ground acceleration", open_low=True, open_high=True)
 SCALE = Quantity("1", 0.0, inf, "scale factor", open_low=True, open_high=True, example="1.5")
