@@ -36,7 +36,7 @@ MOST_FORCES = 5  # of a figure of yielding
 FEW = 30  # gaps that are marked on a line
 RATE_MARKS = "osDv^Phx*"  # of gaps for annual rates, each named in the legend
 MOST_NAMED = 2  # interfaces whose findings stand in the title
-VERDICT_WORDS = {"depends": "not settled"}
+VERDICT_WORDS = {"depends": "not decided"}
 
 
 def assessment_figure(assessment: Assessment, note: str = "") -> style.Figure:

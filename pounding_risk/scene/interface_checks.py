@@ -204,7 +204,7 @@ def _not_in_row(draft: Draft, name: object) -> str:
     if why := only_in_pairs(INSTANT_LAWS[name]):
         return f"{name} is for a pair of single masses: {why}"
     if what := _more_than_masses(draft):
-        why = "of floors that are joined and touch at one instant no law of impact is settled (Halm and Posa 2021)"
+        why = "of floors that are joined and touch at one instant no law of impact is established (Halm and Posa 2021)"
         return f"{name} is for single masses that meet mass to mass, and {what}: {why}"
     return ""
 
