@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from decimal import Decimal, InvalidOperation
 from functools import lru_cache
 from math import inf, isfinite, isnan
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from pounding_risk._common.words import nearest
+from pounding_risk._common.words import meant_by, nearest
 from pounding_risk.errors import PoundingError
 
 STANDARD_GRAVITY = 9.80665  # m/s², exact by definition (3rd CGPM, 1901)
@@ -74,6 +75,7 @@ LINK_EXPONENT = Quantity("1", 0.1, 2.0, "exponent of a damper", example="0.3")
 RESTITUTION = Quantity("1", 0.0, 1.0, "coefficient of restitution e", open_low=True, example="0.65")
 SPEED = Quantity("m/s", 0.0, inf, "approach speed", open_low=True, open_high=True)
 FLOOR_LENGTH = Quantity("m", 0.0, inf, "length of a floor", open_low=True, open_high=True, example="20 m")
+USUAL_FLOOR_LENGTH = 20.0  # m, where a building gives none, as the example of the key: no source has a usual length
 WAVE_SPEED = Quantity("m/s", 0.0, inf, "wave speed", open_low=True, open_high=True, example="3500 m/s")
 PGA = Quantity("m/s^2", 0.0, inf, "peak ground acceleration", open_low=True, open_high=True)
 SCALE = Quantity("1", 0.0, inf, "scale factor", open_low=True, open_high=True, example="1.5")
@@ -112,7 +114,7 @@ SHOWN: dict[str, tuple[str, float]] = {
     "m/s": ("m/s", 1.0),
     "N/m": ("kN/m", 1e-3),
     "N s/m": ("kN s/m", 1e-3),
-    "N/m^1.5": ("N/m^1.5", 1.0),
+    "N/m^1.5": ("kN/m^1.5", 1e-3),
     "1": ("", 1.0),
 }
 MISSING = "–"  # where there is no number
@@ -362,9 +364,13 @@ def article(words: str) -> str:
     return f"{'an' if words.startswith(('a', 'e', 'i', 'o', 'u')) else 'a'} {words}"
 
 
-def unknown(value: Any, kind: str, known: Collection[str]) -> str:
-    """What is wrong with a name that is none of the known ones: "5 is not a typology; it may be masonry, steel"."""
-    return f"{shown(value)} is {kind}{nearest(value, known)}; it may be {', '.join(known)}"
+def unknown(value: Any, kind: str, known: Collection[str], elsewhere: Mapping[str, str] = MappingProxyType({})) -> str:
+    """What is wrong with a name that is none of the known ones: "5 is not a typology; it may be masonry, steel".
+
+    ``elsewhere`` says what names of the field are called here: of these no known name is guessed from its letters.
+    """
+    meant = meant_by(value, elsewhere)
+    return f"{shown(value)} is {kind}{'' if meant else nearest(value, known)}; it may be {', '.join(known)}{meant}"
 
 
 def shown(value: Any) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 
 FIRST = 5  # words of a list that are named
@@ -22,6 +23,12 @@ def nearest(word: object, known: Iterable[str], cutoff: float = 0.6) -> str:
     spelt = {name.lower(): name for name in known}
     near = get_close_matches(word.lower(), spelt, 1, cutoff)
     return f' (did you mean "{spelt[near[0]]}"?)' if near else ""
+
+
+def meant_by(name: object, subjects: Mapping[str, str]) -> str:
+    """What the field's ``name`` is called here, as the end of a sentence; "" where it is none of the subjects."""
+    spelt = re.sub(r"[^a-z0-9]+", "_", str(name).lower()).strip("_")
+    return next((f"; {words}" for names, words in subjects.items() if spelt in names.split()), "")
 
 
 def listed(words: Sequence[str], most: int = FIRST) -> str:

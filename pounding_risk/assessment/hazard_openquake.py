@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
-from pounding_risk._common.tables import AGAIN, Row, Table, head_of, read_table
+from pounding_risk._common.tables import AGAIN, Row, Table, head_of, read_table, short
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import sa_at
 from pounding_risk.motions.sites.places import Site, SiteRequest, find_site, place_of, read_site, site_words, split_site
@@ -112,8 +112,9 @@ def _about(table: Table, site: Site, wanted: SiteRequest | None, shape: str = ""
 def _intensity(table: Table, imt: str) -> tuple[str, float]:
     known = measure_of(imt)
     if known is None:
+        stated = short(imt) if imt else "an intensity that nothing states"
         raise table.fault(
-            f"is of {imt or 'an intensity that nothing states'}, which datasets do not hold for their motions; export "
+            f"is of {stated}, which datasets do not hold for their motions; export "
             'PGA, PGV, or SA at a period such as SA(0.5), and keep the comment line, which says imt="PGA"'
         )
     return known

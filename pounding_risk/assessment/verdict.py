@@ -300,7 +300,7 @@ def conclusion(basis: Basis, answer: bool | None) -> tuple[str, ...]:
     """
     gap = say(basis.gap, GAP, 3)
     if answer is None:
-        first = f"Whether a gap of {gap} keeps the probability of contact within {basis.target} is not settled by these"
+        first = f"Whether a gap of {gap} keeps the probability of contact within {basis.target} is not decided by these"
         sentences = [f"{first} motions.", _provide(basis, answer), _settle(basis)]
     else:
         first = f"A gap of {gap} is {'' if answer else 'not '}adequate for a probability of contact of {basis.target}."

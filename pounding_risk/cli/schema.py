@@ -20,6 +20,6 @@ def schema(out: Annotated[Path | None, out_option("Write the schema", ".json", a
     if out is None:
         print(text)
     else:
-        from pounding_risk.reports.files import write_file
+        from pounding_risk._common.written import write_file
 
         announce(write_file(out, text + "\n"))

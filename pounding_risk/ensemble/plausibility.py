@@ -125,8 +125,13 @@ def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
     sites = dict.fromkeys(filter(None, (site_of(motion.record) for motion in read)))
     stiffnesses = () if has_known_motion(study) else _of_stiffnesses(study)  # no contact is run
     of_scene = *_of_buildings(study), *_of_gaps(study), *stiffnesses, *_of_links(study)
-    of_motions = *_of_motions(study, read), *_of_grounds(study, read), *known_motion_notes(study, read)
-    return (*(f"the motions are those of {site}" for site in sites), *of_scene, *of_motions)
+    of_motions = *_of_motions(study, read), *_of_own_records(study, read), *_of_grounds(study, read)
+    return (
+        *(f"the motions are those of {site}" for site in sites),
+        *of_scene,
+        *of_motions,
+        *known_motion_notes(study, read),
+    )
 
 
 def notes_along(study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
@@ -417,6 +422,22 @@ def _of_levels(grid: Axes, motions: tuple[Motion, ...]) -> Iterator[str]:
     if peaks:
         name = max(peaks, key=peaks.__getitem__)
         yield from _unusual("PGA after scaling", {f"{name} at {Level(grid.measure, largest).words}": peaks[name]})
+
+
+def _of_own_records(study: Scene, motions: Sequence[Motion]) -> Iterator[str]:
+    """A note for each record that stands below a building in several recordings: of it bounds know one alone."""
+    own = [building.name for building in study.buildings if building.support.records]
+    keys = recordings_within([motion.record for motion in motions], [motion.name for motion in motions])
+    above: dict[tuple[str, str], set[Hashable]] = {}
+    for motion, (first, *_) in zip(motions, keys, strict=True):
+        for building, record in zip(own, motion.record.get("beside", ()), strict=False):
+            above.setdefault((building, record["name"]), set()).add(first)
+    for (building, name), recordings in above.items():
+        if len(recordings) > 1:
+            yield (
+                f"{building}: {name} stands below it in the motions of {len(recordings)} recordings, which bounds "
+                "count as independent: they hold for this record below it, and leave out what another one would change"
+            )
 
 
 def _of_grounds(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from pounding_risk._common.counted import counted
 from pounding_risk.figures.style import QUIET, STYLES, Figure, beside, blank, legend_below, message, plain, title
+from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
     from pounding_risk.studies.advice import Advice
@@ -92,7 +93,8 @@ def _panel(axis: Any, advice: Advice, stiffness_range: StiffnessRange) -> tuple[
         curve = max(defined, key=lambda curve: float(np.nanmax(np.abs(curve.medians))))
         ratios = 1.0 + np.array(curve.medians)
         ratios[~(ratios > 0.0)] = np.nan  # none at all has no place on an axis of powers of ten
-        stiffnesses = stiffness_range.own * np.array([float(text.removeprefix("× ")) for text in curve.tried])
+        multiples = np.array([float(text.removeprefix("× ")) for text in curve.tried])
+        stiffnesses = SHOWN[stiffness_range.unit][1] * stiffness_range.own * multiples
         axis.plot(stiffnesses, ratios, dash, color=colour, marker=marker, markersize=5, label=words)
         drawn += ratios[np.isfinite(ratios)].tolist()
         if curve.place != stiffness_range.interface and np.isfinite(ratios[-1]):
@@ -108,16 +110,18 @@ def _frame(axis: Any, stiffness_range: StiffnessRange) -> None:
     axis.set_xscale("log")
     axis.set_yscale("log")
     axis.set_title(plain(stiffness_range.interface), fontsize=10, loc="left")
-    axis.set_xlabel(f"contact stiffness [{stiffness_range.unit.replace('^1.5', '$^{1.5}$')}]")
+    unit, factor = SHOWN[stiffness_range.unit]
+    own = factor * stiffness_range.own
+    axis.set_xlabel(f"contact stiffness [{unit.replace('^1.5', '$^{1.5}$')}]")
     axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.yaxis.set_minor_formatter(NullFormatter())
-    axis.set_xlim(stiffness_range.own / 200.0, stiffness_range.own * 400.0)
+    axis.set_xlim(own / 200.0, own * 400.0)
     if not stiffness_range.is_empty:
-        axis.axvspan(stiffness_range.low, stiffness_range.high, color=BAND, alpha=0.15, linewidth=0)
-    axis.axvline(stiffness_range.own, color=QUIET, linestyle=":", linewidth=1.2)
+        axis.axvspan(factor * stiffness_range.low, factor * stiffness_range.high, color=BAND, alpha=0.15, linewidth=0)
+    axis.axvline(own, color=QUIET, linestyle=":", linewidth=1.2)
     low, high = axis.get_xlim()
     for rule in stiffness_range.rules:
-        if low < rule.equivalent < high:
-            ends = [rule.equivalent, rule.equivalent], [0.0, 0.03]
+        if low < factor * rule.equivalent < high:
+            ends = [factor * rule.equivalent] * 2, [0.0, 0.03]
             axis.plot(*ends, color="black", linewidth=1.4, transform=axis.get_xaxis_transform())

@@ -29,13 +29,14 @@ Array = NDArray[np.float64]
 MOTIONS, REQUIRED = style.MEANING["motions"], style.MEANING["required gap"]
 POINTS = 400
 ROOM = 1.15  # of the axis of gaps, beyond what is drawn on it
+HEIGHTS = (1.08, 1.115, 1.15)  # of the marks of rules, above the bars of required gaps
 MOST_EMPTY = 2.0  # times what the motions need: a rule that requires more stands beyond the axis
 MOST_YIELD_CURVES = 4
 MOST_FORCES = 5  # of a figure of yielding
 FEW = 30  # gaps that are marked on a line
 RATE_MARKS = "osDv^Phx*"  # of gaps for annual rates, each named in the legend
 MOST_NAMED = 2  # interfaces whose findings stand in the title
-VERDICT_WORDS = {"depends": "not settled"}
+VERDICT_WORDS = {"depends": "not decided"}
 
 
 def assessment_figure(assessment: Assessment, note: str = "") -> style.Figure:
@@ -116,14 +117,15 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
         axis.plot(ends, (height, height), color=REQUIRED, linewidth=3.0, solid_capstyle="butt")
         if not gap.bounded:
             axis.plot(ends[1], height, ">", color=REQUIRED, markersize=6)
-    # Combinations as marks along the top; an arrow at the end stands for one beyond the axis.
-    for marker, name in zip("v^D", (name for name in COMBINATIONS if name in rules), strict=False):
+    # Combinations as marks along the top, each at its own height as SRSS and CQC are often alike; an arrow at the end
+    # stands for one beyond the axis.
+    for marker, height, name in zip("v^D", HEIGHTS, (name for name in COMBINATIONS if name in rules), strict=False):
         is_beyond = rules[name] > widest
         label = f"{name.upper()}: {say_in(rules[name], 'mm', 3)} of the motions' peaks{bumpers}"
         label += ", beyond the axis" if is_beyond else ""
         place, shape = (widest, ">") if is_beyond else (rules[name], marker)
-        axis.plot(1e3 * place, 1.08, shape, color=style.MEANING["rule"], markersize=6, clip_on=False, label=label)
-    axis.set(xlabel="gap [mm]", ylabel="P(contact) [1]", xlim=(0.0, 1e3 * widest), ylim=(0.0, 1.12))
+        axis.plot(1e3 * place, height, shape, color=style.MEANING["rule"], markersize=6, clip_on=False, label=label)
+    axis.set(xlabel="gap [mm]", ylabel="P(contact) [1]", xlim=(0.0, 1e3 * widest), ylim=(0.0, 1.19))
     style.legend_under(axis, 2)
 
 

@@ -12,10 +12,11 @@ from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures import style
 from pounding_risk.figures.along import is_number, label_side, shown_values
+from pounding_risk.render.sheet import amount
 from pounding_risk.results.scene_axes import at_one_place, axes_of, open_axes
 from pounding_risk.studies import compare_findings as findings
 from pounding_risk.studies.compare_along import along_finding, check_drawn, is_along, widest_along
-from pounding_risk.units import rounded, say_in
+from pounding_risk.units import say_in
 
 Laws = list[tuple[str, str]]  # (name, kind), from the top down
 # Colour, marker and dash of a kind of law.
@@ -38,7 +39,7 @@ STEPS = (0.4, 0.2, 0.1)  # of ticks about 1; the axis has three of the second, a
 SHOWN = 10.0  # s of a history, about the moment at which the laws differ most
 ROW_HEIGHT = 0.36  # inches of a law in the panels above
 FEWEST_ROWS = 4  # that these panels have room for, so that their titles and ticks do not meet
-FAMILIES = {"N/m": ("k", 1e6, "kN/mm"), "N/m^1.5": ("β", 1.0, "N/m$^{1.5}$")}
+FAMILIES = {"N/m": "k", "N/m^1.5": "β"}  # letters of stiffness by its unit
 MARKERS = "os^D"  # along an axis, of laws that share a style, which repeat after six
 MOST_SHADED = 4  # laws whose ranges are all drawn along an axis; of more that of the one which goes furthest
 MOST_MARKED = 12  # places along an axis that are marked on a line
@@ -285,10 +286,9 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
             law = dataset.isel(contact_model=index)
             look = {"color": colour, "linestyle": dash, "linewidth": width}
             force = law["impact_force"].values / 1e6
-            letter, scale, shown = FAMILIES[unit]
-            stiffness, e = float(law["stiffness"]) / scale, float(law["reference_restitution"])
+            stiffness = amount(law["stiffness"], unit)["text"].replace("^1.5", "$^{1.5}$")
             label = f"{names[index]}{'' if int(law['dissipates']) else ', elastic'}\n"
-            label += f"{letter} = {rounded(stiffness)} {shown}, e {e:.3f}"
+            label += f"{FAMILIES[unit]} = {stiffness}, e {float(law['reference_restitution']):.3f}"
             axes[row, 0].plot(law["impact_time"].values * 1e3, force, label=label, **look)
             axes[row, 1].plot(law["impact_penetration"].values * 1e3, force, **look)
         axes[row, 0].set_ylabel("contact force [MN]")

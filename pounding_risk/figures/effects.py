@@ -30,12 +30,17 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        A panel for each output, with every case, the median and the middle two thirds; the last one for the time.
+        A panel for each output that is above zero somewhere, with every case, the median and the middle two thirds; the
+        last one for the time.
     """
-    figure, axes = blank(2, 3, size=(12.0, 2.8 + 0.9 * dataset.sizes["effects"]), sharey=True)
+    panels = [output for output in PANELS if (dataset[output] > 0.0).any()]
+    rows_of_panels = len(panels) // 3 + 1
+    figure, axes = blank(rows_of_panels, 3, size=(12.0, 2.8 + 0.9 * dataset.sizes["effects"]), sharey=True)
+    for axis in axes.flat[len(panels) + 1 :]:
+        axis.set_visible(False)
     names = [str(name) for name in dataset["effects"].values]
     yields = yielding_cases(dataset)
-    for axis, output in zip(axes.flat, PANELS, strict=False):
+    for axis, output in zip(axes.flat, panels, strict=False):
         in_mm = output == "permanent_set"
         rows = []
         for name in names[1:]:
@@ -51,7 +56,7 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         axis.axvline(0.0, color=QUIET, linewidth=0.8)
         axis.set_title(COMPARED[output], fontsize=10)
         axis.set_xlabel("widening of the gap at the end [mm]" if in_mm else "change by the effects [%]")
-    axis, ratios = axes.flat[len(PANELS)], dataset["time_ratio"].values
+    axis, ratios = axes.flat[len(panels)], dataset["time_ratio"].values
     for row in range(1, len(ratios)):
         axis.barh(row, ratios[row], height=0.5, color=STYLES[row % len(STYLES)][0])
         beside(axis, f"{ratios[row]:.2f}", (ratios[row], row), (4, 0), 10)
@@ -64,10 +69,12 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         axis.set_ylim(len(names) - 0.4, 0.4)
     wide = ", and all where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
     several = dataset.sizes.get("interface", 1) > 1
+    idle = [COMPARED[output] for output in PANELS if output not in panels]
+    left_out = f"; no panel, as above zero in no case: {', '.join(idle)}" if idle else ""
     dots = ", dots: a case at one interface, or of one building" if several else ""
     condition = (
         f"{dataset.attrs['title']}; shown: {int(yields.sum())} of {counted(yields.size, 'case')} that yield without "
-        f"effects{wide}; bars: middle two thirds, line: median{dots}"
+        f"effects{wide}; bars: middle two thirds, line: median{dots}{left_out}"
     )
     title(figure, dataset.attrs["finding"], condition, note)
     return figure

@@ -87,7 +87,9 @@ def recording_numbers(
 
     ``facts`` are what is known of each record, ``names`` stand for their recordings where nothing is known. Sequences
     that share a shock close a gap together where it decides: they are of one recording, with all that share another
-    shock with one of them, so that no correlation is left between recordings. So are records of equal ``digests``.
+    shock with one of them, so that no correlation is left between recordings. So are records of equal ``digests``. A
+    record below one building joins none: given that record, the motions are independent (`ensemble.plausibility`
+    notes it).
     """
     keys: list[tuple[Hashable, ...]] = recordings_within(facts, names)
     if digests:

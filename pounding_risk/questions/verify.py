@@ -31,7 +31,8 @@ MEANING = (
     "states. These are the bounds of CSI's verification manuals (SAP2000, Methodology).",
     "unacceptable: beyond.",
     "tolerance effect: how far our value moves between the tolerances 1e-6, the default, and 1e-9, while the time step "
-    "of generated motions falls to an eighth; none where a value has no tolerance. A difference ten times larger is "
+    "of generated motions falls to an eighth, as a share of the largest of these and the published value; none where a "
+    "value has no tolerance. A difference ten times larger is "
     "neither that of our solver nor that of the samples.",
 )
 

@@ -15,10 +15,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.written import write_file
 from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import law_words
-from pounding_risk.reports.files import write_file
 from pounding_risk.reports.html import packed, script_page
 from pounding_risk.results.attributes import bumper_lengths, bumper_words
 from pounding_risk.results.check import check_run

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pounding_risk import figures
+from pounding_risk._common.written import write_file
 from pounding_risk.reports import report
-from pounding_risk.reports.files import write_file
 from pounding_risk.results.files import save
 
 

@@ -17,10 +17,10 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._common.words import listed
+from pounding_risk._common.written import write_file
 from pounding_risk.assessment.demands import finite_forces
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say_level
-from pounding_risk.reports.files import write_file
 from pounding_risk.reports.html import packed, script_page
 from pounding_risk.results import check as form
 from pounding_risk.results.amplitudes import axis_words

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pounding_risk._common.files import not_written
+from pounding_risk._common.written import write_file
 from pounding_risk.render.sheet import Block, paragraph
 from pounding_risk.reports.document import Document, document_of
-from pounding_risk.reports.files import write_file
 from pounding_risk.reports.html import page
 from pounding_risk.results.files import check_target
 

@@ -14,7 +14,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk.models.contact.table import TABULATED, beyond_end
 from pounding_risk.results.attributes import unreadable
 from pounding_risk.results.layout import streamed
-from pounding_risk.units import FLOOR_LENGTH, GAP, PERIOD, TIME, QuantityError, parse, say
+from pounding_risk.units import FLOOR_LENGTH, GAP, PERIOD, TIME, USUAL_FLOOR_LENGTH, QuantityError, parse, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,7 +27,6 @@ WALL = 0.11  # s; 0.0488 h^0.75 of one storey of 3 m (ASCE 7-16, equation 12.8-7
 LONGEST_CONTACT = 0.5  # of the period of a building, by when its own stiffness reverses it
 CRUSHED = 0.0035  # strain at which concrete crushes (EN 1992-1-1, table 3.1, to C50/60)
 OF_POINTS = "contact_point_peak_penetration"
-USUAL_FLOOR = 15.0  # m, of a floor whose length is not given
 ANY_LENGTH = FLOOR_LENGTH._replace(open_low=False)
 PUSHING = "floors push rather than collide; a stiffness too small?"
 
@@ -160,7 +159,7 @@ def _deepest(results: xr.Dataset) -> tuple[float, float]:
 
 def _depth_words(depth: float, in_column: float, lengths: Iterable[float]) -> Iterator[str]:
     """Notes on penetrations above that which crushes the two longest floors through their whole length."""
-    longest = sorted((length or USUAL_FLOOR for length in lengths), reverse=True)[:2] or [USUAL_FLOOR] * 2
+    longest = sorted((length or USUAL_FLOOR_LENGTH for length in lengths), reverse=True)[:2] or [USUAL_FLOOR_LENGTH] * 2
     limit = CRUSHED * sum(longest)
     floors = " and ".join(f"{length:g} m" for length in longest)
     if depth > limit:

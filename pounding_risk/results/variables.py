@@ -112,8 +112,14 @@ PLACES = ("interface", "contact_point", "building", "storey")  # where a variabl
 
 
 def own_dims(name: str) -> tuple[str, ...]:
-    """The dimensions of a variable or coordinate of this table beside the axes of the cases."""
-    return tuple(dim for dim in (VARIABLES | COORDINATES)[name].dims if dim not in AXES)
+    """The dimensions of a variable or coordinate of this table beside the axes of the cases.
+
+    Raises LookupError for one that a solver has and this table has not.
+    """
+    declared = (VARIABLES | COORDINATES).get(name)
+    if declared is None:
+        raise LookupError(f"{name}: VARIABLES in pounding_risk/results/variables.py has no row for it; add one there")
+    return tuple(dim for dim in declared.dims if dim not in AXES)
 
 
 def coordinates(given: Mapping[str, tuple[Any, str]], amplitudes: str = PGA_AXIS) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import numpy as np
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys, generated, stiffnesses_for
-from pounding_risk.models.structures.typologies import TYPOLOGIES
+from pounding_risk.models.structures.typologies import ELSEWHERE, TYPOLOGIES
 from pounding_risk.scene import building_keys
 from pounding_risk.scene.building_keys import AnyBuilding, MovingBuilding, WithFloors, wrong_initial, wrong_lengths
 from pounding_risk.scene.hysteresis import HysteresisTable
@@ -176,6 +176,7 @@ class TypologyBuilding(OfStoreys):
         '"concrete_frame"',
         "storeys are not generated",
         f'missing; write typology = "concrete_frame", or another of {", ".join(TYPOLOGIES)}',
+        ELSEWHERE,
     ).required()
     floor_mass: float = measured(
         building_keys.LEAST_FLOOR_MASS,
@@ -274,7 +275,12 @@ def structure_of(keys: Section) -> Building | Storeys:
 
     Raises PoundingError for a height that its code's period is not for, and for what vibrates faster than a building.
     """
-    building = _kind(keys).from_values(keys.values).structure()
+    table = _kind(keys).from_values(keys.values)
+    try:
+        building = table.structure()
+    except TypeError as error:
+        where = "a key needs a field of its name in pounding_risk/models/structures (sdof.py, storeys.py)"
+        raise TypeError(f"{type(table).__name__} in {type(table).__module__}: {error}; {where}") from error
     # Of each mass on the springs beside it, its neighbours held: no mode of the building is slower than the least.
     if isinstance(building, Building):
         periods = [] if building.is_rigid else [building.period]

@@ -284,6 +284,13 @@ def _of_one_demand(keys: Section) -> Iterator[Fault]:
             )
 
 
+def unknown_key(key: str) -> str:
+    """An unknown key of [[damage]], with the nearest known one."""
+    known = DamageState.key_names()
+    meant = "column_shear" if key.startswith("column") else key  # not contact_force, whose letters are nearer
+    return f"unknown key{nearest(meant, known)}; [[damage]] takes {', '.join(known)}"
+
+
 def read_states(states: Any, buildings: Sequence[str], source: str = "states") -> tuple[Any, ...]:
     """States of damage from a file, the text of one, tables, or `DamageState`.
 
@@ -322,14 +329,9 @@ def read_states(states: Any, buildings: Sequence[str], source: str = "states") -
     if not isinstance(tables, list) or not tables or not all(isinstance(table, Mapping) for table in tables):
         advice = 'write [[damage]] with name = "slight" and drift = "0.5 %" below it'
         raise SceneError(source, [*sentences(faults, raw, lines, ()), f"damage: has no tables; {advice}"])
-
-    def unknown(key: str) -> str:
-        known = DamageState.key_names()
-        return f"unknown key{nearest(key, known)}; [[damage]] takes {', '.join(known)}"
-
     sections = []
     for index, table in enumerate(tables):
-        section, wrong = read_section(DamageState, ("damage", index), table, DamageState.keys(), unknown)
+        section, wrong = read_section(DamageState, ("damage", index), table, DamageState.keys(), unknown_key)
         sections.append(section)
         faults += wrong
     faults += damage_checks(sections, buildings)

@@ -37,7 +37,7 @@ from pounding_risk.scene.interfaces import (
 )
 from pounding_risk.scene.keys import Draft, Section
 from pounding_risk.scene.toml import Fault, KeyPath, as_list
-from pounding_risk.units import QuantityError, parse, shown
+from pounding_risk.units import QuantityError, parse, repair, shown
 
 OF_LINKS = {"link_stiffness", "link_damping"}  # keys by which an interface has links, whatever the values
 OF_SPRING = ("link_strength", "link_slack", "link_breaking_force")
@@ -204,7 +204,7 @@ def _not_in_row(draft: Draft, name: object) -> str:
     if why := only_in_pairs(INSTANT_LAWS[name]):
         return f"{name} is for a pair of single masses: {why}"
     if what := _more_than_masses(draft):
-        why = "of floors that are joined and touch at one instant no law of impact is settled (Halm and Posa 2021)"
+        why = "of floors that are joined and touch at one instant no law of impact is established (Halm and Posa 2021)"
         return f"{name} is for single masses that meet mass to mass, and {what}: {why}"
     return ""
 
@@ -280,9 +280,14 @@ def _stiffness(keys: Section, law: str | None) -> Iterator[Fault]:
     fitting = [name for name in LAWS if _fits(stiffness, name)]
     if law is None and fitting:
         return
+    quantity = stiffness_quantity(LAWS[law or "jankowski"])
     try:
-        parse(stiffness, stiffness_quantity(LAWS[law or "jankowski"]))
+        parse(stiffness, quantity)
     except QuantityError as error:
+        if law == TABULATED:
+            wrong = str(error).removesuffix(repair(quantity))
+            yield keys.fault("stiffness", f"{wrong}remove it: the forces of the table have their own stiffness")
+            return
         fitting = [name for name in fitting if name != TABULATED]  # which has its stiffness from its table
         others = (
             f" for {law}, or choose a contact model in {_unit(fitting[0])}: {', '.join(fitting)}" if fitting else ""

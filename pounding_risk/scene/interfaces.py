@@ -31,7 +31,7 @@ from pounding_risk.scene.keys import (
     options,
     several,
 )
-from pounding_risk.scene.not_modelled import LAWS_ELSEWHERE, meant_by
+from pounding_risk.scene.not_modelled import LAWS_ELSEWHERE
 from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import exact, shown, unknown
 
@@ -54,7 +54,7 @@ def known_law(name: str) -> Any:
 
 def unknown_law(name: object) -> str:
     """A sentence for a contact model that is not there."""
-    return unknown(name, "not a contact model", CONTACT_MODELS) + meant_by(name, LAWS_ELSEWHERE)
+    return unknown(name, "not a contact model", CONTACT_MODELS, LAWS_ELSEWHERE)
 
 
 def known_models(names: Iterable[object]) -> list[str]:

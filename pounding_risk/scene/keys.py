@@ -22,9 +22,9 @@ from typing import Any, ClassVar
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
-from pounding_risk._common.words import nearest
+from pounding_risk._common.words import meant_by, nearest
 from pounding_risk.errors import SceneError
-from pounding_risk.scene.not_modelled import instead_of, meant_by
+from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.toml import Fault, KeyPath
 from pounding_risk.units import EXAMPLES, Quantity, bounds, exact, parse, shown, si, written_example
 
@@ -403,7 +403,8 @@ def one_of(
 
     def read(value: Any, number: Number) -> str:
         if value not in allowed:
-            hint, meant = nearest(value, allowed), meant_by(value, elsewhere)
+            meant = meant_by(value, elsewhere)
+            hint = "" if meant else nearest(value, allowed)
             between = " or " if len(allowed) == 2 else ", "
             raise Unreadable(
                 f"{shown(value)} is not {what}{hint}; it may be {between.join(map(shown, allowed))}{meant}"

@@ -6,9 +6,6 @@ nearest known key is named.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
-
 PAGE = "docs/limits.md"
 # By what people write for each subject; none of it is a key of a scene.
 SENTENCES = {
@@ -113,12 +110,6 @@ LAWS_ELSEWHERE = {
     "rubber rubber_bumper bumper polymer": 'bumpers are bumper_length and contact_model = "tabulated" with a table',
 }
 BY_WORD = {word: sentence for words, sentence in SENTENCES.items() for word in words.split()}
-
-
-def meant_by(name: object, subjects: Mapping[str, str]) -> str:
-    """What the field's ``name`` is called here, as the end of a sentence; "" where it is none of the subjects."""
-    spelt = re.sub(r"[^a-z0-9]+", "_", str(name).lower()).strip("_")
-    return next((f"; {words}" for names, words in subjects.items() if spelt in names.split()), "")
 
 
 def instead_of(key: str) -> str:

@@ -16,7 +16,7 @@ from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene import buildings
 from pounding_risk.scene.axes import ADDRESS, INLINE, taken_axes
 from pounding_risk.scene.buildings import building_checks
-from pounding_risk.scene.damage import DamageState, damage_checks
+from pounding_risk.scene.damage import DamageState, damage_checks, unknown_key
 from pounding_risk.scene.interface_checks import interface_checks
 from pounding_risk.scene.interfaces import Interface
 from pounding_risk.scene.keys import Draft, Key, Section, Several, Table, read_section
@@ -212,6 +212,8 @@ def _unknown(table: KeyPath, key: str) -> str:
     homes = [_header(other) for other, keys in KEYS.items() if key in keys]
     if homes:
         return f"unknown key; it belongs in {' or '.join(homes)}"
+    if section == "damage":
+        return unknown_key(key)
     taken = ", ".join(KEYS[section]) or "no keys in this version"
     return f"unknown key{nearest(key, KNOWN[section])}; {_header(section)} takes {taken}"
 

@@ -8,7 +8,7 @@ What a table does not give is filled by `Rules`, and every value so filled is li
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import isnan
@@ -17,13 +17,14 @@ from typing import Any
 
 from pounding_risk._common.letters import cell, csv_text
 from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk._common.written import write_folder
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.streets.defaults import Completed, Filled, House, Notes, Rules, unnamed
 from pounding_risk.streets.footprints import Array, rings
 from pounding_risk.streets.inventory import inventory_table
 from pounding_risk.streets.joined import with_inventory
 from pounding_risk.streets.neighbours import NEIGHBOURS, BlockRow, ClosePair, Street, between_streets, neighbours_csv
-from pounding_risk.streets.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_text
+from pounding_risk.streets.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug
 from pounding_risk.streets.table import (
     MAPS,
     BlockError,
@@ -247,25 +248,21 @@ def write_block(
     """Write the scene of each row, and tables of the buildings, of every close pair and of the values filled in.
 
     The tables are buildings.csv, neighbours.csv and filled.csv; the options are those of `block`. Returns the files.
-    Raises BlockError where there is no row, SceneError where a scene would have a fault; nothing is written then.
+    Raises BlockError where there is no row, SceneError where a scene would have a fault, PoundingError where a file
+    cannot be written; none is left then.
     """
     street.check()
     folder, scenes = Path(out), street.scenes(records, contact=contact, tables=tables)
     tolerance = None if contact.tolerance is None else parse(contact.tolerance, GAP)
     pairs = neighbours_csv(((row.name, row.pairs) for row in street.rows), street.close, tolerance)
     texts = {**scenes, FILLED: filled_csv(street.filled), NEIGHBOURS: pairs, BUILDINGS: street.buildings_csv()}
-    made = [path for path in (folder, *folder.parents) if not path.exists()]
-    folder.mkdir(parents=True, exist_ok=True)  # a path such as ../EventGrid.csv leads nowhere from a missing folder
-    try:
+
+    def checked() -> Iterator[tuple[str, str]]:  # in the folder: from a missing one ../EventGrid.csv leads nowhere
         for name, text in scenes.items():
             parse_scene(text, source=str(folder / name))
-    except BaseException:  # an interrupt too leaves nothing behind
-        for path in made:
-            path.rmdir()
-        raise
-    for name, text in texts.items():
-        write_text(folder / name, text)
-    return [folder / name for name in texts]
+        yield from texts.items()
+
+    return list(write_folder(folder, checked()))
 
 
 def read_block(

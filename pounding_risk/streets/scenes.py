@@ -5,10 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from math import isnan
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pounding_risk._common.files import write_whole
 from pounding_risk._common.letters import cell, csv_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.request import SOURCES
@@ -94,15 +92,6 @@ def shares(filled: Iterable[Filled]) -> list[Share]:
 def filled_csv(filled: Iterable[Filled]) -> str:
     """Every filled value as CSV: street, building, column, value, rule."""
     return csv_text([("street", "building", "column", "value", "rule"), *([*map(cell, row)] for row in filled)])
-
-
-def write_text(target: Path, text: str) -> None:
-    """Write a whole file to a folder, which is made where it is missing; raises PoundingError where that fails."""
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(target, lambda file: file.write(text.encode()))
-    except OSError as error:
-        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another folder") from None
 
 
 def slug(name: str) -> str:

@@ -40,9 +40,8 @@ from pounding_risk.scene.uncertain import stated
 from pounding_risk.studies.advice_stiffness import StiffnessRange, ms, stiffness_range
 from pounding_risk.studies.compare import USUAL_TERMS, comparable_models, on_equal_terms, with_damping_relation
 from pounding_risk.studies.impact import impact
-from pounding_risk.units import FLOOR_LENGTH, GAP, YIELD_FORCE, say, shown, si
+from pounding_risk.units import FLOOR_LENGTH, GAP, USUAL_FLOOR_LENGTH, YIELD_FORCE, say, shown, si
 
-USUAL_FLOOR_LENGTH = 20.0  # m, where a building gives none; the example of the scene key floor_length
 MOST_MOTIONS = 4  # records that are run, evenly spaced over those of the scene
 MULTIPLES = (0.01, 0.1, 1.0, 10.0, 100.0)  # of the scene's stiffness that are run
 JUDGED = 10.0  # multiples up to this one, up and down, count for the verdict

@@ -19,6 +19,7 @@ from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.structures.contact_points import COLUMN, Point
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED, Building
 from pounding_risk.models.structures.storeys import Storeys
+from pounding_risk.render.sheet import amount
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.scene import Scene
 
@@ -118,7 +119,7 @@ class StiffnessRange(NamedTuple):
     def line(self) -> str:
         """The line of the [[interface]] table; "" where the range is empty."""
         proposed = None if self.contact_model == TABULATED or self.is_column else self.recommended
-        return "" if proposed is None else f'stiffness = "{stiffness_words(proposed, self.unit)}"'
+        return "" if proposed is None else 'stiffness = "{text}"'.format(**amount(proposed, self.unit))
 
     @property
     def why(self) -> str:
@@ -127,7 +128,7 @@ class StiffnessRange(NamedTuple):
             f"a wave crosses the floor in {ms(self.shortest)} and a tenth of the shorter period is {ms(self.longest)}"
         )
         lasts = (
-            f"with the scene's {stiffness_words(self.own, self.unit)} a contact at {self.speed:.2g} m/s lasts "
+            f"with the scene's {amount(self.own, self.unit)['text']} a contact at {self.speed:.2g} m/s lasts "
             f"{ms(self.duration)}"
         )
         if self.contact_model == TABULATED:
@@ -157,12 +158,6 @@ class StiffnessRange(NamedTuple):
 def ms(seconds: float) -> str:
     """A duration in milliseconds: 17.3 ms."""
     return f"{1e3 * seconds:.3g} ms"
-
-
-def stiffness_words(stiffness: float, unit: str) -> str:
-    """A stiffness as a scene file reads it, in SI and four digits: 2.75e9 N/m^1.5."""
-    mantissa, exponent = f"{stiffness:.3e}".split("e")
-    return f"{float(mantissa):g}e{int(exponent)} {unit}"
 
 
 def stiffness_for(duration: float, unit: str, mass: float, speed: float) -> float:

@@ -23,11 +23,11 @@ from pounding_risk.scene.known_motions import check_computed
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import as_scene
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.scene import Scene, own_amplitude
 from pounding_risk.scene.uncertain import stated
 from pounding_risk.studies.pair_trace import pair_trace
 from pounding_risk.studies.row_trace import row_trace
-from pounding_risk.units import GAP, PGA, YIELD_FORCE, si
+from pounding_risk.units import GAP, PGA, YIELD_FORCE, say, si
 
 TRACES = {"pair": pair_trace, "row": row_trace}  # by solver
 
@@ -63,10 +63,11 @@ def simulate(
     yield_force : float or str, optional
         Yield force of the contact, a number in N or a text with a unit.
     pga : float or str, optional
-        Peak ground acceleration to which the record is scaled, a number in m/s² or a text with a unit.
+        Peak ground acceleration to which the record is scaled, a number in m/s² or a text with a unit; of several in
+        the grid that of [records] or the largest by default, as in `assess`.
     intensity_level : float or str, optional
         Level of the measure of the scene's ``intensity`` to which the record is scaled, any number of its unit [SI] or
-        a text with a unit; the first of its levels by default.
+        a text with a unit; the largest of its levels by default.
 
     Returns
     -------
@@ -94,7 +95,7 @@ def simulate(
     chosen = at_pga(pga)  # None where the scene's own amplitude is taken
     if intensity_level is not None:
         chosen = Level(measure, si(intensity_level, measure.quantity, "simulate: intensity_level"))
-    level = chosen or grid.amplitudes[0]
+    level = chosen or own_amplitude(study)
     motions = {motion.name: motion for motion in motions_of(study)}
     name = _chosen("record", record, tuple(motions))
     sense = _chosen("polarity", polarity, study.records.polarities)
@@ -117,9 +118,11 @@ def simulate(
         study.point_yield_forces(yield_force),
     )
     run = run_of(study, case)
-    gaps, amplitudes = (study.gap if gap is None else gap,), grid.amplitudes if chosen is None else (chosen,)
-    narrowed = study.updated(grid=grid._replace(gaps=gaps, amplitudes=amplitudes))
+    narrowed = study.updated(grid=grid._replace(gaps=(study.gap if gap is None else gap,), amplitudes=(level,)))
     notes = [*stated(study.uncertain, study.axes), *of_input(narrowed, (motions[name],)), *of_run(run, narrowed)]
+    if chosen is None and len(grid.amplitudes) > 1:
+        *levels, own = (say(each.value, each.measure.quantity) for each in (*grid.amplitudes, level) if each)
+        notes.append(f"Of the amplitudes {', '.join(levels)}, {own} is run: the scene's own, or else the largest.")
     keys = unused_keys(study)
     if shock := motions[name].record.get(AFTERSHOCK):
         run = run.assign_attrs({AFTERSHOCK: shock["name"]})

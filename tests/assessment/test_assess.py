@@ -649,6 +649,16 @@ def test_the_figure_says_what_it_shows(dataset):
     assert step.get_data().values == pytest.approx(np.arange(6, -1, -1) / 6.0)
 
 
+def test_marks_of_rules_do_not_hide_each_other():
+    """SRSS and CQC of unlike periods are alike, and the second mark lay on the first."""
+    found = assess(made_up(lognormal(20)))
+    axis = assessment_figure(found).axes[0]
+    marks = [line for line in axis.lines if str(line.get_label()).split(":")[0] in ("ABS", "SRSS", "CQC")]
+    heights = [axis.transData.transform((0.0, line.get_ydata()[0]))[1] for line in marks]
+    apart = marks[0].get_markersize() * axis.figure.dpi / 72.0
+    assert len(marks) == 3 and min(np.diff(sorted(heights))) >= apart
+
+
 def drawn_rules(found: object) -> dict[str, tuple[float, str]]:
     """Where each code rule is drawn [mm], by its words, and with which mark."""
     axis = assessment_figure(found).axes[0]

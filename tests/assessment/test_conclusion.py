@@ -70,7 +70,7 @@ def test_the_conclusion_is_the_one_that_can_be_signed():
     told = conclusion(basis(3, 20), None)
     assert (
         told[0]
-        == "Whether a gap of 80 mm keeps the probability of contact within 10 % is not settled by these motions."
+        == "Whether a gap of 80 mm keeps the probability of contact within 10 % is not decided by these motions."
     )
     assert told[1].startswith("Provide 92 mm (95 % bounds 76 mm to 115 mm) for a probability of contact of 10 %; ")
     assert "1 of the 20 motions (5 %) still closes that gap" in told[1]

@@ -101,6 +101,7 @@ def test_uniform_hazard_spectra(tmp_path, says):
     [
         ("investigation_time=50.0", "x=1"),
         ("imt='PGA'", "imt='AvgSA'"),
+        ("imt='PGA'", "imt='\x1b[31mAvgSA'"),
         ("poe-0.1000000", "poe-0.0100000"),
         ("23.70000", "x"),
         ("poe-", "PGA-"),

@@ -12,9 +12,9 @@ import pytest
 from scenes import two_records
 
 from pounding_risk._common.files import host, move_into_place, write_together, write_whole
+from pounding_risk._common.written import write_folder
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.files import write_folder
 from pounding_risk.scene.reader import parse_scene
 
 posix = pytest.mark.skipif(os.name != "posix", reason="processes are asked for by a signal")

@@ -214,6 +214,17 @@ def test_figure_is_the_same_for_the_same_data(found, tmp_path):
     assert "widening of the gap at the end [mm]" in labels and "over that without effects [1]" in labels
 
 
+def test_an_output_that_is_zero_in_every_case_has_no_panel(found):
+    """Its panel had no bar, no dot away from the line at zero, and no word on why."""
+    titles = [axis.get_title() for axis in figures.effects_figure(found).axes]
+    idle = found.copy(deep=True)
+    idle["permanent_set"][:] = 0.0
+    drawn = figures.effects_figure(idle)
+    left = [axis.get_title() for axis in drawn.axes if axis.get_visible()]
+    assert [title for title in titles if title not in left] == ["permanent set"] and left[-1] == "time of a run"
+    assert "no panel, as above zero in no case: permanent set" in words_of(drawn).replace("\n", " ")
+
+
 def test_what_links_do_not_stand_is_left_out_and_failed_runs_change_no_count(found):
     pair = single("a", "200 t", "0.9 s"), single("b", "200 t", "0.4 s")
     given = {"gap": "20 mm", "records": {"window": ["0 s", "6 s"], "pga": "0.4 g"}}

@@ -23,7 +23,7 @@ from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.figures import verification_differences_figure, verification_figure
 from pounding_risk.lab.verification import Verification
 from pounding_risk.lab.verification.case import INPUT, KINDS, printed, read_case
-from pounding_risk.lab.verification.run import RUNGS, share, shipped
+from pounding_risk.lab.verification.run import RUNGS, Check, share, shipped
 from pounding_risk.motions.generated import recipe
 from pounding_risk.reports.pages import verification_page
 
@@ -275,6 +275,17 @@ def test_the_ladder_refines_the_samples_of_generated_motions(outcome):
     steps = [rungs[rtol] - rungs[1e-9] for rtol in (1e-6, 1e-7, 1e-8)]
     assert steps[0] / steps[1] == pytest.approx(63.0 / 15.0, rel=0.05)
     assert steps[1] / steps[2] == pytest.approx(15.0 / 3.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("published", "fine", "change"),
+    [(2.0, (0.5, 0.5, 0.5, 0.0), 0.25), (0.0, (1e-9, 0.0, 0.0, 0.0), 1.0), (0.0, (0.0, 0.0, 0.0, 0.0), 0.0)],
+)
+def test_a_value_of_zero_has_a_tolerance_effect(published, fine, change):
+    """It had none where ours ends at zero; it is a share of the largest value, the published one included."""
+    rungs = dict(published=published, ours=fine[-1], rungs=(9.0, 9.0, *fine))
+    check = Check(*[""] * len(Check._fields))._replace(**rungs)
+    assert check.change == change
 
 
 def test_what_the_ladder_does_not_refine():

@@ -427,6 +427,9 @@ def test_other_models_beside_a_table(tmp_path: pathlib.Path, says):
     bare = scene_text()
     says(refusal(pr.compare, parse_scene(bare), laws=["jankowski", "tabulated"]))
     says(refusal(parse_scene, bare.replace('"jankowski"', '"tabulated"').replace("2.75e9 N/m^1.5", "1e8 N/m")))
+    left = bumper_scene(tmp_path, stiffness="1e9 N/m^1.5")
+    sentence = refusal(read_scene, left)
+    assert "remove it: the forces of the table have their own stiffness" in sentence and "write a" not in sentence
 
 
 KEYS = {

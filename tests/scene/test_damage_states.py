@@ -100,6 +100,7 @@ REFUSED = {
     "a displacement in percent": 'displacement = "3 %"',
     "an acceleration in m": 'acceleration = "3 m"',
     "an unknown key": 'drif = "1 %"',
+    "a force on a column": 'column_force = "400 kN"',
     "storey 0": 'storey = 0\ndrift = "1 %"',
     "two of one name": 'drift = "1 %"\n[[damage]]\nname = "x"\ndrift = "2 %"',
 }

@@ -23,6 +23,7 @@ from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.models.structures.contact_points import COLUMN, FLOOR, Point, floor_number, floor_words
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, generated
+from pounding_risk.models.structures.typologies import ELSEWHERE, TYPOLOGIES
 from pounding_risk.scene import sections as scenario
 from pounding_risk.scene.hysteresis import OF_STOREYS
 from pounding_risk.scene.not_modelled import LAWS_ELSEWHERE, RULES_ELSEWHERE
@@ -407,7 +408,8 @@ def test_contact_models_under_names_of_the_field_are_answered(law, answer):
 
 def test_what_names_of_the_field_are_answered_with_exists():
     """No name is one of ours, none is of two subjects, and what an answer quotes can be written."""
-    for subjects, ours in ((RULES_ELSEWHERE, OF_STOREYS), (LAWS_ELSEWHERE, CONTACT_MODELS)):
+    here = ((RULES_ELSEWHERE, OF_STOREYS), (LAWS_ELSEWHERE, CONTACT_MODELS), (ELSEWHERE, TYPOLOGIES))
+    for subjects, ours in here:
         names = [name for words in subjects for name in words.split()]
         assert len(set(names)) == len(names) and not set(names) & set(ours)
         quoted = {name for words in subjects.values() for name in re.findall(r'"(\w+)"', words)}

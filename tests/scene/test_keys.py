@@ -6,6 +6,7 @@ import json
 import tomllib
 from copy import deepcopy
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Any
 
 import jsonschema
@@ -16,7 +17,7 @@ from sentences import refusal
 import pounding_risk as pr
 from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import EFFECTS
-from pounding_risk.results.variables import VARIABLES
+from pounding_risk.results.variables import VARIABLES, own_dims
 from pounding_risk.scene.buildings import KINDS as BUILDING_KINDS
 from pounding_risk.scene.buildings import (
     MatrixBuilding,
@@ -25,6 +26,7 @@ from pounding_risk.scene.buildings import (
     ShearBuilding,
     SingleMass,
     TypologyBuilding,
+    structure_of,
 )
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.isolation import Isolation
@@ -246,6 +248,8 @@ class Painted(RigidWall):
 def test_a_key_that_a_structure_does_not_hold_is_no_silent_loss():
     with pytest.raises(TypeError, match="paint"):
         Painted.from_values({"name": "A", "paint": 1.0}).structure()
+    with pytest.raises(TypeError, match=r"Painted in .*paint.*models/structures \(sdof.py, storeys.py\)"):
+        structure_of(SimpleNamespace(kind=Painted, values={"name": "A", "paint": 1.0}))
 
 
 def test_a_key_is_declared_once():
@@ -315,7 +319,9 @@ def test_the_schema_refuses_what_the_reader_refuses(change, root):
 
 
 def test_every_output_of_a_run_has_its_place_in_a_dataset():
-    """One without a row would end in a KeyError where datasets are laid out."""
+    """One without a row is refused where datasets are laid out, by the file that has the rows."""
+    with pytest.raises(LookupError, match=r"floor_noise: VARIABLES in pounding_risk/results/variables.py has no row"):
+        own_dims("floor_noise")
     for name in {*RUN, *BUILDING}:
         assert name in VARIABLES, f"{name}: declare its dimensions and unit in pounding_risk/results/variables.py"
 

@@ -23,6 +23,7 @@ from sweeps import examples
 
 import pounding_risk as pr
 from pounding_risk import units as quantities
+from pounding_risk._common.files import partial_of
 from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.structures.typologies import TYPOLOGIES
@@ -282,6 +283,7 @@ CSV_FAULTS = {
     "half a storey": HEAD + "A,12,3.5,masonry,180,\n",
     "no storey": HEAD + "A,12,0,masonry,180,\n",
     "a misspelt typology": HEAD + "A,12,3,masnry,180,\n",
+    "typologies of the field": HEAD + "A,12,3,rc frame,180,\nB,12,3,shear walls,180,\n",
     "higher than a typology goes": HEAD + "A,55,14,masonry_ec8,180,\n",
     "too many storeys": HEAD + "A,12000,,masonry,180,\n",
     "neither height nor storeys": HEAD + "A,,,masonry,180,\n",
@@ -692,3 +694,11 @@ def test_an_error_leaves_no_new_folder_behind(tmp_path, monkeypatch, error):
         with pytest.raises(error):
             block_rows.write_block(read_block(STREETS / "street.csv"), folder)
     assert [path.name for path in tmp_path.rglob("*")] == ["kept"]
+
+
+def test_a_file_that_cannot_be_written_leaves_no_other_behind(tmp_path):
+    """The scenes were in place when the table of the buildings, the last one, failed."""
+    partial_of(tmp_path / "buildings.csv").mkdir()
+    with pytest.raises(PoundingError, match=r"buildings.csv: cannot be written"):
+        block_rows.write_block(read_block(STREETS / "street.csv"), tmp_path)
+    assert [path.name for path in tmp_path.iterdir() if not path.name.startswith(".")] == []

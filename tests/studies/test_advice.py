@@ -16,6 +16,7 @@ from scipy.integrate import quad
 import pounding_risk as pr
 from pounding_risk import figures
 from pounding_risk.models.contact.laws import LAWS, stiffness_quantity
+from pounding_risk.render.sheet import amount
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.studies import demo
 from pounding_risk.studies.advice import (
@@ -32,7 +33,8 @@ from pounding_risk.studies.advice import (
     STIFFNESS,
     Influence,
 )
-from pounding_risk.studies.advice_stiffness import ABOVE, BELOW, WITHIN, floor_at, stiffness_for, stiffness_words
+from pounding_risk.studies.advice_stiffness import ABOVE, BELOW, WITHIN, floor_at, stiffness_for
+from pounding_risk.units import parse
 
 SHIPPED = Path(pr.__file__).parent / "scene" / "shipped"
 TOO_SOFT = ['interface.stiffness="2.75e9 N/m^1.5"']  # too soft for buildings
@@ -151,8 +153,8 @@ def test_the_line_gives_a_contact_within_both_limits(advice, request):
     proposed = [one for one in request.getfixturevalue(advice).ranges if not one.is_column]
     assert proposed and not any(one.is_empty for one in proposed)
     for one in proposed:
-        value = float(one.line.partition('"')[2].split()[0])
         law = pr.laws.Linear if one.unit == "N/m" else pr.laws.Hertz
+        value = parse(one.line.split('"')[1], stiffness_quantity(law))
         lasts = pr.impact(law(value), one.speed, one.mass).duration
         assert one.shortest <= lasts * (1.0 + HERTZ_DIGITS) and lasts <= one.longest * (1.0 + HERTZ_DIGITS)
         for edge, limit in ((one.low, one.longest), (one.high, one.shortest)):
@@ -175,7 +177,7 @@ def test_a_scene_with_the_lines_is_told_to_keep_them(name):
         if one.is_column:
             continue
         assert one.verdict == WITHIN and one.why.startswith("Keep it")
-        assert one.line == f'stiffness = "{stiffness_words(one.own, one.unit)}"'
+        assert one.line == 'stiffness = "{text}"'.format(**amount(one.own, one.unit))
 
 
 def test_a_range_without_any_stiffness_is_told_with_its_limits_and_the_repair():
@@ -191,7 +193,7 @@ def test_a_range_without_any_stiffness_is_told_with_its_limits_and_the_repair():
 
 def test_a_stiffness_beyond_the_range_is_too_stiff():
     advice = pr.advise(parse_scene(SOFT).replace('interface.stiffness="1e14 N/m^1.5"'), gap="1 m")
-    assert advice.ranges[0].verdict == ABOVE and advice.ranges[0].why.startswith("Too stiff: with the scene's 1e14")
+    assert advice.ranges[0].verdict == ABOVE and advice.ranges[0].why.startswith("Too stiff: with the scene's 1e11 kN")
 
 
 # ------------------------------------------------------------------------------------------------ the influences
@@ -253,7 +255,7 @@ def test_the_pair_of_the_paper_is_decided_by_its_yield_force(paper):
     (one,) = paper.ranges
     assert one.wall == "masonry" and one.mass == pytest.approx(44.36e3) and one.longest == pytest.approx(0.0208)
     assert [line.line for line in paper.lines] == [
-        'stiffness = "4.2e10 N/m^1.5"',
+        'stiffness = "4.2e7 kN/m^1.5"',
         'restitution = "concrete"',
         'yield_force = "450 kN"',
         'contact_model = "viscous_elastoplastic"',
@@ -275,7 +277,7 @@ def test_a_soft_pair_may_keep_its_stiffness_and_its_displacements_do_not_depend_
     tenfold = soft.influence(STIFFNESS, "peak_contact_force", "office | tower").medians[3]
     assert 1.0 + tenfold == pytest.approx(10.0**0.4, rel=0.1)
     assert set(verdicts(soft, LAW).values()) == {NOT}
-    assert soft.lines[0].why.startswith("Keep it: with the scene's 2.75e9 N/m^1.5 a contact at 0.74 m/s lasts 91.3 ms")
+    assert soft.lines[0].why.startswith("Keep it: with the scene's 2.75e6 kN/m^1.5 a contact at 0.74 m/s lasts 91.3 ms")
     assert soft.lines[-1].line == 'contact_model = "jankowski"' and soft.lines[-1].why.startswith("Keep it")
     assert "it does not change peak displacement" in soft.finding
     assert "the required gap does not depend on the contact" in soft.finding
@@ -407,11 +409,14 @@ def test_the_figure_is_titled_with_the_finding_and_shades_the_range(soft):
     assert headline.startswith(soft.finding.partition(";")[0])
     (axis,) = figure.axes
     (band,) = axis.patches
-    assert (band.get_x(), band.get_x() + band.get_width()) == pytest.approx((soft.ranges[0].low, soft.ranges[0].high))
+    (one,) = soft.ranges
+    assert axis.get_xlabel() == "contact stiffness [kN/m$^{1.5}$]"
+    ends = 1e3 * band.get_x(), 1e3 * (band.get_x() + band.get_width())
+    assert ends == pytest.approx((one.low, one.high))
     curves = {line.get_label(): line for line in axis.lines if not line.get_label().startswith("_")}
     force = soft.influence(STIFFNESS, "peak_contact_force", "office | tower")
     assert curves["peak contact force"].get_ydata() == pytest.approx(1.0 + np.array(force.medians))
-    assert curves["peak contact force"].get_xdata() == pytest.approx(2.75e9 * np.array(MULTIPLES))
+    assert curves["peak contact force"].get_xdata() == pytest.approx(2.75e6 * np.array(MULTIPLES))
     looks = {(line.get_color(), line.get_linestyle(), line.get_marker()) for line in curves.values()}
     assert len(looks) == len({marker for *_, marker in looks}) == len(curves) == 5
     boxes = sorted((label.get_window_extent() for label in axis.texts), key=lambda box: box.y0)

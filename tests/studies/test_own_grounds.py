@@ -20,6 +20,7 @@ from pounding_risk.motions.intensity import response_spectra
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.own_grounds import set_beside
 from pounding_risk.questions import simulate as simulate_question
+from pounding_risk.results.opened import Results
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
 
@@ -204,6 +205,20 @@ def test_a_record_for_each_record_of_the_scene(says):
     scene = pair({}, {"ground_record": ["RSN6-270", "RSN6-270"]}, records=names)
     assert [len(motion.own_grounds) for motion in motions_of(scene)] == [2, 2]
     says(refusal(motions_of, pair({}, {"ground_record": ["RSN6-270", "RSN6-270"]}), kind=SceneError))
+
+
+def test_bounds_hold_for_the_one_record_below_a_building():
+    """Given that record the motions are independent: they stay two recordings, and the condition is stated."""
+    names = {"names": ["RSN6-180", "RSN1690-090"], "window": ["0 s", "6 s"]}
+    found = scanned(pair({}, {"ground_record": "RSN753-000"}, records=names))
+    (note,) = [note for note in pr.assess(found).notes if "RSN753-000" in note]
+    assert note.startswith("right: RSN753-000 stands below it in the motions of 2 recordings, which bounds count as")
+    assert Results(found).recordings.tolist() == [0, 1]
+    sisters = {"names": ["RSN6-180", "RSN6-270"], "window": ["0 s", "6 s"]}
+    for key, records in ((["RSN753-000", "RSN77-164"], names), ("RSN753-000", sisters)):
+        assert not any(
+            "stands below" in note for note in pr.validate(pair({}, {"ground_record": key}, records=records)).notes
+        )
 
 
 def test_generated_motion_under_one_building():

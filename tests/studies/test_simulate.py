@@ -81,6 +81,17 @@ def test_attributes_are_alike():
     assert runs[2]["interface_gap"].values.tolist() == [0.009, 0.003]
 
 
+def test_of_several_amplitudes_the_one_of_assess_is_run_and_named():
+    """That of [records] where the grid has it, or the largest."""
+    text = scene_text(FRAME, rigid(), law="linear", gap="2 mm", grid={"pga": ["0.1 g", "0.2 g", "0.3 g"]})
+    short = ['records.window=["1 s", "3 s"]']
+    for own, level in (([], 0.3), (['records.pga="0.1 g"'], 0.1)):
+        run = pr.simulate(parse_scene(text, overrides=[*short, *own]))
+        assert run.attrs["pga"] == pytest.approx(level * G)
+        assert f"Of the amplitudes 0.1 g, 0.2 g, 0.3 g, {level} g is run" in run.attrs["notes"]
+    assert "is run" not in pr.simulate(parse_scene(text, overrides=short), pga=0.2 * G).attrs["notes"]
+
+
 PASSING = '[effects]\nwave_passage = {velocity = "500 m/s", distance = "9 m"}\n'
 
 

@@ -208,8 +208,8 @@ class Question:
         """Write the dataset, unless the function has done so, the tables or the page of an answer, by the suffix."""
         kind = target.suffix.lower()
         if kind == ".csv":
+            from pounding_risk._common.written import write_file
             from pounding_risk.render.csv_text import csv_text
-            from pounding_risk.reports.files import write_file
 
             write_file(target, csv_text(blocks))
         elif kind == ".html":

@@ -26,6 +26,7 @@ from pounding_risk.solver.row.outputs import OF_BUILDINGS, frame_of
 from pounding_risk.solver.row.outputs import outputs as row_outputs
 from pounding_risk.solver.row.trace_reader import contacts_of, instants_of, motion_at
 from pounding_risk.studies.impact import impact
+from pounding_risk.units import USUAL_FLOOR_LENGTH
 
 Ground = NDArray[np.float64]
 
@@ -40,7 +41,6 @@ STEPS_KEPT = 200_000
 # With floors, of which the harder is the shorter: a force in steps, for models that collide them.
 SOFT = Building("left", 500e3, 0.5, 0.05, 27.0)
 STIFF = Building("right", 800e3, 0.31, 0.05, 12.0)
-USUAL_FLOOR = 20.0  # m
 WALL = Building.rigid("wall")
 SIDES = ("left", "right")
 
@@ -111,7 +111,7 @@ class Trial:
         if needs_floors(self.kind):
             kind: Any = self.kind
             pair = (scene.left, scene.right)
-            return kind.between(*(one._replace(floor_length=one.floor_length or USUAL_FLOOR) for one in pair))
+            return kind.between(*(one._replace(floor_length=one.floor_length or USUAL_FLOOR_LENGTH) for one in pair))
         if is_instant(self.kind):
             return self.kind()
         return self.kind(scene.linear if self.is_linear else scene.hertz)

@@ -75,12 +75,14 @@ class Check(NamedTuple):
 
     @property
     def change(self) -> float:
-        """How far ours moves between the default tolerance and the finest, as a share; NaN without a tolerance.
+        """How far ours moves between the default tolerance and the finest; NaN without a tolerance.
 
-        The samples of generated motions become finer with it, see `FINER`.
+        A share of the largest of these values and the published one, so that a value of zero has a change too: 0 where
+        all are zero. The samples of generated motions become finer with it, see `FINER`.
         """
         fine = [value for rtol, value in zip(RUNGS, self.rungs, strict=False) if rtol <= DEFAULT_RUNG]
-        return (max(fine) - min(fine)) / abs(self.ours) if fine and self.ours else nan
+        largest = max(map(abs, (self.published, *fine)))
+        return (max(fine) - min(fine)) / (largest or 1.0) if fine else nan
 
     @property
     def is_converged(self) -> bool:

@@ -106,10 +106,18 @@ def _both_codes() -> dict[str, Typology]:
 
 
 TYPOLOGIES = _both_codes()
+# Names of the field, and what they are here.
+ELSEWHERE = {
+    "rc rc_frame rc_moment_frame rcc concrete reinforced_concrete reinforced_concrete_frame": (
+        'a frame of reinforced concrete is "concrete_frame"'
+    ),
+    "rc_wall rc_walls rc_shear_wall rc_shear_walls shear_wall shear_walls": 'walls of concrete are "concrete_walls"',
+    "brick urm": 'walls of brick are "masonry"',
+}
 
 
 def known_typology(name: str) -> Typology:
     """The typology of this name; raises PoundingError, with the nearest name, where there is none."""
     if name not in TYPOLOGIES:
-        raise PoundingError(unknown(name, "not a typology", TYPOLOGIES))
+        raise PoundingError(unknown(name, "not a typology", TYPOLOGIES, ELSEWHERE))
     return TYPOLOGIES[name]

@@ -18,8 +18,8 @@ import xarray as xr
 
 from pounding_risk._common.plugins import Registry
 from pounding_risk._common.words import nearest
+from pounding_risk._common.written import write_file
 from pounding_risk.errors import PoundingError
-from pounding_risk.reports.files import write_file
 from pounding_risk.results.check import check_dataset, kind_of
 from pounding_risk.results.files import RESULTS, open_with_axes
 from pounding_risk.scene.known_motions import check_computed

@@ -10,10 +10,10 @@ import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import cell, csv_text
+from pounding_risk._common.written import write_folder
 from pounding_risk.assessment.demands import UNDEFINED
 from pounding_risk.motions.levels import LEVEL_AXIS
 from pounding_risk.reports.exports import Options, Written
-from pounding_risk.reports.files import write_folder
 from pounding_risk.results.attributes import collapsed, flags_of
 from pounding_risk.results.layout import AXES
 from pounding_risk.results.variables import PLACES

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import xarray as xr
 
+from pounding_risk._common.written import write_folder
 from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports._layers import Layer, layers_of
 from pounding_risk.reports.exports.geopackage import NEEDED, frame_of, need
-from pounding_risk.reports.files import write_folder
 
 WORDS = "layers of buildings and interfaces as GeoParquet"
 ENDINGS = ("",)

@@ -14,9 +14,9 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 import xarray as xr
 
+from pounding_risk._common.written import write_files
 from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports._fragilities import TAIL, Fragilities, Function, Model, distinct, fragilities_of
-from pounding_risk.reports.files import write_files
 from pounding_risk.statistics.fragility import fragility_curve
 
 WORDS = "OpenQuake fragility model, NRML 0.5"

@@ -15,10 +15,10 @@ import numpy as np
 from pounding_risk._common.counted import counted
 from pounding_risk._common.version import __version__
 from pounding_risk._common.words import listed
+from pounding_risk._common.written import write_file
 from pounding_risk.errors import SceneError
 from pounding_risk.motions.levels import at_pga
 from pounding_risk.reports.exports import Options, Written
-from pounding_risk.reports.files import write_file
 
 if TYPE_CHECKING:
     from pounding_risk.lab.accuracy_bench import Bench, PointCase
@@ -216,11 +216,12 @@ def write(study: Scene, target: Path, options: Options) -> Written:
     """Write the case of the scene's own gap under its first motion; raises SceneError for what OpenSees cannot say."""
     from pounding_risk.lab.accuracy_bench import bench_of
     from pounding_risk.lab.accuracy_opensees import SLOWEST_TOUCH, algorithm
+    from pounding_risk.scene.scene import own_amplitude
 
     grid = study.grid
     own = grid._replace(
         gaps=(study.gap if options.gap is None else options.gap,),
-        amplitudes=grid.amplitudes[:1] if options.pga is None else (at_pga(options.pga),),
+        amplitudes=(at_pga(options.pga) or own_amplitude(study),),
         yield_forces=(study.yield_force,),
         contact_models=(study.contact_model,),
     )

@@ -22,13 +22,13 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import csv_text
+from pounding_risk._common.written import write_folder
 from pounding_risk.assessment.intensities import intensities, resolved_intensity
 from pounding_risk.assessment.sensitivity import force_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports import _fragilities as fragilities
 from pounding_risk.reports.exports._fragilities import Fragilities, Function, Intensity, identifier_of
-from pounding_risk.reports.files import write_folder
 from pounding_risk.results.attributes import flags_of, isolated_of
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.layout import amplitude_axis

@@ -17,12 +17,12 @@ import xarray as xr
 from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import cell, csv_text
 from pounding_risk._common.words import nearest
+from pounding_risk._common.written import write_file
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
 from pounding_risk.assessment.options import percent_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports._layers import closing_motions, lost_words, share_of_building
-from pounding_risk.reports.files import write_file
 from pounding_risk.results.attributes import read_attribute, tables_of
 from pounding_risk.scene.sections import written_overrides
 from pounding_risk.streets.inventory import read_inventory

@@ -11,7 +11,7 @@ from pounding_risk.render import sheet
 from pounding_risk.reports.data import ReportData
 from pounding_risk.results.attributes import has_own_grounds, moves_across, rotating_buildings
 from pounding_risk.results.opened import Results
-from pounding_risk.units import rounded
+from pounding_risk.units import SHOWN, rounded
 
 TITLE = "Scene and assumptions"
 ORDER = 20
@@ -72,14 +72,15 @@ def _interface_row(item: tuple[str, Any]) -> tuple[str, sheet.Cell | str]:
 
 
 def _value_words(value: Any) -> str:
-    """A value of a resolved scene in words; quantities are in SI there."""
+    """A value of a resolved scene, where quantities are in SI, in words and in the units of tables."""
     if isinstance(value, dict):
         return ", ".join(f"{key.replace('_', ' ')} {_value_words(item)}" for key, item in value.items()) or "no options"
     if isinstance(value, list):
         return ", ".join(map(_value_words, value))
     first, _, unit = str(value).partition(" ")
     try:
-        return f"{rounded(float(first))} {unit}".strip()
+        name, factor = SHOWN.get(unit or "1", (unit, 1.0))
+        return f"{rounded(factor * float(first))} {name}".strip()
     except ValueError:
         return str(value).replace("_", " ")
 

@@ -52,5 +52,7 @@ def write_files(contents: Iterable[tuple[Path, Content]]) -> tuple[Path, ...]:
     try:
         write_together(writers())
     except OSError as error:
+        if not targets:  # of what makes the contents
+            raise
         raise not_written(targets[-1], error) from None
     return tuple(targets)
