@@ -2,7 +2,8 @@
 
 A module with ``ORDER``, the place of its command in the help, is a command. The function of the module's name is the
 declaration: its first parameter is what the question is of (``results``, a ``study`` or ``scene``, or a ``source``),
-the others are the options, described by its docstring. A module without ``sheet(answer)`` is of a function that writes
+the others are the options, described by its docstring. Results come as a dataset or as the path of its file:
+`results.files.open_with_axes` takes both. A module without ``sheet(answer)`` is of a function that writes
 files and returns them. Beside it the module may hold:
 
 ``FUNCTION``
@@ -49,7 +50,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
-_ORDER = re.compile(r"^ORDER = (\d+)$", re.MULTILINE)
+_ORDER = re.compile(r"^ORDER\b[^=\n]*= *(\d+)\b", re.MULTILINE)
 _FUNCTION = re.compile(r'^FUNCTION = "([\w.]+)"$', re.MULTILINE)
 
 

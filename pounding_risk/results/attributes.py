@@ -25,6 +25,8 @@ DAMAGED = "the file was damaged or changed since it was written"  # in sentences
 TAKE_ANOTHER = "take the one that scan wrote, or run the scan again"
 POINT = "contact_point_"
 JUMPING = ("peak_contact_force", f"{POINT}peak_contact_force", "peak_floor_acceleration", "storey_acceleration")
+# Keys of links under which the motion stays in proportion; a link with any other key counts as nonlinear.
+LINEAR_OF_LINKS = {"link_stiffness", "link_damping", "link_at"}
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
 
 
@@ -213,19 +215,18 @@ def no_response(dataset: xr.Dataset, of: str = "") -> str:
 
 def has_laws_of_links(scene: Mapping[str, Any]) -> bool:
     """True where links of a scene slip, are slack, break, or have dampers of a power law."""
-    laws = ("link_strength", "link_slack", "link_breaking_force", "link_exponent", "link_brace_stiffness")
-    return _has_key(scene, "interface", laws)
+    return any(key.startswith("link_") and key not in LINEAR_OF_LINKS for key in _keys_of(scene, "interface"))
 
 
 def has_initial_motion(scene: Mapping[str, Any]) -> bool:
     """True where buildings of a scene, or the ground below them, are displaced or move when the motion begins."""
-    return _has_key(scene, "building", ("initial_displacement", "initial_velocity", "ground_velocity"))
+    return bool({"initial_displacement", "initial_velocity", "ground_velocity"} & _keys_of(scene, "building"))
 
 
-def _has_key(scene: Mapping[str, Any], section: str, keys: tuple[str, ...]) -> bool:
-    """True where tables of a section have one of these keys, or its addresses in the grid or uncertain numbers do."""
+def _keys_of(scene: Mapping[str, Any], section: str) -> set[str]:
+    """Keys of the tables of a section, and of the addresses in the grid and of uncertain numbers."""
     tables = [*scene.get(section, []), scene.get("grid", {}), scene.get("uncertain", {})]
-    return any(name.endswith(keys) for table in tables for name in table)
+    return {name.rpartition(".")[2] for table in tables for name in table}
 
 
 def isolated_buildings(scene: Mapping[str, Any]) -> list[str]:

@@ -39,7 +39,8 @@ EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with 
 EQUAL_TERMS_EXAMPLE = '{same = "peak force", speed = "0.5 m/s"}'
 NO_RESTITUTION = "not given"
 LATER_RESTITUTION = ("steel",)
-OF_ONE_LAW = {"plastic_exponent": "van_mier", "design_penetration": "bilinear"}  # keys that one contact model reads
+# Keys that one contact model reads: the fields of the laws of the package, beside stiffness and table.
+OF_ONE_LAW = {field: name for name in SHIPPED for field in LAWS[name]._fields if field not in ("stiffness", "table")}
 PARAMETERS = (*OF_ONE_LAW, "table")  # of single laws, beside their stiffness
 MEETING = '{left = "storey 2", right = "column 3 at 0.5"}'
 MISSING_RESTITUTION = 'write restitution = 0.65, or restitution = "concrete"'
@@ -371,6 +372,14 @@ def _keys_of_law(law: Any) -> dict[str, Any]:
     values: dict[str, Any] = law._asdict() if isinstance(law, tuple) and hasattr(law, "_asdict") else {}
     if name_of(kind) not in CONTACT_MODELS:
         raise SceneError("Interface", [f"law: {shown(law)} is not a contact law; it may be one of pounding_risk.laws"])
+    keyless = values.keys() - {"stiffness", *PARAMETERS}
+    lost = [f"{key} = {values[key]:g}" for key in sorted(keyless) if values[key] != kind._field_defaults.get(key)]
+    if lost:
+        sentence = (
+            f"law: {', '.join(lost)} of {kind.__name__} would be lost, as no key of a scene has it; make it the "
+            "default of the field, or a law of its own"
+        )
+        raise SceneError("Interface", [sentence])
     if values.get("stiffness") == getattr(values.get("table"), "stiffness", None):
         del values["stiffness"]  # that of its table
     return {

@@ -28,6 +28,7 @@ from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys
 from pounding_risk.motions.generated import motion_kinds
 from pounding_risk.motions.levels import FACTOR, PEAK, Measure
+from pounding_risk.scene.interface_checks import OF_DAMPER, OF_SPRING
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.resolved_interfaces import ResolvedInterface
 from pounding_risk.scene.scene import Scene
@@ -178,10 +179,10 @@ def _of_links(base: KeyPath, here: Sequence[ResolvedInterface]) -> Iterator[Unus
     """Keys of links whose spring, or damper, is none."""
     has_spring, has_damper = (any(getattr(one, key) for one in here) for key in ("link_stiffness", "link_damping"))
     if not has_spring:
-        for key in ("link_strength", "link_slack", "link_breaking_force"):
+        for key in OF_SPRING:
             yield Unused((*base, key), "link_stiffness is 0 N/m, so that the link has no spring and no such force")
     if not has_damper:
-        for key in ("link_exponent", "link_brace_stiffness"):
+        for key in OF_DAMPER:
             yield Unused((*base, key), "link_damping is 0 N s/m, so that the link has no damper")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 from functools import cache
-from math import isnan, sqrt
+from math import inf, isnan, sqrt
 from types import SimpleNamespace
 
 import numpy as np
@@ -23,8 +23,17 @@ from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.lab.stability.trial import shaking
 from pounding_risk.models import effects
 from pounding_risk.models._discovery import modules_in_order
+from pounding_risk.models.contact.law import ContactLaw, PathDependence
 from pounding_risk.models.contact.laws import LAWS, Hertz, Jankowski, VanMier, ViscousElastoplastic, stiffness_quantity
-from pounding_risk.models.effects import EFFECTS, PermanentSet, StrainRate, UnloadingStiffness, refusal, with_effects
+from pounding_risk.models.effects import (
+    EFFECTS,
+    PASSED_ON,
+    PermanentSet,
+    StrainRate,
+    UnloadingStiffness,
+    refusal,
+    with_effects,
+)
 from pounding_risk.models.effects.wave_passage import WavePassage
 from pounding_risk.models.restitution import constant
 from pounding_risk.models.structures.sdof import Building
@@ -215,6 +224,31 @@ def test_neutral_parameters():
     for name in ("peak_relative_displacement", "permanent_set", "energy_plastic"):
         assert same[name] == pytest.approx(alone[name], rel=1e-7)
     assert str(run(StrainRate.on(bare, code="mc2010", length=1e9))) == str(run(bare))
+
+
+class Crushed(ViscousElastoplastic):
+    """Half of what is pressed in without yielding stays, and the spring loses what it held more than the rest."""
+
+    def crushed(self, memory, delta):
+        return memory, 0.5 * delta, self.stored(delta, inf) - self.stored(0.5 * delta, inf)
+
+
+def test_what_a_law_of_ones_own_leaves_crushed_stays_under_effects():
+    """A strain rate of nothing changes no bit, and a ratio that no yielding brings to act none of the set."""
+    ground, bare = shaking(5.0), Crushed(BETA)
+    unyielding = UnloadingStiffness(PermanentSet(bare), 1.5)
+    alone, rated, wrapped = (
+        solve(LEFT, RIGHT, Interface(0.002, law, constant(1.0), 1e12), ground, 0.01)
+        for law in (bare, StrainRate.on(bare, code="mc2010", length=1e9), unyielding)
+    )
+    assert alone["permanent_set"] > 1e-3 and alone["energy_residual"] < 1e-6
+    assert str(rated) == str(alone) and wrapped["permanent_set"] == pytest.approx(alone["permanent_set"], rel=1e-6)
+
+
+def test_an_effect_passes_on_every_method_of_its_law():
+    """One that is not would be lost under every effect; only an effect's own word is that nothing else is missing."""
+    methods = {name for kind in (ContactLaw, PathDependence) for name in vars(kind) if not name.startswith("_")}
+    assert set(PASSED_ON) == methods - {"conserves"}
 
 
 def test_order_in_a_scene_does_not_matter():

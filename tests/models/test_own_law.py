@@ -186,6 +186,21 @@ def test_scenes_know_a_law_once_it_is_defined(says):
     assert "cushion" not in json.dumps(scene_schema())  # the schema is that of the package
 
 
+def test_a_number_that_no_key_of_a_scene_has_is_no_silent_loss(says):
+    """A run would take the default of the class; an interface with that default is what it says."""
+
+    class Pad(NamedTuple):
+        stiffness: Annotated[float, contact.HERTZ_STIFFNESS]
+        pad: float = 0.01
+        capped, needs_restitution = False, False
+        begin, force, stored = contact.undamped, contact.hertz_force, contact.hertz_energy
+        plateau, ceiling, floor = contact.flat, contact.never_yields, contact.may_pull
+
+    pr.contact_law(Pad)
+    assert pr.Interface(law=Pad(1e9)).contact_model == "pad"
+    says(refusal(pr.Interface, law=Pad(1e9, pad=0.02)))
+
+
 def test_a_law_may_derive_from_one_of_the_package(says):
     """Its name, its source and its relation are its own: nothing is known of its damping."""
 

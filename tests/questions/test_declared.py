@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import csv
+import inspect
+import re
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from io import StringIO
 from pathlib import Path
 
@@ -115,11 +118,29 @@ def test_every_option_is_explained(declared):
     """A parameter without a description in the docstring would be an option without a help."""
     command = get_command(cli.app).commands[declared.name]
     assert all(option.help for option in command.params if option.name != "help"), declared.name
+    assert Question(declared).summary.startswith(declared.summary())
+
+
+@pytest.mark.parametrize("declared", declared_questions().values(), ids=lambda declared: declared.name)
+def test_every_option_and_figure_is_that_of_a_function(declared):
+    """A name misspelt in OPTIONS would be an option that nothing reads, one in FIGURES an error once it is drawn."""
     question = Question(declared)
-    assert question.summary.startswith(declared.summary())
-    assert set(question.options) <= set(question.fields()) | {
-        name for name, option in question.options.items() if option is None
-    }
+    taken = {*question.takes, *question.sheet_takes, *question.files}
+    for drawing in getattr(declared.module(), "FIGURES", {}).values():
+        names = re.findall(r'"([a-z_]+\.\w+)"', inspect.getsource(drawing)) if callable(drawing) else [drawing]
+        for home, _, name in (full.partition(".") for full in names):
+            function = getattr(import_module(f"pounding_risk.figures.{home}"), name)
+            taken |= inspect.signature(function).parameters.keys()
+    assert set(question.options) <= taken
+
+
+def test_a_file_with_an_order_is_a_question():
+    """However the line is written: without it the file would be no command, and nobody told."""
+    folder = Path(questions.__file__).parent
+    of_questions = {file.stem for file in folder.glob("[a-z]*.py") if "\nORDER" in file.read_text(encoding="utf-8")}
+    assert of_questions == set(declared_questions())
+    for line in ("ORDER = 60", "ORDER: int = 60", "ORDER = 60  # after damage"):
+        assert questions._ORDER.findall(f'"""Words."""\n\n{line}\n') == ["60"]
 
 
 def test_descriptions_of_several_names_and_paragraphs_are_read():

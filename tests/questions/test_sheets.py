@@ -33,6 +33,7 @@ from pounding_risk.reports import html, pdf
 from pounding_risk.reports.document import number_blocks
 from pounding_risk.results.files import save
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.units import SHOWN
 
 # An answer of each question that has a sheet, from the scenes of the golden files.
 ANSWERS: MappingProxyType[str, Callable[[Path], Any]] = MappingProxyType(
@@ -198,6 +199,18 @@ def test_cells_are_values_of_the_answer(answers, name):
                 # 1e-12: a share that a table has in per cent is multiplied once.
                 assert np.isclose(known, value, rtol=1e-12, atol=0.0).any() or value == 0.0, cell
     assert seen > 3
+
+
+@pytest.mark.parametrize("name", WITH_SHEETS)
+def test_a_number_has_the_unit_of_its_head(answers, name):
+    """A time in seconds under [ms] would be read as a thousandth of it, on the terminal and in the CSV."""
+    for block in (block for block in answered(answers, name)[1] if block["kind"] == "table"):
+        for head, cell in (
+            (head, cell) for row in block["rows"] for head, cell in zip(block["heads"], row, strict=True)
+        ):
+            unit, _ = SHOWN.get(cell.get("unit", "1"), ("", 1.0))  # a cell of another unit has it in its text
+            is_bare = unit and cell["raw"] is not None and not cell["text"].endswith(unit)
+            assert not is_bare or f"[{unit}]" in head, f"{block['caption']} {head}: {cell['text']} is in {unit}"
 
 
 # A scene whose PGA stands in its grid too, which is that of the runs.

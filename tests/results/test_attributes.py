@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from importlib import metadata
 
-from pounding_risk.results.attributes import LIBRARIES, versions, versions_of
+from pounding_risk.results.attributes import LIBRARIES, LINEAR_OF_LINKS, has_laws_of_links, versions, versions_of
+from pounding_risk.scene.sections import KEYS
 
 
 def test_versions_are_those_that_python_tells():
@@ -18,3 +19,12 @@ def test_what_is_not_installed_is_told():
         "numpy": metadata.version("numpy"),
         "no-such-package": "not installed",
     }
+
+
+def test_a_link_is_linear_by_the_keys_that_are_known_to_be():
+    """Any other counts as a law, so that a key that is added is never scaled with the motion by oversight."""
+    of_links = [key for key in KEYS["interface"] if key.startswith("link_")]
+    assert set(of_links) > LINEAR_OF_LINKS
+    for key in (*of_links, "gap"):
+        for scene in ({"interface": [{key: 1.0}]}, {"grid": {f"interface.1.{key}": [1.0]}}):
+            assert has_laws_of_links(scene) == (key in of_links and key not in LINEAR_OF_LINKS), key

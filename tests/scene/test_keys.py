@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 from copy import deepcopy
+from dataclasses import fields
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Annotated, Any
@@ -17,7 +18,8 @@ from sentences import refusal
 import pounding_risk as pr
 from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import EFFECTS
-from pounding_risk.results.variables import VARIABLES, own_dims
+from pounding_risk.models.structures.hysteresis import RULES, Hysteresis
+from pounding_risk.results.variables import own_dims
 from pounding_risk.scene.buildings import KINDS as BUILDING_KINDS
 from pounding_risk.scene.buildings import (
     MatrixBuilding,
@@ -28,6 +30,7 @@ from pounding_risk.scene.buildings import (
     TypologyBuilding,
     structure_of,
 )
+from pounding_risk.scene.hysteresis import OF_STOREYS, HysteresisTable
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.isolation import Isolation
 from pounding_risk.scene.keys import measured
@@ -38,11 +41,10 @@ from pounding_risk.scene.scene import scene_of
 from pounding_risk.scene.sections import KEYS, KINDS
 from pounding_risk.scene.sections import schema as scene_schema
 from pounding_risk.scene.tables import option_example
-from pounding_risk.solver.pair.outputs import BUILDING, RUN
 from pounding_risk.units import MASS, parse
 
 ONCE = [table for section, table in KINDS.items() if section not in ("building", "effects")]
-TABLES = [*ONCE, *BUILDING_KINDS, EqualTerms, Isolation, PlanTable]
+TABLES = [*ONCE, *BUILDING_KINDS, EqualTerms, HysteresisTable, Isolation, PlanTable]
 ALL = [(table, key) for table in TABLES for key in table.model_fields]
 
 
@@ -239,6 +241,16 @@ def test_every_key_says_what_is_wrong_with_its_value(section, kind, key, folder,
     says(told)
 
 
+def test_a_rule_of_hysteresis_says_what_it_is_for_and_its_parameters_are_keys():
+    """One of another use would be no rule, a parameter without a key could not be given, and nobody told."""
+    assert {rule.USE for rule in RULES.values()} == {"storey", "link"}
+    common = {"rule", "backbone", "collapse_drift"}
+    usual = {field.name: field.default for field in fields(Hysteresis) if field.name not in ("rule", "hardening")}
+    assert {key: HysteresisTable.model_fields[key].default for key in usual} == usual
+    taken = common.union(*(rule.OPTIONS for rule in OF_STOREYS.values()))
+    assert taken == set(HysteresisTable.model_fields) == {"rule", *usual}
+
+
 class Painted(RigidWall):
     """A building with a key that no structure has a field for."""
 
@@ -318,12 +330,9 @@ def test_the_schema_refuses_what_the_reader_refuses(change, root):
         jsonschema.validate(scene | change, scene_schema())
 
 
-def test_every_output_of_a_run_has_its_place_in_a_dataset():
-    """One without a row is refused where datasets are laid out, by the file that has the rows."""
+def test_an_output_without_a_row_is_refused_by_the_file_that_has_the_rows():
     with pytest.raises(LookupError, match=r"floor_noise: VARIABLES in pounding_risk/results/variables.py has no row"):
         own_dims("floor_noise")
-    for name in {*RUN, *BUILDING}:
-        assert name in VARIABLES, f"{name}: declare its dimensions and unit in pounding_risk/results/variables.py"
 
 
 # ------------------------------------------------------------------------------------------------ what is not modelled

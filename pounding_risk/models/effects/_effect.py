@@ -23,6 +23,7 @@ PASSED_ON: dict[str, Callable[..., Any]] = {
     "hardening": lambda self, speed: self.law.hardening(speed),
     "resume": lambda self, memory, damage: self.law.resume(memory, damage),
     "turn": lambda self, memory, delta, strength: self.law.turn(memory, delta, strength),
+    "crushed": lambda self, memory, delta: self.law.crushed(memory, delta),
     "turned": lambda self, memory, delta, approaching: self.law.turned(memory, delta, approaching),
     "damage": lambda self, memory: self.law.damage(memory),
     "held": lambda self, memory, delta, strength: self.law.held(memory, delta, strength),

@@ -47,6 +47,10 @@ class UnloadingStiffness(NamedTuple):
         lost = self.held(memory, delta, strength) - factor * self.law.stored(springs_back, inf)
         return (memory[0], factor), delta - springs_back, lost
 
+    def crushed(self, memory, delta):
+        inside, indentation, lost = self.law.crushed(memory[0], delta)
+        return (inside, memory[1]), indentation, lost
+
     def turned(self, memory, delta, approaching):
         return self.law.turned(memory[0], delta, approaching), memory[1]
 

@@ -58,13 +58,17 @@ class Written(NamedTuple):
 def formats() -> Mapping[str, Any]:
     """The modules of the formats by their names, those of plug-ins too."""
     names = sorted(module.name for module in iter_modules(__path__) if not module.name.startswith("_"))
-    return Registry("writers", {name: import_module(f"{__name__}.{name}") for name in names}, _of_plugin)
+    return Registry("writers", {name: _checked(name, import_module(f"{__name__}.{name}")) for name in names}, _checked)
 
 
-def _of_plugin(name: str, module: Any) -> Any:
-    """The format that a plug-in names; raises PoundingError for what is none."""
+def _checked(name: str, module: Any) -> Any:
+    """The format that a module, or a plug-in, is; raises PoundingError for what is none."""
     if lacking := [fact for fact in FACTS if not hasattr(module, fact)]:
         raise PoundingError(f"{module!r} has no {' nor '.join(lacking)}")
+    if module.SOURCE not in ("results", "scene"):
+        raise PoundingError(f'{module!r}: SOURCE = {module.SOURCE!r}; it may be "results" or "scene"')
+    if unknown := set(module.TAKES) - set(Options._fields):
+        raise PoundingError(f"{module!r}: TAKES {', '.join(sorted(unknown))}; options are {', '.join(Options._fields)}")
     return module
 
 

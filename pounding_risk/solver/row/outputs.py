@@ -264,23 +264,29 @@ def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
 def _of_links(run: RowRun, frame: Frame) -> Outputs:
     """Values of those of `OF_LINKS` that the row has, (..., interfaces)."""
     model, points = frame.model, np.asarray(run.points)
-    values = np.full((len(OF_LINKS), *points.shape[:-2], len(model.chains) - 1), np.nan)
+    names = frame.of_links()
+    values = {name: np.full((*points.shape[:-2], len(model.chains) - 1), np.nan) for name in names}
     for link, point in zip(model.links, np.flatnonzero(model.is_link), strict=True):
         stretched, shortened = -points[..., point, LOWEST], points[..., point, HIGHEST]
-        force = link.peak_force(stretched, shortened) if link.stiffness else np.nan * stretched
-        here = values[..., model.interfaces[point]]
-        here[:3] = np.fmax(here[:3], [stretched, shortened, force])
-        if link.largest < inf or link.exponent:
-            here[3] = np.nan_to_num(here[3]) + points[..., point, counters.PLASTIC]
+        lost = points[..., point, counters.PLASTIC]
+        peaks = {"peak_link_stretch": stretched, "peak_link_shortening": shortened}
+        sums = {}
+        if link.stiffness:
+            peaks["peak_link_spring_force"] = link.peak_force(stretched, shortened)
         if link.exponent:
-            here[4] = np.fmax(here[4], link.damper_force(points[..., point, counters.APPROACH]))
+            peaks["peak_link_damper_force"] = link.damper_force(points[..., point, counters.APPROACH])
+        if link.largest < inf or link.exponent:
+            sums["link_energy"] = lost
         if link.breaking < inf:
             # By then it has stored F² / 2k, which is lost; an unbroken one has lost nothing but by rounding.
-            is_broken = points[..., point, counters.PLASTIC] * link.stiffness > 0.25 * link.breaking**2
-            here[5] = np.nan_to_num(here[5]) + is_broken
-    values[:, np.asarray(run.status) != counters.COMPLETE] = np.nan
-    of_links = dict(zip(OF_LINKS, values, strict=True))
-    return {name: of_links[name] for name in frame.of_links()}
+            sums["broken_links"] = lost * link.stiffness > 0.25 * link.breaking**2
+        place = ..., model.interfaces[point]
+        for name, peak in peaks.items():
+            values[name][place] = np.fmax(values[name][place], peak)
+        for name in sums.keys() & values.keys():  # a strength without a spring has no law
+            values[name][place] = np.nan_to_num(values[name][place]) + sums[name]
+    failed = np.asarray(run.status) != counters.COMPLETE
+    return {name: np.where(failed[..., None], np.nan, values[name]) for name in names}
 
 
 def closing(run: RowRun, frame: Frame) -> tuple[Array, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from sentences import refusal
 from streets_drawn import street_file
 
 import pounding_risk as pr
+from pounding_risk.reports import exports
 
 STREET = (MADE[0], *MADE[4:])  # Corner, Kiosk, and Vault, which is rigid
 NAMES = [one.name for one in STREET]
@@ -109,3 +111,12 @@ def test_what_cannot_be_exported_is_refused(case, sources, says, tmp_path, monke
     given = sources[source] if isinstance(source, str) else scene_of(**{"records": SHORT} | source)
     says(refusal(pr.export, given, to, path, **options))
     assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    "fact", [{"write": None}, {"SOURCE": "result"}, {"TAKES": ("gapp",)}], ids=lambda fact: next(iter(fact))
+)
+def test_a_format_that_nothing_could_be_written_with_is_refused(fact: dict[str, Any], says):
+    """As a file of the package or as a plug-in: an option misspelt would never be taken."""
+    facts = {"WORDS": "a text", "ENDINGS": (".txt",), "SOURCE": "results", "TAKES": ("gap",), "write": print, **fact}
+    says(refusal(exports._checked, "text", SimpleNamespace(**{key: fact for key, fact in facts.items() if fact})))
