@@ -102,7 +102,7 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     widest = ROOM * max([needed, *near, *(gap.high for gap in required)])
     edges = 1e3 * np.append(steps.gaps, widest)
     bounds = (np.append(ends, ends[-1]) for ends in (steps.low, steps.high))
-    words = f"{100 * assessment.confidence:g} % bounds, {one.verdict.independent:.0f} independent motions"
+    words = f"{100 * assessment.confidence:g} % bounds, {counted(round(one.verdict.independent), 'independent motion')}"
     axis.fill_between(edges, *bounds, step="post", color=MOTIONS, alpha=0.15, linewidth=0.0, label=words)
     axis.stairs(steps.probability, edges, baseline=None, color=MOTIONS, linewidth=1.8, label="motions that close it")
     words = f"target {assessment.target:g}"

@@ -124,7 +124,7 @@ def yielding(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
     own = [at for at, share in enumerate(shares) if share.contact_model == one.own_model]
     keep = [own[at] for at in evenly(len(own), KEPT)]
     caption = f"{one.name}: probability of reaching F_E at a gap of {_yield_gap(one)}, motions {one.at}."
-    columns = "F_E is that of floors that meet; a column keeps its own, which `validate` shows of a scene. "
+    columns = "F_E is that of floors that meet, or of columns where none meet; `validate` shows both of a scene. "
     return [
         table(caption, heads, rows, keep=keep, note="some of the scene's own contact model"),
         paragraph(f"{columns * (len(assessment.interfaces) > 1)}The scene's own: {_own_force(one)}."),
@@ -165,7 +165,7 @@ def influences(one: InterfaceAssessment) -> list[Block]:
     heads = ["influence of", "on", "from one level to another"]
     rows = [(KEYS[each.key], each.what, each.words) for each in one.sensitivity if not each.is_single]
     levels = {(name_of(each.key), each.levels[0][0]): None for each in one.sensitivity if each.is_single}
-    single = " and ".join(f"one {key}, {level}" for key, level in levels)
+    single = " and ".join(f"one {key} ({level})" for key, level in levels)
     return [
         *([table(f"{one.name}: influences on the outputs.", heads, rows)] if rows else []),
         *([paragraph(f"The grid has {single}: scan several to see what they change.")] if single else []),

@@ -23,7 +23,7 @@ OF_A_ROW = (
     "A motion counts as contact at a gap of the grid where the buildings touch in the run with all neighbours, under "
     "the scene's own contact model and F_E; at other gaps, in the stepped curve and in required gaps, where the free "
     "relative motion closes the gap, or a run in which others push the buildings together. The F_E stated is that of "
-    "floors that meet; a column keeps its own, which stands with the scene."
+    "floors that meet, or of columns where none meet; both stand with the scene."
 )
 
 
