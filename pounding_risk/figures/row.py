@@ -156,9 +156,7 @@ def _raised(case: RowCase, buildings: Sequence[int]) -> str:
         return "Contact raises the largest drift of no building, in the median of the motions with contact"
     name = case.buildings[at].name
     name += " above its isolators" * (name in isolated_of(case.results))
-    return (
-        f"Contact multiplies the largest drift of {name} by {ratios[at]:.3g}, in the median of the motions with contact"
-    )
+    return f"Contact raises drift most in {name}: {ratios[at]:.3g} times, in the median of its motions with contact"
 
 
 def where_words(case: RowCase) -> str:

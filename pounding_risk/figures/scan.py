@@ -30,7 +30,7 @@ from pounding_risk.results.scene_axes import at_one_place
 from pounding_risk.units import say_in
 
 MOST_RECORDS = 6  # that have a panel or a line of their own; more are put together as percentiles
-MARKS = "osD^vX"  # of their lines: polarities of a record differ by dash
+MARKS = "osD^vX"  # of their lines: polarities of a record differ by dash and filling
 PERCENTILES = (16.0, 50.0, 84.0)
 NOTABLE = 0.01  # a peak that changes by less than this share is called unchanged
 RATIO_TICKS = (0.25, 0.33, 0.5, 0.67, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
@@ -259,7 +259,8 @@ def _lines(condition: str, peak: xr.DataArray, note: str) -> Figure:
     else:
         for place in np.ndindex(*(peak.sizes[axis] for axis in motions)):
             line, colour = peak.isel(dict(zip(motions, place, strict=True))), styles(MOST_RECORDS)[place[0]][0]
-            look = {"color": colour, "marker": MARKS[place[0]], "markersize": 5, "linestyle": ("-", "--")[place[1]]}
+            look: dict[str, Any] = {"color": colour, "marker": MARKS[place[0]], "markersize": 5}
+            look |= {"linestyle": ("-", "--")[place[1]], "markerfacecolor": (colour, "white")[place[1]]}
             panel.plot(at, line, label=f"{line['record'].values}, {line['polarity'].values}", **look)
     panel.set(xlabel=words, ylabel="peak relative displacement [mm]")
     title(figure, _largest(peak), condition, note)

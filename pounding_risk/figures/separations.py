@@ -39,7 +39,7 @@ def separations_figure(table: CodeTable, note: str = "") -> Figure:
     layout.set(h_pad=0.1)  # room for the motions' names
     _by_motion(axes[0, 0], table)
     draw_rules(axes[0, 1], drawn, table.motions)
-    axes[0, 1].set_title(f"safe right of 1\n{RULE_MARKS_WORDS}", fontsize=8.5)
+    axes[0, 1].set_title(f"safe right of 1; {RULE_MARKS_WORDS}".replace("; full", "\nfull"), fontsize=8.5)
     left, right = table.buildings
     correlation = "" if table.correlation is None else f", correlation {table.correlation:.2f} under white noise"
     title(figure, table.finding, f"{left} | {right}, motions {table.at}{correlation}", note)

@@ -9,6 +9,7 @@ from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.words import FIRST
 from pounding_risk.assessment.options import NO_BOUND, NO_LOWER, NO_UPPER
 from pounding_risk.assessment.sensitivity import NEVER, force_words
 from pounding_risk.assessment.separations.rules import FROM_MEMORY, ONE_GROUND, OWN_PEAKS, QUOTED_ONLY, RATIONAL, SHARED
@@ -238,7 +239,8 @@ def _not_fitted(one: InterfaceAssessment) -> list[Block]:
             words += "" if curve.yield_force is None else f", F_E {strength(curve.yield_force, unit=True)['text']}"
             words += f" under {name_of(curve.contact_model)}" if curve.contact_model else ""
             faults.setdefault(curve.fault, []).append(words)
-    sentences = [f"{'; '.join(which)}: {fault}." for fault, which in faults.items()]
+    more = {fault: f" and {len(which) - FIRST} more" * (len(which) > FIRST) for fault, which in faults.items()}
+    sentences = [f"{'; '.join(which[:FIRST])}{more[fault]}: {fault}." for fault, which in faults.items()]
     if others:
         sentences.append(f"contact at {counted(others, 'other gap')}: `assess -o` writes the reason of each.")
     return [paragraph(f"{one.name}, not fitted:"), listing(sentences, mark="")] if sentences else []

@@ -11,7 +11,7 @@ from pounding_risk.render import sheet
 from pounding_risk.reports.data import ReportData
 from pounding_risk.results.attributes import has_own_grounds, moves_across, rotating_buildings
 from pounding_risk.results.opened import Results
-from pounding_risk.units import rounded
+from pounding_risk.units import legible, rounded
 
 TITLE = "Scene and assumptions"
 ORDER = 20
@@ -79,7 +79,9 @@ def _value_words(value: Any) -> str:
         return ", ".join(map(_value_words, value))
     first, _, unit = str(value).partition(" ")
     try:
-        return f"{rounded(float(first))} {unit}".strip()
+        number = rounded(float(first))
+        # 2 MN s/m of 2e6 N s/m; stiffnesses of laws stay in the unit that their figures have.
+        return legible(value) if "e" in number and unit and "^" not in unit else f"{number} {unit}".strip()
     except ValueError:
         return str(value).replace("_", " ")
 
