@@ -116,8 +116,8 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
     check_kind(results, "damage")
     if results.sizes["level"] < 2:
         raise PoundingError("the motions of the dataset have one level each; curves of demands need several")
-    every, results = results, _known(results)
-    lacking = [state for state in map(str, every["state"].values) if state not in results["state"]]
+    every, results = list(map(str, results["state"].values)), _known(results)
+    lacking = [state for state in every if state not in results["state"]]
     groups: dict[str, list[str]] = {}  # states that differ in their threshold alone
     for state in map(str, results["state"].values):
         demand = str(results["state_words"].sel(state=state).item()).partition(" ≥ ")[0]
@@ -135,7 +135,7 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
     left_out = f"; {counted(len(groups) - len(drawn), 'more demand')} not drawn" if len(groups) > len(drawn) else ""
     left_out += f"; no run has the demand of {', '.join(lacking)}" if lacking else ""
     lines = "thin: single motions; thick: 16, 50 and 84 % of the motions at each level, counted; dotted: thresholds"
-    title(figure, plain(finding(every)), f"{_case(results)}; {lines}{left_out}", note)
+    title(figure, plain(finding(results)), f"{_case(results)}; {lines}{left_out}", note)
     return figure
 
 
