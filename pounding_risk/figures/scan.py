@@ -166,7 +166,7 @@ def _condition(results: xr.Dataset, shown: xr.Dataset) -> str:
 
 def _end_words(drawn: xr.Dataset) -> str:
     """Words on the dashed line of a panel, where any panel has one."""
-    touching = (drawn["impact_count"] > 0).any("yield_force")
+    touching = (drawn["impact_count"] != 0).any("yield_force")  # below 0 of a failed run, which began in contact
     if not touching.any():
         return "; no motion brings contact"
     return "" if bool(touching.all()) else "; right of the dashed line there is no contact"
@@ -230,7 +230,7 @@ def _map(axes: Axes, counts: xr.DataArray, values: xr.DataArray, look: dict[str,
     edges = np.concatenate([[2.0 * gaps[0] - middles[0]], middles, [2.0 * gaps[-1] - middles[-1]]])
     axes.grid(False)
     picture = axes.pcolormesh(edges, np.arange(len(forces) + 1) - 0.5, values.values, **look)
-    touching = (counts > 0).any("yield_force").values
+    touching = (counts != 0).any("yield_force").values
     if not touching.all():
         # White on black shows on every colour of the map.
         axes.axvline(edges[np.argmin(touching)], color="black", linewidth=2.6)

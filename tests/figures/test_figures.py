@@ -193,7 +193,8 @@ def test_without_a_case_to_compare_with(says):
 def test_a_grid_without_a_complete_run_is_drawn_and_said_so():
     failed = made_scan()
     failed["peak_relative_displacement"] = failed["peak_relative_displacement"] * np.nan
-    assert figures.scan_figure(failed).get_suptitle() == "No run is complete: no peak is known"
+    failed["impact_count"] = xr.full_like(failed["impact_count"], -1)
+    assert words_of(figures.scan_figure(failed)) == "No run is complete: no peak is known\nA grid, motions as recorded"
     assert figures.ratio_figure(failed).get_suptitle() == "No run is complete: no change by yielding is known"
 
 
