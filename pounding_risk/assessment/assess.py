@@ -396,7 +396,8 @@ def _amplitude_note(results: Results) -> str:
         return ""
     levels = [amplitudes.words(amplitude) for amplitude in amplitudes.values if amplitude is not None]
     why = "the largest" if results.scene_amplitude is None else "the scene's own"
-    return f"Of the amplitudes {', '.join(levels)}, {levels[results.scene_level]} is assessed: {why}."
+    *others, last = levels
+    return f"Of the amplitudes {', '.join(others)} and {last}, {levels[results.scene_level]} is assessed: {why}."
 
 
 def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: float) -> tuple[Share, ...]:

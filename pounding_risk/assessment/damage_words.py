@@ -42,7 +42,7 @@ def measure_words(dataset: xr.Dataset) -> tuple[str, str]:
 def case_words(dataset: xr.Dataset) -> str:
     """The gap, contact model and yield force of the curves, and how many motions they are of."""
     force = float(dataset["yield_force"])
-    parts = [f"gap {say(float(dataset['gap']), GAP)}", str(dataset["contact_model"].item())]
+    parts = [f"gap {say(float(dataset['gap']), GAP)}", str(dataset["contact_model"].item()).replace("_", " ")]
     parts += [f"F_E {say(force, YIELD_FORCE)}"] if isfinite(force) else []
     motions = dataset.sizes["record"] * dataset.sizes["polarity"]
     return f"{', '.join(parts)}; {counted(motions, 'motion')} {dataset.attrs.get('amplitude', '')}".rstrip()
@@ -55,7 +55,8 @@ def finding(dataset: xr.Dataset) -> str:
     other dispersions both may go one way; the rate, which counts every intensity, is the one that counts.
     """
     words, _ = measure_words(dataset)
-    order = np.argsort(~(dataset["runs"] > 0).any(["pounding", "level"]).values, kind="stable")  # left out at the end
+    known = (dataset["runs"] > 0).any(["pounding", "level"]).values
+    order = np.lexsort((np.isnan(dataset["median_ratio"].values), ~known))  # ratios first, what is left out last
     clauses = "; ".join(_clause(dataset.isel(state=place)) for place in order)
     gap = say(float(dataset["gap"]), GAP)
     if "annual_rate_ratio" not in dataset:

@@ -78,7 +78,7 @@ def amplification_figure(
     condition = (
         f"{motions_words(results)}; {amplification.told_words(results)}; {fixed}; dotted area: no motion touches"
     )
-    title(figure, f"Amplification of the peak {output} by contact, {at:g} % of the motions", condition, note)
+    title(figure, plain(amplification.finding(results, output, at)), condition, note)
     return figure
 
 

@@ -103,7 +103,7 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     widest = ROOM * max([needed, *near, *(gap.high for gap in required)])
     edges = 1e3 * np.append(steps.gaps, widest)
     bounds = (np.append(ends, ends[-1]) for ends in (steps.low, steps.high))
-    words = f"{100 * assessment.confidence:g} % bounds, {one.verdict.independent:.0f} independent motions"
+    words = f"{100 * assessment.confidence:g} % bounds, {counted(round(one.verdict.independent), 'independent motion')}"
     axis.fill_between(edges, *bounds, step="post", color=MOTIONS, alpha=0.15, linewidth=0.0, label=words)
     axis.stairs(steps.probability, edges, baseline=None, color=MOTIONS, linewidth=1.8, label="motions that close it")
     words = f"target {assessment.target:g}"
@@ -185,9 +185,10 @@ def _draw_curve(axis: Any, im: Array, curve: Fragility, look: tuple[str, str]) -
         first, second = curve.errors[0], curve.errors[1] * argument
         variance = first**2 + second**2 + 2.0 * curve.correlation * first * second
         spread = np.sqrt(np.maximum(variance, 0.0)) / curve.dispersion
-        ends = (fragility_curve(np.exp(argument + side * spread), 1.0, 1.0) for side in (-1.0, 1.0))
-        words = "one standard error to either side"
-        axis.fill_between(im * size, *ends, color=colour, alpha=0.15, linewidth=0.0, label=words)
+        ends = [fragility_curve(np.exp(argument + side * spread), 1.0, 1.0) for side in (-1.0, 1.0)]
+        if np.isfinite(ends).any():  # too few recordings have no error
+            words = "one standard error to either side"
+            axis.fill_between(im * size, *ends, color=colour, alpha=0.15, linewidth=0.0, label=words)
     if curve.method != SCALED:
         stripes = [stripe for stripe in curve.stripes if stripe.runs]
         where, shares = ([stripe.im * size for stripe in stripes], [stripe.count / stripe.runs for stripe in stripes])

@@ -188,7 +188,10 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple
             axis.plot(middle, height, marker, color=colour, markerfacecolor=face, markersize=5.5, zorder=4)
     if len(outputs) > 1:
         for output, face in zip(outputs, ("black", "white"), strict=True):
-            axis.plot([], [], "o", color="black", markerfacecolor=face, label=output.partition(", ")[2])
+            name = style.in_lines(
+                output.partition(", ")[2], style.NAME_LINE
+            )  # a longer one would take the panels' room
+            axis.plot([], [], "o", color="black", markerfacecolor=face, label=name)
         style.legend_under(axis, 1)
 
 

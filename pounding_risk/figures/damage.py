@@ -11,7 +11,7 @@ import xarray as xr
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.damage_words import METHOD_WORDS, case_words, finding
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import QUIET, Figure, blank, logarithmic, plain, styles, title
+from pounding_risk.figures.style import QUIET, Figure, blank, logarithmic, message, plain, styles, title
 from pounding_risk.results.amplitudes import intensity_label, intensity_shown
 from pounding_risk.results.check import check_kind
 from pounding_risk.units import SHOWN
@@ -20,7 +20,7 @@ MARKS = ("o", "s", "^", "D", "v", "P")  # of states, beside their colours, for p
 LEAST = 0.01  # probability without pounding, below which a ratio is of the curves' tails alone
 WIDEST = 30.0  # ratio to either side, at the ends of the axis
 MOST_PANELS = 3  # demands of a figure
-BEYOND = 6.0  # times the largest threshold: the end of the axis of demands
+BEYOND, FARTHEST = 6.0, 50.0  # times the largest threshold: the end of the axis of demands, and where most go beyond
 LINES = 40  # motions that are drawn one by one
 
 
@@ -73,19 +73,23 @@ def damage_figure(results: xr.Dataset, note: str = "") -> Figure:
     curves.plot([], [], "--", color="black", marker="o", markerfacecolor="white", label="without")
     curves.set(ylabel="probability of the state [1]", ylim=(-0.02, 1.02))
     curves.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, frameon=False)
-    ratios.axhline(1.0, color="black", linewidth=0.9)
     ratios.set(xlabel=intensity_label(results.attrs["intensity"]), ylabel="P with over P without [1]")
     values = np.concatenate([line.get_ydata() for line in ratios.get_lines()])
     values = values[np.isfinite(values) & (values > 0.0)]
-    most = float(np.clip(1.3 * max(values.max(), 1.0 / values.min()), 1.5, WIDEST))
-    logarithmic(ratios, "y", 1.0 / most, most)
+    if values.size:
+        ratios.axhline(1.0, color="black", linewidth=0.9)
+        most = float(np.clip(1.3 * max(values.max(), 1.0 / values.min()), 1.5, WIDEST))
+        logarithmic(ratios, "y", 1.0 / most, most)
+    else:
+        message(ratios, "No ratio: no state has curves both with pounding and without")
+        ratios.set_yticks([])
     if im[-1] > 3.0 * im[0]:
         ratios.set_xscale("log")
         logarithmic(ratios, "x", *ratios.get_xlim())
     bounds = f"bands: bounds by recording; ratios are drawn where P without is {LEAST:g} or more"
     marks = "marks: shares of the motions; " if has_levels else ""
-    condition = f"{case_words(results)}; {METHOD_WORDS[results.attrs['method']]}; {marks}{bounds}"
-    title(figure, found, condition, note)
+    condition = f"{_case(results)}; {METHOD_WORDS[results.attrs['method']]}; {marks}{bounds}"
+    title(figure, plain(found), condition, note)
     return figure
 
 
@@ -131,9 +135,12 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
     left_out = f"; {counted(len(groups) - len(drawn), 'more demand')} not drawn" if len(groups) > len(drawn) else ""
     left_out += f"; no run has the demand of {', '.join(lacking)}" if lacking else ""
     lines = "thin: single motions; thick: 16, 50 and 84 % of the motions at each level, counted; dotted: thresholds"
-    headline = "Demands of the motions against their intensity, with pounding and without"
-    title(figure, headline, f"{case_words(results)}; {lines}{left_out}", note)
+    title(figure, plain(finding(results)), f"{_case(results)}; {lines}{left_out}", note)
     return figure
+
+
+def _case(results: xr.Dataset) -> str:
+    return plain(case_words(results)).replace("F_E", "$F_E$")
 
 
 def _known(results: xr.Dataset) -> xr.Dataset:
@@ -148,7 +155,8 @@ def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[st
     name, size = SHOWN[unit]
     demand = str(first["state_words"].item()).partition(" ≥ ")[0]
     widest = size * float(group["state_threshold"].max())
-    most, sides = widest, {}
+    most = widest
+    sides: dict[str, np.ndarray] = {}
     for axis, side in zip(panels, ("with", "without"), strict=True):
         part = first.sel(pounding=side)
         ims = factor * part["motion_intensity"].values.reshape(-1, group.sizes["level"])
@@ -165,11 +173,12 @@ def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[st
             limit = size * float(group["state_threshold"].isel(state=place))
             axis.axvline(limit, color=colour, linestyle=":", linewidth=1.8, label=plain(str(state)))
         axis.set_xlabel(plain(f"{demand} [{name}]" if name else f"{demand} [1]"))
-    right = min(1.15 * most, BEYOND * widest)
+    usual = float(np.nanmedian(sides["with"])) if np.isfinite(sides["with"]).any() else 0.0
+    right = min(1.15 * most, max(BEYOND * widest, min(1.15 * usual, FARTHEST * widest)))
     for axis, (side, values) in zip(panels, sides.items(), strict=True):
         beyond, words = values[values > right], ""
         if beyond.size:
-            largest = f"{beyond.max():.3g}" if np.isfinite(beyond.max()) else "∞"
+            largest = f"{float(f'{beyond.max():.3g}'):.6g}" if np.isfinite(beyond.max()) else "∞"
             words = f"; {beyond.size} of {values.size} demands beyond the axis, up to {largest} {name}".rstrip()
         axis.set_title(f"{side} pounding{words}", fontsize=9.5)
         axis.set_xlim(0.0, right)

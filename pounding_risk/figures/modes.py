@@ -36,8 +36,17 @@ def modes_figure(buildings: Sequence[Modes]) -> Figure:
         axis.set_ylabel("level [m]")
     most = max(min(MOST_MODES, building.periods.size) for building in buildings)
     which = f"the {most} slowest modes" if most > 1 else "the only mode"
-    title(figure, f"Shapes of {which}", "each building on its own, storeys elastic")
+    title(figure, _finding(buildings), f"shapes of {which}; each building on its own, storeys elastic")
     return figure
+
+
+def _finding(buildings: Sequence[Modes]) -> str:
+    """The shortest and the longest first period, and whose they are."""
+    first = sorted((float(one.periods[0]), one.name) for one in buildings if one.periods.size)
+    words = (
+        [f"{period:.3g} s ({plain(name)})" for period, name in dict.fromkeys((first[0], first[-1]))] if first else []
+    )
+    return f"First periods: {' to '.join(words)}" if words else "All buildings are rigid"
 
 
 def _shapes(axis: Any, building: Modes) -> None:

@@ -116,7 +116,7 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> s
         axis.set_xlim(-1.0, max(line.walls[-1] for line in lines) + WIDTH + 1.0)
     style.share_bar(figure, picture, axes, "share of the motions with contact", 30.0 * len(lines))
     if titled:
-        _headed(figure, "Share of the motions with contact at each contact point", [case], note)
+        _headed(figure, _touching([case]), [case], note)
     _elevation_legend(figure, case)
     return figure
 
@@ -125,9 +125,38 @@ def _headed(figure: style.Figure, headline: str, cases: Sequence[RowCase], note:
     """Title and caption of a figure of one row or several, with the cell of the grid."""
     every = cases[0]._replace(gaps=tuple(gap for case in cases for gap in case.gaps))
     subject = f"{len(cases)} rows" if len(cases) > 1 else every.results.attrs["title"]
-    style.title(
-        figure, headline, style.plain(f"{subject}: {where_words(every)}").replace("F_E", "$F_E$"), style.plain(note)
-    )
+    condition = style.plain(f"{subject}: {where_words(every)}").replace("F_E", "$F_E$")
+    style.title(figure, style.plain(headline), condition, style.plain(note))
+
+
+def _touching(cases: Sequence[RowCase]) -> str:
+    """Which neighbours touch in most of the motions, and in how many."""
+    shares = {
+        (number, name): touch.contact
+        for number, case in enumerate(cases)
+        for name, touch in zip(case.interfaces, case.touches, strict=True)
+        if touch.runs
+    }
+    largest = max(shares.values(), default=np.nan)
+    if not largest > 0.0:
+        return "No neighbours touch in any motion" if shares else "No run is complete: it is not known who touches"
+    most = [name for (_, name), share in shares.items() if share == largest]
+    who = between(most[0]) if len(most) == 1 else f"{len(most)} of {len(shares)} pairs of neighbours"
+    others = "" if len(most) == len(shares) else ", others in fewer"
+    return f"{who} touch in {_share(largest)} of the motions{others}"
+
+
+def _raised(case: RowCase, buildings: Sequence[int]) -> str:
+    """Which of the buildings has its drift raised most by contact, and by how much in the median."""
+    ratios = {at: ratio for at in buildings if np.isfinite(ratio := amplification(case, at))}
+    if not ratios:
+        return "No complete run has contact: drifts are those without neighbours"
+    at = max(ratios, key=lambda one: ratios[one])
+    if not ratios[at] > 1.0:
+        return "Contact raises the largest drift of no building, in the median of the motions with contact"
+    name = case.buildings[at].name
+    name += " above its isolators" * (name in isolated_of(case.results))
+    return f"Contact raises drift most in {name}: {ratios[at]:.3g} times, in the median of its motions with contact"
 
 
 def where_words(case: RowCase) -> str:
@@ -216,7 +245,9 @@ def outline(axis: Any, building: BuildingShape, wall: float) -> None:
     axis.add_patch(Rectangle((wall, 0.0), WIDTH, building.height, **look))
     for level in building.levels[:-1]:
         axis.plot([wall, wall + WIDTH], [level, level], color="#9a9a9a", linewidth=0.9)
-    label = f"{building.name}\n{'rigid, ' if building.is_rigid else ''}{building.position}"
+    label = (
+        f"{style.in_lines(building.name, style.NAME_LINE)}\n{'rigid, ' if building.is_rigid else ''}{building.position}"
+    )
     style.beside(axis, style.plain(label), (wall + WIDTH / 2, 0.0), (0, -4), 8)
 
 
@@ -328,22 +359,27 @@ def plan_figure(
     cases = [rows] if isinstance(rows, RowCase) else list(rows)
     corners = _plain_rings(cases) if footprints is None else _checked_rings(footprints, cases)
     every = np.concatenate([ring for rings in corners.values() for ring in rings])
-    span = np.ptp(every, axis=0)
+    span, count = np.ptp(every, axis=0), sum(len(case.buildings) for case in cases)
     flat = bool(span[0] > 2.6 * span[1])
-    figure, axes = style.blank(*((2, 1) if flat else (1, 2)), _size(span, flat))
+    figure, axes = style.blank(*((2, 1) if flat else (1, 2)), _size(span, flat, count))
     picture: Any = None
     for axis, (name, words) in zip(axes.flat, PANELS, strict=True):
         picture = _draw_plan(axis, cases, corners, name)
         axis.set_title(words, fontsize=10, loc="left")
     style.share_bar(figure, picture, axes, "share of the motions")
     if titled:
-        _headed(figure, "Share of the motions in which each building is struck", cases, note)
-    count = sum(len(case.buildings) for case in cases)
+        _headed(figure, _touching(cases), cases, note)
     handles = []
     if count <= LABELLED:
         look: dict[str, Any] = {"facecolor": "white", "edgecolor": style.QUIET}
         names = ["0 %" if most == 0.0 else f"to {100 * most:.0f} %" for most, _ in HATCHES]
         handles = [Patch(hatch=2 * marks, label=name, **look) for (_, marks), name in zip(HATCHES, names, strict=True)]
+        if any(
+            np.isnan(share_of_building(case, "yield_exceedance", at))
+            for case in cases
+            for at in range(len(case.buildings))
+        ):
+            handles.append(Patch(label="–: has no $F_E$, or no run is complete", **look))
     if len(corners) > count:
         handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="in no row"))
     if handles:
@@ -388,13 +424,14 @@ def _rings(name: str, corners: Any) -> Rings:
     return tuple(sorted(rings, key=lambda ring: -float(np.prod(np.ptp(ring, axis=0)))))
 
 
-def _size(span: Array, flat: bool) -> tuple[float, float]:
+def _size(span: Array, flat: bool, count: int) -> tuple[float, float]:
     """Size of the figure: panels of the street's own shape, within a page."""
     ratio = float(np.clip(span[1] / max(span[0], 1e-9), 0.08, 4.0))
     if flat:
         width = float(np.clip(0.09 * span[0], 8.0, 20.0))
         return width, 2.2 + 2.0 * (0.85 * width * ratio + 0.4)
-    return 13.0, 2.2 + min(5.6 * ratio, 9.0)
+    width = 13.0 if count > UPRIGHT else 9.0  # of few buildings small enough for a page, where letters shrink with it
+    return width, 2.2 + min(0.43 * width * ratio, 9.0)
 
 
 def _draw_plan(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings], name: str) -> Any:
@@ -433,7 +470,7 @@ def _label(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> N
         ink = "#ffffff66" if is_dark else "#00000044"
         axis.fill(*ring.T, facecolor="none", hatch=hatch, edgecolor=ink, linewidth=0)
     wide, deep = np.ptp(rings[0], axis=0)
-    words = f"{name}\n{'–' if np.isnan(share) else f'{100 * share:.0f} %'}"
+    words = f"{style.in_lines(name, style.NAME_LINE)}\n{'–' if np.isnan(share) else f'{100 * share:.0f} %'}"
     box = {"facecolor": "#1a2c4e" if is_dark else "#ffffff", "edgecolor": "none", "pad": 1.0, "alpha": 0.75}
     look: dict[str, Any] = {"color": "white" if is_dark else "black", "bbox": box, "ha": "center", "va": "center"}
     turned = 90 if deep > (1.0 if crowded else 1.8) * wide else 0
@@ -487,7 +524,7 @@ def profiles_figure(
         motions += "; storey 1: its isolators" * (building.name in isolated_of(case.results))
         axes[0, column].set_title(style.plain(f"{building.name} ({building.position})\n{motions}"), fontsize=9.5)
     if titled:
-        _headed(figure, "Storeys with and without contact", [case], note)
+        _headed(figure, _raised(case, chosen), [case], note)
     _profiles_legend(figure)
     return figure
 
@@ -559,6 +596,8 @@ def _draw_profile(axis: Any, case: RowCase, building: int, name: str) -> None:
     """Draw one quantity against height, and on the side of the neighbour a mark at each level of contact."""
     spread, quantity = profile(case, building, name), QUANTITIES[name]
     levels = np.array(case.buildings[building].levels)
+    if name == "storey_drift" and case.buildings[building].name in isolated_of(case.results):
+        spread = _above_isolators(axis, spread, levels[0])
     for values, (colour, dash) in ((spread.free, WITHOUT), (spread.struck, WITH)):
         heights, (low, middle, high) = levels, values
         if quantity.of_storey:  # one value all along a storey
@@ -582,6 +621,15 @@ def _draw_profile(axis: Any, case: RowCase, building: int, name: str) -> None:
                 markersize=6, clip_on=False, zorder=5,
             )  # fmt: skip
             axis.axhline(point.level, color=style.QUIET, linestyle=":", linewidth=0.7, zorder=0)
+
+
+def _above_isolators(axis: Any, spread: Profile, height: float) -> Profile:
+    """The drifts of storeys, in whose scale that of isolators would leave no other to read: it is written in mm."""
+    free, struck = (f"{10.0 * height * values[1, 0]:.3g} mm" for values in (spread.free, spread.struck))
+    words = f"isolators: {free} without contact, {struck} with"
+    axis.text(0.98, 0.02, words, transform=axis.transAxes, ha="right", va="bottom", fontsize=8)
+    hidden = np.where(np.arange(spread.free.shape[1]) == 0, np.nan, 0.0)
+    return spread._replace(free=spread.free + hidden, struck=spread.struck + hidden)
 
 
 def _profiles_legend(figure: style.Figure) -> None:

@@ -10,13 +10,27 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.style import MEANING, QUIET, Axes, Figure, blank, law_words, plain, styles, title
+from pounding_risk.figures.style import (
+    MEANING,
+    QUIET,
+    Axes,
+    Figure,
+    blank,
+    force_words,
+    law_words,
+    legend_below,
+    plain,
+    styles,
+    title,
+)
 from pounding_risk.results.attributes import read_attribute
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import at_one_place
+from pounding_risk.units import say_in
 
 MOST_RECORDS = 6  # that have a panel or a line of their own; more are put together as percentiles
+MARKS = "osD^vX"  # of their lines: polarities of a record differ by dash and filling
 PERCENTILES = (16.0, 50.0, 84.0)
 NOTABLE = 0.01  # a peak that changes by less than this share is called unchanged
 RATIO_TICKS = (0.25, 0.33, 0.5, 0.67, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
@@ -46,10 +60,10 @@ def scan_figure(results: xr.Dataset, note: str = "") -> Figure:
     if min(peak.sizes["gap"], peak.sizes["yield_force"]) < 2:
         return _lines(_condition(results, shown), peak, note)
     drawn, peaks = _together(shown, peak)
-    look = {"cmap": "viridis", "vmin": float(peaks.min()), "vmax": float(peaks.max())}
+    # Failed runs have no number; where all have failed, the maps are empty and the title says so.
+    look = {"cmap": "viridis", "vmin": float(peaks.min().fillna(0.0)), "vmax": float(peaks.max().fillna(1.0))}
     figure = _maps(drawn, peaks, look, "peak relative displacement [mm]")
-    headline = "Peak relative displacement over gap and yield force"
-    title(figure, headline, f"{_condition(results, shown)}{_end_words(drawn)}", note)
+    title(figure, _largest(peak), f"{_condition(results, shown)}{_end_words(drawn)}", note)
     return figure
 
 
@@ -85,14 +99,34 @@ def ratio_figure(results: xr.Dataset, note: str = "") -> Figure:
     if not is_finite.any():
         raise PoundingError("the dataset has no case that may yield; add a force to grid.yield_force and scan again")
     ratio = peak.isel(yield_force=is_finite) / peak.isel(yield_force=int(is_finite.argmin()), drop=True)
-    reach = max(float(ratio.max()), 1.0 / float(ratio.min()), 1.0 + NOTABLE)
+    reach = float(np.nanmax([ratio.max(), 1.0 / ratio.min(), 1.0 + NOTABLE]))
     look = {"cmap": "PuOr_r", "norm": LogNorm(1.0 / reach, reach)}
     drawn, ratios = _together(shown, ratio)
     words = "peak relative displacement,\nwith yielding over without [1]"
     figure = _maps(drawn, ratios, look, words, marked=ratios > 1.0 + NOTABLE)
     condition = f"{_condition(results, shown)}; +: raised by over 1 %{_end_words(drawn)}"
-    title(figure, "Peak relative displacement with yielding over that without", condition, note)
+    title(figure, _changed(ratio), condition, note)
     return figure
+
+
+def _largest(peak: xr.DataArray) -> str:
+    """The largest peak of all motions [mm], at which gap and yield force, in words."""
+    if not peak.notnull().any():
+        return "No run is complete: no peak is known"
+    at = peak.isel(peak.argmax(...))
+    gap, force = say_in(float(at["gap"]), "mm"), force_words(float(at["yield_force"]))
+    motion = f"{at['record'].values} {at['polarity'].values}"
+    return f"The peak relative displacement reaches {float(at):.3g} mm; {motion}, gap {gap}, {force}"
+
+
+def _changed(ratio: xr.DataArray) -> str:
+    """Between which factors yielding changes the peak, in words."""
+    low, high = float(ratio.min()), float(ratio.max())
+    if np.isnan(low):
+        return "No run is complete: no change by yielding is known"
+    if max(high, 1.0 / low) <= 1.0 + NOTABLE:
+        return f"Yielding changes no peak relative displacement by more than {NOTABLE:.0%}".replace("%", " %")
+    return f"Yielding multiplies the peak relative displacement by {low:.3g} to {high:.3g}"
 
 
 def _one_law(results: xr.Dataset) -> xr.Dataset:
@@ -132,7 +166,9 @@ def _condition(results: xr.Dataset, shown: xr.Dataset) -> str:
 
 def _end_words(drawn: xr.Dataset) -> str:
     """Words on the dashed line of a panel, where any panel has one."""
-    touching = (drawn["impact_count"] > 0).any("yield_force").all("gap")
+    touching = (drawn["impact_count"] != 0).any("yield_force")  # below 0 of a failed run, which began in contact
+    if not touching.any():
+        return "; no motion brings contact"
     return "" if bool(touching.all()) else "; right of the dashed line there is no contact"
 
 
@@ -194,7 +230,7 @@ def _map(axes: Axes, counts: xr.DataArray, values: xr.DataArray, look: dict[str,
     edges = np.concatenate([[2.0 * gaps[0] - middles[0]], middles, [2.0 * gaps[-1] - middles[-1]]])
     axes.grid(False)
     picture = axes.pcolormesh(edges, np.arange(len(forces) + 1) - 0.5, values.values, **look)
-    touching = (counts > 0).any("yield_force").values
+    touching = (counts != 0).any("yield_force").values
     if not touching.all():
         # White on black shows on every colour of the map.
         axes.axvline(edges[np.argmin(touching)], color="black", linewidth=2.6)
@@ -208,9 +244,7 @@ def _map(axes: Axes, counts: xr.DataArray, values: xr.DataArray, look: dict[str,
 def _lines(condition: str, peak: xr.DataArray, note: str) -> Figure:
     """A line for each motion against gap or F_E; of many records the median, the middle 68 % and the largest."""
     axis = "yield_force" if peak.sizes["yield_force"] > 1 else "gap"
-    scale, name, words = (1e-3, "yield force", "yield force $F_E$ [kN]")
-    if axis == "gap":
-        scale, name, words = (1e3, "gap", "gap [mm]")
+    scale, words = (1e3, "gap [mm]") if axis == "gap" else (1e-3, "yield force $F_E$ [kN]")
     peak = peak.isel({"gap" if axis == "yield_force" else "yield_force": 0})
     at, motions = peak[axis].values * scale, ("record", "polarity")
     figure, axes = blank(1, 1, (8.5, 5.0))
@@ -223,14 +257,14 @@ def _lines(condition: str, peak: xr.DataArray, note: str) -> Figure:
         panel.plot(at, middle, color=colour, linestyle=dash, marker=".", label=f"median of {count} motions")
         panel.plot(at, peak.max(motions), color=QUIET, linestyle=":", label="largest")
     else:
-        lines = peak.stack(line=motions)
-        for index, (colour, dash) in enumerate(styles(lines.sizes["line"])):
-            line = lines.isel(line=index)
-            label = f"{line['record'].values}, {line['polarity'].values}"
-            panel.plot(at, line, color=colour, linestyle=dash, marker=".", label=label)
+        for place in np.ndindex(*(peak.sizes[axis] for axis in motions)):
+            line, colour = peak.isel(dict(zip(motions, place, strict=True))), styles(MOST_RECORDS)[place[0]][0]
+            look: dict[str, Any] = {"color": colour, "marker": MARKS[place[0]], "markersize": 5}
+            look |= {"linestyle": ("-", "--")[place[1]], "markerfacecolor": (colour, "white")[place[1]]}
+            panel.plot(at, line, label=f"{line['record'].values}, {line['polarity'].values}", **look)
     panel.set(xlabel=words, ylabel="peak relative displacement [mm]")
-    panel.legend(fontsize=8)
-    title(figure, f"Peak relative displacement against the {name}", condition, note)
+    title(figure, _largest(peak), condition, note)
+    legend_below(figure, panel.get_legend_handles_labels()[0], 3)
     return figure
 
 

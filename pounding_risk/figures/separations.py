@@ -39,7 +39,7 @@ def separations_figure(table: CodeTable, note: str = "") -> Figure:
     layout.set(h_pad=0.1)  # room for the motions' names
     _by_motion(axes[0, 0], table)
     draw_rules(axes[0, 1], drawn, table.motions)
-    axes[0, 1].set_title(f"safe right of 1\n{RULE_MARKS_WORDS}", fontsize=8.5)
+    axes[0, 1].set_title(f"safe right of 1; {RULE_MARKS_WORDS}".replace("; full", "\nfull"), fontsize=8.5)
     left, right = table.buildings
     correlation = "" if table.correlation is None else f", correlation {table.correlation:.2f} under white noise"
     title(figure, table.finding, f"{left} | {right}, motions {table.at}{correlation}", note)
@@ -64,10 +64,10 @@ def _by_motion(axis: Any, table: CodeTable) -> None:
     else:
         axis.set_xlabel("motion, by the gap it needs")
     axis.set_ylabel("separation [mm]")
-    axis.set_ylim(bottom=0.0)
+    axis.set_ylim(0.0, 1.25 * axis.dataLim.y1)  # the legend stands above the motions
     words = "what each motion needs, and rules of its own peaks\n(no code's design displacement)"
     axis.set_title(words, fontsize=9.5)
-    axis.legend(fontsize=8.5, loc="upper left", handlelength=3.0)
+    axis.legend(fontsize=8.5, loc="upper center", handlelength=3.0, ncols=2)
 
 
 def draw_rules(axis: Any, compared: Sequence[Comparison], motions: int) -> None:

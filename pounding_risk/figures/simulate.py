@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from pounding_risk._common.counted import counted
 from pounding_risk.assessment.row import building_shapes, force_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures import style
@@ -28,7 +29,8 @@ ABOVE: dict[str, Any] = {  # a legend between two panels, where it covers nothin
 }
 LETTERS = 120  # in a line of that size over the narrowest panel; a key takes eight
 MOST_STOREYS = 9  # panels of loops: the storeys that yield most
-ROOM = 0.018  # of the tallest height: levels closer than this leave room for one number
+FAR = 4.0  # times the largest motion: a gap wider than that is not drawn
+ROOM = 0.04  # of the tallest height: levels closer than this leave room for one number
 
 
 def impact_figure(impacts: Sequence[Any], note: str = "") -> style.Figure:
@@ -56,7 +58,8 @@ def impact_figure(impacts: Sequence[Any], note: str = "") -> style.Figure:
         axes[0, 1].plot(impact.penetration * 1e3, impact.force / 1e3, **look)
     axes[0, 0].set(xlabel="time since the touch [ms]", ylabel="contact force [kN]")
     axes[0, 1].set(xlabel="penetration [mm]")
-    style.title(figure, "Contact force of isolated impacts", note)
+    peak = np.nanmax([impact.peak_force for impact in impacts])
+    style.title(figure, f"The contact force reaches {force_text(float(peak))}, in isolated impacts", note)
     style.legend_below(figure, axes[0, 0].get_legend_handles_labels()[0], min(2, len(impacts)))
     return figure
 
@@ -119,10 +122,19 @@ def simulation_figure(run: xr.Dataset, note: str = "", absolute: bool = False) -
         axis.tick_params(labelbottom=axis is axes[count - 1, 0])
     axes[0, 0].set_xlim(float(run["time"][0]), float(run["time"][-1]))
     axes[count - 1, 0].set_xlabel("time [s]")
-    status = str(run.attrs["status"])
-    headline = "Response over time" if status == "complete" else f"The run is not complete: {status}"
-    style.title(figure, headline, _run_words(run), style.plain(note))
+    style.title(figure, _run_finding(run), _run_words(run), style.plain(note))
     return figure
+
+
+def _run_finding(run: xr.Dataset) -> str:
+    """How many contacts the run has, and the largest force; of a run that stopped, why."""
+    if (status := str(run.attrs["status"])) != "complete":
+        return f"The run is not complete: {status}"
+    contacts, forces = int(_at_points(run, "impact_count").sum()), _at_points(run, FORCE)
+    if not contacts:
+        return "Nothing touches"
+    largest = f", the largest force {force_text(float(forces.max()))}" if np.isfinite(forces).all() else ""
+    return f"{counted(contacts, 'contact')}{largest}"
 
 
 def _ground(axis: style.Axes, run: xr.Dataset) -> None:
@@ -142,12 +154,15 @@ def _ground(axis: style.Axes, run: xr.Dataset) -> None:
 
 def _closing(axis: style.Axes, run: xr.Dataset) -> None:
     """Draw the relative displacement, the gap as a line and every contact as a grey band."""
-    axis.plot(
-        run["time"], run["relative_displacement"].isel(contact_point=0) * 1e3, color=style.STYLES[0][0], linewidth=1.1
-    )
+    closing = 1e3 * run["relative_displacement"].isel(contact_point=0)
+    axis.plot(run["time"], closing, color=style.STYLES[0][0], linewidth=1.1)
     bumper = float(run["interface_bumper"][0]) if "interface_bumper" in run.coords else 0.0
     gap = (float(run["interface_gap"][0]) - bumper) * 1e3
     label = f"gap {gap:.6g} mm{' clear of the bumpers' if bumper else ''}"
+    most = float(np.abs(closing).max())
+    if gap > FAR * most > 0.0:  # the motion would be a line of no height beside it
+        axis.set_ylim(-1.1 * most, 1.1 * most)
+        label += ", beyond the axis"
     axis.axhline(gap, color=style.STYLES[1][0], linestyle="--", linewidth=1.2, label=label)
     spans = zip(run["contact_start"].values, run["contact_end"].values, strict=True)
     for index, (start, end) in enumerate(spans):
@@ -339,8 +354,9 @@ def _run_words(run: xr.Dataset) -> str:
     forces, gaps = np.unique(run["contact_point_yield_force"].values), np.unique(run["interface_gap"].values)
     force = style.force_words(float(forces[0]))
     if forces.size > 1:
-        ends = [f"{one / 1e3:.0f}" if np.isfinite(one) else r"$\infty$" for one in (forces[0], forces[-1])]
-        force = f"$F_E$ = {' to '.join(ends)} kN"
+        finite = forces[np.isfinite(forces)]
+        ends = " to ".join(f"{one / 1e3:.0f}" for one in dict.fromkeys((finite[0], finite[-1])))
+        force = f"$F_E$ = {ends} kN{', or none' * (finite.size < forces.size)}"
     gap = f"gap {' to '.join(f'{1e3 * one:.6g}' for one in dict.fromkeys((gaps[0], gaps[-1])))} mm"
     if bumpers := bumper_words(bumper_lengths(run)):
         gap += f" with {bumpers}"

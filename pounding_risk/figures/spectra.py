@@ -64,8 +64,12 @@ def gap_spectra_figure(
     damped = dampings[0] if dampings[0] == dampings[1] else " and ".join(dampings)
     rules_words = " and ".join(map(spectra.rule_words, drawn))
     assumed = f"single masses without contact, damping {damped}; {rules_words} of linear displacements (factors 1)"
-    headline = f"Required gap over both periods, {at:g} % of the motions"
-    title(figure, headline, f"{spectra.motions_words(results)}; {assumed}; white: no gap needed", note)
+    title(
+        figure,
+        spectra.finding(shown, drawn),
+        f"{spectra.motions_words(results)}; {assumed}; white: no gap needed",
+        note,
+    )
     return figure
 
 

@@ -35,9 +35,12 @@ MEANING = {
 }
 # How a mark is filled, by how the text of a rule's clause is known.
 RULE_MARKS = {"derived": "full", "clause read": "full", "quoted": "left", "from memory": "none"}
-RULE_MARKS_WORDS = "full marks: clause read, or derived; half: quoted; open: from memory"
+RULE_MARKS_WORDS = (
+    "square: insufficient for some motion; full: clause read, or derived; half: quoted; open: from memory"
+)
 LETTERS_AN_INCH = 11.0  # of a title in 11 points; a mean letter of DejaVu Sans is 0.55 of its size wide
 CAPTION_SIZE = 8.5  # points
+NAME_LINE = 24  # letters of a building's name in one line
 # The space between a number and its unit, at which no line ends.
 UNIT_OF_NUMBER = re.compile(r"(?<=\d) (?=(?:%|[mck]?m|m?s|[kM]?N|[kM]?J|m/s2?|m/s²|g|kg|t|Hz|years?)(?![\w/]))")
 TIE = "\u00a0"
@@ -336,6 +339,9 @@ def legend_below(figure: Figure, handles: list[Any], columns: int, caption: str 
     The layout knows the caption alone: empty lines in front of it make the room.
     """
     position: dict[str, Any] = {"loc": "outside lower center", "ncols": columns}
+    if caption is not None:
+        most = int(figure.get_figwidth() * LETTERS_AN_INCH * 11.0 / 8.0)
+        caption = "\n".join(in_lines(line, most) for line in caption.split("\n"))
     words = figure.get_supxlabel()
     if words:
         rows = -(-len(handles) // columns) + (0 if caption is None else caption.count("\n") + 1)

@@ -10,7 +10,9 @@ import xarray as xr
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.options import percent_words
 from pounding_risk.assessment.uncertain_words import OUTPUT_WORDS, gap_scatter, indices_words
-from pounding_risk.figures.style import MEANING, QUIET, STYLES, Figure, blank, plain, title
+from pounding_risk.assessment.verdict import share_words
+from pounding_risk.figures.assess import VERDICT_WORDS
+from pounding_risk.figures.style import MEANING, QUIET, STYLES, Figure, blank, message, plain, title
 from pounding_risk.results.check import check_kind
 from pounding_risk.statistics.sobol import LEAST_SAMPLES
 from pounding_risk.units import say_in
@@ -59,8 +61,15 @@ def uncertainty_figure(results: xr.Dataset, note: str = "") -> Figure:
     )
     shares = " ".join(dict.fromkeys(filter(None, map(indices_words, parts))))
     condition = f"{condition}. {shares}" if shares else condition
-    title(figure, "P(contact) over samples and motions, and what it depends on", condition, note)
+    title(figure, "; ".join(map(_finding, parts)), condition, note)
     return figure
+
+
+def _finding(part: xr.Dataset) -> str:
+    """The verdict on the gap of one interface, with P(contact)."""
+    name, word = plain(str(part["interface"].item())), str(part["verdict"].item())
+    gap, share = say_in(float(part["judged_gap"]), "mm", 3), share_words(float(part["judged_probability"]))
+    return f"{name}: {gap} is {VERDICT_WORDS.get(word, word)}, P(contact) over samples and motions {share}"
 
 
 def _draw_contact(axis: Any, part: xr.Dataset, name: str) -> None:
@@ -106,6 +115,12 @@ def _draw_indices(axis: Any, part: xr.Dataset) -> None:
         }
         labels = [*map(str, one["uncertain_number"].values), "the motion"]
         one = type(one)(with_motion, {"uncertain_number": labels})
+    words = OUTPUT_WORDS.get(output, output.replace("_", " "))
+    if not np.isfinite(one["first_order"].values).any():
+        axis.set(xticks=[], yticks=[])
+        few = f"no shares of the variance from so few samples: {LEAST_SAMPLES} or more"
+        varies = float(part["output_deviation"].sel(output=output)) > 0.0
+        return message(axis, few if varies else f"{words} does not vary over the samples")
     names = one["uncertain_number"].values
     order = _ordered(one["first_order"].values)
     kinds = [("first_order", FIRST, "", "first-order")]
@@ -125,16 +140,10 @@ def _draw_indices(axis: Any, part: xr.Dataset) -> None:
     axis.axvline(0.0, color=QUIET, linewidth=0.8)
     axis.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
     axis.set_xlabel("share of the variance over the samples")
-    words = OUTPUT_WORDS.get(output, output.replace("_", " "))
-    if np.isfinite(one["first_order"].values).any():
-        if len(kinds) > 1:
-            axis.legend(fontsize=8)
-        which = "first-order and total shares" if len(kinds) > 1 else "first-order shares"
-        axis.set_title(f"{which} of {words}, with bounds", fontsize=9.5)
-    elif float(part["output_deviation"].sel(output=output)) > 0.0:
-        axis.set_title(f"no shares from so few samples: {LEAST_SAMPLES} or more", fontsize=9.5)
-    else:
-        axis.set_title(f"{words} does not vary over the samples", fontsize=9.5)
+    if len(kinds) > 1:
+        axis.legend(fontsize=8)
+    which = "first-order and total shares" if len(kinds) > 1 else "first-order shares"
+    axis.set_title(f"{which} of {words}, with bounds", fontsize=9.5)
 
 
 def _short(name: Any) -> str:

@@ -113,7 +113,8 @@ def verification_differences_figure(outcome: Any) -> Figure:
     ]
     handles.append(Line2D([], [], linestyle="", marker="|", color=QUIET, label="tolerance effect, rtol 1e-6 to 1e-9"))
     handles.append(Line2D([], [], linestyle="--", color=QUIET, label="5 %"))
-    title(figure, "Difference of published values from ours, and change of ours with the tolerance", outcome.finding())
+    shown = "difference of published values from ours, and change of ours with the tolerance"
+    title(figure, outcome.finding(), shown)
     legend_below(figure, handles, 3)
     return figure
 

@@ -9,6 +9,7 @@ from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.words import FIRST
 from pounding_risk.assessment.options import NO_BOUND, NO_LOWER, NO_UPPER
 from pounding_risk.assessment.sensitivity import NEVER, force_words
 from pounding_risk.assessment.separations.rules import FROM_MEMORY, ONE_GROUND, OWN_PEAKS, QUOTED_ONLY, RATIONAL, SHARED
@@ -124,7 +125,7 @@ def yielding(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
     own = [at for at, share in enumerate(shares) if share.contact_model == one.own_model]
     keep = [own[at] for at in evenly(len(own), KEPT)]
     caption = f"{one.name}: probability of reaching F_E at a gap of {_yield_gap(one)}, motions {one.at}."
-    columns = "F_E is that of floors that meet; a column keeps its own, which `validate` shows of a scene. "
+    columns = "F_E is that of floors that meet, or of columns where none meet; `validate` shows both of a scene. "
     return [
         table(caption, heads, rows, keep=keep, note="some of the scene's own contact model"),
         paragraph(f"{columns * (len(assessment.interfaces) > 1)}The scene's own: {_own_force(one)}."),
@@ -165,7 +166,7 @@ def influences(one: InterfaceAssessment) -> list[Block]:
     heads = ["influence of", "on", "from one level to another"]
     rows = [(KEYS[each.key], each.what, each.words) for each in one.sensitivity if not each.is_single]
     levels = {(name_of(each.key), each.levels[0][0]): None for each in one.sensitivity if each.is_single}
-    single = " and ".join(f"one {key}, {level}" for key, level in levels)
+    single = " and ".join(f"one {key} ({level})" for key, level in levels)
     return [
         *([table(f"{one.name}: influences on the outputs.", heads, rows)] if rows else []),
         *([paragraph(f"The grid has {single}: scan several to see what they change.")] if single else []),
@@ -238,7 +239,8 @@ def _not_fitted(one: InterfaceAssessment) -> list[Block]:
             words += "" if curve.yield_force is None else f", F_E {strength(curve.yield_force, unit=True)['text']}"
             words += f" under {name_of(curve.contact_model)}" if curve.contact_model else ""
             faults.setdefault(curve.fault, []).append(words)
-    sentences = [f"{'; '.join(which)}: {fault}." for fault, which in faults.items()]
+    more = {fault: f" and {len(which) - FIRST} more" * (len(which) > FIRST) for fault, which in faults.items()}
+    sentences = [f"{'; '.join(which[:FIRST])}{more[fault]}: {fault}." for fault, which in faults.items()]
     if others:
         sentences.append(f"contact at {counted(others, 'other gap')}: `assess -o` writes the reason of each.")
     return [paragraph(f"{one.name}, not fitted:"), listing(sentences, mark="")] if sentences else []

@@ -39,7 +39,7 @@ from pounding_risk.results.scene_axes import (
 )
 from pounding_risk.results.variables import NOT_RUN, UNPUSHED
 from pounding_risk.scene.scene_axis import SAMPLE, SceneAxis
-from pounding_risk.units import SHOWN, STANDARD_GRAVITY, si
+from pounding_risk.units import SHOWN, STANDARD_GRAVITY, rounded, si
 
 MOST_CASES = 200_000  # a page of more is slow to open
 COLUMNS = "columns' own"  # F_E where floors never yield and columns have one
@@ -325,7 +325,7 @@ def _facts(dataset: xr.Dataset) -> list[str]:
     if amplitude_axis(dataset) not in dataset.dims:
         facts.append(f"Motions {Results(dataset).amplitude_words()}.")
     if "rtol" in dataset.attrs:
-        facts.append(f"Each case to a relative tolerance of {float(dataset.attrs['rtol']):g}.")
+        facts.append(f"Each case to a relative tolerance of {rounded(float(dataset.attrs['rtol']))}.")
     if "sensitive" in dataset:
         again, moved = int((dataset["sensitive"] >= 0).sum()), int((dataset["sensitive"] == 1).sum())
         facts.append(f"{again:,} recomputed at a tighter tolerance, {moved:,} of them sensitive to it.")

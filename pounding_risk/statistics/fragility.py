@@ -147,9 +147,10 @@ def unfit(im: Array, failed: NDArray[np.bool_], shown: Shown = plain) -> str:
         return f"all motions have one intensity, {one}: a curve needs several; {repair}"
     count = int(failed.sum())
     if count in (0, failed.size):
-        return f"{'all' if count else 'none'} of the {failed.size} runs fail: a curve needs both kinds"
+        reach = "all" if count else "none"
+        return f"{reach} of the {failed.size} runs reach it: a curve needs some that do and some that do not"
     if im[~failed].max() <= im[failed].min():
-        return "no survivor is stronger than a failure: the dispersion may be 0"
+        return "no run that does not reach it is at a higher intensity than one that does: the dispersion may be 0"
     return ""
 
 

@@ -391,7 +391,7 @@ def aside(dataset: xr.Dataset, names: list[str]) -> list[str]:
     others = [str(name) for name in dataset["contact_model"].values if name not in (*names, dataset.attrs["baseline"])]
     if not others or "reference_restitution_asked" not in dataset:
         return []
-    return [f"in the tables only, as they cannot be on equal terms: {', '.join(others)}"]
+    return [f"left out of this finding, as they cannot be on equal terms: {', '.join(others)}"]
 
 
 def _moves(moved: list[Moved]) -> str:

@@ -65,7 +65,7 @@ def test_figures_say_the_finding(folder, says):
     with_pounding = results["probability"].sel(state="tiles", pounding="with")
     assert solid[0].get_ydata() == pytest.approx(with_pounding.values)
     demands = ida_figure(results)
-    assert words_of(demands).startswith("Demands of the motions against their intensity")
+    assert words_of(demands).splitlines()[0] == headline
     assert [axis.get_title() for axis in demands.axes] == ["with pounding", "without pounding"]
     far = results.assign(demand_ratio=results["demand_ratio"].where(results["pounding"] == "without", 1e5))
     count = far["demand_ratio"].sel(state="tiles", pounding="with").size

@@ -126,13 +126,13 @@ def gallery():
 
 
 TITLES = {
-    "impact": "Contact force of isolated impacts",
-    "simulation": "Response over time",
+    "impact": "The contact force reaches 300 kN, in isolated impacts",
+    "simulation": "2 contacts, the largest force 300 kN",
     "comparison": "Identical until 1.00 s; yielding lowers the peak from 8.00 to 4.00 mm",
-    "scan": "Peak relative displacement over gap and yield force",
-    "lines over gap": "Peak relative displacement against the gap",
-    "lines over force": "Peak relative displacement against the yield force",
-    "ratio": "Peak relative displacement with yielding over that without",
+    "scan": "The peak relative displacement reaches 10 mm; R1 as recorded, gap 0 mm, $F_E$ = 200 kN",
+    "lines over gap": "The peak relative displacement reaches 10 mm; R1 as recorded, gap 0 mm, without yielding",
+    "lines over force": "The peak relative displacement reaches 10 mm; R1 as recorded, gap 0 mm, $F_E$ = 200 kN",
+    "ratio": "Yielding multiplies the peak relative displacement by 0.5 to 2",
 }
 
 
@@ -188,6 +188,21 @@ def test_another_law_is_not_called_yielding():
 
 def test_without_a_case_to_compare_with(says):
     says([refusal(figures.ratio_figure, made_scan(forces=forces)) for forces in ((2e5, 4e5), (np.inf,))])
+
+
+def test_a_grid_without_a_complete_run_is_drawn_and_said_so():
+    failed = made_scan()
+    failed["peak_relative_displacement"] = failed["peak_relative_displacement"] * np.nan
+    failed["impact_count"] = xr.full_like(failed["impact_count"], -1)
+    assert words_of(figures.scan_figure(failed)) == "No run is complete: no peak is known\nA grid, motions as recorded"
+    assert figures.ratio_figure(failed).get_suptitle() == "No run is complete: no change by yielding is known"
+
+
+def test_every_line_has_a_look_of_its_own():
+    """Six records in two polarities are twelve lines, of which colours and dashes alone made six."""
+    one = made_scan(forces=(np.inf,)).isel(record=[0, 1, 0, 1, 0, 1]).assign_coords(record=list("ABCDEF"))
+    lines = figures.scan_figure(one).axes[0].get_lines()
+    assert len({(line.get_color(), line.get_linestyle(), line.get_marker()) for line in lines}) == len(lines) == 12
 
 
 def test_maps_name_the_earthquake_where_it_is_known(gallery):

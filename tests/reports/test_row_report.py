@@ -19,6 +19,7 @@ from pounding_risk.reports import html as page
 from pounding_risk.reports.data import ReportData
 from pounding_risk.reports.sections import adequacy, response, row, scene
 from pounding_risk.results.scene_axes import with_axes
+from pounding_risk.results.summary import summary
 from pounding_risk.scene.reader import parse_scene
 
 HERE = {"gap": 0.02, "yield_force": 4e5, "contact_model": "viscous_elastoplastic"}
@@ -94,7 +95,7 @@ def test_drifts_of_isolated_buildings_are_those_above_the_isolators(tmp_path):
     assert title == "hospital (end)\n2 of 2 motions; storey 1: its isolators"
     told = explorer.page_model(results)["facts"]
     words = "Storey 1 of hospital is its isolators, which peak drift counts."
-    assert words in told and words in pr.results.summary.summary(results).notes
+    assert words in told and words in summary(results).notes
     notes = pr.export(results, "pelicun", tmp_path / "demands").notes
     assert "hospital: 1-PFA-1-1 is of the slab on isolators, and 1-PID-1-1 of the isolators over its height" in notes
     run = pr.simulate(study)

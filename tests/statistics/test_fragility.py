@@ -96,10 +96,13 @@ def test_capacities_and_stripes_tell_the_same_fragility():
 @pytest.mark.parametrize(
     ("counts", "words"),
     [
-        ([0, 0, 0, 0, 0, 0], "none of the 240 runs fail"),
-        ([40] * 6, "all of the 240 runs fail"),
-        ([0, 0, 0, 40, 40, 40], "no survivor is stronger"),
-        ([0, 0, 7, 40, 40, 40], "no survivor is stronger"),  # one mixed stripe alone tells no dispersion
+        ([0, 0, 0, 0, 0, 0], "none of the 240 runs reach it"),
+        ([40] * 6, "all of the 240 runs reach it"),
+        ([0, 0, 0, 40, 40, 40], "no run that does not reach it"),
+        (
+            [0, 0, 7, 40, 40, 40],
+            "no run that does not reach it",
+        ),  # one mixed stripe alone tells no dispersion
         ([33, 25, 18, 9, 3, 0], "become rarer as the intensity grows"),
         ([20, 19, 20, 20, 21, 20], "hardly become more frequent as the intensity grows"),
     ],

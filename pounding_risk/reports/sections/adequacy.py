@@ -23,7 +23,7 @@ OF_A_ROW = (
     "A motion counts as contact at a gap of the grid where the buildings touch in the run with all neighbours, under "
     "the scene's own contact model and F_E; at other gaps, in the stepped curve and in required gaps, where the free "
     "relative motion closes the gap, or a run in which others push the buildings together. The F_E stated is that of "
-    "floors that meet; a column keeps its own, which stands with the scene."
+    "floors that meet, or of columns where none meet; both stand with the scene."
 )
 
 
@@ -78,11 +78,11 @@ def _codes(data: ReportData, pair: Pair) -> list[Block]:
 
 
 def _yielding(data: ReportData, pair: Pair) -> list[Block]:
-    """Figure of P(yield) against the gap, where there are several, and table of it by F_E and contact model."""
+    """Figure of P(yield) against the gap, where it is known at several, and table of it by F_E and contact model."""
     one = pair.assessed
     blocks = question.yielding(data.assessment, one) if one.yielding else []
     shares = [share for share in one.yielding if share.contact_model == data.law]
-    if len({share.gap for share in shares}) < 2:
+    if len({share.gap for share in shares if share.runs}) < 2:
         return blocks
     caption = f"{pair.name}: probability that the contact force reaches F_E{pair.at}, under {name_of(data.law)}"
     alt = f"{caption}, against the gap, for {len(drawn_forces(shares))} yield forces; the table has one gap's numbers."

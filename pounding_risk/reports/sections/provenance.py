@@ -16,6 +16,7 @@ from pounding_risk.units import GAP, exact
 
 TITLE = "Provenance"
 ORDER = 110
+MOST_GROUPS = 20  # of records, in each list; hundreds of generated motions would fill a book
 
 
 def write(data: ReportData) -> list[Block]:
@@ -46,9 +47,9 @@ def write(data: ReportData) -> list[Block]:
         *([facts("Digests.", digests)] if digests else []),
         table("Record files.", heads, files),
         heading("Origin and terms of the records", "origins"),
-        listing(f"{_who(names, data)}: {origin}" for origin, names in origins.items()),
+        listing(_by_record(origins, data, "records")),
         heading("Processing", "processing"),
-        listing(f"{_who(names, data)}: {words}" for words, names in steps.items()),
+        listing(_by_record(steps, data, "processing")),
         source("The scene, every value stated.", str(attributes["scene_resolved"])),
     ]
     assessment = data.assessment
@@ -113,6 +114,14 @@ def _asked(data: ReportData) -> list[str]:
         exactly = read_rate(words).rate == assessment.target_rate
         options += ["--target-rate", words if exactly else f"{assessment.target_rate!r} a year"]
     return options
+
+
+def _by_record(groups: dict[str, list[str]], data: ReportData, attribute: str) -> list[str]:
+    """What is said of records, alike ones together; of very many groups the first, and where the others stand."""
+    lines = [f"{_who(names, data)}: {words}" for words, names in groups.items()]
+    left = len(lines) - MOST_GROUPS
+    others = [f"{left} more: the attribute {attribute} of the dataset has them."] if left > 0 else []
+    return lines[:MOST_GROUPS] + others
 
 
 def _who(names: list[str], data: ReportData) -> str:

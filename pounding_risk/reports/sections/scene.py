@@ -11,7 +11,7 @@ from pounding_risk.render import sheet
 from pounding_risk.reports.data import ReportData
 from pounding_risk.results.attributes import has_own_grounds, moves_across, rotating_buildings
 from pounding_risk.results.opened import Results
-from pounding_risk.units import SHOWN, rounded
+from pounding_risk.units import SHOWN, legible, rounded
 
 TITLE = "Scene and assumptions"
 ORDER = 20
@@ -80,7 +80,8 @@ def _value_words(value: Any) -> str:
     first, _, unit = str(value).partition(" ")
     try:
         name, factor = SHOWN.get(unit or "1", (unit, 1.0))
-        return f"{rounded(factor * float(first))} {name}".strip()
+        number = rounded(factor * float(first))
+        return legible(value) if "e" in number and unit and "^" not in unit else f"{number} {name}".strip()
     except ValueError:
         return str(value).replace("_", " ")
 
