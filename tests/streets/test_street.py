@@ -337,7 +337,8 @@ TAGS = [{"building": "yes", "height": "12,5", "building:levels": "2-3"}]
 TAGS += [{"building": "yes", "height": "12", "building:levels": "NA"}]
 PLACE_FAULTS = {  # features, whether they are in metres, more of the file
     "250 degrees east": ([feature([shifted(250.0)])], False, {}),
-    "a system of metres": ([feature([shifted(250.0)])], False, {"crs": {"name": "EPSG:28992"}}),
+    "latitude first": (in_degrees(1e-5, (38.0, -122.0), (38.1, -122.0)), False, {}),
+    "a system without a name": ([feature([shifted(250.0)])], False, {"crs": {"name": "EPSG:28992"}}),
     # A square of 10 degrees at 5 degrees north: sqrt(2) × 1110 km; and one of 1e-4 by 1e-4.
     "metres that look like degrees": ([feature([SQUARE])], False, {}),
     "degrees said to be metres": (in_degrees(1e-5, (8.0, 50.0)), True, {}),
