@@ -52,7 +52,6 @@ MOST_DECIMALS = 8  # of degrees that are still so coarse
 FARTHEST_APART = 500e3
 SMALLEST, LARGEST = 0.5, 2e3  # m, across a footprint; outside, its coordinates are taken for those of another kind
 REPAIRABLE = 0.01  # share of its area by which a repair may change a footprint; else it is drawn again
-MOST_FAULTS = 50  # of a map that are reported
 
 
 def read_map(path: Path, *, metres: bool = False, layer: str | None = None, within: str | None = None) -> Table:
@@ -70,8 +69,6 @@ def read_map(path: Path, *, metres: bool = False, layer: str | None = None, with
     if faults:
         raise BlockError(str(path), faults)
     table = _table(features, projection, faults)
-    if len(faults) > MOST_FAULTS:
-        faults[MOST_FAULTS:] = [f"and {len(faults) - MOST_FAULTS} more faults like these"]
     if not faults and not table.entries:
         inside = f" within {within}" if within is not None else ""
         faults.append(f"has no building{inside}; export the footprints again, a feature for each")

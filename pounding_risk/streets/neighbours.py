@@ -373,9 +373,10 @@ class Street(NamedTuple):
         more = f"; and {len(each) - LISTED} more ({NEIGHBOURS})" if len(each) > LISTED else ""
         if each:
             named = f"{'; '.join(each[:LISTED])}{more}"
-            self.notes.doubts.append(
+            self.notes.doubts.add(
+                "",
                 f"{named}: taken as full neighbours, though a blow beside the middle turns buildings, which a row "
-                "leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over less"
+                "leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over less",
             )
 
     def _named(self, number: int) -> str:

@@ -442,8 +442,11 @@ def test_scenes_of_a_street_take_the_motions_of_their_sites(tmp_path, says):
 def test_numbers_without_a_unit_are_one_fault(tmp_path, says):
     path = write(tmp_path / "street.gpkg", in_degrees(made_street(), 15.0, 40.0), "EPSG:4326", height=[9.0] * 5)
     says(read_faults(path))
-    faults = read_faults(write(tmp_path / "crossed.parquet", [shapely.Polygon(BOW)] * 80, "EPSG:32633"))
-    assert len(faults) == 51 and faults[-1] == "and 30 more faults like these"
+    with pytest.raises(BlockError) as error:
+        read_block(write(tmp_path / "crossed.parquet", [shapely.Polygon(BOW)] * 80, "EPSG:32633"))
+    assert len(error.value.faults) == 80
+    assert str(error.value).splitlines()[0].endswith(": 80 faults")
+    assert len(str(error.value).splitlines()) == 52 and str(error.value).endswith("and 30 more faults")
 
 
 def test_the_command_reads_a_map(tmp_path, says):
