@@ -24,7 +24,7 @@ from pounding_risk.streets.inventory import inventory_table
 from pounding_risk.streets.inventory._lines import Notes as Doubts
 from pounding_risk.streets.joined import with_inventory
 from pounding_risk.streets.neighbours import NEIGHBOURS, BlockRow, ClosePair, Street, between_streets, neighbours_csv
-from pounding_risk.streets.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_text
+from pounding_risk.streets.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug, write_texts
 from pounding_risk.streets.table import (
     MAPS,
     BlockError,
@@ -264,8 +264,7 @@ def write_block(
         for path in made:
             path.rmdir()
         raise
-    for name, text in texts.items():
-        write_text(folder / name, text)
+    write_texts(folder, texts)
     return [folder / name for name in texts]
 
 
@@ -419,7 +418,9 @@ def _table(source: Path, rules: Rules, layer: str | None, within: str | None, in
         return table if inventory is None else with_inventory(table, Path(inventory))
     if suffix != ".csv":
         kinds = ", ".join((".csv", *MAPS))
-        raise BlockError(str(source), [f"{shown(suffix)} is no table of a street; give a file that ends in {kinds}"])
+        raise BlockError(
+            str(source), [f"{shown(suffix or str(source))} is no table of a street; give a file that ends in {kinds}"]
+        )
     if rules.metres:
         raise BlockError(str(source), ["a CSV has no coordinates to be in metres; leave the option out"])
     options = {"layer": layer, "within": within, "inventory": inventory}

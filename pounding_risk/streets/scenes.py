@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from math import isnan
+from operator import methodcaller
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pounding_risk._common.files import write_whole
+from pounding_risk._common.files import write_together
 from pounding_risk._common.letters import cell, csv_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.request import SOURCES
@@ -96,13 +97,12 @@ def filled_csv(filled: Iterable[Filled]) -> str:
     return csv_text([("street", "building", "column", "value", "rule"), *([*map(cell, row)] for row in filled)])
 
 
-def write_text(target: Path, text: str) -> None:
-    """Write a whole file to a folder, which is made where it is missing; raises PoundingError where that fails."""
+def write_texts(folder: Path, texts: Mapping[str, str]) -> None:
+    """Write files to a folder, all or none; raises PoundingError where that fails."""
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(target, lambda file: file.write(text.encode()))
+        write_together((folder / name, methodcaller("write", text.encode())) for name, text in texts.items())
     except OSError as error:
-        raise PoundingError(f"{target}: cannot be written ({error.strerror}); choose another folder") from None
+        raise PoundingError(f"{folder}: cannot be written ({error.strerror}); choose another folder") from None
 
 
 def slug(name: str) -> str:
