@@ -15,6 +15,9 @@ class RecordError(PoundingError):
     """A strong-motion record that cannot be read or trusted."""
 
 
+MOST_FAULTS = 50  # of a file that its error says; `faults` has them all
+
+
 class SceneError(PoundingError):
     """A scene file with one or more faults; ``faults`` holds one sentence each."""
 
@@ -23,7 +26,8 @@ class SceneError(PoundingError):
         self.faults = list(faults)
         count = len(self.faults)
         head = f"{source}: {count} fault{'s' if count != 1 else ''}"
-        super().__init__("\n".join([head, *(f"  - {fault}" for fault in self.faults)]))
+        more = [f"and {count - MOST_FAULTS} more faults"] if count > MOST_FAULTS else []
+        super().__init__("\n".join([head, *(f"  - {fault}" for fault in [*self.faults[:MOST_FAULTS], *more])]))
 
 
 class Stopped(KeyboardInterrupt):

@@ -190,7 +190,8 @@ def uneven(cells: Sized, heads: Sized) -> str:
     """Words on a row with another number of cells than the head; "" where both have as many."""
     if len(cells) == len(heads):
         return ""
-    return f"has {counted(len(cells), 'cell')}, the head has {len(heads)}; write one a column"
+    quotes = ", in quotes where it holds a comma" if len(cells) > len(heads) else ""
+    return f"has {counted(len(cells), 'cell')}, the head has {len(heads)}; write one a column{quotes}"
 
 
 def split_unit(head: str) -> tuple[str, str]:

@@ -8,6 +8,7 @@ from os.path import relpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from pounding_risk._common.counted import counted
 from pounding_risk._common.words import listed
 from pounding_risk.cli._common import options as shared
 from pounding_risk.cli._common.files import announce, check_folder
@@ -104,6 +105,8 @@ def _run(values: dict[str, Any]) -> None:
     chosen |= {
         name: shared.read_optional(f"--{name.replace('_', '-')}", values[name], RANGES[name]) for name in NUMBERS
     }
+    if values["chain"] != "hazus" and values["code_level"] != "moderate":
+        raise PoundingError("--code-level: is that of storeys by hazus; add --chain hazus, or leave it out")
     rules = Rules(**chosen)
     tables = _tables(values)
     contact = Contact(**{name: values[name] for name in Contact._fields})
@@ -118,7 +121,11 @@ def _run(values: dict[str, Any]) -> None:
     rows.check()
     if out is not None:
         written = write_block(rows, out, records=record or None, contact=contact, tables=tables)
-        announce(*written)
+        *scenes, _, _, _ = written
+        left_out = scenes[LISTED:]
+        announce(*(path for path in written if path not in set(left_out)))
+        if left_out:
+            print(f"and {counted(len(left_out), 'more scene')}, the last of them {left_out[-1].name}")
         if others := sorted(path.name for path in set(out.glob("*.toml")) - set(written)):
             names = listed(others, LISTED)
             print_notes([f"{names} in {out}: not of this street, or of an earlier run; *.toml reads these too"])
@@ -163,7 +170,10 @@ def _check_contact(contact: Contact) -> None:
     from pounding_risk.studies.impact import restitution_of
     from pounding_risk.units import GAP, YIELD_FORCE
 
-    law = known_law(contact.contact_model)
+    try:
+        law = known_law(contact.contact_model)
+    except PoundingError as error:
+        raise PoundingError(f"--contact-model: {error}") from None
     if contact.contact_model not in LAWS:
         laws = ", ".join(LAWS)
         raise PoundingError(f"--contact-model: {contact.contact_model} is for pairs; in a row choose among {laws}")
@@ -186,8 +196,12 @@ def _check_contact(contact: Contact) -> None:
 def _check_records(records: Sequence[str]) -> None:
     """Raise PoundingError for a record that is not in the catalogue."""
     from pounding_risk.motions.catalogue import entry
+    from pounding_risk.units import shown
 
     for record in records:
+        if set(record) & set("./*"):
+            repair = f"write files = [{shown(record)}] in place of names into [records] of the scenes"
+            raise PoundingError(f"--record: {shown(record)} is no id of the catalogue but a file; {repair}")
         try:
             entry(record)
         except PoundingError as error:

@@ -12,10 +12,17 @@ from pounding_risk.models.structures.contact_points import FLOOR_DEPTH, USUAL_DE
 from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.models.structures.typologies import EUROPEAN, known_typology
 from pounding_risk.streets.hazus import FAMILIES, LEVELS, NO_CODE, OF_TYPOLOGY, Chain, Type, chain, family_of, type_of
+from pounding_risk.streets.inventory._lines import Notes as Doubts
 from pounding_risk.streets.table import AREA, HEIGHT, LOAD, STOREYS, Entry, Mapped
 from pounding_risk.units import DAMPING, GAP, STANDARD_GRAVITY, Quantity, say, shown, si, unknown
 
 LOWEST_STOREY, HIGHEST_STOREY = 2.0, 6.0  # m; a storey outside is doubted
+HIGH = (
+    f"a storey would be lower than {LOWEST_STOREY:g} m or higher than {HIGHEST_STOREY:g} m; check height and storeys, "
+    "and the unit of the height"
+)
+UNLIKE = 2.0  # ratio of a floor's area to that of the footprint from which on both are doubted
+AREA_DOUBT = "the floor area is less than half or more than twice that of the footprint; check its unit"
 LIMIT = Quantity("m", 0.0, inf, "gap that parts rows", open_low=True, open_high=True, example="1 m")
 RESOLUTION = Quantity("m", 0.0, 100.0, "resolution of footprints", example="0.5 m")
 FACING = Quantity("1", 0.0, 1.0, "share of a front", open_high=True, example="0.1")
@@ -98,7 +105,10 @@ class Rules:
                 object.__setattr__(self, name, si(value, quantity, f"rules, {name}"))
         if self.storeys is not None and self.storeys != int(self.storeys):
             raise PoundingError(f"rules, storeys: {self.storeys} is no whole number; write one such as 3")
-        known_typology(self.typology)
+        try:
+            known_typology(self.typology)
+        except PoundingError as error:
+            raise PoundingError(f"--typology (typology in Python): {error}") from None
         for name, known in (("chain", CHAINS), ("code_level", LEVELS)):
             value = getattr(self, name)
             if value not in known:
@@ -157,7 +167,7 @@ class Notes(NamedTuple):
 
     faults: list[str]
     filled: list[Filled]
-    doubts: list[str]
+    doubts: Doubts
 
 
 def unnamed(number: int) -> str:
@@ -180,6 +190,10 @@ class Completed:
     def fault(self, words: str) -> None:
         """Note what is wrong; ``words`` begin with the column, or with what the entry does."""
         self.notes.faults.append(f"{self.where}{words}")
+
+    def doubt(self, detail: str, words: str) -> None:
+        """Note what is doubtful, once for all buildings of which the same ``words`` hold."""
+        self.notes.doubts.add(f"{self.where} ({detail})" if detail else self.where, words)
 
     def house(self) -> House:
         """The building of the entry, with what its rules fill in."""
@@ -282,17 +296,16 @@ class Completed:
             return height, storeys
         storeys = values["storeys"]
         if not LOWEST_STOREY <= height / storeys <= HIGHEST_STOREY:
-            words = f"{storeys} storeys in {height:g} m are {height / storeys:.2g} m each"
-            self.notes.doubts.append(f"{self.where}: {words}; check both, and the unit of the height")
+            self.doubt(f"{storeys} storeys in {height:.4g} m", HIGH)
         return height, storeys
 
     def _floor_mass(self) -> float:
         """Mass of each floor: as given, or of its area under a load."""
         values, footprint, area = self.values, self.entry.footprint, self.rules.floor_area
         if "floor mass" in values:
-            unused = [column for column in ("floor area", "floor load") if column in values]
-            why = "is not used, as its floor mass is given"
-            self.notes.doubts.extend(f"{self.where}: its {column} {why}" for column in unused)
+            for column in ("floor area", "floor load"):
+                if column in values:
+                    self.doubt("", f"its {column} is not used, as its floor mass is given")
             return float(values["floor mass"])
         size = values.get("floor area")
         if size is None and footprint is not None:
@@ -304,6 +317,8 @@ class Completed:
         elif size is None:
             self.fault(": gives neither floor mass nor floor area; write one, or state an area for all such")
             return nan
+        elif footprint is not None and not 1.0 / UNLIKE <= size / footprint.area <= UNLIKE:
+            self.doubt(f"{size:.4g} m² over {footprint.area:.4g} m²", AREA_DOUBT)
         load = values.get("floor load", self.rules.floor_load)
         if "floor load" not in values:
             self.fill("floor load", f"{load / 1e3:g} kN/m²", STATED)

@@ -11,13 +11,12 @@ import shapely
 
 from pounding_risk._common.letters import plain
 from pounding_risk._common.words import nearest
-from pounding_risk.streets.footprints import Array, Geometry
+from pounding_risk.streets.footprints import Geometry
 from pounding_risk.streets.geojson import collection_of, polygons_of, properties_of
 from pounding_risk.streets.projection import DEGREES
 from pounding_risk.streets.table import BlockError, file_text
 from pounding_risk.units import shown
 
-WORLD = ("crs84", "4326")  # how a GeoJSON may name longitude and latitude on WGS 84, its only coordinates (RFC 7946)
 GEOJSON = (".geojson", ".json")
 LAYERED = {".gpkg": "GeoPackage", ".fgb": "FlatGeobuf"}
 PARQUET = (".parquet", ".geoparquet")
@@ -126,51 +125,31 @@ def _ids(properties: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _from_geojson(text: str, metres: bool, faults: list[str]) -> Features:
-    """The features of a collection, whose coordinates are longitude and latitude, or metres."""
+    """The features of a collection, in the system that it names, as GDAL and QGIS do, or in WGS 84 (RFC 7946)."""
     collection = collection_of(text, "footprints", faults)
-    system = str(collection.get("crs", "CRS84")).lower()
-    if not metres and not any(name in system for name in WORLD):
-        faults.append(
-            f"crs: {shown(collection['crs'])} is not longitude and latitude, which GeoJSON has (RFC 7946); export the "
-            f"file in WGS 84, or {METRES_HINT}"
-        )
-        return Features([], [], [], [])
+    system = collection.get("crs", None if metres else DEGREES)
+    if isinstance(system, dict):
+        named = properties_of(system)
+        system = named.get("name", named.get("code", ""))
     tables = collection["features"]
     places = [f"feature {number}" for number in range(1, len(tables) + 1)]
     properties = [dict(properties_of(table)) for table in tables]
     shapes = []
     for place, table in zip(places, tables, strict=True):
         try:
-            shapes.append(_shape(table.get("geometry"), metres))
+            shapes.append(_shape(table.get("geometry")))
         except ValueError as error:
             faults.append(f"{place}: {error}")
             shapes.append(None)
     own_ids = [value if isinstance(value := table.get("id"), str | int) else None for table in tables]
     ids = [other if own is None else str(own) for own, other in zip(own_ids, _ids(properties), strict=True)]
-    return Features(places, properties, shapes, ids, None if metres else DEGREES)
+    return Features(places, properties, shapes, ids, system)
 
 
-def _shape(geometry: Any, metres: bool) -> Geometry:
+def _shape(geometry: Any) -> Geometry:
     """The geometry of a feature of a GeoJSON; raises ValueError with what is wrong with it."""
     polygons = []
     for rings in polygons_of(geometry):
-        outer, *holes = [_corners(ring, metres) for ring in rings]
+        outer, *holes = [np.array([position[:2] for position in ring], dtype=np.float64) for ring in rings]
         polygons.append(shapely.Polygon(outer, holes))
     return polygons[0] if geometry["type"] == "Polygon" else shapely.MultiPolygon(polygons)
-
-
-def _corners(ring: Sequence[Sequence[float]], metres: bool) -> Array:
-    """The corners of a ring; raises ValueError for one that should be in degrees and is not."""
-    corners = np.array([position[:2] for position in ring], dtype=np.float64)
-    far = (np.abs(corners) > (180.0, 90.0)).any(axis=1)
-    if not metres and far.any():
-        raise ValueError(no_degrees(corners[far][0]))
-    return corners
-
-
-def no_degrees(corner: Array) -> str:
-    """The fault of a corner outside the range of longitude and latitude."""
-    return (
-        f"[{corner[0]:g}, {corner[1]:g}] is no longitude and latitude in degrees; export the file in WGS 84, or "
-        f"{METRES_HINT}"
-    )

@@ -19,7 +19,7 @@ from pounding_risk._common.letters import without_mark
 from pounding_risk._common.words import listed
 from pounding_risk.streets.footprints import Geometry, last_decimal
 from pounding_risk.streets.geojson import FARTHEST, POLYGONS, no_polygon
-from pounding_risk.streets.map_files import IDS, METRES_HINT, Features, no_degrees, read_features
+from pounding_risk.streets.map_files import IDS, METRES_HINT, Features, read_features
 from pounding_risk.streets.map_tags import (
     MAPPED_FROM_IMAGES,
     Dialect,
@@ -31,6 +31,7 @@ from pounding_risk.streets.map_tags import (
 from pounding_risk.streets.projection import DEGREES, Projection, system_of
 from pounding_risk.streets.table import (
     COLUMNS,
+    DEGREE,
     MAPS,
     BlockError,
     Entry,
@@ -44,13 +45,13 @@ from pounding_risk.streets.table import (
 )
 from pounding_risk.units import GAP, say, shown
 
+METRE = ("metre", "meter", "m")  # as definitions of systems name it
 COARSE = 5e-3  # m on the ground; coarser coordinates are doubted
 MOST_DECIMALS = 8  # of degrees that are still so coarse
 # m; within, lengths of a transverse Mercator projection about the middle are off by 8e-4 at most.
 FARTHEST_APART = 500e3
 SMALLEST, LARGEST = 0.5, 2e3  # m, across a footprint; outside, its coordinates are taken for those of another kind
 REPAIRABLE = 0.01  # share of its area by which a repair may change a footprint; else it is drawn again
-MOST_FAULTS = 50  # of a map that are reported
 
 
 def read_map(path: Path, *, metres: bool = False, layer: str | None = None, within: str | None = None) -> Table:
@@ -68,8 +69,6 @@ def read_map(path: Path, *, metres: bool = False, layer: str | None = None, with
     if faults:
         raise BlockError(str(path), faults)
     table = _table(features, projection, faults)
-    if len(faults) > MOST_FAULTS:
-        faults[MOST_FAULTS:] = [f"and {len(faults) - MOST_FAULTS} more faults like these"]
     if not faults and not table.entries:
         inside = f" within {within}" if within is not None else ""
         faults.append(f"has no building{inside}; export the footprints again, a feature for each")
@@ -114,9 +113,10 @@ def _projection(features: Features, metres: bool, faults: list[str]) -> Projecti
         faults.append(f"{error}; export the footprints again in another one, or {METRES_HINT}")
         return None
     if metres:
-        if system is not None and system.is_geographic:
-            why = f"its coordinates are degrees ({system.name}), so they are no metres"
-            faults.append(f"{why}; leave out --metres (metres=True in Python)")
+        if system is not None and (unit := system.axis_info[0].unit_name) not in METRE:
+            why = f"its coordinates are in the unit {shown(unit)} ({system.name}), so they are no metres"
+            repair = "set the coordinate reference system that the file really has"
+            faults.append(f"{why}; leave out --metres (metres=True in Python), or {repair}")
         return None
     if system is None:
         faults.append(
@@ -127,14 +127,22 @@ def _projection(features: Features, metres: bool, faults: list[str]) -> Projecti
     shapes = [shape for shape in features.geometries if shape is not None]
     corners = shapely.get_coordinates(shapes)
     if system.is_geographic:
-        outside = (np.abs(corners) > (180.0, 90.0)).any(axis=1)
-        for number, shape in enumerate(features.geometries) if outside.any() else ():
-            own = shapely.get_coordinates(shape)
-            far = own[(np.abs(own) > (180.0, 90.0)).any(axis=1)]
-            if len(far):
-                faults.append(f"{features.places[number]}: {no_degrees(far[0])}")
+        faults += _outside(features)
     finite = corners[np.isfinite(corners).all(axis=1)]
     return Projection.about(finite, system) if len(finite) and not faults else None
+
+
+def _outside(features: Features) -> list[str]:
+    """One fault for all features with a corner that is no longitude and latitude."""
+    corners, owners = shapely.get_coordinates(features.geometries, return_index=True)
+    far = (np.abs(corners) > (180.0, 90.0)).any(axis=1)
+    if not far.any():
+        return []
+    first, places = corners[far][0], [features.places[owner] for owner in np.unique(owners[far])]
+    repair = f"export the file in WGS 84, or {METRES_HINT}"
+    if (np.abs(corners) <= (90.0, 180.0)).all() and np.ptp(corners, axis=0).max() < FARTHEST_APART / DEGREE:
+        repair = "latitude stands first; write longitude before latitude"
+    return [f"{listed(places)}: [{first[0]:g}, {first[1]:g}] is no longitude and latitude in degrees; {repair}"]
 
 
 def _within(features: Features, within: str, projection: Projection | None, faults: list[str]) -> Features:

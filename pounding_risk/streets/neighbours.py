@@ -373,9 +373,10 @@ class Street(NamedTuple):
         more = f"; and {len(each) - LISTED} more ({NEIGHBOURS})" if len(each) > LISTED else ""
         if each:
             named = f"{'; '.join(each[:LISTED])}{more}"
-            self.notes.doubts.append(
+            self.notes.doubts.add(
+                "",
                 f"{named}: taken as full neighbours, though a blow beside the middle turns buildings, which a row "
-                "leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over less"
+                "leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over less",
             )
 
     def _named(self, number: int) -> str:
@@ -408,11 +409,13 @@ class Street(NamedTuple):
 def _unhidden(pairs: Sequence[Facing]) -> list[Facing]:
     """The pairs with the faced length that no building between them hides: less what both of them face of that one."""
     to_right: dict[int, dict[int, float]] = {}
+    to_left: dict[int, set[int]] = {}
     for pair in pairs:
         to_right.setdefault(pair.left, {})[pair.right] = pair.faced
+        to_left.setdefault(pair.right, set()).add(pair.left)
     seen = []
     for pair in pairs:
-        between = to_right[pair.left].keys() & {left for left, rights in to_right.items() if pair.right in rights}
+        between = to_right[pair.left].keys() & to_left[pair.right]
         hidden = max((min(to_right[pair.left][one], to_right[one][pair.right]) for one in between), default=0.0)
         seen.append(pair._replace(faced=max(pair.faced - hidden, 0.0)) if hidden > 0.0 else pair)
     return seen

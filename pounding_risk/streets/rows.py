@@ -22,6 +22,7 @@ from pounding_risk.scene.reader import parse_scene
 from pounding_risk.streets.defaults import Completed, Filled, House, Notes, Rules, unnamed
 from pounding_risk.streets.footprints import Array, rings
 from pounding_risk.streets.inventory import inventory_table
+from pounding_risk.streets.inventory._lines import Notes as Doubts
 from pounding_risk.streets.joined import with_inventory
 from pounding_risk.streets.neighbours import NEIGHBOURS, BlockRow, ClosePair, Street, between_streets, neighbours_csv
 from pounding_risk.streets.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug
@@ -316,7 +317,7 @@ def read_block(
     source, rules = Path(path), rules or Rules()
     table = _table(source, rules, layer, within, inventory)
     resolution = table.resolution if rules.resolution is None else Resolution(rules.resolution, "as stated")
-    notes = Notes([], [], list(table.left_out))
+    notes = Notes([], [], Doubts())
     numbers = {entry.place: number for number, entry in enumerate(table.entries, start=1)}
     rows: list[BlockRow] = []
     in_no_row: list[House] = []
@@ -339,7 +340,8 @@ def read_block(
         raise BlockError(str(source), notes.faults)
     if len(streets) > 1:
         close += between_streets(every, rules, resolution.size)
-    facts = tuple(notes.filled), tuple(notes.doubts), rules, tuple(close), sides, resolution
+    said = (*table.left_out, *notes.doubts.sentences())
+    facts = tuple(notes.filled), said, rules, tuple(close), sides, resolution
     return Block(source.name, tuple(rows), tuple(in_no_row), *facts)
 
 
@@ -414,7 +416,9 @@ def _table(source: Path, rules: Rules, layer: str | None, within: str | None, in
         return table if inventory is None else with_inventory(table, Path(inventory))
     if suffix != ".csv":
         kinds = ", ".join((".csv", *MAPS))
-        raise BlockError(str(source), [f"{shown(suffix)} is no table of a street; give a file that ends in {kinds}"])
+        raise BlockError(
+            str(source), [f"{shown(suffix or str(source))} is no table of a street; give a file that ends in {kinds}"]
+        )
     if rules.metres:
         raise BlockError(str(source), ["a CSV has no coordinates to be in metres; leave the option out"])
     options = {"layer": layer, "within": within, "inventory": inventory}

@@ -5,12 +5,15 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
 from sweeps import sweep
 
+from pounding_risk.cli._common.compile_cache import report_trouble
 from pounding_risk.cli._common.streams import PLAIN, in_ascii
+from pounding_risk.figures.style import blank, write
 
 MODELS = f'{sys.executable} -c "import pounding_risk.cli as cli; cli.main()" models'
 posix = pytest.mark.skipif(os.name == "nt", reason="the words are a POSIX shell's")
@@ -82,3 +85,16 @@ def test_replacements_are_ascii(text, plain):
 
 def test_every_replaced_sign_has_one():
     assert all(len(sign) == 1 and in_ascii(sign).isascii() and "?" not in in_ascii(sign) for sign in PLAIN)
+
+
+def test_letters_that_the_font_of_figures_lacks_are_one_sentence(tmp_path, capsys):
+    """Matplotlib warns of each letter at each drawing."""
+    figure, axes = blank()
+    axes[0, 0].set_title("山田 | ビル")
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        with report_trouble():
+            write(figure, tmp_path / "name.png")
+    (told,) = capsys.readouterr().err.splitlines()
+    words = "figures show boxes for letters such as 山, which DejaVu Sans lacks; write names in others"
+    assert told == f"pounding-risk: note: {words}"

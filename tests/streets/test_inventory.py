@@ -90,6 +90,21 @@ def test_a_location_file_of_oed_is_read_in_its_default_units_and_in_those_it_giv
     assert any('"OEDVersion"' in note for note in inventory.left_out)
 
 
+def test_999_below_zero_is_unknown_in_every_number_of_oed(tmp_path):
+    """OEDInputFields.csv gives it as the default of numbers that are not known."""
+    blank = OED.replace("-1,-999,1,0,11,1990,5000,0", "-999,-999.0,-999,-999,-999,-999,-999,-999")
+    third = read_inventory(written(tmp_path, "loc.csv", blank)).entries[2]
+    assert set(third.values) == {"name"} and third.year is None
+
+
+def test_block_doubts_a_floor_of_another_size_than_its_footprint(tmp_path):
+    """360 m² on two floors, of an insurer who means metres and states no unit, are taken for square feet: 16.7 m²."""
+    text = OED.rsplit("1,A1,12", 1)[0].replace("360,12", "360,")
+    (note,) = (note for note in read_block(written(tmp_path, "loc.csv", text)).notes if "unit" in note)
+    # On WGS 84 at 37.98 degrees: 17.563 m by 11.100 m.
+    assert note.startswith("line 3, 11 (16.72 m² over 194.9 m²): the floor area is less than half")
+
+
 def test_the_example_of_oed_is_read(root):
     """Four lines of the standard's own example, of 190 columns most of which are blank."""
     inventory = read_inventory(root / "tests/data/inventories/oed_property_location.csv")

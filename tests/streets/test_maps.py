@@ -91,6 +91,7 @@ SYSTEMS = [
     ("street.fgb", "EPSG:3857", (151.2, -33.87)),  # of web maps, stretched by 1 / cos 33.87 degrees = 1.2
     ("street.parquet", "OGC:CRS84", (151.2, -33.87)),
     ("street.gpkg", "EPSG:2263", (-74.0, 40.7)),  # US survey feet
+    ("street.geojson", "EPSG:2263", (-74.0, 40.7)),  # in its member crs, as GDAL and QGIS write it
     ("street.fgb", "EPSG:27572", (2.35, 48.85)),  # Lambert zone II on Clarke 1880 and the meridian of Paris
     ("street.parquet", "EPSG:7415", (4.9, 52.37)),  # Amersfoort with heights
 ]
@@ -162,6 +163,8 @@ def test_coordinates_that_nothing_ties_to_the_earth_are_refused_unless_they_are_
     wrong = write(tmp_path / "wrong.fgb", larger, "EPSG:32633")
     far = write(tmp_path / "far.fgb", [shapely.box(250, 0, 250.1, 0.1)], "EPSG:4326")
     says(read_faults(path), read_faults(degrees_of, Rules(metres=True)), read_faults(wrong), read_faults(far))
+    for name in ("feet.gpkg", "feet.geojson"):  # they were read as metres, 3.28 times as large
+        says(read_faults(write(tmp_path / name, made_street(), "EPSG:2263"), Rules(metres=True)))
 
 
 SPIKE = [(0, 0), (10, 0), (10, 5), (14, 5), (10, 5), (10, 10), (0, 10), (0, 0)]  # a wall out and back
@@ -439,8 +442,11 @@ def test_scenes_of_a_street_take_the_motions_of_their_sites(tmp_path, says):
 def test_numbers_without_a_unit_are_one_fault(tmp_path, says):
     path = write(tmp_path / "street.gpkg", in_degrees(made_street(), 15.0, 40.0), "EPSG:4326", height=[9.0] * 5)
     says(read_faults(path))
-    faults = read_faults(write(tmp_path / "crossed.parquet", [shapely.Polygon(BOW)] * 80, "EPSG:32633"))
-    assert len(faults) == 51 and faults[-1] == "and 30 more faults like these"
+    with pytest.raises(BlockError) as error:
+        read_block(write(tmp_path / "crossed.parquet", [shapely.Polygon(BOW)] * 80, "EPSG:32633"))
+    assert len(error.value.faults) == 80
+    assert str(error.value).splitlines()[0].endswith(": 80 faults")
+    assert len(str(error.value).splitlines()) == 52 and str(error.value).endswith("and 30 more faults")
 
 
 def test_the_command_reads_a_map(tmp_path, says):

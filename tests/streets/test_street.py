@@ -339,7 +339,8 @@ TAGS = [{"building": "yes", "height": "12,5", "building:levels": "2-3"}]
 TAGS += [{"building": "yes", "height": "12", "building:levels": "NA"}]
 PLACE_FAULTS = {  # features, whether they are in metres, more of the file
     "250 degrees east": ([feature([shifted(250.0)])], False, {}),
-    "a system of metres": ([feature([shifted(250.0)])], False, {"crs": {"name": "EPSG:28992"}}),
+    "latitude first": (in_degrees(1e-5, (38.0, -122.0), (38.1, -122.0)), False, {}),
+    "a system without a name": ([feature([shifted(250.0)])], False, {"crs": {"name": "EPSG:28992"}}),
     # A square of 10 degrees at 5 degrees north: sqrt(2) × 1110 km; and one of 1e-4 by 1e-4.
     "metres that look like degrees": ([feature([SQUARE])], False, {}),
     "degrees said to be metres": (in_degrees(1e-5, (8.0, 50.0)), True, {}),
@@ -625,6 +626,7 @@ def test_a_faulty_table_ends_with_status_2_and_writes_nothing(tmp_path, says):
     street = str(STREETS / "street.csv")
     options = ["--record RSN6", "--floor-load 10kN", "--stiffness 10kN/m", "--contact-model hertzian"]
     options += ["--contact-model stereomechanical", "--restitution 2", "--tolerance 5", "--metres"]
+    options += ["--record my/a.V2A", "--code-level low", "--typology brick"]
     for words in ([str(tmp_path / "bad.csv")], *([street, *option.split()] for option in options)):
         told = commands.run("block", *words, "-o", out)
         assert told.exit_code == 2 and not out.exists(), told.output
@@ -632,6 +634,17 @@ def test_a_faulty_table_ends_with_status_2_and_writes_nothing(tmp_path, says):
     with pytest.raises(SceneError, match="yield_force"):
         pr.block(STREETS / "street.csv", out, contact=block_scenes.Contact(yield_force="2"))
     assert not out.exists()
+
+
+def test_of_many_scenes_the_first_are_named(tmp_path, monkeypatch):
+    monkeypatch.setattr("pounding_risk.cli.block.LISTED", 2)
+    told = commands.run("block", str(STREETS / "street.csv"), "-o", tmp_path)
+    said = [
+        line.removeprefix(f"written: {tmp_path}/") for line in told.output.splitlines() if line.startswith("written")
+    ]
+    assert said == ["street-row-1.toml", "street-row-2.toml", "filled.csv", "neighbours.csv", "buildings.csv"]
+    assert told.output.rstrip().endswith("and 1 more scene, the last of them street-row-3.toml")
+    assert len(list(tmp_path.glob("*.toml"))) == 3
 
 
 def test_every_row_has_a_scene_of_its_own(tmp_path):

@@ -1,4 +1,4 @@
-"""Trouble that a command goes on in spite of, with the cache of compiled code and with plug-ins: a sentence each."""
+"""Trouble that a command goes on in spite of, with compiled code, plug-ins and letters of figures: a sentence each."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TROUBLES = {
 
 @contextmanager
 def report_trouble() -> Iterator[None]:
-    """Run a command, then print a sentence for each plug-in left out, cache warning, and unusual cache folder."""
+    """Run a command, then print a sentence for each kind of trouble that it went on in spite of."""
     sentences: dict[str, str] = {}
     with warnings.catch_warnings():
         shown = warnings.showwarning
@@ -47,7 +47,10 @@ def report_trouble() -> Iterator[None]:
 
 
 def _trouble(warning: str) -> tuple[str, str] | None:
-    """The kind of trouble that a warning of the compile cache reports, and a sentence; None for any other warning."""
+    """The kind of trouble of a warning of the compile cache or of letters, and a sentence; None for any other."""
+    if glyph := re.match(r"Glyph (\d+) \(.*\) missing from (?:font\(s\) )?(.+?)\.?$", warning):
+        letter, font = chr(int(glyph[1])), glyph[2]
+        return "letters", f"figures show boxes for letters such as {letter}, which {font} lacks; write names in others"
     parts = re.match(r"(.*): a compiled kernel (cannot be \w+) \((.*)\)", warning, re.DOTALL)
     if parts is None or parts[2] not in TROUBLES:
         return None

@@ -61,7 +61,8 @@ def street_places(street: Path, rows: Rows) -> Places:
     notes = [f"footprints are those of {street.name}, in {crs or 'metres of no known reference system'}"]
     others = len(outlines) - len(buildings)
     if others > 0:
-        notes.append(f"{counted(others, 'footprint')} of it belong to no building of the results, and are in no layer")
+        named = counted(others, "footprint")
+        notes.append(f"{named} of it without a building of the results: in no layer")
     return Places(buildings, interfaces, crs, tuple(notes))
 
 

@@ -55,20 +55,28 @@ def grouped(results: xr.Dataset) -> dict[str, list[str]]:
 
 
 def table(results: xr.Dataset, names: list[str]) -> str:
-    """The text of a table: labels of each row, then the variables with their units."""
+    """The text of a table: labels of each row, what its place has of its own, and the variables with their units."""
     first = results[names[0]]
     dims = [str(dim) for dim in first.dims]
-    units = ((name, str(results[name].attrs.get("units", "1"))) for name in (*dims, *names))
+    # The gap of the grid is that of one interface: each row has its own.
+    own = [str(name) for name, coordinate in results.coords.items() if _is_of_places(coordinate, dims)]
+    units = ((name, str(results[name].attrs.get("units", "1"))) for name in (*dims, *own, *names))
     rows: list[list[Any]] = [[name if unit == "1" else f"{name} [{unit}]" for name, unit in units]]
     labels = [results[dim].values.tolist() for dim in dims]
-    columns = [results[name].transpose(*dims).values.reshape(-1) for name in names]
-    flags = [flags_of(results[name]) for name in names]
+    columns = [results[name].broadcast_like(first).transpose(*dims).values.reshape(-1) for name in (*own, *names)]
+    flags = [flags_of(results[name]) for name in (*own, *names)]
     is_there = _places_there(first, [results[name].transpose(*dims).values for name in names])
     for row, where in enumerate(np.ndindex(*first.shape)):
         if is_there[row]:
             values = [_cell(column[row], known) for column, known in zip(columns, flags, strict=True)]
             rows.append([*(cell(label[at]) for label, at in zip(labels, where, strict=True)), *map(cell, values)])
     return csv_text(rows)
+
+
+def _is_of_places(coordinate: xr.DataArray, dims: list[str]) -> bool:
+    """True for what the places of a table's rows have of their own, such as the gap of an interface; not for labels."""
+    of, places = set(coordinate.dims), set(dims) & set(PLACES)
+    return coordinate.name not in dims and bool(places) and places <= of <= set(dims)
 
 
 def _places_there(of: xr.DataArray, columns: list[Any]) -> Any:

@@ -27,6 +27,7 @@ LONGEST_GEOM = 250  # characters that the field holds
 # Name and size in SI of the codes of units; the first of each is the default.
 LENGTHS = {1: ("feet", 0.3048), 2: ("metres", 1.0), 3: ("kilometres", 1e3), 4: ("miles", 1609.344)}
 AREAS = {11: ("square feet", 0.3048**2), 12: ("square metres", 1.0), 13: ("acres", 4046.8564224), 14: ("hectares", 1e4)}
+BLANK = ("-999", "-999.0")  # of a number that is not known
 RISES = {-1: "low", -2: "mid", -3: "high"}
 UNKNOWN, FIRST_CODE, LAST_CODE = 5000, 5000, 8999
 CODES = MappingProxyType(
@@ -73,7 +74,8 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         faults.append(f"head: {head} has a unit in brackets, which OED says by a code; write {head}Unit, and its code")
     own, name = sheet.own(READ, notes, OWN), sheet.name_head("LocName", "LocNumber")
     for line in sheet.lines:
-        draft = Draft(line, faults, notes)
+        known = {key: cell for key, cell in line.cells.items() if cell.strip() not in BLANK}
+        draft = Draft(line._replace(cells=known), faults, notes)
         parts = [draft.text(head) for head in ((name,) if name else ("PortNumber", "AccNumber", "LocNumber"))]
         if "-".join(filter(None, parts)):
             draft.put("name", "-".join(filter(None, parts)))
@@ -100,8 +102,8 @@ def _size(draft: Draft) -> None:
         draft.put("storeys", storeys)
     elif storeys:
         draft.note(f"NumberOfStoreys {storeys} says {RISES[storeys]}-rise and no number; it is not read")
-    height = draft.number("BuildingHeight", -999.0)
-    if height is not None and height > 0.0:
+    height = draft.number("BuildingHeight", 0.0)
+    if height:
         words, size = _unit(draft, "BuildingHeightUnit", LENGTHS)
         rule = f"its BuildingHeight, {words}" if words else ""
         draft.put("height", height * size, f"{height * size:.4g} m", rule)

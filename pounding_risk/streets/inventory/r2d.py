@@ -10,13 +10,11 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-
 from pounding_risk._common.inputs import EXPORT, read_text
 from pounding_risk.models.structures.storeys import MOST_STOREYS
 from pounding_risk.streets.hazus import FAMILIES, family_of
-from pounding_risk.streets.inventory._lines import Building, Draft, Kind, Notes, Sheet, outline_json
-from pounding_risk.streets.table import AREA, DEGREE, HEIGHT
+from pounding_risk.streets.inventory._lines import Building, Draft, Kind, Notes, Sheet
+from pounding_risk.streets.table import AREA, HEIGHT
 from pounding_risk.units import QuantityError, parse
 
 WORDS = "assets of SimCenter R2D"
@@ -27,9 +25,8 @@ READ = (
     *("Height", "Footprint"),
 )
 RUN = "input.json"  # of R2D, beside the table or in the folder above
-LENGTHS = ("m", "ft", "in", "inch", "cm", "mm")  # what R2D calls them
 LEAST_AREA = 10.0  # m²; a smaller floor is doubted
-UNLIKE = 2.0  # ratio of PlanArea to the area of the footprint from which on both are doubted
+LENGTHS = ("m", "ft", "in", "inch", "cm", "mm")  # what R2D calls them
 
 
 def recognises(heads: frozenset[str]) -> bool:
@@ -51,7 +48,8 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         footprint = _outline(draft)
         _measure(draft, sheet, "Height", "height", length, unit_words)
         _measure(draft, sheet, "PlanArea", "floor area", length, unit_words)
-        _doubt_area(draft, footprint)
+        if draft.values.get("floor area", LEAST_AREA) < LEAST_AREA:
+            draft.note(f"its PlanArea is less than {LEAST_AREA:g} m²; check its unit")
         _kind(draft)
         draft.own_columns(own)
         yield draft.building(footprint, _point(draft), year=draft.year("YearBuilt"))
@@ -88,24 +86,6 @@ def _measure(draft: Draft, sheet: Sheet, head: str, column: str, length: str, sa
         return
     words = f"{size:.5g} m²" if quantity is AREA else f"{size:.4g} m"
     draft.put(column, size, words, "" if sheet.unit(head) else f"its {head} {said}")
-
-
-def _doubt_area(draft: Draft, footprint: str) -> None:
-    """A note where the area of a floor is unlike that of the footprint, or tiny, as of another unit."""
-    size = draft.values.get("floor area")
-    if size is None:
-        return
-    if footprint:
-        # The area within the outer rings [m²], on a sphere, as near as a doubt needs.
-        shape, outlined = outline_json(footprint), 0.0
-        for polygon in [shape["coordinates"]] if shape["type"] == "Polygon" else shape["coordinates"]:
-            x, y = np.array(polygon[0]).T
-            x, y = (x - x[0]) * DEGREE * np.cos(np.radians(y[0])), (y - y[0]) * DEGREE
-            outlined += abs(0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)))
-        if not outlined / UNLIKE <= size <= outlined * UNLIKE:
-            draft.note("its PlanArea is less than half or more than twice the area of its footprint; check its unit")
-    elif size < LEAST_AREA:
-        draft.note(f"its PlanArea is less than {LEAST_AREA:g} m²; check its unit")
 
 
 def _kind(draft: Draft) -> None:

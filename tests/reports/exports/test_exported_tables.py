@@ -108,6 +108,25 @@ def test_tables_hold_every_number(results, tmp_path):
     assert seen == numeric - {"record_spectral_acceleration"}
 
 
+def test_tables_say_the_gap_and_the_strength_of_each_row(results, tmp_path):
+    """The axis gap is the gap of one interface, and stood alone beside the numbers of the others."""
+    law = {"contact_model": "jankowski", "stiffness": "8e10 N/m^1.5", "restitution": 0.65}
+    houses = [
+        single(name, "150 t", period, height="3 m")
+        for name, period in zip("ABC", ("0.4 s", "0.3 s", "0.5 s"), strict=True)
+    ]
+    text = scene_text(*houses, interfaces=[{"gap": "5 mm", **law}, {"gap": "60 mm", **law}])
+    (file,) = (file for file in pr.export(pr.scan(pr.read_scene(text)), "csv", tmp_path / "row").files
+               if file.name == "interfaces.csv")  # fmt: skip
+    head, *rows = rows_of(file)
+    own = {(row[head.index("interface")], row[head.index("interface_gap [m]")]) for row in rows}
+    assert own == {("A | B", "0.005"), ("B | C", "0.06")}
+    heads = {file.stem: set(rows_of(file)[0]) for file in pr.export(results, "csv", tmp_path / "tables").files}
+    assert heads["contact_points"] >= {"contact_point_level [m]", "contact_point_yield_force [N]"}
+    assert "floor_level [m]" in heads["storeys"] and "building_mass [kg]" not in heads["storeys"]
+    assert "building_period [s]" in heads["buildings_without_contact"]
+
+
 @pytest.mark.complete
 def test_pelicun_reads_the_demands(results, tmp_path):
     """Where it is installed, which no extra of this project brings."""

@@ -109,7 +109,7 @@ def test_shapes_are_the_footprints_and_the_faces_between(mapped):
         assert south == pytest.approx(max(y, common[0] - REACH * metre), abs=0.1 * metre)
         assert north == pytest.approx(min(y + DEEP, common[1] + REACH * metre), abs=0.1 * metre)
         assert geod.line_length([west, east], [south, south]) < 1.1 * REACH
-    assert any("1 footprint of it belong to no building" in sentence for sentence in mapped.notes)
+    assert any("1 footprint of it without a building" in sentence for sentence in mapped.notes)
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.1, -0.2])
