@@ -64,7 +64,7 @@ def _by_motion(axis: Any, table: CodeTable) -> None:
     else:
         axis.set_xlabel("motion, by the gap it needs")
     axis.set_ylabel("separation [mm]")
-    axis.set_ylim(0.0, 1.25 * axis.dataLim.y1)  # the legend stands above the motions
+    axis.set_ylim(0.0, 1.25 * axis.dataLim.y1 or None)  # the legend stands above the motions
     words = "what each motion needs, and rules of its own peaks\n(no code's design displacement)"
     axis.set_title(words, fontsize=9.5)
     axis.legend(fontsize=8.5, loc="upper center", handlelength=3.0, ncols=2)
