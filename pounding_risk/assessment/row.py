@@ -312,7 +312,7 @@ def column_sentences(results: Results, level: int, gap: float) -> tuple[str, ...
             "carry, and assumes that they stay whole, which is unsafe."
         )
     return first, (
-        "Afterwards the model assumes that they keep this force at any further displacement (perfectly plastic): "
+        "Beyond that strength the model assumes that struck columns keep it at any displacement (perfectly plastic): "
         "unsafe for brittle columns, which lose strength, and may lose the floors above."
     )
 

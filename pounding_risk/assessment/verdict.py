@@ -260,7 +260,7 @@ def _contact_elsewhere(contact: Contact) -> str:
     if not pushed + held:
         return f"{counts} too: the same ones."
     parts = [
-        f"brings it in {pushed} more" if pushed else "",
+        f"brings it in {pushed} more, whose closings with contact the required gaps count" if pushed else "",
         f"prevents it in {held}, which the required gaps count all the same" if held else "",
     ]
     return f"{counts}; contact elsewhere {' and '.join(filter(None, parts))}."

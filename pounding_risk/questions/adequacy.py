@@ -84,7 +84,7 @@ def required_gaps(one: InterfaceAssessment) -> list[Block]:
         ratio = one.gap / required.gap if required.gap > 0.0 else float("nan")
         row: Row = [number(required.percentile), enough(required.gap), bounds_cell(required)]
         rows.append([*row, number(required.fitted, "m"), number(ratio, digits=3)])
-    caption = f"{one.name}: required gaps, by {counted(len(one.closing), 'motion')} without contact."
+    caption = f"{one.name}: required gaps, by the closings of {counted(len(one.closing), 'motion')}."
     return [table(caption, heads, rows), *marks(one.required, NO_BOUND)]
 
 

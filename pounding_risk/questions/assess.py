@@ -148,7 +148,12 @@ def gaps(assessment: Assessment) -> list[Block]:
 def columns(assessment: Assessment) -> list[str]:
     """Sentences on columns that floors strike, each with its interface where there are several."""
     several = len(assessment.interfaces) > 1
-    return [f"{one.name}: {words}" if several else words for one in assessment.interfaces for words in one.columns]
+    places: dict[str, list[str]] = {}
+    for one in assessment.interfaces:
+        for words in one.columns:
+            places.setdefault(words, []).append(one.name)
+    said = sorted(places.items(), key=lambda each: len(each[1]) > 1)  # what holds of several stands last, once
+    return [f"{'; '.join(names)}: {words}" if several else words for words, names in said]
 
 
 def verdict(one: InterfaceAssessment) -> tuple[Block, Block]:

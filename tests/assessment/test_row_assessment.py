@@ -18,7 +18,7 @@ from pounding_risk.assessment.demands import motions_of
 from pounding_risk.assessment.intensities import intensities
 from pounding_risk.assessment.row import row_case, struck_columns
 from pounding_risk.assessment.separations.table import at_contact, code_table
-from pounding_risk.questions.assess import sheet
+from pounding_risk.questions.assess import columns, sheet
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.results.opened import Results
 
@@ -72,7 +72,10 @@ def test_what_neighbours_push_across_a_gap_counts_as_contact(results):
     before, after = (assess(each, pga=(0.2, 0.4)[pga] * G).interfaces[at] for each in (results, pushed))
     assert after.contact_at_gap().count == before.contact_at_gap().count + 1
     assert 0.023 in after.closing
-    assert any("contact elsewhere brings it in 1 more" in each for each in after.verdict.evidence)
+    assert any(
+        "brings it in 1 more, whose closings with contact the required gaps count" in each
+        for each in after.verdict.evidence
+    )
     # The motion's closing without contact stays what it is, and so do rules of codes beside it.
     motions = motions_of(Results(pushed).interfaces[at][1])
     assert (motions.closing > motions.alone).sum() == 1
@@ -183,6 +186,11 @@ def test_struck_columns_come_first_with_their_counts(results):
     (worst, after) = found.interfaces[2].columns
     assert "Floor 2 of Theatre strikes the columns of storey 3 of Tower, 9.2 m above the ground" in worst
     assert "unsafe" in after
+    # What holds of several interfaces is said once, behind what is of one each.
+    told = columns(found)
+    shared = [line for line in told if line.endswith(after)]
+    places = [one.name for one in found.interfaces if after in one.columns]
+    assert shared == [f"{'; '.join(places)}: {after}"] and len(places) > 1 and told[-len(shared) :] == shared
 
 
 def test_what_is_assumed_after_the_strength_follows_from_the_forces(results):
