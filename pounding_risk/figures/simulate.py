@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -58,8 +59,9 @@ def impact_figure(impacts: Sequence[Any], note: str = "") -> style.Figure:
         axes[0, 1].plot(impact.penetration * 1e3, impact.force / 1e3, **look)
     axes[0, 0].set(xlabel="time since the touch [ms]", ylabel="contact force [kN]")
     axes[0, 1].set(xlabel="penetration [mm]")
-    peak = np.nanmax([impact.peak_force for impact in impacts])
-    style.title(figure, f"The contact force reaches {force_text(float(peak))}, in isolated impacts", note)
+    forces = [impact.peak_force for impact in impacts if isfinite(impact.peak_force)]
+    reached = f"The contact force reaches {force_text(max(forces))}, in" if forces else "No force, jumps of velocity in"
+    style.title(figure, f"{reached} isolated impacts", note)
     style.legend_below(figure, axes[0, 0].get_legend_handles_labels()[0], min(2, len(impacts)))
     return figure
 
