@@ -9,6 +9,7 @@ from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.order import evenly
 from pounding_risk.assessment.options import NO_BOUND, NO_LOWER, NO_UPPER
 from pounding_risk.assessment.sensitivity import NEVER, force_words
 from pounding_risk.assessment.separations.rules import FROM_MEMORY, ONE_GROUND, OWN_PEAKS, QUOTED_ONLY, RATIONAL, SHARED
@@ -21,7 +22,6 @@ from pounding_risk.render.sheet import (
     Row,
     amount,
     count,
-    evenly,
     head,
     joined,
     listing,
