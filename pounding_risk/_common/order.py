@@ -1,4 +1,4 @@
-"""Order statistics: what a share of counted values does not exceed."""
+"""What a share of counted values does not exceed, and places that are spread evenly over them."""
 
 from __future__ import annotations
 
@@ -45,3 +45,14 @@ def enough_for(values: ArrayLike, percentiles: ArrayLike, axis: int | None = Non
     picked = np.take(rising, np.maximum(ranks, 1) - 1, axis=along)
     count, at = np.ndim(percentiles), along % rising.ndim
     return np.asarray(np.moveaxis(picked, range(at, at + count), range(count)))
+
+
+def evenly(count: int, most: int) -> list[int]:
+    """At most ``most`` of the places of ``count`` values, evenly spread, first and last among them; of one the first.
+
+    >>> evenly(7, 3), evenly(2, 3)
+    ([0, 3, 6], [0, 1])
+    """
+    if count <= most:
+        return list(range(count))
+    return [round(place) for place in np.linspace(0, count - 1, most).tolist()]

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.order import evenly
 from pounding_risk.assessment.annual_rates import AnnualRate, read_rate, return_period_words
 from pounding_risk.assessment.fragility import SCALED, ContactMotions
 from pounding_risk.assessment.hazard import COVERED, Hazard, Rate, rate_of
@@ -143,9 +144,8 @@ class RateOfGaps:
         """
         closings = np.unique(self.motions.closing)
         closings = closings[(closings > 0.0) & np.isfinite(closings)]
-        some = np.unique(np.linspace(0, closings.size - 1, min(closings.size, MOST_GAPS)).round().astype(int))
         gaps, rows, faults = [], [], []
-        for gap in closings[some].tolist():
+        for gap in closings[evenly(closings.size, MOST_GAPS)].tolist():
             rate = rate_of(self.hazard, self.motions.curve(gap), self.confidence)
             if rate.fault:
                 faults.append((gap, rate.fault))

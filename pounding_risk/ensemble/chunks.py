@@ -79,6 +79,20 @@ def pieces_of(block: range, choice: Sequence[tuple[range, range]]) -> Iterator[t
             yield both, chunk
 
 
+def by_scene(batches: range, each: int) -> Iterator[tuple[int, range, slice]]:
+    """Batches of scenes that have ``each`` of them: the scene's number, its own batches, and which of ``batches``.
+
+    >>> list(by_scene(range(3, 6), 4))
+    [(0, range(3, 4), slice(0, 1, None)), (1, range(0, 2), slice(1, 3, None))]
+    """
+    start = batches.start
+    while start < batches.stop:
+        number, first = divmod(start, each)
+        count = min(each - first, batches.stop - start)
+        yield number, range(first, first + count), slice(start - batches.start, start - batches.start + count)
+        start += count
+
+
 def joined(pieces: Sequence[Mapping[str, NDArray[Any]]]) -> Chunk:
     """Concatenate chunks; a ragged array is filled up with zeros to the longest."""
     return {name: _joined(name, [piece[name] for piece in pieces]) for name in pieces[0]}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cached_property, lru_cache
 from hashlib import blake2b
 from typing import Any, NamedTuple
@@ -17,7 +17,7 @@ import numpy as np
 from xarray import Variable
 
 from pounding_risk._common.once import Shared
-from pounding_risk.ensemble.chunks import Chunk, joined, merged
+from pounding_risk.ensemble.chunks import Chunk, by_scene, joined, merged
 from pounding_risk.ensemble.grid_job import GridJob
 from pounding_risk.ensemble.job import DatasetWriter, Finish, Job, ScanInput, never
 from pounding_risk.ensemble.known_samples import KnownSamples
@@ -129,18 +129,9 @@ class VariantJob(Job):
     def law_at(self, batch: int) -> int:
         return self._first.law_at(batch % self.each)
 
-    def pieces(self, batches: range) -> Iterator[tuple[int, range, slice]]:
-        """The batches by place: the scene's number, its own batches, and which of ``batches`` they are."""
-        start = batches.start
-        while start < batches.stop:
-            number, first = divmod(start, self.each)
-            count = min(self.each - first, batches.stop - start)
-            yield number, range(first, first + count), slice(start - batches.start, start - batches.start + count)
-            start += count
-
     def solve(self, batches: range, stop: Callable[[], bool] = never) -> Chunk | None:
         chunks: list[Chunk] = []
-        for number, own, _ in self.pieces(batches):
+        for number, own, _ in by_scene(batches, self.each):
             chunk = self.job(number).solve(own, stop)
             if chunk is None:
                 return None
@@ -249,7 +240,7 @@ class VariantWriter:
 
     def values(self, batches: range, chunk: Chunk) -> Chunk:
         written: list[Chunk] = []
-        for number, own, where in self._job.pieces(batches):
+        for number, own, where in by_scene(batches, self._job.each):
             if number != self._number:
                 self._close()
                 self._number, self._writer = number, self._job.job(number).writer()
@@ -261,7 +252,7 @@ class VariantWriter:
         """Every case variable of these batches, whose scenes are known."""
         job, written = self._job, []
         assert job.known is not None, "asked of known batches alone"
-        for number, own, _ in job.pieces(batches):
+        for number, own, _ in by_scene(batches, job.each):
             places = job.places(number)
             if number != self._number:
                 self._close()

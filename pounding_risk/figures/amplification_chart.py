@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from pounding_risk._common.order import evenly
 from pounding_risk.assessment import amplification
 from pounding_risk.assessment.spectra import motions_words, usual_percentile
 from pounding_risk.errors import PoundingError
@@ -118,7 +119,7 @@ def _sections(axis: Any, results: Any, values: Any) -> None:
     ratios, (gaps, words) = results["period_ratio"].values, _gaps(results)
     touching = np.flatnonzero(results["contact_share"].max("period_ratio").values > 0.0)
     widest = touching[-1] if touching.size else gaps.size - 1
-    places = sorted({round(place) for place in np.linspace(0, widest, SECTIONS).tolist()})
+    places = evenly(int(widest) + 1, SECTIONS)
     for place, (colour, dash) in zip(places, contact_styles(len(places)), strict=True):
         line = values.isel({amplification.gap_dim(results): place}).values
         axis.plot(ratios, line, linestyle=dash, color=colour, label=f"{gaps[place]:.3g}")

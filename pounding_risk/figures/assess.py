@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.order import evenly
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
 from pounding_risk.assessment.fragility import SCALED, Fragility
 from pounding_risk.assessment.rates import rate_lines
@@ -164,8 +165,7 @@ def _some_yield_curves(yields: list[Fragility], model: str) -> list[Fragility]:
     models = [str(curve.contact_model) for curve in yields]
     shown = model if model in models else models[-1] if models else ""
     same = [curve for curve in yields if curve.contact_model == shown]
-    indices = np.linspace(0, len(same) - 1, min(MOST_YIELD_CURVES, len(same))).round().astype(int)
-    return [same[index] for index in indices]
+    return [same[at] for at in evenly(len(same), MOST_YIELD_CURVES)]
 
 
 def _draw_curve(axis: Any, im: Array, curve: Fragility, look: tuple[str, str]) -> None:
@@ -252,8 +252,7 @@ def _inverse(values: Array) -> Array:
 def drawn_forces(shares: Sequence[Share]) -> list[float]:
     """The yield forces of a figure of yielding [N], from the least to the largest."""
     forces = sorted({np.nan if share.yield_force is None else share.yield_force for share in shares})
-    places = np.linspace(0, len(forces) - 1, min(MOST_FORCES, len(forces)))
-    return [forces[at] for at in places.round().astype(int)]
+    return [forces[at] for at in evenly(len(forces), MOST_FORCES)]
 
 
 def draw_yielding(axis: Any, shares: Sequence[Share], gap: float) -> None:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.order import evenly
 from pounding_risk._jit.compile import lowered
 from pounding_risk.ensemble.grid_job import peaks_under
 from pounding_risk.ensemble.job import ScanInput
@@ -433,8 +434,6 @@ def thinned_grid(study: Scene, cases: int, motions: int) -> tuple[list[int], lis
 
 def _thinned(values: Sequence[float], most: int, own: float) -> list[int]:
     """Indices of at most so many of the values, first and last among them; of one alone the nearest to ``own``."""
-    if len(values) <= most:
-        return list(range(len(values)))
-    if most == 1:
+    if most == 1 < len(values):
         return [int(np.abs(np.nan_to_num(values) - np.nan_to_num(own)).argmin())]
-    return [int(index) for index in np.linspace(0, len(values) - 1, most).round()]
+    return evenly(len(values), most)

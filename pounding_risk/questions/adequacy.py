@@ -9,6 +9,7 @@ from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.order import evenly
 from pounding_risk._common.words import FIRST
 from pounding_risk.assessment.options import NO_BOUND, NO_LOWER, NO_UPPER
 from pounding_risk.assessment.sensitivity import NEVER, force_words
@@ -22,7 +23,6 @@ from pounding_risk.render.sheet import (
     Row,
     amount,
     count,
-    evenly,
     head,
     joined,
     listing,

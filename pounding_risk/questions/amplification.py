@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.order import evenly
 from pounding_risk._common.progress import Progress
 from pounding_risk.assessment.amplification import (
     OUTPUTS,
@@ -25,7 +26,7 @@ from pounding_risk.assessment.spectra import charted, motions_words, read_percen
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import FROM_TO, RANGE, Option, text_file
 from pounding_risk.questions.notes import notes_of
-from pounding_risk.render.sheet import Block, Row, evenly, facts, head, number, paragraph, percent, table
+from pounding_risk.render.sheet import Block, Row, facts, head, number, paragraph, percent, table
 from pounding_risk.results.check import check_kind
 from pounding_risk.units import GAP, unknown
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pounding_risk._common.order import evenly
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.spectra import (
@@ -24,7 +25,7 @@ from pounding_risk.assessment.spectra import (
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import FROM_TO, Option
 from pounding_risk.questions.notes import notes_of
-from pounding_risk.render.sheet import Block, Row, amount, evenly, facts, head, number, paragraph, percent, table
+from pounding_risk.render.sheet import Block, Row, amount, facts, head, number, paragraph, percent, table
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES
 from pounding_risk.units import PERIOD
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from pounding_risk._common.order import evenly
 from pounding_risk._common.progress import Progress
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
 from pounding_risk.assessment.uncertain import assessed
@@ -31,7 +32,6 @@ from pounding_risk.render.sheet import (
     Block,
     Cell,
     Row,
-    evenly,
     facts,
     figure,
     head,

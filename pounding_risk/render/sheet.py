@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from pounding_risk._common.order import evenly
 from pounding_risk.units import MISSING, SHOWN, rounded
 
 Block = dict[str, Any]
@@ -165,7 +166,7 @@ def table(
         "heads": list(heads),
         "sides": "".join(_side([row[at] for row in cells]) for at in range(len(heads))),
         "rows": cells,
-        "keep": list(evenly(len(cells), KEPT) if keep is None else keep),
+        "keep": evenly(len(cells), KEPT) if keep is None else list(keep),
         "note": note,
     }
 
@@ -186,13 +187,6 @@ def name_of(law: str) -> str:
 def source(caption: str, text: str) -> Block:
     """A text set as it stands in a file."""
     return {"kind": "source", "caption": caption, "text": text.strip("\n")}
-
-
-def evenly(count: int, most: int) -> list[int]:
-    """Indices of at most ``most`` of ``count`` rows, evenly spread, first and last among them."""
-    if count <= most:
-        return list(range(count))
-    return sorted({round(index * (count - 1) / (most - 1)) for index in range(most)})
 
 
 def _side(column: list[Cell]) -> str:

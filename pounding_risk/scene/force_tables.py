@@ -8,16 +8,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pounding_risk.models.contact.table import (
-    FORCE,
     MOST_POINTS,
-    PENETRATION,
     UNLOADING_STIFFNESS,
     Points,
     Table,
     TableError,
     table_of,
 )
-from pounding_risk.models.contact.table_file import read_table
+from pounding_risk.models.contact.table_file import COLUMNS, read_table
 from pounding_risk.scene.keys import Key, Number, Several, Unreadable, each, file_name, options
 from pounding_risk.units import Quantity, exact, shown
 
@@ -66,9 +64,6 @@ def _read(value: Any, number: Number) -> Table | TableFile:
         return table_of(**values)
     except TableError as error:
         raise Several([((), sentence) for sentence in error.sentences]) from None
-
-
-COLUMNS: dict[str, Quantity] = {"penetration": PENETRATION, "force": FORCE, "unloading": FORCE}
 
 
 def _column(value: Any, quantity: Quantity, number: Number) -> list[float]:

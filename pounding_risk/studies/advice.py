@@ -18,6 +18,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.order import evenly
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.ensemble.scan import RunOptions, Scan
@@ -224,7 +225,7 @@ def advise(
     study = _scene_of_one_case(written.updated(axes=()), gap)
     check_computed(study, "advise")
     ensemble = gathered(study)
-    few = _motions_run(ensemble)
+    few = ensemble._replace(motions=tuple(ensemble.motions[at] for at in evenly(len(ensemble.motions), MOST_MOTIONS)))
     base = _scan_under(study, few)
     touched = _case_values(base, "impact_count") > 0.0
     strikes = [_hardest_strike(base, study, index) for index in range(len(study.interfaces))]
@@ -264,12 +265,6 @@ def advise(
 
 
 # ------------------------------------------------------------------------------------------------ the runs
-
-
-def _motions_run(ensemble: MotionEnsemble) -> MotionEnsemble:
-    """At most `MOST_MOTIONS`, evenly spaced."""
-    places = np.linspace(0, len(ensemble.motions) - 1, min(len(ensemble.motions), MOST_MOTIONS))
-    return ensemble._replace(motions=tuple(ensemble.motions[round(place)] for place in places))
 
 
 def _scan_under(study: Scene, ensemble: MotionEnsemble) -> xr.Dataset:

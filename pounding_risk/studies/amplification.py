@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted, size_words
 from pounding_risk._common.order import ROUNDING
 from pounding_risk._common.progress import Progress
-from pounding_risk.ensemble.chunks import Chunk, joined
+from pounding_risk.ensemble.chunks import Chunk, by_scene, joined
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.limits import check_memory
 from pounding_risk.ensemble.pair_job import PairJob
@@ -147,16 +147,12 @@ class PairsJob(Batches):
     def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None:
         """Peaks of both buildings, touches and status of these batches; None where it was stopped."""
         chunks: list[Chunk] = []
-        start = batches.start
-        while start < batches.stop:
-            number, first = divmod(start, self.each)
-            own = range(first, min(self.each, first + batches.stop - start))
+        for number, own, _ in by_scene(batches, self.each):
             chunk = self.jobs[number].solve(own, stop)
             if chunk is None:
                 return None
             values = self.jobs[number].writer().values(own, chunk)
             chunks.append({name: values[name][:, 0] for name in (*PEAKS.values(), "impact_count", "status")})
-            start += len(own)
         return joined(chunks)
 
 

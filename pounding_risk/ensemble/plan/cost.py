@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.order import evenly
 from pounding_risk.ensemble.job import ScanInput, never
 from pounding_risk.ensemble.job_choice import job_kind, job_of
 from pounding_risk.ensemble.plan.size import bytes_of
@@ -103,7 +104,8 @@ def thinned(study: Scene) -> tuple[Scene, float]:
     forces = study.grid.yield_forces
     if len(forces) <= FEW:
         return study, 1.0
-    return study.updated(grid=study.grid._replace(yield_forces=_evenly(forces, FEW))), FEW / len(forces)
+    few = tuple(forces[place] for place in evenly(len(forces), FEW))
+    return study.updated(grid=study.grid._replace(yield_forces=few)), FEW / len(forces)
 
 
 def few_batches(study: Scene, records: int) -> tuple[Scene, float]:
@@ -113,18 +115,12 @@ def few_batches(study: Scene, records: int) -> tuple[Scene, float]:
     if rest * len(grid.gaps) * len(grid.amplitudes) <= MOST_BATCHES:
         return study, 1.0
     room = max(1, MOST_BATCHES // rest)
-    gaps = _evenly(grid.gaps, max(1, room // min(len(grid.amplitudes), FEW)))
-    amplitudes = _evenly(grid.amplitudes, max(1, room // len(gaps)))
+    of_gaps = evenly(len(grid.gaps), max(1, room // min(len(grid.amplitudes), FEW)))
+    of_amplitudes = evenly(len(grid.amplitudes), max(1, room // len(of_gaps)))
+    gaps = tuple(grid.gaps[place] for place in of_gaps)
+    amplitudes = tuple(grid.amplitudes[place] for place in of_amplitudes)
     share = len(gaps) * len(amplitudes) / (len(grid.gaps) * len(grid.amplitudes))
     return study.updated(grid=grid._replace(gaps=gaps, amplitudes=amplitudes)), share
-
-
-def _evenly(values: tuple[Any, ...], most: int) -> tuple[Any, ...]:
-    """At most ``most`` of these values, the first and the last among them."""
-    if len(values) <= most:
-        return values
-    places = np.linspace(0, len(values) - 1, most).round().astype(int)
-    return tuple(values[place] for place in places)
 
 
 def seconds_per_batch(job: Any, batches: NDArray[np.int64], seconds: float) -> Cost:
