@@ -524,7 +524,8 @@ def profiles_figure(
         motions += "; storey 1: its isolators" * (building.name in isolated_of(case.results))
         axes[0, column].set_title(style.plain(f"{building.name} ({building.position})\n{motions}"), fontsize=9.5)
     if titled:
-        _headed(figure, _raised(case, chosen), [case], note)
+        left_out = "" if buildings else of_which_buildings(case)
+        _headed(figure, _raised(case, chosen), [case], "; ".join(filter(None, (note, left_out))))
     _profiles_legend(figure)
     return figure
 
@@ -577,6 +578,13 @@ def profile(case: RowCase, building: int, name: str) -> Profile:
 def has_storeys(building: BuildingShape) -> bool:
     """True for a building that has numbers of storeys; a rigid one has none."""
     return not building.is_rigid and bool(building.levels)
+
+
+def of_which_buildings(case: RowCase) -> str:
+    """Which buildings have profiles where these are not all that have storeys: "6 of 15 buildings: ..."; else ""."""
+    number = sum(map(has_storeys, case.buildings))
+    words = f"{MOST_BUILDINGS} of {number} buildings with storeys: those whose drift contact raises most"
+    return words if number > MOST_BUILDINGS else ""
 
 
 def _chosen_buildings(case: RowCase, names: Sequence[str]) -> list[int]:

@@ -25,6 +25,8 @@ from pounding_risk.figures.row import (
     PANELS,
     amplification,
     elevation_figure,
+    has_storeys,
+    of_which_buildings,
     plan_figure,
     profile,
     profiles_figure,
@@ -198,6 +200,16 @@ def test_profiles_tell_ends_from_interiors_and_name_what_is_not_there(case, says
     assert "times at the row's ends" in drift_finding(case)
     says(refusal(profiles_figure, case, ["Turm"]))
     says(refusal(profiles_figure, case, ["Vault"]))
+
+
+def test_profiles_of_some_buildings_say_of_which(case, monkeypatch):
+    assert not of_which_buildings(case)
+    monkeypatch.setattr("pounding_risk.figures.row.MOST_BUILDINGS", 1)
+    words = (
+        f"1 of {sum(map(has_storeys, case.buildings))} buildings with storeys: those whose drift contact raises most"
+    )
+    assert words in " ".join(texts(profiles_figure(case)).split())
+    assert "with storeys" not in texts(profiles_figure(case, ["Corner"]))
 
 
 def test_a_row_that_nothing_touches_says_so(results):

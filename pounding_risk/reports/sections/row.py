@@ -167,7 +167,8 @@ def _storeys(case: RowCase, where: str) -> list[sheet.Block]:
         sheet.figure(
             "row-profiles",
             lambda: drawn.profiles_figure(case, titled=False),
-            f"Storeys with and without contact, {where}, in the motions in which each building touches a neighbour.",
+            f"Storeys with and without contact, {where}, in the motions in which each building touches a neighbour."
+            + (f" {of_which}." if (of_which := drawn.of_which_buildings(case)) else ""),
             f"Drift, shear and acceleration against height. {drift_finding(case)}.",
         ),
         sheet.paragraph(
