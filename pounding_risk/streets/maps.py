@@ -110,7 +110,8 @@ def _projection(features: Features, metres: bool, faults: list[str]) -> Projecti
     try:
         system = None if features.system is None else system_of(features.system)
     except ValueError as error:
-        faults.append(f"{error}; export the footprints again in another one, or {METRES_HINT}")
+        if not metres:  # who says so knows of a system of the site's own what its name does not tell
+            faults.append(f"{error}; export the footprints again in another one, or {METRES_HINT}")
         return None
     if metres:
         if system is not None and (unit := system.axis_info[0].unit_name) not in METRE:

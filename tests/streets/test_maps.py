@@ -163,6 +163,11 @@ def test_coordinates_that_nothing_ties_to_the_earth_are_refused_unless_they_are_
     wrong = write(tmp_path / "wrong.fgb", larger, "EPSG:32633")
     far = write(tmp_path / "far.fgb", [shapely.box(250, 0, 250.1, 0.1)], "EPSG:4326")
     says(read_faults(path), read_faults(degrees_of, Rules(metres=True)), read_faults(wrong), read_faults(far))
+    local = write(tmp_path / "local.geojson", made_street(), "EPSG:32633")
+    site = {"type": "name", "properties": {"name": 'LOCAL_CS["site"]'}}
+    local.write_text(json.dumps(json.loads(local.read_text()) | {"crs": site}))
+    assert "tied to no place on the Earth" in str(read_faults(local))
+    assert only(read_block(local, Rules(metres=True))).gaps == GAPS
     for name in ("feet.gpkg", "feet.geojson"):  # they were read as metres, 3.28 times as large
         says(read_faults(write(tmp_path / name, made_street(), "EPSG:2263"), Rules(metres=True)))
 
