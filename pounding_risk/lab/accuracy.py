@@ -27,6 +27,7 @@ from pounding_risk.lab.accuracy_bench import FIXED, REFERENCE, Bench, Outcome, b
 from pounding_risk.lab.accuracy_findings import COUNT, EVENT, FIRST, FORCE, GAP, LEVELS, OUTPUTS, REACH
 from pounding_risk.lab.accuracy_opensees import hindrance, opensees_outcome
 from pounding_risk.lab.baselines.solve_ivp import GaveUp
+from pounding_risk.render.sheet import computing_time
 from pounding_risk.results.attributes import as_text, versions
 from pounding_risk.results.files import check_target
 from pounding_risk.results.labels import CONVENTIONS, described
@@ -176,7 +177,8 @@ def run_settings(
             say(_time_words(bench, process_time() - begun, budget, bool(optional & set(GENERAL))))
         expected = seconds * (before.value / setting.value if setting.method in STEPPED else 1.0)
         if expected > budget and setting != CONFIRMING:
-            left_out.append(f"{setting.words}: would take about {expected:.0f} s, more than the budget of {budget:g} s")
+            time = computing_time(expected)["text"]
+            left_out.append(f"{setting.words}: would take about {time}, more than the budget of {budget:g} s")
             continue
         if before in outcomes and (why := _far_behind(bench, reference, outcomes, before)):
             left_out.append(f"{setting.words}: not run: {why}")

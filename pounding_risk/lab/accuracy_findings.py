@@ -122,7 +122,8 @@ def beaten_at(dataset: xr.Dataset) -> list[str]:
             ratios = ours / reach.sel(solver=solver).values[output]
             at = [(level, ratio) for level, ratio in zip(LEVELS, ratios.tolist(), strict=True) if ratio > 1.0]
             if at:
-                faster.append(f"{solver} down to {at[-1][0]:.0e} ({max(ratio for _, ratio in at):.2g} times at most)")
+                most = max(ratio for _, ratio in at)
+                faster.append(f"{solver} for errors down to {at[-1][0]:.0e} ({most:.2g} times at most)")
         if faster:
             lines.append(f"{list(OUTPUTS.values())[output]}: {'; '.join(faster)}")
     return lines

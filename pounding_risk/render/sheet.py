@@ -74,7 +74,7 @@ def computing_time(seconds: Any) -> Cell:
     """A computing time [s], shown in µs, ms or s with three digits."""
     seconds = float(seconds)
     name, size = next((unit for unit in (("µs", 1e-6), ("ms", 1e-3)) if seconds < 1e3 * unit[1]), ("s", 1.0))
-    return {"text": f"{seconds / size:.3g} {name}", "raw": seconds}
+    return {"text": f"{rounded(seconds / size, 3)} {name}", "raw": seconds}
 
 
 def probability(value: Any) -> Cell:

@@ -141,7 +141,7 @@ def test_where_another_method_is_quicker_is_told():
     data["time_to_reach"] = (("solver", "output", "level"), np.array(reach))
     told = findings.beaten_at(data.assign_coords(solver=names))
     assert len(told) == 4  # counts and flags have no levels
-    assert told[0] == "peak relative displacement: Runge-Kutta 4 down to 1e-02 (4 times at most)"
+    assert told[0] == "peak relative displacement: Runge-Kutta 4 for errors down to 1e-02 (4 times at most)"
 
 
 def test_cases_are_thinned_to_what_was_asked(study):
