@@ -156,7 +156,7 @@ class Ground(Protocol):
         """How many nodes ahead a_g stays linear; those between have equal widths."""
 
     def moment(self, step, node):
-        """Time of a node [s]."""
+        """Time of a node, or of an array of nodes [s]."""
 
     def node_maps(self, maps, node):
         """Maps of both buildings' free vibration over the interval after a node, from those after the first node."""
@@ -347,7 +347,7 @@ class DelayedGround(NamedTuple):
         return 1
 
     def moment(self, step, node):
-        return (node // 2) * step + (self.first if node % 2 else 0.0)
+        return (node // 2) * step + (node % 2) * self.first
 
     def node_maps(self, maps, node):
         return self.maps if node % 2 else maps

@@ -93,7 +93,7 @@ def logged(pair: Any, free: Free, interface: Interface, rtol: float) -> tuple[Ar
 
 
 def _node_times(free: Free) -> Array:
-    return np.array([free.passage.moment(free.step, node) for node in range(free.ground.size)], dtype=np.float64)
+    return np.asarray(free.passage.moment(free.step, np.arange(free.ground.size)))
 
 
 def relative_displacement(free: Free, time: Array, states: Array) -> Array:
