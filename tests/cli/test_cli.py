@@ -325,6 +325,10 @@ def test_progress_is_told_while_nothing_reports(monkeypatch, capsys):
         display(100, 1000)
         assert lines_said(capsys, 4)[-2:] == ["scan: 100 of 1000 cases (10 %)"] * 2
     assert not display._clock.is_alive()
+    with progress.ProgressDisplay("scan", resumes=True) as display:
+        display(0, 6)
+        line = "scan: 0 of 6 cases (0 %), compiling or running the next ones, 0 s so far"
+        assert line in lines_said(capsys, 3)
 
 
 def test_progress_on_a_terminal_is_a_bar_with_speed_and_time_left(monkeypatch):

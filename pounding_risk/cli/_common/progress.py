@@ -57,7 +57,7 @@ class ProgressDisplay:
             self._awaits_earlier, self.n_earlier = False, done
             if done:
                 self._print(f"{self.what}: {done} of {total} {self.unit} are kept from before")
-            self._update(done, total, "")
+            self._update(done, total)
             return
         # The first report includes reading and compiling, so that the speed is measured from there on.
         self._last = done, total
@@ -73,8 +73,11 @@ class ProgressDisplay:
         (start, before), (done, total), now = self._first, self._last, monotonic()
         return pace((done - before) / (now - start) if now > start else 0.0, total - done)
 
-    def _update(self, done: int, total: int, pace_words: str) -> None:
+    def _update(self, done: int, total: int, pace_words: str = "") -> None:
         self._state = f"{self.what}: {done} of {total} {self.unit} ({100 * done // max(total, 1)} %)"
+        if self._first is None:  # no work is reported yet
+            pace_words = ", compiling or running the next ones"
+            self._state += pace_words
         if self._bar is not None:
             text = pace_words.lstrip(", ")
             self._bar.update(self._task, description=self.what, completed=done, total=total, pace=text)
