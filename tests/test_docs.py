@@ -38,6 +38,7 @@ from pounding_risk.motions import quality
 from pounding_risk.motions.formats import formats
 from pounding_risk.motions.generated import motion_kinds
 from pounding_risk.motions.processing import known_steps
+from pounding_risk.reports import exports
 from pounding_risk.scene.axes import INLINE
 from pounding_risk.scene.sections import KEYS
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
@@ -277,6 +278,12 @@ def test_the_example_of_results_in_python_runs(monkeypatch, tmp_path, capsys):
     assert "55 mm" in figure_words.words_of(names["figure"])
     assert names["case"].impact_count.item() > 0 and float(names["case"].gap) == 0.02
     assert (tmp_path / "report.html").stat().st_size > 10_000
+
+
+def test_every_format_of_export_has_a_row_and_a_command():
+    text = (DOCS / "exports.md").read_text("utf-8")
+    assert set(re.findall(r"(?m)^\| `(\w+)` \|", text)) == set(exports.formats())
+    assert set(re.findall(r"--to ([a-z]+)", text)) == set(exports.formats())
 
 
 @pytest.mark.parametrize(
