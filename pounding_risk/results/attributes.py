@@ -205,7 +205,7 @@ def yielding_buildings(scene: Mapping[str, Any]) -> list[str]:
     return buildings_with(scene, "isolation", *["storey_strengths"] * storeys_yield)
 
 
-def no_response(dataset: xr.Dataset, of: str = "", at: str = "of the dataset") -> str:
+def no_response(dataset: xr.Dataset, of: str = "", at: str = "assessed") -> str:
     """A sentence for motions, ``at`` an amplitude, of which none can be assessed, ``of`` a building if it is of one."""
     if "status" in dataset and bool(np.all(collapsed(dataset))):
         return (
