@@ -228,7 +228,8 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
     every = motions_of(results)
     finite = np.flatnonzero(every.finite[:, level])
     if not finite.size:
-        raise PoundingError(no_response(results.dataset))
+        at = results.amplitude_words(every.amplitudes[level])
+        raise PoundingError(no_response(results.at_level(level).dataset, at=at))
     chosen = finite, slice(level, level + 1)
     motions = Motions(
         tuple(every.records[motion] for motion in finite),

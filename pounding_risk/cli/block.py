@@ -59,7 +59,7 @@ OPTIONS: shared.Fields = {
     ),
     "storeys": _of(int, "Of buildings without height and storeys.", absence="a fault"),
     "chain": _of(str, "Storeys of the typology, or hazus.", "typology"),
-    "code_level": _of(str, "Code of storeys by hazus: high, moderate, low, pre.", "moderate"),
+    "code_level": _of(str, "Code of storeys by hazus: high, moderate, low, pre.", absence="moderate"),
     "least_facing": _of(
         str, 'Share of the shorter front over which neighbours face each other, "10 %".', absence="any"
     ),
@@ -105,8 +105,6 @@ def _run(values: dict[str, Any]) -> None:
     chosen |= {
         name: shared.read_optional(f"--{name.replace('_', '-')}", values[name], RANGES[name]) for name in NUMBERS
     }
-    if values["chain"] != "hazus" and values["code_level"] != "moderate":
-        raise PoundingError("--code-level: is that of storeys by hazus; add --chain hazus, or leave it out")
     rules = Rules(**chosen)
     tables = _tables(values)
     contact = Contact(**{name: values[name] for name in Contact._fields})

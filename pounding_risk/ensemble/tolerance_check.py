@@ -57,10 +57,14 @@ def differences(
     moves = {}
     for name in (*RELATIVE, *COUNTED):
         difference = np.abs(after[name] - before[name])
-        scale = np.where(after[name] != 0.0, np.abs(after[name]), 1.0) if name in RELATIVE else 1.0
+        if name in RELATIVE:
+            # From nothing, or to nothing, no change is relative: infinite, which is within no limit.
+            is_none = (before[name] == 0.0) | (after[name] == 0.0)
+            relative = difference / np.where(is_none, 1.0, np.abs(after[name]))
+            difference = np.where(is_none & (difference > 0.0), np.inf, relative)
         # What is not defined in either run, such as the force of an instant jump, has not moved.
         undefined = np.isnan(before[name]) & np.isnan(after[name])
-        moves[name] = np.where(failed, np.nan, np.where(undefined, 0.0, difference / scale))
+        moves[name] = np.where(failed, np.nan, np.where(undefined, 0.0, difference))
     return moves
 
 

@@ -174,7 +174,8 @@ def run_settings(
         progress(number, len(runs))
         before, seconds = last.get(setting.method, (setting, 0.0))
         if number == len(RTOLS):
-            say(_time_words(bench, process_time() - begun, budget, bool(optional & set(GENERAL))))
+            others = len(runs) - number
+            say(_time_words(bench, process_time() - begun, budget, others, bool(optional & set(GENERAL))))
         expected = seconds * (before.value / setting.value if setting.method in STEPPED else 1.0)
         if expected > budget and setting != CONFIRMING:
             time = computing_time(expected)["text"]
@@ -207,12 +208,15 @@ def run_settings(
     return middle
 
 
-def _time_words(bench: Bench, seconds: float, budget: float, has_scipy: bool) -> str:
+def _time_words(bench: Bench, seconds: float, budget: float, others: int, has_scipy: bool) -> str:
     """What the other methods may take, stated before they run."""
     words = f"{bench.size} cases: {seconds:.2g} s for {len(RTOLS)} tolerances of the event-driven solver"
     if bench.event_only:
         return words
-    words += f"; at most {budget:g} s for a setting of another method"
+    words += (
+        f"; at most {budget:g} s for each of {others} settings of other methods, {others * budget / 60.0:.2g} min of "
+        "processor time in all, less with a smaller --budget or fewer --cases"
+    )
     return f"{words}, and what SciPy's first and tightest take" if has_scipy else words
 
 

@@ -168,7 +168,7 @@ def _buildings(run: xr.Dataset) -> Block:
 def _contacts(run: xr.Dataset) -> Block:
     """Every contact of a single contact point; of several points a line for each that was touched."""
     if run.sizes["contact"] == 0:
-        return paragraph("no contact")
+        return paragraph("contacts are not known: the run failed, see its status" if failed(run) else "no contact")
     if run.sizes["contact_point"] > 1:
         touched = run.isel(contact_point=run["contact_point_impact_count"].values > 0)
         return _places(touched, "contact_point", "contact_point_")

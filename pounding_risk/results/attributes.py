@@ -205,10 +205,13 @@ def yielding_buildings(scene: Mapping[str, Any]) -> list[str]:
     return buildings_with(scene, "isolation", *["storey_strengths"] * storeys_yield)
 
 
-def no_response(dataset: xr.Dataset, of: str = "") -> str:
-    """A sentence for a dataset without any motion that can be assessed, ``of`` a building where it is of one."""
+def no_response(dataset: xr.Dataset, of: str = "", at: str = "assessed") -> str:
+    """A sentence for motions, ``at`` an amplitude, of which none can be assessed, ``of`` a building if it is of one."""
     if "status" in dataset and bool(np.all(collapsed(dataset))):
-        return "in every motion of the dataset a storey collapses; give it more strength, or a smaller PGA"
+        return (
+            f"in every motion {at} a storey collapses, for which no gap is wide enough; give it more strength, or "
+            "assess a smaller amplitude"
+        )
     response = f"a finite response of {of}" if of else "a finite response"
     return f"no motion of the dataset moves the ground and has {response}; check the records and the buildings"
 

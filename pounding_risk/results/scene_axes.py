@@ -30,7 +30,7 @@ from pounding_risk.results.variables import COORDINATES, PLACES, VARIABLES, desc
 from pounding_risk.scene.overrides import address_of, override, parts_of
 from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap, labels_of, overrides_at
 from pounding_risk.scene.toml import write_toml
-from pounding_risk.units import GAP, SHOWN, Quantity, QuantityError, parse, shown
+from pounding_risk.units import GAP, SHOWN, Quantity, QuantityError, parse, say, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -529,7 +529,6 @@ def written_values(dataset: xr.Dataset, key: str) -> list[str]:
 
 
 def _label_with_unit(dataset: xr.Dataset, key: str, label: Any) -> str:
-    """A value of an axis with its unit."""
-    unit = str(dataset[key].attrs.get("units", "1"))
-    number = str(label) if isinstance(label, str) else f"{label:.10g}"
-    return number if unit == "1" else f"{number} {unit}"
+    """A value of an axis in the unit that an engineer writes, exact enough to be chosen by: 4 MN s/m."""
+    unit = str(dataset[key].attrs.get("units", "1")).replace("m/s2", "m/s^2")
+    return label if isinstance(label, str) else say(label, Quantity(unit, -inf, inf, "value"), 10)

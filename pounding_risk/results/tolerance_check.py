@@ -40,7 +40,7 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         return
     simulated, checked, sensitive = 0, 0, 0
     changes: dict[str, list[np.ndarray]] = {name: [] for name in RELATIVE}
-    moved = dict.fromkeys(COUNTED, 0)
+    moved, from_nothing = dict.fromkeys(COUNTED, 0), dict.fromkeys(RELATIVE, 0)
     for piece in streamed(dataset, ("sensitive", "simulated", *(f"change_{name}" for name in (*RELATIVE, *COUNTED)))):
         again = piece["sensitive"] >= 0
         simulated += int((piece["simulated"] == 1).sum())
@@ -49,6 +49,7 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         for name, finite in changes.items():
             found = piece[f"change_{name}"][again]
             finite.append(found[np.isfinite(found)])
+            from_nothing[name] += int(np.isposinf(found).sum())
         for name in COUNTED:
             moved[name] += int((np.nan_to_num(piece[f"change_{name}"]) > 0.0).sum())
     if not checked:
@@ -59,6 +60,8 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         if (found := np.concatenate(finite)).size:
             median, largest = (rounded(float(change), 1) for change in (np.median(found), found.max()))
             moves.append(f"{WORDS[name]} moves by {median} (median), {largest} (largest)")
+        if from_nothing[name]:
+            moves.append(f"{WORDS[name]} moves from or to 0 in {from_nothing[name]}")
     moves += [f"{WORDS[name]} changes in {count or 'none'}" for name, count in moved.items()]
     yield "recomputed", f"{checked} of {counted(simulated, 'run')} at rtol {tighter(rtol):g}: " + "; ".join(moves)
     if sensitive:

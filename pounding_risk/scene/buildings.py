@@ -279,6 +279,8 @@ def structure_of(keys: Section) -> Building | Storeys:
     try:
         building = table.structure()
     except TypeError as error:
+        if "got an unexpected keyword argument" not in str(error):
+            raise  # a mistake of another kind, which is told as it is
         where = "a key needs a field of its name in pounding_risk/models/structures (sdof.py, storeys.py)"
         raise TypeError(f"{type(table).__name__} in {type(table).__module__}: {error}; {where}") from error
     # Of each mass on the springs beside it, its neighbours held: no mode of the building is slower than the least.

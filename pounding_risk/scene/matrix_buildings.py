@@ -66,8 +66,11 @@ class FlooredBuilding(WithFloors):
         return stated | {building_keys.IN_STRUCTURES[key]: self.by_floor(key, count) for key in building_keys.LISTS}
 
     def completed(self, bare: Storeys) -> Storeys:
-        """The building at the period of the table, on its isolators, with its initial state."""
-        return super().completed(self.at_period(bare))
+        """The building at the period of the table, damped as its matrix says, on its isolators, as it begins."""
+        building = self.at_period(bare)
+        if building.damping_matrix:
+            building = replace(building, damping=building.first_damping())
+        return super().completed(building)
 
     def at_period(self, building: Storeys) -> Storeys:
         """The building, stiffer or softer as a whole, so that its first mode has the period of the table."""
@@ -297,6 +300,6 @@ class ModalBuilding(FlooredBuilding):
         except PoundingError as error:
             raise PoundingError(f"{self.name}: {error}") from None
         if dashpots is not None:
-            values |= {"damping_rule": BY_MATRIX, "damping": self.modes.dampings[0]}
+            values["damping_rule"] = BY_MATRIX
             values["damping_matrix"] = tuple(map(tuple, dashpots.tolist()))
         return self.completed(Storeys(**values, stiffness_matrix=tuple(map(tuple, stiffness.tolist()))))

@@ -64,8 +64,8 @@ class Rules:
     chain : {"typology", "hazus"}
         What storeys are made of: a typology, with the period of a code; or a type of Hazus, with its period, strengths
         and limits of damage.
-    code_level : {"high", "moderate", "low", "pre"}
-        Level of the seismic code by which buildings were designed, for ``chain`` "hazus".
+    code_level : {"high", "moderate", "low", "pre"}, optional
+        Level of the seismic code by which buildings were designed, "moderate" by default, for ``chain`` "hazus" alone.
     axis : float or str, optional
         Direction of a street from left to right [degrees clockwise from north]; without it each street has the
         direction of its own walls.
@@ -96,7 +96,7 @@ class Rules:
     resolution: float | None = None
     storeys: int | None = None
     chain: str = "typology"
-    code_level: str = "moderate"
+    code_level: str | None = None
 
     def __post_init__(self) -> None:
         for name, quantity in RANGES.items():
@@ -111,9 +111,11 @@ class Rules:
             raise PoundingError(f"--typology (typology in Python): {error}") from None
         for name, known in (("chain", CHAINS), ("code_level", LEVELS)):
             value = getattr(self, name)
-            if value not in known:
+            if value is not None and value not in known:
                 option = f"--{name.replace('_', '-')} ({name} in Python)"
                 raise PoundingError(f"{option}: {unknown(value, 'none', known)}")
+        if self.code_level is not None and self.chain != "hazus":
+            raise PoundingError("--code-level: is that of storeys by hazus; add --chain hazus, or leave it out")
 
 
 RANGES = {  # of the numbers of `Rules`
@@ -250,7 +252,7 @@ class Completed:
     def _chain(self, kind: Type, storeys: int, mass: float) -> Chain | None:
         """Storeys by Hazus for a number of them and a mass of a floor, each value listed."""
         values, family = self.values, family_of(kind.name)
-        code_level = values.get("code level", self.rules.code_level).lower()
+        code_level = values.get("code level", self.rules.code_level or "moderate").lower()
         level = "low" if family in NO_CODE and code_level in ("high", "moderate") else code_level
         if code_level not in LEVELS:
             self.fault(f", code level: {shown(code_level)} is none; it may be {', '.join(LEVELS)}")

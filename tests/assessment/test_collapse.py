@@ -16,6 +16,8 @@ from scipy.special import log_ndtr
 import pounding_risk as pr
 from pounding_risk.assessment.assess import assess
 from pounding_risk.questions.along import findings
+from pounding_risk.questions.simulate import sheet
+from pounding_risk.render.terminal import print_sheet
 from pounding_risk.reports.data import ReportData
 from pounding_risk.reports.explorer import page_model
 from pounding_risk.reports.sections import records
@@ -56,6 +58,20 @@ def test_a_level_counts_the_motions_that_collapse_at_another(results):
     lost = pr.assess(results, pga="0.8 g").interfaces[0]
     assert (lost.contact[0].count, lost.contact[0].runs) == (0, 1)
     assert any("counted against the verdict: 5 motions" in sentence for sentence in lost.verdict.evidence)
+
+
+def test_a_level_at_which_every_motion_collapses_is_said_to_be_one(results):
+    lost = results.isel(record=results["status"].squeeze().values[:, 2] > 0)
+    assert pr.assess(lost, pga="0.4 g").interfaces
+    with pytest.raises(pr.PoundingError, match=r"in every motion at PGA 0\.8 g a storey collapses.*no gap is wide"):
+        pr.assess(lost)
+
+
+def test_a_run_that_collapses_does_not_say_that_nothing_touched(capsys):
+    run = pr.simulate(pr.read_scene(scene({"pga": ["0.8 g"]})), record="RSN6-180")
+    print_sheet(sheet(run))
+    told = capsys.readouterr().out
+    assert "status" in told and "collapsed" in told and "no contact" not in told
 
 
 def test_a_fragility_counts_collapse_as_contact(results):

@@ -96,6 +96,19 @@ def test_changes_are_relative_for_amounts_and_plain_for_counts():
     assert is_sensitive(found, 1e-6).tolist() == [False, True, False]
 
 
+def test_a_change_from_nothing_or_to_nothing_has_no_percentage():
+    """A touch that the tighter run has and the looser one has not, or the other way: by no unit of force, and not 1."""
+    first, second = rows(PEAK_FORCE=[0.0, 5e3, 1e6, 0.0]), rows(PEAK_FORCE=[5e3, 0.0, 1e6, 0.0])
+    found = changes(first, second, np.full(4, np.inf))
+    assert found["peak_contact_force"].tolist() == [np.inf, np.inf, 0.0, 0.0]
+    assert is_sensitive(found, 1e-6).tolist() == [True, True, False, False]
+    dataset = scan(study(length="3 s"), check_fraction=1.0).squeeze("interface")
+    force = dataset["change_peak_contact_force"]
+    force.values[np.unravel_index(np.nanargmax(force.values), force.shape)] = np.inf
+    told = dict(findings(dataset))["recomputed"]
+    assert "peak contact force moves from or to 0 in 1;" in told and "inf" not in told
+
+
 @pytest.mark.parametrize("column", ["HIGH", "PEAK_FORCE", "COUNT", "YIELDS"])
 def test_each_output_alone_makes_a_run_sensitive(column):
     """A change just over the limit does, one just under it does not; counts and flags may not change at all."""

@@ -401,4 +401,8 @@ def test_a_method_is_refined_until_it_is_far_behind():
     assert np.isfinite(dataset["error"].sel(setting="SciPy DOP853, rtol 1e-12", output="peak_contact_force")).any()
     # The time is stated before the other methods run.
     assert len(said) == 1
-    assert re.match(r"2 cases: [\d.e-]+ s for 10 tolerances of the event-driven solver; at most 20 s for", said[0])
+    words = r"2 cases: [\d.e-]+ s for 10 tolerances of the event-driven solver; at most 20 s for each of (\d+) settings"
+    told = re.match(
+        words + r" of other methods, ([\d.]+) min of processor time in all, less with a smaller --b", said[0]
+    )
+    assert told and float(told[2]) == pytest.approx(int(told[1]) * 20.0 / 60.0, rel=0.05)  # of two digits

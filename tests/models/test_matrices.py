@@ -224,6 +224,26 @@ def test_a_matrix_has_the_modes_of_scipy_and_its_damping_in_each(kind, masses):
     assert ratios[[place - 1 for place in rayleigh.damped_modes()]] == pytest.approx(0.05, rel=1e-12)
 
 
+def test_the_damping_of_a_building_is_that_of_the_first_mode_of_its_damping_matrix():
+    """C = 0.5 / s M has ζ = 0.5 / (2 ω); it stands in results, where the double difference takes it."""
+    building = hall(damping_matrix=(0.5 * np.diag(MASSES)).tolist()).structure()
+    assert building.damping == pytest.approx(0.25 / (2.0 * pi / building.period), rel=1e-12)
+    slower = hall(damping_matrix=(0.5 * np.diag(MASSES)).tolist(), period=2.0).structure()
+    assert slower.damping == pytest.approx(building.damping, rel=1e-12)  # the same ratios
+    with pytest.raises(pr.PoundingError, match=r"a damping of .* check the unit of damping_matrix"):
+        hall(damping_matrix=(500.0 * np.diag(MASSES)).tolist()).structure()
+
+
+def test_modes_with_dampings_are_the_same_building_after_they_are_written():
+    periods, shapes = known_modes(BENT)
+    keys = {"floor_masses": MASSES.tolist(), "storey_heights": "4 m"}
+    table = {"period": [f"{period} s" for period in periods], "shape": shapes.T.tolist(), "damping": [0.03, 0.02, 0.02]}
+    wall, contact = pr.RigidWall("wall"), pr.Interface("50 mm", "jankowski", "1e11 N/m^1.5", restitution=0.65)
+    scene = pr.Scene([pr.ModalBuilding("hall", **keys, modes=table), wall], [contact], RECORDS)
+    assert pr.read_scene(scene.to_toml()) == scene
+    assert scene.buildings[0].damping == pytest.approx(0.03, rel=1e-12)
+
+
 def test_a_diagonal_mass_matrix_is_its_floor_masses():
     lumped = massed(np.diag(MASSES)).structure()
     assert lumped.masses == tuple(MASSES) and not lumped.mass_coupling().size

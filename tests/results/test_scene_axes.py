@@ -15,9 +15,18 @@ from pounding_risk.assessment.along import OUTPUTS, kept_words, usual_place
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.scan import scan_figure
 from pounding_risk.results.files import open_results
-from pounding_risk.results.scene_axes import at_one_place, open_axes, own_places, selected, with_axes, without_effect
+from pounding_risk.results.scene_axes import (
+    at_one_place,
+    open_axes,
+    own_places,
+    selected,
+    with_axes,
+    without_effect,
+    words_of_values,
+)
 from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.units import Quantity, parse
 
 PLACE = {"building.left.period": 0.5, "interface.restitution": 0.8, "building.left.mass": 6e5}
 CHOICE = ["building.left.period=0.5 s", "interface.restitution=0.8", "building.left.mass=600 t"]
@@ -32,6 +41,21 @@ def whole():
 def alone():
     values = ['building.left.period="0.5 s"', "interface.restitution=0.8", 'building.left.mass="600 t"']
     return pr.scan(parse_scene(pair_text(AXES), overrides=values), check_fraction=0.2)
+
+
+@pytest.mark.parametrize(
+    ("unit", "labels", "words"),
+    [
+        ("N s/m", [0.0, 1e6, 4e6], "0 N s/m, 1 MN s/m, 4 MN s/m"),
+        ("m", [0.02, 0.0123456789], "20 mm, 12.3456789 mm"),
+        ("m/s2", [0.3 * 9.80665], "0.3 g"),
+        ("1", [0.5, 0.65], "0.5, 0.65"),
+    ],
+)
+def test_values_of_an_axis_stand_in_usual_units_and_choose_them(unit, labels, words):
+    dataset = xr.Dataset(coords={"number": ("number", labels, {"units": unit})})
+    assert words_of_values(dataset, "number") == words
+    assert [parse(each, Quantity(unit.replace("m/s2", "m/s^2"), 0.0, 1e9, "")) for each in words.split(", ")] == labels
 
 
 @pytest.mark.complete

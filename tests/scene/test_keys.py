@@ -12,13 +12,16 @@ from typing import Annotated, Any
 
 import jsonschema
 import pytest
+import xarray as xr
 from scenes import scene_text, single
 from sentences import refusal
 
 import pounding_risk as pr
+from pounding_risk.assessment.demands import is_linear
 from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.structures.hysteresis import RULES, Hysteresis
+from pounding_risk.results.attributes import LINEAR_OF_LINKS
 from pounding_risk.results.variables import own_dims
 from pounding_risk.scene.buildings import KINDS as BUILDING_KINDS
 from pounding_risk.scene.buildings import (
@@ -262,6 +265,48 @@ def test_a_key_that_a_structure_does_not_hold_is_no_silent_loss():
         Painted.from_values({"name": "A", "paint": 1.0}).structure()
     with pytest.raises(TypeError, match=r"Painted in .*paint.*models/structures \(sdof.py, storeys.py\)"):
         structure_of(SimpleNamespace(kind=Painted, values={"name": "A", "paint": 1.0}))
+
+
+class Mistaken(RigidWall):
+    """A building whose structure fails for another reason than a key."""
+
+    def structure(self) -> Any:
+        return len(1.0)  # type: ignore[arg-type]
+
+
+def test_another_mistake_in_a_structure_is_not_told_as_a_key_without_a_field():
+    with pytest.raises(TypeError, match=r"^object of type 'float' has no len\(\)$"):
+        structure_of(SimpleNamespace(kind=Mistaken, values={"name": "A"}))
+
+
+# Keys under which the motion without contact is proportional to the ground motion, and that of contact alone.
+PROPORTIONAL = {
+    *("name", "rigid", "mass", "stiffness", "period", "damping", "height", "floor_depth", "floor_length", "wave_speed"),
+    *("storeys", "floor_mass", "floor_masses", "storey_stiffnesses", "storey_heights", "damping_rule", "typology"),
+    *("stiffness_matrix", "mass_matrix", "damping_matrix", "floor_rows", "along_rows", "modes", "residual_period"),
+    *("interior_modes", "interior_masses", "plan", "ground_delay", "ground_factor", "ground_record"),
+    *(
+        "gap",
+        "contact_model",
+        "restitution",
+        "yield_force",
+        "column_yield_force",
+        "column_strength",
+        "contact",
+        "table",
+    ),
+    *("tolerance", "design_penetration", "equal_terms", "plastic_exponent", *LINEAR_OF_LINKS),
+}
+BY_AN_EFFECT = {"storey_strengths", "hysteresis"}  # of inelastic_storeys, without which they have no effect
+
+
+def test_every_key_of_a_building_or_interface_is_known_to_be_linear_or_not():
+    """A new key is nonlinear until it stands above: fragilities from one amplitude would otherwise be wrong unseen."""
+    for section, kinds in (("building", BUILDING_KINDS), ("interface", [KINDS["interface"]])):
+        for key in {key for kind in kinds for key in kind.key_names()} - PROPORTIONAL - BY_AN_EFFECT:
+            bumper = {"interface_bumper": ("interface", [0.04])} if key == "bumper_length" else {}
+            scene = {section: [{"name": "A", key: 1.0}]}
+            assert not is_linear(SimpleNamespace(dataset=xr.Dataset(coords=bumper), scene=scene)), key
 
 
 def test_a_key_is_declared_once():

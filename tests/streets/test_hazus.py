@@ -119,3 +119,4 @@ def test_a_typology_follows_from_a_type_where_storeys_are_those_of_typologies(tm
 
 def test_rules_know_their_words(says):
     says(refusal(pr.streets.Rules, chain="hazu"), refusal(pr.streets.Rules, code_level="middle"))
+    says(refusal(pr.streets.Rules, code_level="moderate"))  # the level that holds without it, of no storeys here

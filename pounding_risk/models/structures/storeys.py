@@ -142,9 +142,10 @@ class Storeys:
         if self.stiffness_matrix:
             self._take_matrices()
         if not DAMPING.allows(self.damping):
+            repair = "check the unit of damping_matrix" if self.damping_matrix else "such as damping = 0.05"
             raise PoundingError(
                 f"{self.name}: a damping of {self.damping:g} is out of range; the ratio must be {bounds(DAMPING)}, "
-                "such as damping = 0.05"
+                f"{repair}"
             )
         if self.damping_rule not in ((BY_MATRIX,) if self.damping_matrix else DAMPING_RULES):
             raise PoundingError(
@@ -335,6 +336,11 @@ class Storeys:
         """M [kg], C [N s/m] and K [N/m]."""
         inertia, stiffness = self._inertia(), self.elastic_stiffness()
         return inertia if inertia.ndim > 1 else np.diag(inertia), self._damping(inertia, stiffness), stiffness
+
+    def first_damping(self) -> float:
+        """φᵀ C φ / 2 ω of the first mode, φᵀ M φ = 1, of a building with a ``damping_matrix``."""
+        frequencies, shapes = self.vibration()
+        return float(shapes[:, 0] @ np.array(self.damping_matrix) @ shapes[:, 0] / (2.0 * frequencies[0]))
 
     def damped_modes(self) -> tuple[int, ...]:
         """The modes, counted from 1, in which the damping rule gives the ratio asked for."""
