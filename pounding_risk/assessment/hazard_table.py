@@ -327,14 +327,14 @@ def _spectrum(head: Row, names: Sequence[str], rate: Array, im: Array, reading: 
         if measure is None:
             raise head.fault(f"{short(name)} is neither pga nor sa at a period such as sa(0.5 s); {SPECTRA}")
         known.append(measure)
-    periods = [one.period for one in known]
+    periods = [measure.period for measure in known]
     for at, period in enumerate(periods):
         if period in periods[:at]:
             raise head.fault(f"has {names[at]} twice; leave one of them out")
-    of_period = [one for one in known if one.period > 0.0]
+    of_period = [measure for measure in known if measure.period > 0.0]
     if not of_period:
         raise head.fault(f"has no sa at a period; {SPECTRA}")
-    if not all(isclose(one.damping, of_period[0].damping) for one in of_period):
+    if not all(isclose(measure.damping, of_period[0].damping) for measure in of_period):
         raise head.fault("has spectra of several damping ratios; write a table for each")
     order = np.argsort(periods)
     sorted_periods, table = np.array(periods)[order], im[:, order]

@@ -211,8 +211,8 @@ def _check_site(site: Site) -> None:
     positive: tuple[tuple[str, Any, str], ...] = (
         ("height", site.heights, " m"), ("factor", site.factors, ""), ("design acceleration", ground, " m/s²")
     )  # fmt: skip
-    for what, values, unit in positive:
-        for value in values or ():
+    for what, stated, unit in positive:
+        for value in stated or ():
             if not (isfinite(value) and value > 0.0):
                 raise PoundingError(f"a {what} is {value:g}{unit}; it must be greater than 0 and finite: correct it")
     choices: tuple[tuple[str, tuple[Any, ...]], ...] = (
@@ -257,14 +257,14 @@ def code_table(
         motion; and for an interface that it has not and a percentile out of its range.
     """
     percentile = percentile_of(percentile)
-    part = open_with_axes(results)
+    opened = open_with_axes(results)
     if interface is not None:
-        parts = dict(part.interfaces)
-        if interface not in parts:
-            meant = nearest(str(interface), parts)
-            raise PoundingError(f"interface: {interface!r} is not in the dataset{meant}, which has {', '.join(parts)}")
-        part = parts[interface]
-    return separations_of(part.at_level(), percentile, site)
+        pairs = dict(opened.interfaces)
+        if interface not in pairs:
+            meant = nearest(str(interface), pairs)
+            raise PoundingError(f"interface: {interface!r} is not in the dataset{meant}, which has {', '.join(pairs)}")
+        opened = pairs[interface]
+    return separations_of(opened.at_level(), percentile, site)
 
 
 def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> CodeTable:
@@ -343,10 +343,10 @@ def at_contact(results: xr.Dataset, side: int) -> xr.DataArray:
     if "storey_displacement_free" not in results or int(results["building_storeys"].values[side]) == 0:
         return whole
     floors = results[f"contact_point_{('left', 'right')[side]}_floor"].values
-    below, part = divmod(float(floors[results["contact_point_left_floor"].values.argmax()]), 1.0)
+    below, share = divmod(float(floors[results["contact_point_left_floor"].values.argmax()]), 1.0)
     storeys = results["storey_displacement_free"].isel(building=side)
     foot = storeys.isel(storey=int(below) - 1) if below else 0.0 * whole
-    return foot if part == 0.0 else (1.0 - part) * foot + part * storeys.isel(storey=int(below))
+    return foot if share == 0.0 else (1.0 - share) * foot + share * storeys.isel(storey=int(below))
 
 
 def _known_site(results: xr.Dataset, site: Site) -> Site:
