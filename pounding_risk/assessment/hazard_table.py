@@ -251,7 +251,7 @@ def _by_period(lines: list[Row]) -> HazardSpectrum:
     for line, spectrum in zip(lines[1:], table, strict=True):
         if not (np.diff(spectrum) > 0.0).all() or not (np.diff(rates[order]) < 0.0).all():
             raise line.fault("intensities must rise as the annual rates of the columns fall; leave out equal columns")
-    words, read = (", ".join(one) for one in zip(*((one.words, f"{one.rate:.3g}") for one, _ in levels), strict=True))
+    words, read = map(", ".join, zip(*((rate.words, f"{rate.rate:.3g}") for rate, _ in levels), strict=True))
     reading = (
         f"The columns {words} are read as annual rates of {read}, events being independent of each other (Poisson)."
     )

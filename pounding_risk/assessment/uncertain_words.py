@@ -120,9 +120,8 @@ def parts_words(interface: xr.Dataset) -> str:
     words = {"motions": "the motions", "parameters": "the uncertain numbers", "interaction": "both together"}
     words["parameters and interaction"] = "the uncertain numbers, alone and together with the motions"
     ordered = sorted((name for name in words if name in share), key=lambda name: -share[name])
-    sources = ", ".join(f"{_share(share[name])} from {words[name]}" for name in ordered).replace(
-        " from", " comes from", 1
-    )
+    sources = ", ".join(f"{_share(share[name])} from {words[name]}" for name in ordered)
+    sources = sources.replace(" from", " comes from", 1)
     unit = str(interface["dispersion"].attrs["units"])
     total = f"{deviation['total']:.2g}" if unit == "1" else _said(deviation["total"], unit)
     sentence = f"Of the variance of {whose} {sources} (deviation {total} in all)."

@@ -363,8 +363,7 @@ def attributes(study: Scene, motions: tuple[Motion, ...], laws: Laws, solver: st
 
 def flags_of(study: Scene, motions: tuple[Motion, ...]) -> dict[str, str]:
     """The attribute of doubts about motions, for those that have any."""
-    flags = doubts_of(study, motions)
-    return {"flags": as_text({name: doubts for name, doubts in flags.items() if doubts})}
+    return {"flags": as_text({name: doubts for name, doubts in doubts_of(study, motions).items() if doubts})}
 
 
 def doubts_of(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tuple[str, ...]]:

@@ -193,8 +193,7 @@ class Results:
         """Gaps (gap, interface) [m] of a row: a grid may vary the gap of one interface only."""
         if "interface_gap" in self.dataset.variables:
             return self.dataset["interface_gap"].transpose("gap", "interface")
-        labels = self.dataset["interface"].values
-        return self.dataset["gap"].expand_dims(interface=labels).transpose("gap", "interface")
+        return self.dataset["gap"].expand_dims(interface=self.dataset["interface"].values).transpose("gap", "interface")
 
     @property
     def varied_interface(self) -> int:

@@ -15,6 +15,7 @@ from contextlib import suppress
 from copy import deepcopy
 from functools import reduce
 from hashlib import sha256
+from itertools import chain
 from math import inf, isclose
 from operator import getitem
 from typing import TYPE_CHECKING, Any
@@ -115,15 +116,14 @@ def _label_faults(dataset: xr.Dataset, axes: Sequence[SceneAxis]) -> Iterator[st
 
 def _variant_faults(variants: Mapping[str, list[Any]], shape: tuple[int, ...]) -> Iterator[str]:
     """Faults of what differs along axes of this shape: entries of a name, the axes, and values along these."""
-    for listed in variants.values():
-        for variant in listed:
-            if not isinstance(variant, list) or len(variant) != 3 or not isinstance(variant[0], str):
-                yield f"the attribute {VARIANTS} has an entry without a name, its axes and values"
-                continue
-            name, along, nested = variant
-            is_along = isinstance(along, list) and all(type(axis) is int and 0 <= axis < len(shape) for axis in along)
-            if not is_along or not _lies_along(nested, [shape[axis] for axis in along]):
-                yield f"the attribute {VARIANTS} has values of {name} that do not lie along its axes"
+    for variant in chain.from_iterable(variants.values()):
+        if not isinstance(variant, list) or len(variant) != 3 or not isinstance(variant[0], str):
+            yield f"the attribute {VARIANTS} has an entry without a name, its axes and values"
+            continue
+        name, along, nested = variant
+        is_along = isinstance(along, list) and all(type(axis) is int and 0 <= axis < len(shape) for axis in along)
+        if not is_along or not _lies_along(nested, [shape[axis] for axis in along]):
+            yield f"the attribute {VARIANTS} has values of {name} that do not lie along its axes"
 
 
 def _lies_along(nested: Any, shape: Sequence[int]) -> bool:
@@ -382,8 +382,7 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
             f"{source}: has lost its {' and '.join(lost)}: select with a list, such as {lost[0]}=[...], or without "
             "drop=True, so that it is known what was selected"
         )
-    there = {*dataset.dims, *MAY_LACK}
-    missing = [dim for dim in (*axes, *PLACES) if dim in dataset.coords and dim not in there]
+    missing = [dim for dim in (*axes, *PLACES) if dim in dataset.coords and dim not in {*dataset.dims, *MAY_LACK}]
     if not missing:
         return _with_own_points(dataset)
     if elsewhere := [axis for axis in missing if dataset[axis].ndim]:

@@ -168,8 +168,7 @@ def _levels(closings: Array) -> Array:
         return rising
     tail = 1.0 - np.geomspace(0.2, 1.0 / closings.size, MOST_LEVELS // 3)
     shares = np.concatenate([np.linspace(0.0, 1.0, MOST_LEVELS - tail.size), tail])
-    places = np.unique(np.round(shares * (rising.size - 1)).astype(int))
-    return np.asarray(rising[places])
+    return np.asarray(rising[np.unique(np.round(shares * (rising.size - 1)).astype(int))])
 
 
 # ------------------------------------------------------------------------------------------------ drawn motions
@@ -285,8 +284,7 @@ class DrawnClosings(CrossedClosings):
 
     def of_logs(self, logs: Array) -> tuple[Analysis, Any]:
         of_samples = logs[:, 0]
-        sizes = np.bincount(self.recordings)
-        crowding = float((sizes**2).sum()) / float(of_samples.size) ** 2
+        crowding = float((np.bincount(self.recordings) ** 2).sum()) / float(of_samples.size) ** 2
         return (
             analysed_clusters(of_samples, self.of_motions, self.recordings),
             Clusters(of_samples.size, crowding, likeness(of_samples, self.recordings)),

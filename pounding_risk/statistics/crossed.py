@@ -198,8 +198,8 @@ def outcome_shares(outcomes: NDArray[np.bool_], recordings: Labels) -> tuple[Arr
     )
     components = _components(sums)
     with np.errstate(divide="ignore", invalid="ignore"):
-        shares = [np.clip(part / components.total, 0.0, 1.0) for part in (components.samples, components.motions)]
-    return np.nan_to_num(shares[0]), np.nan_to_num(shares[1])
+        samples, motions = (np.clip(variance / components.total, 0.0, 1.0) for variance in components[:2])
+    return np.nan_to_num(samples), np.nan_to_num(motions)
 
 
 class Counted(NamedTuple):

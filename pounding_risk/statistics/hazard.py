@@ -137,7 +137,7 @@ def draws(
     from scipy.special import gammaincinv, ndtri
 
     middle = np.log(estimates)
-    abscissa, ordinate = _hammersley(DRAWS)
+    abscissa, ordinate = _hammersley()
     if independent > 1.0:
         count = independent
         dispersion = middle[1] + 0.5 * np.log(count / (2.0 * gammaincinv(0.5 * (count - 1.0), abscissa)))
@@ -151,13 +151,13 @@ def draws(
     return drawn[:, 0], drawn[:, 1]
 
 
-def _hammersley(count: int) -> tuple[Array, Array]:
+def _hammersley() -> tuple[Array, Array]:
     """Points that fill the unit square evenly (Hammersley 1960), in the middle of their cells; a power of 2 of them."""
-    places = np.arange(count)
-    mirrored = np.zeros(count, dtype=int)
-    for digit in range(count.bit_length() - 1):
+    places = np.arange(DRAWS)
+    mirrored = np.zeros(DRAWS, dtype=int)
+    for digit in range(DRAWS.bit_length() - 1):
         mirrored = 2 * mirrored + (places >> digit & 1)
-    return (places + 0.5) / count, (mirrored + 0.5) / count
+    return (places + 0.5) / DRAWS, (mirrored + 0.5) / DRAWS
 
 
 def counted_gap(hazard: Curve, unit: Array, rate: float) -> float:

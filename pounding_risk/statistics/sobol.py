@@ -84,8 +84,7 @@ def sobol_indices(outputs: Array, numbers: int, confidence: float) -> tuple[Indi
         )
         return np.stack([indices_of_rows.first_order, indices_of_rows.total_order]).reshape(2, len(blocks), numbers)
 
-    shape = (2, len(outputs), numbers)
-    estimate, low, high = (np.full(shape, np.nan) for _ in range(3))
+    estimate, low, high = (np.full((2, len(outputs), numbers), np.nan) for _ in range(3))
     if varies.any():
         draw = np.random.default_rng(SEED)
         with np.errstate(divide="ignore", invalid="ignore"):  # a drawn part that does not vary

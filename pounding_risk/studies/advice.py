@@ -513,8 +513,7 @@ def _output_medians(study: Scene, base: xr.Dataset, touched: NDArray[np.bool_]) 
 
 
 def _gap_words(study: Scene) -> str:
-    gaps = study.interface_gaps(study.grid.gaps[0])
-    return ", ".join(dict.fromkeys(say(gap, GAP) for gap in gaps))
+    return ", ".join(dict.fromkeys(say(gap, GAP) for gap in study.interface_gaps(study.grid.gaps[0])))
 
 
 def _assumptions(
@@ -626,14 +625,12 @@ def _factor_words(judged: Sequence[Influence], consequence: str) -> str:
     tried = ", ".join(setting for setting, counts in zip(first.tried, first.counts, strict=True) if counts)
     if not groups[DEPENDS] and not groups[SOMEWHAT]:
         return f"Keep it: the median of no output changes by {100 * LITTLE:.0f} % or more with {tried}"
-    clauses = []
-    if groups[DEPENDS]:
-        clauses.append(f"it decides {groups[DEPENDS]}{f': {consequence}' if consequence else ''}")
-    if groups[SOMEWHAT]:
-        clauses.append(f"it moves {groups[SOMEWHAT]} somewhat")
-    if groups[NOT]:
-        clauses.append(f"it does not move {groups[NOT]}")
-    return f"Tried {tried}: {'; '.join(clauses)}"
+    clauses = (
+        f"it decides {groups[DEPENDS]}{f': {consequence}' if consequence else ''}" if groups[DEPENDS] else "",
+        f"it moves {groups[SOMEWHAT]} somewhat" if groups[SOMEWHAT] else "",
+        f"it does not move {groups[NOT]}" if groups[NOT] else "",
+    )
+    return f"Tried {tried}: {'; '.join(filter(None, clauses))}"
 
 
 def _proposed_stiffness_words(influences: Sequence[Influence]) -> str:

@@ -310,8 +310,7 @@ def _hindrance(study: Scene, name: str) -> str:
             return f"{why}, under {effect.name}"
     if _lacks_restitution(study) or not law.needs_restitution:
         return ""
-    exact = study.updated(relation=AS_ASKED)
-    return misfit([law], AS_ASKED) or beyond_reach(exact, [name])
+    return misfit([law], AS_ASKED) or beyond_reach(study.updated(relation=AS_ASKED), [name])
 
 
 def _lacks_restitution(study: Scene) -> bool:
@@ -411,15 +410,12 @@ def _reference_variables(study: Scene, dataset: xr.Dataset, known: Known) -> dic
         dissipates.append(not all(blow.restitution > 1.0 - ELASTIC for blow in of_law))
         answers = {int(law.capped) for law in laws}
         capped.append(answers.pop() if len(answers) == 1 else findings.AT_SOME)
-    elastic = "0 where the law is elastic, and without yielding returns all energy"
-    acts = "1 where the yield force acts in the law, -1 where at some interfaces only"
-    of_laws: tuple[tuple[str, Any, str], ...] = (
-        ("stiffness_unit", units, "unit of stiffness, several by interface"),
-        ("dissipates", np.array(dissipates, np.int8), elastic),
-        ("capped", np.array(capped, np.int8), acts),
-    )
+    elastic = {"long_name": "0 where the law is elastic, and without yielding returns all energy"}
+    acts = {"long_name": "1 where the yield force acts in the law, -1 where at some interfaces only"}
     variables: dict[str, Any] = {
-        name: ("contact_model", columns, {"long_name": words}) for name, columns, words in of_laws
+        "stiffness_unit": ("contact_model", units, {"long_name": "unit of stiffness, several by interface"}),
+        "dissipates": ("contact_model", np.array(dissipates, np.int8), elastic),
+        "capped": ("contact_model", np.array(capped, np.int8), acts),
     }
     axes = ("interface",) if "interface" in dataset.dims else ()
 
