@@ -69,13 +69,13 @@ def script_page(folder: str, model: Mapping[str, Any], library: str = "", **part
     return before + "".join(parts[key] + after for key, _, after in (piece.partition("}}") for piece in pieces))
 
 
-def packed(values: np.ndarray, kind: str) -> str:
+def packed(array: np.ndarray, kind: str) -> str:
     """An array as text: little-endian, first bytes of all numbers before their second bytes, deflated, base64.
 
     Bytes of the same significance are alike, so that the sorted ones take a half to a tenth of the room.
     """
     with np.errstate(over="ignore"):  # a number of a damaged file that is too large is infinite
-        plain = np.ascontiguousarray(values, dtype=f"<{kind}").reshape(-1)
+        plain = np.ascontiguousarray(array, dtype=f"<{kind}").reshape(-1)
     sorted_bytes = plain.view(np.uint8).reshape(-1, plain.itemsize).T.tobytes()
     return base64.b64encode(zlib.compress(sorted_bytes, 9)).decode("ascii")
 

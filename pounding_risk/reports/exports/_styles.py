@@ -90,5 +90,5 @@ def _add_symbol(symbols: Xml.Element, kind: str, number: int, colour: str) -> No
 def _add_layer(symbol: Xml.Element, name: str, options: dict[str, str]) -> None:
     layer = Xml.SubElement(symbol, "layer", {"class": name, "enabled": "1", "locked": "0", "pass": "0"})
     table = Xml.SubElement(layer, "Option", {"type": "Map"})
-    for key, value in options.items():
-        Xml.SubElement(table, "Option", {"type": "QString", "name": key, "value": value})
+    for key, option in options.items():
+        Xml.SubElement(table, "Option", {"type": "QString", "name": key, "value": option})

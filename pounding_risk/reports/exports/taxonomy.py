@@ -107,7 +107,7 @@ def _row(
         oed_code(gap),
         f"{gap:.6g}",
         closest.neighbour,
-        *(f"{value:.6g}" for value in (share, low, high)),
+        *(f"{share:.6g}" for share in (share, low, high)),
         most.neighbour,
         most.interface.at,
         string[1],
@@ -176,6 +176,6 @@ def _strings(
 def _of_scene(table: Mapping[str, Any], typology: str) -> str:
     """Material, system and storeys of a building of a scene, as far as it says them."""
     kind = STRINGS.get(typology.removesuffix("_ec8"), "")
-    lists = (len(value) for key, value in table.items() if key.startswith("storey_") and isinstance(value, list))
+    lists = (len(numbers) for key, numbers in table.items() if key.startswith("storey_") and isinstance(numbers, list))
     storeys = table.get("storeys") or next(lists, 0)
     return "/".join(filter(None, (kind, f"H:{storeys}" if storeys else "")))
