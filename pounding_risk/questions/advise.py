@@ -72,5 +72,4 @@ def _influences(advice: Advice) -> Block:
         f"Sensitivity: median change of the cases with contact. Stiffness: a tenth to ten times the scene's. "
         f"Below {little} an output does not depend on a value, above {much} it does."
     )
-    heads = ["output", "of", "now, median", *FACTORS]
-    return table(caption, heads, rows)
+    return table(caption, ["output", "of", "now, median", *FACTORS], rows)

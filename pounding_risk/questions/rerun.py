@@ -160,8 +160,7 @@ def _changed_versions(before: xr.Dataset) -> dict[str, tuple[str, str]]:
         )
     now = versions()
     now |= versions_of(name for name in was if name not in now)  # plug-ins
-    names = dict.fromkeys((*was, *now))
-    pairs = {name: (str(was.get(name, "not stated")), now[name]) for name in names}
+    pairs = {name: (str(was.get(name, "not stated")), now[name]) for name in {**was, **now}}
     return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
 
 

@@ -150,9 +150,8 @@ def _place(axis: str, label: Any, labels: np.ndarray, source: str) -> int:
     names = [label_words(axis, label) for label in labels]
     near = [] if number else get_close_matches(str(label), names, 1, 0.6)
     meant = f"; did you mean {near[0]}?" if near else ""
-    value_words = label_words(axis, label)
     raise PoundingError(
-        f"{source}: holds no {TITLES.get(axis, axis_words(axis))} {value_words}; it holds "
+        f"{source}: holds no {TITLES.get(axis, axis_words(axis))} {label_words(axis, label)}; it holds "
         f"{listed(names, 8) or 'none'}{meant}"
     )
 

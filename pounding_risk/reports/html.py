@@ -37,8 +37,7 @@ def words(text: str) -> Markup:
     """Text as HTML: words in backquotes are code, F_E has its index; everything else is escaped."""
     from markupsafe import Markup, escape
 
-    plain = str(escape(text))
-    return Markup(_FORCE.sub("F<sub>E</sub>", _CODE.sub(r"<code>\1</code>", plain)))
+    return Markup(_FORCE.sub("F<sub>E</sub>", _CODE.sub(r"<code>\1</code>", str(escape(text)))))
 
 
 def fit(text: str) -> str:

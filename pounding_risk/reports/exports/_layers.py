@@ -232,8 +232,7 @@ def _interface(row: Row, at: int) -> dict[str, Any]:
     one = row.assessment.interfaces[at]
     touch, force, is_run = row.case.touches[at], one.own_force, row.is_run(at)
     weight, confidence = one.verdict.independent / one.verdict.motions, row.assessment.confidence
-    lost = int(np.isnan(row.closes[at]).sum())
-    closing = np.pad(np.array(one.closing), (0, lost), constant_values=inf)
+    closing = np.pad(np.array(one.closing), (0, int(np.isnan(row.closes[at]).sum())), constant_values=inf)
     required = required_gaps(closing, weight, tuple(map(float, PERCENTILES)), confidence)
     cells = [
         *(row.title, one.name, row.buildings[at], row.buildings[at + 1], one.gap),

@@ -34,8 +34,7 @@ CLASSES = (
 
 def style(kind: str, label: str) -> str:
     """The style of a layer of ``kind`` "fill", "line" or "marker", with ``label`` an expression of QGIS, as QML."""
-    categories = "Symbology|Labeling"
-    root = Xml.Element("qgis", {"version": "3.22.0", "styleCategories": categories, "labelsEnabled": "1"})
+    root = Xml.Element("qgis", {"version": "3.22.0", "styleCategories": "Symbology|Labeling", "labelsEnabled": "1"})
     renderer = Xml.SubElement(
         root, "renderer-v2", {"type": "RuleRenderer", "symbollevels": "0", "forceraster": "0", "enableorderby": "0"}
     )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import nan
-
 import numpy as np
 
 from pounding_risk._common.counted import counted
@@ -156,13 +154,9 @@ def _storeys(case: RowCase, where: str) -> list[sheet.Block]:
         same = [at for at, building in enumerate(case.buildings) if building.position == position]
         if len(case.buildings) < 3 or not same:  # two buildings are the table's own rows
             continue
-        cells = [
-            sheet.middle(sheet.percentiles([values[at] for at in same] or [nan]), "1") for values in (raised, shaken)
-        ]
-        who = f"{len(same)} {position}{'s' if len(same) != 1 else ''}"
-        rows.append([f"{who}: median (16 to 84 %)", "", *cells])
-    impulse = _of_runs(case, "row_impulse", "N s")
-    lost = _of_runs(case, "row_energy_lost", "J")
+        cells = [sheet.middle(sheet.percentiles([ratios[at] for at in same]), "1") for ratios in (raised, shaken)]
+        rows.append([f"{counted(len(same), position)}: median (16 to 84 %)", "", *cells])
+    impulse, lost = _of_runs(case, "row_impulse", "N s"), _of_runs(case, "row_energy_lost", "J")
     return [
         sheet.figure(
             "row-profiles",
@@ -186,7 +180,6 @@ def _storeys(case: RowCase, where: str) -> list[sheet.Block]:
 
 def _of_runs(case: RowCase, name: str, unit: str) -> str:
     """Median of an output of the whole row, over the motions with contact anywhere."""
-    touched = (case.results["impact_count"] > 0).any("interface")
-    outputs = case.results[name].where(touched).values
+    outputs = case.results[name].where((case.results["impact_count"] > 0).any("interface")).values
     finite = outputs[np.isfinite(outputs)]
     return f"{sheet.amount(np.median(finite), unit)['text']} in the median" if finite.size else "nothing"

@@ -154,8 +154,7 @@ def _assumed(data: ReportData) -> list[str]:
     sentences = []
     effects = data.scene.get("effects", {})
     if not has_own_grounds(data.scene):
-        both = "All" if data.several else "Both"
-        sentences.append(f"{both} buildings stand on the same motion at the same time.")
+        sentences.append(f"{'All' if data.several else 'Both'} buildings stand on the same motion at the same time.")
     elif "wave_passage" not in effects:
         sentences.append("Buildings stand on unlike grounds, as their keys ground_ say; peaks are relative to these.")
     results = Results(data.results)
