@@ -176,6 +176,6 @@ def _dataset(scenes: list[tuple[str, Scene]], scans: list[xr.Dataset], times: np
     dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), described("1", words))
     words = "time of one run over that without effects"
     dataset["time_ratio"] = ("effects", medians / medians[0], described("1", words))
-    dataset.attrs = {key: value for key, value in scans[0].attrs.items() if key != "scene_resolved"}
+    dataset.attrs = {key: attribute for key, attribute in scans[0].attrs.items() if key != "scene_resolved"}
     dataset.attrs["references"] = "; ".join(dict.fromkeys(scan.attrs["references"] for scan in scans))
     return dataset

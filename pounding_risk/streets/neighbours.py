@@ -145,7 +145,7 @@ def neighbours_csv(
 
     def add(one: House, other: House, gap: float, pair: Neighbours | ClosePair, held: str) -> None:
         ends = [f"{end:.6g}" for end in (pair.gaps if isinstance(pair, Neighbours) else within(gap, pair.resolution))]
-        measured = ["" if isnan(value) else f"{value:.4g}" for value in (pair.faced, pair.share)]
+        measured = ["" if isnan(length) else f"{length:.4g}" for length in (pair.faced, pair.share)]
         meet, miss, offset = floors(one, other, tolerance)
         names = map(cell, (one.street, one.name, other.street, other.name))
         lines.append((*names, f"{gap:.6g}", *ends, *measured, meet, miss, f"{offset:.4g}", cell(held)))

@@ -34,7 +34,7 @@ GENTLE = -0.02  # m/s²
 def still_ground(trial: Trial, gap: float) -> float:
     """Largest output of a pair at rest that stays at rest; the energy residual is 0/0 there and must be 0."""
     outputs = trial.solve(TrialScene(gap=gap, ground=np.zeros(200)))
-    return max(abs(value) for value in outputs.values() if not isnan(value))
+    return max(abs(output) for output in outputs.values() if not isnan(output))
 
 
 @GROUP.case("2", "no gap, two equal buildings, shaken", "no relative motion, no contact", BITS)
