@@ -67,8 +67,7 @@ def extremes(displacements: Array, starts: Array, ends: Array) -> tuple[float, f
         root = np.sqrt(bend**2 - 3.0 * twist * starts)  # NaN where the cubic does not turn
         turned = -(bend + np.copysign(root, bend))
         for s in (turned / (3.0 * twist), starts / turned):
-            inside = (s > 0.0) & (s < 1.0)
-            s = np.where(inside, s, 0.0)
+            s = np.where((s > 0.0) & (s < 1.0), s, 0.0)
             every.append(displacements[:-1] + s * (starts + s * (bend + s * twist)))
     together = np.concatenate(every)
     return float(together.max()), float(together.min())

@@ -56,8 +56,7 @@ class KnownSamples:
     def __init__(self, dataset: xr.Dataset, target: Path):
         self._dataset, self._target = dataset, target
         self._axes = [axis.name for axis in axes_of(dataset)]
-        attributes = variants_of(dataset).get("attributes", [])
-        self._variants = {name: (along, nested) for name, along, nested in attributes}
+        self._variants = {name: (along, nested) for name, along, nested in variants_of(dataset).get("attributes", [])}
         self.count = dataset.sizes[SAMPLE]
         size = sum(variable.nbytes for variable in dataset.data_vars.values())
         self._step = max(1, int(BYTES * self.count / max(size, 1)))

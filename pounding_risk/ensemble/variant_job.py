@@ -77,8 +77,7 @@ class VariantJob(Job):
 
     def places(self, number: int) -> dict[str, int]:
         """The place of a scene along each axis, by its name."""
-        names = (axis.name for axis in self.variants.axes)
-        return dict(zip(names, self.variants.places(number), strict=True))
+        return dict(zip((axis.name for axis in self.variants.axes), self.variants.places(number), strict=True))
 
     def is_known(self, number: int) -> bool:
         """True for a scene whose cases are known."""

@@ -69,8 +69,7 @@ def times_to_reach(dataset: xr.Dataset, solver: str, output: str) -> list[float]
             times.append(points[index][1])
         else:
             (e0, t0), (e1, t1) = points[index - 1], points[index]
-            share = np.log(e0 / level) / np.log(e0 / e1)
-            times.append(float(t0 * (t1 / t0) ** share))
+            times.append(float(t0 * (t1 / t0) ** (np.log(e0 / level) / np.log(e0 / e1))))
     return times
 
 

@@ -159,8 +159,7 @@ def run_times(scenes: list[Scene], repeats: int) -> np.ndarray:
             outcome = bench.event(scene.rtol)
             if number >= 0:
                 # The motion without contact is common to all cases of a record.
-                common = outcome.free_seconds * len(bench.motions) / bench.size
-                times[row, number] = outcome.seconds - common
+                times[row, number] = outcome.seconds - (outcome.free_seconds * len(bench.motions) / bench.size)
     return times
 
 

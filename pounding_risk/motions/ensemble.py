@@ -143,10 +143,9 @@ def _in_one_recording(copy: Copy, chosen: list[_Chosen]) -> str:
     """Assign a copy, and what shares its recording, to the recording of its original; returns the sentence about it."""
     first, second = (chosen[index].source for index in (copy.original, copy.place))
     keys = [recording(record.source.record, record.source.name) for record in chosen]
-    stated = recording_words(keys[copy.original])
     for index, key in enumerate(keys):
         if key in (keys[copy.original], keys[copy.place]):
-            record = {**chosen[index].source.record, STATED: stated}
+            record = {**chosen[index].source.record, STATED: recording_words(keys[copy.original])}
             chosen[index] = chosen[index]._replace(source=chosen[index].source._replace(record=record))
     doubt = f"the record {first.name} {copy.words()}: one recording, counted as one"
     source = chosen[copy.place].source

@@ -107,8 +107,7 @@ def read_motion(
         scale=None if scale is None else in_si("scale", scale, SCALE),
         tail=in_si("tail", tail, TAIL),
     )
-    opened = open_source(source, unit=unit, dt=_step(dt))
-    return treated([processed(opened, processing)], request, polarity)[0]
+    return treated([processed(open_source(source, unit=unit, dt=_step(dt)), processing)], request, polarity)[0]
 
 
 def generate_motion(kind: str, /, **keys: Any) -> Motion:

@@ -55,14 +55,13 @@ MISSING_STIFFNESSES = (
 
 def _storeyed(quantity: Quantity, words: str, example: str, absent: str, missing: str = "") -> Key:
     """One value for all storeys, or a list with one for each, from the ground up."""
-    usual = shown([quantity.example] * 2)
 
     def read(value: Any, number: Number) -> tuple[float, ...] | float:
         if not isinstance(value, list):
             return number(value, quantity)
         if len(value) > MOST_STOREYS:
             raise Unreadable(f"the list has {len(value)} values, more than {MOST_STOREYS} storeys; check it")
-        values = list_of(value, f"a value for each storey, such as {usual}")
+        values = list_of(value, f"a value for each storey, such as {shown([quantity.example] * 2)}")
         return tuple(each(values, lambda element: number(element, quantity)))
 
     def write(values: tuple[float, ...] | float) -> Any:

@@ -362,8 +362,7 @@ def with_stiffness_unit(table: dict[str, Any]) -> dict[str, Any]:
     if name is None:
         raise SceneError("Interface", ["stiffness: a number without a unit; write contact_model too"])
     # For a model that takes none or is not there the unit does not count: the checks of the scene report it.
-    law = LAWS.get(str(name), LAWS["hertz"])
-    return table | {"stiffness": exact(float(stiffness), stiffness_quantity(law))}
+    return table | {"stiffness": exact(float(stiffness), stiffness_quantity(LAWS.get(str(name), LAWS["hertz"])))}
 
 
 def _keys_of_law(law: Any) -> dict[str, Any]:

@@ -180,8 +180,7 @@ class Table(BaseModel):
     @cache
     def keys(cls) -> dict[str, Key]:
         """The declarations of its keys by name; a field without one is no key."""
-        fields = cls.model_fields.items()
-        return {name: key for name, about in fields for key in about.metadata if isinstance(key, Key)}
+        return {name: key for name, about in cls.model_fields.items() for key in about.metadata if isinstance(key, Key)}
 
     @classmethod
     def key_names(cls) -> list[str]:

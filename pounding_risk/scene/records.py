@@ -235,9 +235,8 @@ def _recipe(table: Any, number: Number) -> Recipe:
             sentence = "a key of [records], not of a motion; write it above the first [[records.generated]]"
             raise Several([((key,), sentence) for key in above])
         readers = {key: lambda word, option=option: option.read(word, number) for key, option in kind.options.items()}
-        needed = kind.required
         parameters = options(
-            own, readers, needed, lambda key: f"missing; write {key} = {kind.options[key].example}", takes(kind)
+            own, readers, kind.required, lambda key: f"missing; write {key} = {kind.options[key].example}", takes(kind)
         )
         return made(kind, parameters)
     except Unfit as error:
@@ -427,8 +426,7 @@ def record_checks(draft: Draft) -> Iterator[Fault]:
         for key in ("pause", "aftershock_ratio"):
             if key in keys and "aftershock" not in keys:
                 yield keys.fault(key, 'no motion follows another; write aftershock = "RSN753-000", or remove it')
-        levels = keys.get(INTENSITY) or ()
-        is_factor = any(level.measure.name == FACTOR for level in levels)
+        is_factor = any(level.measure.name == FACTOR for level in (keys.get(INTENSITY) or ()))
         for key, sentence in conflicts(keys.raw, grid_pga="pga" in draft.table("grid"), is_factor=is_factor):
             yield keys.fault(key, sentence)
 

@@ -109,11 +109,10 @@ def axes(footprints: Sequence[Geometry], outlines: Sequence[Outline]) -> tuple[A
     if abs(agreed) >= GRID * lengths.sum():
         grid = 0.25 * float(np.angle(agreed))
         nearest = grid + 0.5 * pi * round((line - grid) / (0.5 * pi))
-    listed = np.arange(len(centres)) - 0.5 * (len(centres) - 1)
 
     def pointing(angle: float) -> Array:
         axis = np.array([cos(angle), sin(angle)])
-        along = float(listed @ (centres @ axis))
+        along = float((np.arange(len(centres)) - 0.5 * (len(centres) - 1)) @ (centres @ axis))
         return -axis if along < 0.0 or (along == 0.0 and axis[0] < 0.0) else axis
 
     return pointing(nearest), pointing(nearest + 0.5 * pi)

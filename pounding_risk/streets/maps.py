@@ -225,8 +225,7 @@ def _repaired(polygon: Geometry) -> tuple[Geometry | None, str]:
     """A valid polygon, or several, of the same area; or what is wrong with it."""
     if shapely.is_valid(polygon):
         return polygon, ""
-    whole = shapely.make_valid(polygon)
-    polygons = [part for part in shapely.get_parts(whole) if part.geom_type in POLYGONS]
+    polygons = [part for part in shapely.get_parts(shapely.make_valid(polygon)) if part.geom_type in POLYGONS]
     repaired = shapely.union_all(polygons)
     if repaired.area == 0.0:
         return None, "a ring has no area; draw the footprint again"
@@ -282,9 +281,8 @@ def outlined_table(source: Path, entries: Sequence[Entry], notes: Sequence[str])
     """
     faults: list[str] = []
     features = Features([entry.place for entry in entries], [], [entry.footprint for entry in entries], [], DEGREES)
-    projection = _projection(features, False, faults)
     if not faults:
-        flat, resolution, more = _laid_flat(entries, projection, Dialect(), faults)
+        flat, resolution, more = _laid_flat(entries, _projection(features, False, faults), Dialect(), faults)
     if faults:
         raise BlockError(str(source), faults)
     return Table(flat, [*notes, *more], resolution)

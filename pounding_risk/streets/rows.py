@@ -340,8 +340,7 @@ def read_block(
         raise BlockError(str(source), notes.faults)
     if len(streets) > 1:
         close += between_streets(every, rules, resolution.size)
-    said = (*table.left_out, *notes.doubts.sentences())
-    facts = tuple(notes.filled), said, rules, tuple(close), sides, resolution
+    facts = tuple(notes.filled), (*table.left_out, *notes.doubts.sentences()), rules, tuple(close), sides, resolution
     return Block(source.name, tuple(rows), tuple(in_no_row), *facts)
 
 

@@ -165,8 +165,7 @@ def _series(lines: Lines, volume: int, text: list[str], reals: NDArray[np.float6
     length = _LENGTH.search(text[10])
     # To 1 %, enough to notice a wrong digit.
     _text.check_length(lines.place, count, dt, float(length[1]) if length else None, 0.01 * count * dt, "the text")
-    columns = _text.columns_of(line) or SAMPLES[volume]
-    samples = lines.table(count, columns, "-.123456", "samples")
+    samples = lines.table(count, _text.columns_of(line) or SAMPLES[volume], "-.123456", "samples")
     return Even(samples, dt, "", samples), unit
 
 

@@ -197,8 +197,7 @@ def _time(header: Header, key: str) -> UTCDateTime | None:
         raise RecordError(sentence)
     hour, minute, second = (float(part) for part in clock.groups()) if clock else (0.0, 0.0, 0.0)
     with _text.time_of_header(sentence):
-        days = (int(date[part]) for part in ("year", "month", "day"))
-        return UTCDateTime(*days, int(hour), int(minute)) + second
+        return UTCDateTime(*(int(date[part]) for part in ("year", "month", "day")), int(hour), int(minute)) + second
 
 
 FORMAT = Format("ESM", "ESM and ITACA text (.asc)", (".asc",), _is_esm, _read_esm)

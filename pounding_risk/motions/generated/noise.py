@@ -306,8 +306,7 @@ def kanai_tajimi(*, frequency: float, damping: float, **keys: Any) -> Noise:
     """
     rate = 2.0 * pi * frequency
     drift = np.array([[0.0, 1.0], [-(rate**2), -2.0 * damping * rate]])
-    layer = Filter(drift, np.array([0.0, -1.0]), drift[1].copy())
-    return _noise(layer, 1.0 / frequency, **keys)
+    return _noise(Filter(drift, np.array([0.0, -1.0]), drift[1].copy()), 1.0 / frequency, **keys)
 
 
 @motion_kind(

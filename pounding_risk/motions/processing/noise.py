@@ -50,8 +50,7 @@ class NoiseSpectra(NamedTuple):
     @property
     def ratio(self) -> Samples:
         """The spectrum of the signal, noise included, over that of the noise; inf where the noise is zero."""
-        out = np.full(len(self.frequency), np.inf)
-        return np.divide(self.signal, self.noise, out=out, where=self.noise > 0.0)
+        return np.divide(self.signal, self.noise, out=np.full(len(self.frequency), np.inf), where=self.noise > 0.0)
 
 
 class Corners(NamedTuple):

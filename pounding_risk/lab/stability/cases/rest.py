@@ -154,8 +154,7 @@ def shaken_on_the_plateau(trial: Trial) -> float:
 def released(trial: Trial) -> float:
     """A push that rests, then is taken back over 4 s: partings after the rest, but for the one there must be."""
     scene = TrialScene(LEANING, PROP, ground=push(LEVEL, 1.0, 15.0, release=4.0))
-    contacts = trial.follow(scene).contacts
-    return float(abs(np.count_nonzero(contacts[:, 1] > 12.0) - 1))
+    return float(abs(np.count_nonzero(trial.follow(scene).contacts[:, 1] > 12.0) - 1))
 
 
 @GROUP.case("25", "pressed together, e = 0.05", "one contact, which does not end", BITS, DAMPED)
