@@ -11,7 +11,7 @@ Works from a dataset alone: ``peak_displacement_free`` is the spectral displacem
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import inf, isfinite, nan
 from typing import TYPE_CHECKING, Any
@@ -270,8 +270,7 @@ def code_table(
 def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> CodeTable:
     """`code_table` of two neighbours at one amplitude; the percentile in %."""
     dataset = results.dataset
-    missing = [name for name in NEEDED if name not in dataset]
-    if missing:
+    if missing := [name for name in NEEDED if name not in dataset]:
         raise PoundingError(f"the dataset has no {' and no '.join(missing)}; scan the scene again with this version")
     if dataset.sizes.get("building", 1) != 2:
         example = " | ".join(map(str, dataset["building"].values[:2]))
@@ -295,23 +294,7 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
     medians = (float(np.median(left[known])), float(np.median(right[known])))
     case = Case((left[moved], right[moved]), periods, dampings, site)
     rows = separations((first, second), medians, periods, dampings, site)
-    scene, lost = results.scene, int((~known).sum())
-    added = {
-        rules.ONE_GROUND: has_own_grounds(scene),
-        rules.ROTATING: {first, second} & set(rotating_buildings(scene)),
-        rules.ISOLATED: {first, second} & set(isolated_buildings(scene)),  # of the rule that takes periods
-        f"without the {lost} of {counted(known.size, 'motion')} that have no finite response": lost,
-        rules.CLEAR: bumper,
-    }
-    d_is = rules.OF_YIELDING if {first, second} & set(yielding_buildings(scene)) else rules.NOT_REDUCED
-    d_is = rules.OF_HISTORIES if has_histories(scene) else d_is
-
-    def note_of(row: SeparationRow) -> str:
-        own = [note for note, holds in added.items() if holds and (note != rules.ISOLATED or row.rule == "cqc")]
-        own += [rules.OF_UBC97] if row.rule.startswith("ubc97") and d_is != rules.NOT_REDUCED else []
-        return "; ".join(filter(None, (row.note.replace(rules.NOT_REDUCED, d_is), *own)))
-
-    rows = tuple(replace(row, note=note_of(row)) for row in rows)
+    rows = _with_notes(rows, {first, second}, results.scene, known, bumper)
     amplitude = results.amplitudes.values[0]
     both_move = bool(np.isfinite(shown["building_period"].values).all())
     demand_median, demand = enough_for(closing[known], (MIDDLE, percentile)).tolist()
@@ -331,6 +314,29 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
         asked={name: tuple(_of_motions(RULES[name], case).tolist()) for name in rules.COMBINATIONS},
         rules=tuple(replace(_beside(row, case, closing[moved], percentile), bumper=bumper) for row in rows),
     )
+
+
+def _with_notes(
+    rows: Sequence[SeparationRow], names: set[str], scene: Mapping[str, Any], known: NDArray[np.bool_], bumper: float
+) -> tuple[SeparationRow, ...]:
+    """The rows with what the displacements of these two buildings are, and what they do not say."""
+    lost = int((~known).sum())
+    added = {
+        rules.ONE_GROUND: has_own_grounds(scene),
+        rules.ROTATING: names & set(rotating_buildings(scene)),
+        rules.ISOLATED: names & set(isolated_buildings(scene)),  # of the rule that takes periods
+        f"without the {lost} of {counted(known.size, 'motion')} that have no finite response": lost,
+        rules.CLEAR: bumper,
+    }
+    d_is = rules.OF_YIELDING if names & set(yielding_buildings(scene)) else rules.NOT_REDUCED
+    d_is = rules.OF_HISTORIES if has_histories(scene) else d_is
+
+    def note_of(row: SeparationRow) -> str:
+        own = [note for note, holds in added.items() if holds and (note != rules.ISOLATED or row.rule == "cqc")]
+        own += [rules.OF_UBC97] if row.rule.startswith("ubc97") and d_is != rules.NOT_REDUCED else []
+        return "; ".join(filter(None, (row.note.replace(rules.NOT_REDUCED, d_is), *own)))
+
+    return tuple(replace(row, note=note_of(row)) for row in rows)
 
 
 def at_contact(results: xr.Dataset, side: int) -> xr.DataArray:
@@ -360,8 +366,7 @@ def _known_site(results: xr.Dataset, site: Site) -> Site:
     floors = [np.unique(results[f"contact_point_{side}_floor"].values) for side in ("left", "right")]
     meet = all(np.array_equal(own, np.arange(own.size) + 1.0) for own in floors)
     has_floors = "storey_displacement_free" in results and bool((results["building_storeys"] > 0).all())
-    aligned = has_floors and meet and bool(level.all())
-    return site._replace(heights=heights, aligned=site.aligned or aligned)
+    return site._replace(heights=heights, aligned=site.aligned or (has_floors and meet and bool(level.all())))
 
 
 def _of_motions(rule: Rule, case: Case) -> Array:
@@ -375,8 +380,7 @@ def _beside(row: SeparationRow, case: Case, closing: Array, percentile: float) -
     separation = _of_motions(RULES[row.rule], case)
     low, middle, high = np.percentile(separation / closing, (LOW, MIDDLE, HIGH)).tolist()
     median, upper = float(np.median(separation)), float(enough_for(separation, percentile))
-    exceeded = float(np.mean(closing > separation * (1.0 + SAME)))
-    return Comparison(row, median, upper, low, middle, high, exceeded)
+    return Comparison(row, median, upper, low, middle, high, float(np.mean(closing > separation * (1.0 + SAME))))
 
 
 def short_in(comparisons: Sequence[Comparison], motions: int) -> str:
