@@ -97,29 +97,29 @@ def assess_along(
     at_gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
     level = Results(whole).level(pga, intensity_level)
     sizes = tuple(whole.sizes[axis.name] for axis in axes)
-    values: dict[str, Any] = {}
+    columns: dict[str, Any] = {}
     at, names = "", []
     for places in product(*map(range, sizes)):
         chosen = {axis.name: [place] for axis, place in zip(axes, places, strict=True)}
-        part = open_scan(whole.isel(chosen), whose)
-        names = [name for name, _ in part.interfaces]
-        for index, (_, one) in enumerate(part.interfaces):
-            contact = contact_of(one, index, at_gap, level, criterion)
+        opened = open_scan(whole.isel(chosen), whose)
+        names = [name for name, _ in opened.interfaces]
+        for index, (_, interface) in enumerate(opened.interfaces):
+            contact = contact_of(interface, index, at_gap, level, criterion)
             (share, need), at = contact.with_lost(criterion), contact.at
             shares = contact.gap, share.probability, share.low_recordings, share.high_recordings
             numbers = *shares, need.gap, need.low, need.high, need.bounded, contact.lost
             for name, number in zip(OUTPUTS, numbers, strict=True):
-                values.setdefault(name, np.full((*sizes, len(names)), np.nan))[(*places, index)] = number
+                columns.setdefault(name, np.full((*sizes, len(names)), np.nan))[(*places, index)] = number
     dims = (*(axis.name for axis in axes), "interface")
     keys = [key for axis in axes for key in axis.keys]
     coords = {key: whole[key] for key in keys} | {"interface": whole["interface"]}
     assessed = xr.Dataset(
-        {name: (dims, values[name], described(*about)) for name, about in OUTPUTS.items()},
+        {name: (dims, columns[name], described(*about)) for name, about in OUTPUTS.items()},
         {name: coordinate.variable for name, coordinate in coords.items()},
     )
     judged = [assessed[name] for name in ("contact_probability", "required_gap", "assessed_gap")]
     idle = [  # axes along which nothing changes
-        axis.name for axis in axes if all((one == one.isel({axis.name: [0]}).values).all() for one in judged)
+        axis.name for axis in axes if all((output == output.isel({axis.name: [0]}).values).all() for output in judged)
     ]
     about = criterion._asdict() | {"title": str(whole.attrs.get("title", "")), "asked": criterion.words, "motions": at}
     about |= {OWN: json.dumps(own_places(whole)), IDLE: json.dumps(idle)}

@@ -100,10 +100,10 @@ class InterfaceAssessment(ShortRepr):
         yield "verdict", self.verdict.sentence
         for required in self.required:
             yield f"gap of {required.percentile:g} % of the motions", say(required.provided, GAP, 3)
-        for one in self.gaps_for_rates:
-            if not one.fault:
-                least = "at least " if one.at_least else ""
-                yield f"gap for {one.words}", f"{least}{say(rounded_up(one.gap), GAP, 3)}"
+        for target in self.gaps_for_rates:
+            if not target.fault:
+                least = "at least " if target.at_least else ""
+                yield f"gap for {target.words}", f"{least}{say(rounded_up(target.gap), GAP, 3)}"
 
     def contact_at_gap(self) -> Share:
         """The share of the motions that close the assessed gap."""
@@ -159,19 +159,19 @@ class Assessment(ShortRepr):
     def unlike_verdicts(self) -> tuple[str, ...]:
         """A sentence for each pair of gaps with as many contacts and another verdict: why it is another."""
         sentences = []
-        alone = [one for one in self.interfaces if one.rate_verdict is None]
+        alone = [side for side in self.interfaces if side.rate_verdict is None]
         for pair in combinations(alone, 2):
-            (share, other), words = [one.contact_at_gap() for one in pair], {one.verdict.word for one in pair}
+            (share, other), words = [side.contact_at_gap() for side in pair], {side.verdict.word for side in pair}
             if len(words) == 1 or (share.count, share.runs) != (other.count, other.runs):
                 continue
             reasons = [
-                f"{one.verdict.word} at {one.name}, where "
+                f"{side.verdict.word} at {side.name}, where "
                 + (
                     "the polarities alone lie on both sides of the target"
-                    if one.verdict.by_polarity
-                    else f"the motions have an effective sample size of {one.verdict.independent:.2g}"
+                    if side.verdict.by_polarity
+                    else f"the motions have an effective sample size of {side.verdict.independent:.2g}"
                 )
-                for one in pair
+                for side in pair
             ]
             touched = f"{share.count} of {share.runs} motions touch at both"
             sentences.append(f"{touched}, and the verdict is {' and '.join(reasons)}.")
@@ -282,7 +282,7 @@ def assess(
     curve, fields = shaking.hazard, shaking.fields
     options, doubts = Options(gap, criterion, level, rate, shaking), opened.record_doubts
     interfaces = tuple(
-        _interface(name, part, index, options, doubts) for index, (name, part) in enumerate(opened.interfaces)
+        _interface(name, interface, index, options, doubts) for index, (name, interface) in enumerate(opened.interfaces)
     )
     return Assessment(
         title=str(opened.dataset.attrs.get("title", "")),
@@ -365,7 +365,7 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
         verdict=verdict,
         rate_verdict=by_rate,
         intensity=results.amplitudes.name,
-        scenario=() if levels is None else tuple(scenario_of(levels, one, confidence) for one in fragility),
+        scenario=() if levels is None else tuple(scenario_of(levels, curve, confidence) for curve in fragility),
         columns=columns,
     )
 
@@ -377,8 +377,8 @@ def _by_rate(
     hazard, target, confidence = options.shaking.hazard, options.target_rate, options.criterion.confidence
     if hazard is None:
         return (), (), None
-    rates = tuple(rate_of(hazard, one, confidence) for one in fragility)
-    wanted = {one.rate: one for one in (*USUAL, *(() if target is None else (target,)))}
+    rates = tuple(rate_of(hazard, curve, confidence) for curve in fragility)
+    wanted = {usual.rate: usual for usual in (*USUAL, *(() if target is None else (target,)))}
     of_gaps = RateOfGaps(hazard, motions, confidence)
     gaps = {rate: of_gaps.gap(wanted[rate]) for rate in sorted(wanted, reverse=True)}
     verdict = None

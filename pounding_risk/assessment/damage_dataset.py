@@ -40,13 +40,13 @@ def dataset_of(curves: Sequence[Curves], motions: Motions, options: Options, cas
     level = np.arange(1.0, motions.ims.shape[1] + 1.0) if common is None else common
     about_levels = ("1", "number of the level, from 1") if common is None else (unit, f"{words} of all motions")
     of_motions = (len(motions.records), len(motions.polarities))
-    faults = np.array([[fit.fault for fit in one.fits] for one in curves], dtype=str)
-    thresholds, ims = [one.state.threshold for one in curves], motions.ims.reshape(*of_motions, -1)
+    faults = np.array([[fit.fault for fit in pair.fits] for pair in curves], dtype=str)
+    thresholds, ims = [pair.state.threshold for pair in curves], motions.ims.reshape(*of_motions, -1)
     coords = {
-        "state": ("state", [one.state.name for one in curves], {"long_name": "state of damage"}),
-        "state_words": ("state", [one.state.words for one in curves], {"long_name": "demand that reaches the state"}),
+        "state": ("state", [pair.state.name for pair in curves], {"long_name": "state of damage"}),
+        "state_words": ("state", [pair.state.words for pair in curves], {"long_name": "demand that reaches the state"}),
         "state_threshold": ("state", thresholds, {"long_name": "threshold, in state_unit"}),
-        "state_unit": ("state", [one.state.demand.unit for one in curves], {"long_name": "unit of the demand"}),
+        "state_unit": ("state", [pair.state.demand.unit for pair in curves], {"long_name": "unit of the demand"}),
         "pounding": ("pounding", list(POUNDING), {"long_name": "with contact between buildings, or without any"}),
         "level": ("level", level, described(*about_levels)),
         "im": ("im", im, described(unit, words)),
@@ -68,7 +68,7 @@ def dataset_of(curves: Sequence[Curves], motions: Motions, options: Options, cas
 
 def _of_fits(curves: Sequence[Curves], unit: str, words: str) -> dict[str, Any]:
     """Medians and dispersions of the fits with the larger of their standard errors."""
-    columns = np.array([[(fit.median, fit.dispersion, *fit.errors) for fit in one.fits] for one in curves])
+    columns = np.array([[(fit.median, fit.dispersion, *fit.errors) for fit in pair.fits] for pair in curves])
     about = (
         ("median", unit, f"{words} at which the fitted curve is 0.5"),
         ("dispersion", "1", "dispersion of the curve, the deviation of the logarithm of the intensity"),
@@ -84,11 +84,11 @@ def _of_motions(
     """Demands, capacities and counts of the motions; ``of_motions`` are the numbers of records and polarities."""
     by_level, by_motion = (*BOTH, "level"), (*BOTH, "record", "polarity")
     shape = (len(curves), len(POUNDING), *of_motions)
-    ratios = np.array([one.ratios for one in curves])  # state, pounding, motion, level
+    ratios = np.array([pair.ratios for pair in curves])  # state, pounding, motion, level
     known = np.isfinite(ratios)
 
     def of_sides(of: Callable[[Any], Any]) -> Any:
-        return np.array([[of(side) for side in one.capacities] for one in curves])
+        return np.array([[of(side) for side in pair.capacities] for pair in curves])
 
     where = {
         "long_name": "where the capacity lies",
@@ -123,16 +123,16 @@ def _of_motions(
 
 def _compared(curves: Sequence[Curves], im: Array, options: Options, unit: str, words: str) -> dict[str, Any]:
     """Probabilities along the intensity, and ratios with over without, with their bounds."""
-    at = np.array([one.fits[1].median if options.at is None else options.at for one in curves])
-    probabilities = np.array([one.probability(im) for one in curves])
-    there = np.array([one.probability(place) for one, place in zip(curves, at, strict=True)])
+    at = np.array([pair.fits[1].median if options.at is None else options.at for pair in curves])
+    probabilities = np.array([pair.probability(im) for pair in curves])
+    there = np.array([pair.probability(place) for pair, place in zip(curves, at, strict=True)])
     ratios = [
         (
-            _ratio(one, options, lambda median, _: median),
-            _probability_ratio(one, im, options),
-            _probability_ratio(one, np.array([place]), options)[:, 0],
+            _ratio(pair, options, lambda median, _: median),
+            _probability_ratio(pair, im, options),
+            _probability_ratio(pair, np.array([place]), options)[:, 0],
         )
-        for one, place in zip(curves, at, strict=True)
+        for pair, place in zip(curves, at, strict=True)
     ]
     medians, along, single = (np.array(each) for each in zip(*ratios, strict=True))  # (states, 3, ...)
     over = "probability with pounding over that without"
@@ -146,20 +146,20 @@ def _compared(curves: Sequence[Curves], im: Array, options: Options, unit: str, 
     }
 
 
-def _probability_ratio(one: Curves, im: Array, options: Options) -> Array:
+def _probability_ratio(pair: Curves, im: Array, options: Options) -> Array:
     """At these intensities, (3, intensities); NaN where both probabilities are 0 to the last digit."""
-    return _ratio(one, options, lambda median, beta: fragility_curve(im, median[..., None], beta[..., None]))
+    return _ratio(pair, options, lambda median, beta: fragility_curve(im, median[..., None], beta[..., None]))
 
 
-def _ratio(one: Curves, options: Options, of: Callable[[Array, Array], Array]) -> Any:
+def _ratio(pair: Curves, options: Options, of: Callable[[Array, Array], Array]) -> Any:
     """With over without pounding of what is ``of`` medians and dispersions, and its bounds from the samples, (3, ...).
 
     Infinite where only the number without pounding is 0, NaN where both are or one is not known.
     """
     with np.errstate(all="ignore"):
-        with_contact, without = (of(np.asarray(fit.median), np.asarray(fit.dispersion)) for fit in one.fits)
-        sampled = [of(np.exp(side[:, 0]), side[:, 1]) for side in one.drawn_alike]
-        return np.array([with_contact / without, *one.bounds(sampled[0] / sampled[1], options.tails)])
+        with_contact, without = (of(np.asarray(fit.median), np.asarray(fit.dispersion)) for fit in pair.fits)
+        sampled = [of(np.exp(side[:, 0]), side[:, 1]) for side in pair.drawn_alike]
+        return np.array([with_contact / without, *pair.bounds(sampled[0] / sampled[1], options.tails)])
 
 
 def _rates(curves: Sequence[Curves], options: Options) -> dict[str, Any]:
@@ -167,11 +167,11 @@ def _rates(curves: Sequence[Curves], options: Options) -> dict[str, Any]:
     hazard = options.hazard
     if hazard is None:
         return {}
-    rates = [[rate_of(hazard, each, options.confidence) for each in _fragilities(one, options)] for one in curves]
+    rates = [[rate_of(hazard, fit, options.confidence) for fit in _fragilities(pair, options)] for pair in curves]
     columns = np.array([[(rate.annual, rate.low, rate.high, rate.missing) for rate in pair] for pair in rates])
     often = "annual rate at which the state is reached"
     beyond = "share of the rate beyond the ends of the hazard curve, were it continued"
-    ratios = np.array([_ratio(one, options, partial(annual_rate, hazard)) for one in curves])
+    ratios = np.array([_ratio(pair, options, partial(annual_rate, hazard)) for pair in curves])
     # Two lower bounds have no ratio.
     ratios[[any(rate.at_least for rate in pair) for pair in rates]] = np.nan
     return {
@@ -186,7 +186,7 @@ def _in_an_event(curves: Sequence[Curves], options: Options) -> dict[str, Any]:
     fields = options.fields
     if fields is None:
         return {}
-    events = [[scenario_of(fields, each, options.confidence) for each in _fragilities(one, options)] for one in curves]
+    events = [[scenario_of(fields, fit, options.confidence) for fit in _fragilities(pair, options)] for pair in curves]
     columns = [
         np.array([[getattr(event, name) for event in pair] for pair in events])
         for name in ("probability", "low", "high")
@@ -194,7 +194,7 @@ def _in_an_event(curves: Sequence[Curves], options: Options) -> dict[str, Any]:
     return bounded("event_probability", BOTH, columns, "1", "probability that the state is reached in an event")
 
 
-def _fragilities(one: Curves, options: Options) -> list[Fragility]:
+def _fragilities(pair: Curves, options: Options) -> list[Fragility]:
     """Both curves of a state as `rate_of` takes them."""
-    about = one.state.name, 0.0, None, None, options.intensity, options.method
-    return [Fragility(*about, **asdict(fit)) for fit in one.fits]
+    about = pair.state.name, 0.0, None, None, options.intensity, options.method
+    return [Fragility(*about, **asdict(fit)) for fit in pair.fits]

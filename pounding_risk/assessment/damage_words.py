@@ -42,10 +42,10 @@ def measure_words(dataset: xr.Dataset) -> tuple[str, str]:
 def case_words(dataset: xr.Dataset) -> str:
     """The gap, contact model and yield force of the curves, and how many motions they are of."""
     force = float(dataset["yield_force"])
-    parts = [f"gap {say(float(dataset['gap']), GAP)}", str(dataset["contact_model"].item()).replace("_", " ")]
-    parts += [f"F_E {say(force, YIELD_FORCE)}"] if isfinite(force) else []
+    phrases = [f"gap {say(float(dataset['gap']), GAP)}", str(dataset["contact_model"].item()).replace("_", " ")]
+    phrases += [f"F_E {say(force, YIELD_FORCE)}"] if isfinite(force) else []
     motions = dataset.sizes["record"] * dataset.sizes["polarity"]
-    return f"{', '.join(parts)}; {counted(motions, 'motion')} {dataset.attrs.get('amplitude', '')}".rstrip()
+    return f"{', '.join(phrases)}; {counted(motions, 'motion')} {dataset.attrs.get('amplitude', '')}".rstrip()
 
 
 def finding(dataset: xr.Dataset) -> str:
@@ -64,43 +64,44 @@ def finding(dataset: xr.Dataset) -> str:
     return f"Annual rate and median {words}, with pounding at {gap} over without: {clauses}"
 
 
-def _clause(one: xr.Dataset) -> str:
+def _clause(state: xr.Dataset) -> str:
     """One state in the finding."""
-    name, ratio = str(one["state"].item()), float(one["median_ratio"])
-    if not one["runs"].any():
-        return f"{name} is left out ({one['fault'].values[0]})"
+    name, ratio = str(state["state"].item()), float(state["median_ratio"])
+    if not state["runs"].any():
+        return f"{name} is left out ({state['fault'].values[0]})"
     if isnan(ratio):
         counts = [
-            f"{int(one['reached'].sel(pounding=side).sum())} of {int(one['runs'].sel(pounding=side).sum())} runs {side}"
+            f"{int(state['reached'].sel(pounding=side).sum())} of "
+            f"{int(state['runs'].sel(pounding=side).sum())} runs {side}"
             for side in POUNDING
         ]
-        if str(one["fault"].sel(pounding="without").item()) == NO_CONTACT:
+        if str(state["fault"].sel(pounding="without").item()) == NO_CONTACT:
             return f"{name} is reached in {counts[0]} pounding, and in none without contact"
         return f"{name} has no ratio, it is reached in {' and '.join(counts)}"
-    median = _ratio_words(one, "median_ratio")
-    rate = float(one["annual_rate_ratio"]) if "annual_rate_ratio" in one else nan
+    median = _ratio_words(state, "median_ratio")
+    rate = float(state["annual_rate_ratio"]) if "annual_rate_ratio" in state else nan
     if isnan(rate):
-        missing = float(one["annual_rate_missing"].max()) if "annual_rate_missing" in one else nan
+        missing = float(state["annual_rate_missing"].max()) if "annual_rate_missing" in state else nan
         if missing > COVERED:
             beyond = f"{100.0 * missing:.2g} % of one lie beyond the hazard curve"
             return f"{name} median {median} (no ratio of rates: {beyond})"
         return f"{name} {median}"
     opposed = (round(rate, 2) - 1.0) * (round(ratio, 2) - 1.0) > 0.0  # a lower median alone raises the rate
-    return f"{name} rate {_ratio_words(one, 'annual_rate_ratio')}, median {median}" + (
+    return f"{name} rate {_ratio_words(state, 'annual_rate_ratio')}, median {median}" + (
         " (they point opposite ways, as the dispersions differ: the rate counts)" if opposed else ""
     )
 
 
-def _ratio_words(one: xr.Dataset, name: str) -> str:
+def _ratio_words(state: xr.Dataset, name: str) -> str:
     """A ratio with its bounds, "0.94 (0.80 to 1.10)"."""
-    low, high = float(one[f"{name}_low"]), float(one[f"{name}_high"])
-    return f"{float(one[name]):.2f}" + ("" if isnan(low) else f" ({low:.2f} to {high:.2f})")
+    low, high = float(state[f"{name}_low"]), float(state[f"{name}_high"])
+    return f"{float(state[name]):.2f}" + ("" if isnan(low) else f" ({low:.2f} to {high:.2f})")
 
 
 def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, results: Results) -> Iterator[str]:
     """Sentences on what is assumed, left out and not known."""
-    yield from (f"{one.state.name} is left out: {one.fits[0].fault}." for one in curves if not one.is_known)
-    curves, count = [one for one in curves if one.is_known], options.recordings
+    yield from (f"{pair.state.name} is left out: {pair.fits[0].fault}." for pair in curves if not pair.is_known)
+    curves, count = [pair for pair in curves if pair.is_known], options.recordings
     is_linked = any(map(results.has_link, range(results.dataset.sizes["interface"])))
     alone = "the buildings with their links but without contact" if is_linked else "each building alone"
     yield (
@@ -116,40 +117,40 @@ def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, resul
         besides = ", but isolators do" if isolated_buildings(results.scene) else ""
         yield f"No storey yields in the runs{besides}: demands beyond yield are those of elastic buildings."
     isolated = isolated_buildings(results.scene)
-    if isolated and any(one.state.demand.of_structure and not one.state.storey for one in curves):
+    if isolated and any(pair.state.demand.of_structure and not pair.state.storey for pair in curves):
         names = " and ".join(isolated)
         yield f"Drifts and ductility of {names} are those above the isolators, which are storey 1: name it to count it."
-    moved = [one for one in curves if "building" in one.state.demand.places]
+    moved = [pair for pair in curves if "building" in pair.state.demand.places]
     rotating = [
-        name for name in rotating_buildings(results.scene) if any(one.state.building in ("", name) for one in moved)
+        name for name in rotating_buildings(results.scene) if any(pair.state.building in ("", name) for pair in moved)
     ]
     if rotating:
         names = " and ".join(rotating)
         yield f"Demands of {names}, whose floors rotate, are those of the centres of mass: edges drift further."
     fragile = collapsible_buildings(results.scene)
-    for one in moved:
-        if one.state.demand.of_structure and one.state.building not in ("", *fragile) and results.fallen:
+    for pair in moved:
+        if pair.state.demand.of_structure and pair.state.building not in ("", *fragile) and results.fallen:
             yield (
-                f"{one.state.name}: runs in which {' or '.join(fragile)} collapses are left out, for they end there: "
-                f"of {one.state.building} nothing is known."
+                f"{pair.state.name}: runs in which {' or '.join(fragile)} collapses are left out, for they end there: "
+                f"of {pair.state.building} nothing is known."
             )
-    for one in curves:
-        yield from _of_state(one, motions, options)
+    for pair in curves:
+        yield from _of_state(pair, motions, options)
 
 
-def _of_state(one: Curves, motions: Motions, options: Options) -> Iterator[str]:
+def _of_state(pair: Curves, motions: Motions, options: Options) -> Iterator[str]:
     """Sentences on one state."""
-    name = one.state.name
-    failed = int((~np.isfinite(one.ratios[0])).sum())
+    name = pair.state.name
+    failed = int((~np.isfinite(pair.ratios[0])).sum())
     if failed:
         what = f"{counted(failed, 'run')} of {motions.ims.size}"
         yield f"{name}: {what} failed, or have no such demand, and are left out."
-    for side, ratios in zip(POUNDING, one.ratios, strict=True):
+    for side, ratios in zip(POUNDING, pair.ratios, strict=True):
         fell = int((ratios == COLLAPSE).sum())
         if fell:
             runs = f"{counted(fell, 'run')} of {motions.ims.size} {side} pounding"
             yield f"{name}: {runs} ended in the collapse of a storey, and count as reached; their demand is not known."
-    for side, fit, capacities in zip(POUNDING, one.fits, one.capacities, strict=True):
+    for side, fit, capacities in zip(POUNDING, pair.fits, pair.capacities, strict=True):
         whose = f"{name}, {side} pounding"
         if fit.fault:
             yield f"{whose}: no curve: {fit.fault}."
@@ -167,11 +168,11 @@ def _of_state(one: Curves, motions: Motions, options: Options) -> Iterator[str]:
                 f"{whose}: {what} known as between two levels only, for the demand jumps: a contact "
                 "force is 0 without touch, and a force is capped where what carries it yields."
             )
-    if one.state.demand.interfaces and options.method == "cloud":
+    if pair.state.demand.interfaces and options.method == "cloud":
         yield (
             f"{name}: a contact force is capped where the contact yields, which a cloud's straight line does not "
             "follow; several levels and stripes do."
         )
-    if one.is_compared and one.lost:
-        without = "no bounds are given" if one.lost > LOST * DRAWS else "left out of the bounds"
-        yield f"{name}: no curve from {counted(one.lost, 'sample')} of recordings; {without}."
+    if pair.is_compared and pair.lost:
+        without = "no bounds are given" if pair.lost > LOST * DRAWS else "left out of the bounds"
+        yield f"{name}: no curve from {counted(pair.lost, 'sample')} of recordings; {without}."

@@ -91,9 +91,9 @@ def motions_of(results: Results) -> Motions:
     )
 
 
-def pushed_closing(part: xr.Dataset, gaps: xr.DataArray, axes: Collection[Hashable]) -> xr.DataArray:
+def pushed_closing(runs: xr.Dataset, gaps: xr.DataArray, axes: Collection[Hashable]) -> xr.DataArray:
     """The most that is closed in runs that touch at a gap which is left open alone, along these axes; NaN without."""
-    reach = part["peak_closing"].where((part["impact_count"] > 0) & (part["peak_closing_free"] <= gaps))
+    reach = runs["peak_closing"].where((runs["impact_count"] > 0) & (runs["peak_closing_free"] <= gaps))
     return reach.max([axis for axis in reach.dims if axis not in axes])
 
 
@@ -112,16 +112,16 @@ def touching(results: Results, motions: Motions, gap: float) -> NDArray[np.bool_
     return np.asarray(np.where(counts == UNDEFINED, closes, counts > 0))
 
 
-def by_motion(values: xr.DataArray, rest: Sequence[str] = ()) -> Array:
-    """Values as (motions, ...), the axes ``rest`` in this order."""
-    ordered = values.variable.transpose("record", "polarity", *rest).values  # without the coordinates, a copy of each
+def by_motion(cases: xr.DataArray, inner: Sequence[str] = ()) -> Array:
+    """Values as (motions, ...), the axes ``inner`` in this order."""
+    ordered = cases.variable.transpose("record", "polarity", *inner).values  # without the coordinates, a copy of each
     return np.asarray(ordered.reshape(ordered.shape[0] * ordered.shape[1], *ordered.shape[2:]))
 
 
-def by_amplitude(values: xr.DataArray, rest: Sequence[str] = ()) -> Array:
+def by_amplitude(cases: xr.DataArray, inner: Sequence[str] = ()) -> Array:
     """Values as (motions, amplitudes, ...), whether or not there is an axis of amplitudes."""
-    axes = [axis for axis in AMPLITUDE_AXES if axis in values.dims]
-    flat = by_motion(values, [*axes, *rest])
+    axes = [axis for axis in AMPLITUDE_AXES if axis in cases.dims]
+    flat = by_motion(cases, [*axes, *inner])
     return flat if axes else flat[:, None]
 
 
@@ -132,8 +132,8 @@ def yields_of(results: xr.Dataset, gap: float) -> tuple[float, Array]:
     """
     gaps = results["gap"].values
     nearest = int(np.abs(gaps - gap).argmin())
-    one = results["yield_exceedance"].isel(gap=nearest, yield_force=_may_yield(results))
-    exceedance = by_amplitude(one, ("contact_model", "yield_force"))
+    exceeded = results["yield_exceedance"].isel(gap=nearest, yield_force=_may_yield(results))
+    exceedance = by_amplitude(exceeded, ("contact_model", "yield_force"))
     return float(gaps[nearest]), np.where(exceedance == UNDEFINED, np.nan, exceedance.astype(float))
 
 
@@ -244,9 +244,9 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
     independent = independent_motions(logs_of(closing), motions.recordings)
     weight = independent / closing.size
     gaps = np.unique([*map(float, results.dataset["gap"].values), gap]).tolist()
-    touched = np.stack([touching(results, every, one)[finite, level] for one in gaps], axis=1)
+    touched = np.stack([touching(results, every, width)[finite, level] for width in gaps], axis=1)
     percentiles = (*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile)
     at, here = results.amplitude_words(every.amplitudes[level]), touched[:, gaps.index(gap)]
-    of_gaps = shares(touched.astype(float), [{"gap": one} for one in gaps], weight, criterion.confidence)
-    required = {one.percentile: one for one in required_gaps(closing, weight, percentiles, criterion.confidence)}
+    of_gaps = shares(touched.astype(float), [{"gap": width} for width in gaps], weight, criterion.confidence)
+    required = {need.percentile: need for need in required_gaps(closing, weight, percentiles, criterion.confidence)}
     return Contact(gap, every, level, at, motions, independent, of_gaps, required, here)

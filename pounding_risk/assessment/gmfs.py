@@ -141,7 +141,7 @@ def read_fields(path: str | Path) -> Fields:
     """
     name, where = split_site(str(path))
     table = read_table(Path(name), error=PoundingError)
-    columns = {what: next((one for one in names if one in table.head), "") for what, names in _NAMES.items()}
+    columns = {what: next((alias for alias in names if alias in table.head), "") for what, names in _NAMES.items()}
     measures = {column: measure_of(column[4:]) for column in table.head if column.startswith("gmv_")}
     if not (columns["site"] and columns["event"] and any(measures.values())):
         raise table.fault(

@@ -60,21 +60,21 @@ def exported(path: str | Path) -> Exported | None:
         odd = next(file for file in files if file not in ours)
         raise PoundingError(f"{odd}: is no hazard curve of OpenQuake, as others of {name} are; narrow the pattern")
     wanted = read_site(where) if where else None
-    parts = [_curve_or_spectra(read_table(file, error=PoundingError, needed=("lon", "lat")), wanted) for file in ours]
-    first = parts[0]
-    for file, part in zip(ours, parts, strict=True):
-        if (part.years, part.reading[0]) != (first.years, first.reading[0]):
+    exports = [_curve_or_spectra(read_table(file, error=PoundingError, needed=("lon", "lat")), wanted) for file in ours]
+    first = exports[0]
+    for file, export in zip(ours, exports, strict=True):
+        if (export.years, export.reading[0]) != (first.years, first.reading[0]):
             raise PoundingError(
-                f"{file}: states {part.years:g} years and {part.reading[0]!r}, and {ours[0]} {first.years:g} years and "
-                f"{first.reading[0]!r}; name files of one calculation, one kind and one site"
+                f"{file}: states {export.years:g} years and {export.reading[0]!r}, and {ours[0]} {first.years:g} years "
+                f"and {first.reading[0]!r}; name files of one calculation, one kind and one site"
             )
-    reading = tuple(dict.fromkeys(sentence for part in parts for sentence in part.reading))
+    reading = tuple(dict.fromkeys(sentence for export in exports for sentence in export.reading))
     return Exported(
         f"{Path(name).name}{f'#{where}' if where else ''}",
         first.years,
-        tuple(chain.from_iterable(part.intensities for part in parts)),
-        tuple(chain.from_iterable(part.levels for part in parts)),
-        tuple(chain.from_iterable(part.probabilities for part in parts)),
+        tuple(chain.from_iterable(export.intensities for export in exports)),
+        tuple(chain.from_iterable(export.levels for export in exports)),
+        tuple(chain.from_iterable(export.probabilities for export in exports)),
         reading,
     )
 
@@ -157,20 +157,20 @@ def _spectra(table: Table, row: Row, columns: Sequence[str], about: str) -> Expo
     names, levels, probabilities = [], [], []
     for imt, pairs in by_imt.items():
         intensity, unit = _intensity(table, imt)
-        poes, values = np.array(sorted(pairs, reverse=True)).T
+        poes, ims = np.array(sorted(pairs, reverse=True)).T
         if len(poes) < 2 or not (poes[-1] > 0.0 and poes[0] < 1.0):
             raise table.fault(
                 f"has spectra of {len(poes)} probabilities of {imt}; two different ones between 0 and 1 are the least, "
                 "from which a rate follows: set poes = 0.1 0.02 in the job, or export hazard curves"
             )
-        if not (values[0] > 0.0 and (np.diff(values) > 0.0).all() and (np.diff(poes) < 0.0).all()):
+        if not (ims[0] > 0.0 and (np.diff(ims) > 0.0).all() and (np.diff(poes) < 0.0).all()):
             raise row.fault(
-                f"{imt} is {', '.join(f'{value:g}' for value in values)} at probabilities of "
+                f"{imt} is {', '.join(f'{im:g}' for im in ims)} at probabilities of "
                 f"{', '.join(f'{poe:g}' for poe in poes)}; it must be above 0 and rise as they fall (the engine cuts "
                 "it at its strongest level): ask for fewer poes, or export hazard curves"
             )
         names.append(intensity)
-        levels.append(unit * values)
+        levels.append(unit * ims)
         probabilities.append(poes)
     years = table.fact("investigation_time")
     return Exported(table.path.name, years, tuple(names), tuple(levels), tuple(probabilities), (about,))

@@ -251,7 +251,7 @@ def _by_period(lines: list[Row]) -> HazardSpectrum:
     for line, spectrum in zip(lines[1:], table, strict=True):
         if not (np.diff(spectrum) > 0.0).all() or not (np.diff(rates[order]) < 0.0).all():
             raise line.fault("intensities must rise as the annual rates of the columns fall; leave out equal columns")
-    words, read = (", ".join(one) for one in zip(*((one.words, f"{one.rate:.3g}") for one, _ in levels), strict=True))
+    words, read = map(", ".join, zip(*((rate.words, f"{rate.rate:.3g}") for rate, _ in levels), strict=True))
     reading = (
         f"The columns {words} are read as annual rates of {read}, events being independent of each other (Poisson)."
     )
@@ -327,14 +327,14 @@ def _spectrum(head: Row, names: Sequence[str], rate: Array, im: Array, reading: 
         if measure is None:
             raise head.fault(f"{short(name)} is neither pga nor sa at a period such as sa(0.5 s); {SPECTRA}")
         known.append(measure)
-    periods = [one.period for one in known]
+    periods = [measure.period for measure in known]
     for at, period in enumerate(periods):
         if period in periods[:at]:
             raise head.fault(f"has {names[at]} twice; leave one of them out")
-    of_period = [one for one in known if one.period > 0.0]
+    of_period = [measure for measure in known if measure.period > 0.0]
     if not of_period:
         raise head.fault(f"has no sa at a period; {SPECTRA}")
-    if not all(isclose(one.damping, of_period[0].damping) for one in of_period):
+    if not all(isclose(measure.damping, of_period[0].damping) for measure in of_period):
         raise head.fault("has spectra of several damping ratios; write a table for each")
     order = np.argsort(periods)
     sorted_periods, table = np.array(periods)[order], im[:, order]

@@ -62,7 +62,7 @@ def shaking_of(
         requested = usual
         if not fields.has(spectral_intensity(results, usual)):
             longer = resolved_intensity(results, "sa(longer)")
-            requested = next((one for one in (longer, "pga") if fields.has(one)), usual)
+            requested = next((name for name in (longer, "pga") if fields.has(name)), usual)
     if isinstance(known, HazardSpectrum):
         word = "" if usual.startswith("sa(") else "sa(longer)"
         intensity = resolved_intensity(results, requested or word or usual)
@@ -124,7 +124,7 @@ def intensities(results: Results, intensity: str) -> Array:
 
 def _check_spectra(results: Results, required: Sequence[Measure], intensity: str) -> None:
     """Raise PoundingError where the dataset has no Sa of its records at these periods and damping."""
-    if all(results.has_spectrum_at(one) for one in required):
+    if all(results.has_spectrum_at(measure) for measure in required):
         return
     span = results.spectral_range
     if span is None:

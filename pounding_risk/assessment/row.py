@@ -283,7 +283,7 @@ def column_sentences(results: Results, level: int, gap: float) -> tuple[str, ...
     struck = struck_columns(results, level, gap)
     if not struck:
         return ()
-    worst = max(struck, key=lambda one: (one.reached, one.touched, one.force))
+    worst = max(struck, key=lambda column: (column.reached, column.touched, column.force))
     gaps = results.dataset["gap"].values
     here = say(float(gaps[_nearest(gaps, gap)]), GAP, 3)
     high = f", {say(worst.level, units.STOREY_HEIGHT, 3)} above the ground," if isfinite(worst.level) else ""
@@ -296,7 +296,7 @@ def column_sentences(results: Results, level: int, gap: float) -> tuple[str, ...
         return (f"{worst.floor} faces {pair} and no motion is run at {here}: how often it strikes them is not known.",)
     if not worst.touched:
         return (f"{worst.floor} faces {pair} and strikes them in none of {counted(worst.runs, 'motion')} at {here}.",)
-    count = sum(one.touched > 0 for one in struck)
+    count = sum(column.touched > 0 for column in struck)
     several = f" (columns are struck at {count} of {len(struck)} levels)" if len(struck) > 1 else ""
     hits = f"{worst.floor} strikes {pair} in {worst.touched} of {counted(worst.runs, 'motion')} at a gap of {here}"
     force, strength = say(worst.force, YIELD_FORCE, 3), say(worst.strength, YIELD_FORCE, 3)

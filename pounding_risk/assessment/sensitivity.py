@@ -76,14 +76,14 @@ def responses_at(results: xr.Dataset, gap: float, isolated: Collection[str] = ()
 
     ``gap`` [m] is one of the grid's. Of the ``isolated`` buildings the ductility is that of the storeys above the slab.
     """
-    one = results.isel(gap=int(np.abs(results["gap"].values - gap).argmin()))
-    touching = by_motion(one["impact_count"], CASES) > 0
+    at_gap = results.isel(gap=int(np.abs(results["gap"].values - gap).argmin()))
+    touching = by_motion(at_gap["impact_count"], CASES) > 0
     responses = []
     for output, (words, unit) in OUTPUTS.items():
-        if output not in one:
+        if output not in at_gap:
             continue
-        inside = [axis for axis in one[output].dims if axis not in ("record", "polarity", *CASES)]
-        outputs = finite(one, output)
+        inside = [axis for axis in at_gap[output].dims if axis not in ("record", "polarity", *CASES)]
+        outputs = finite(at_gap, output)
         if output == "storey_ductility" and isolated:
             words = f"{words} above isolators"
             outputs = outputs.where(~outputs["building"].isin(list(isolated)) | (outputs["storey"] > 1))
@@ -93,7 +93,7 @@ def responses_at(results: xr.Dataset, gap: float, isolated: Collection[str] = ()
         for model, force in np.ndindex(peaks.shape[1:]):
             known = peaks[np.isfinite(peaks[:, model, force]), model, force]
             spread = np.percentile(known, (LOW, MIDDLE, HIGH)) if known.size else np.full(3, np.nan)
-            about = (str(one["contact_model"].values[model]), float(one["yield_force"].values[force]))
+            about = (str(at_gap["contact_model"].values[model]), float(at_gap["yield_force"].values[force]))
             low, median, high = map(float, spread)
             responses.append(Response(output, words, unit, gap, *about, low, median, high, known.size))
     return tuple(responses)
@@ -162,8 +162,8 @@ def contact_influences(
 def yield_influences(yielding: Yielding, force: float, target: float) -> tuple[Influence, ...]:
     """Influences on the probability that the force reaches F_E, at one gap and one F_E of the grid [N]."""
 
-    def mean(values: Array) -> float:
-        known = values[~np.isnan(values)]
+    def mean(outcomes: Array) -> float:
+        known = outcomes[~np.isnan(outcomes)]
         return float(known.mean()) if known.size else nan
 
     kinds = np.array(yielding.polarities)
@@ -191,22 +191,24 @@ def response_influences(
         levels = list(grouped)
         what, unit = f"median {levels[0].words}", levels[0].unit
         forces = [
-            (force_words(one.yield_force, columns_yield), one.median) for one in levels if one.contact_model == model
+            (force_words(case.yield_force, columns_yield), case.median)
+            for case in levels
+            if case.contact_model == model
         ]
-        one = replace(_influence("yield_force", what, forces, nan, unit), output=output)
-        if output == CAPPED and one.spread > 0.0:
-            one = replace(one, words=f"{one.words}; F_E is its upper end under a law that yields")
-        by_force.append(one)
-        models = [(one.contact_model, one.median) for one in levels if one.yield_force == at]
-        one = replace(_influence("contact_model", what, models, nan, unit), output=output)
-        if one.spread > 0.0 and at == inf:
-            one = replace(one, words=f"{one.words}, without yielding")
-        elif one.spread > 0.0:
+        influence = replace(_influence("yield_force", what, forces, nan, unit), output=output)
+        if output == CAPPED and influence.spread > 0.0:
+            influence = replace(influence, words=f"{influence.words}; F_E is its upper end under a law that yields")
+        by_force.append(influence)
+        models = [(case.contact_model, case.median) for case in levels if case.yield_force == at]
+        influence = replace(_influence("contact_model", what, models, nan, unit), output=output)
+        if influence.spread > 0.0 and at == inf:
+            influence = replace(influence, words=f"{influence.words}, without yielding")
+        elif influence.spread > 0.0:
             condition = (
                 f'at {force_words(at)}, where yielding may be part of it: "inf" in grid.yield_force separates them'
             )
-            one = replace(one, words=f"{one.words}; {condition}", spread=nan)
-        by_model.append(one)
+            influence = replace(influence, words=f"{influence.words}; {condition}", spread=nan)
+        by_model.append(influence)
     return (*by_force, *by_model)
 
 
@@ -214,8 +216,8 @@ def what_matters(influences: Sequence[Influence]) -> str:
     """Sentences on what F_E and the contact model change most, and on what yielding and contact depend."""
     sentences = []
     for key in ("yield_force", "contact_model"):
-        of_key = [one for one in influences if one.key == key]
-        levels = [one for one in of_key if one.output in OF_BUILDINGS and isfinite(one.spread)]
+        of_key = [influence for influence in influences if influence.key == key]
+        levels = [influence for influence in of_key if influence.output in OF_BUILDINGS and isfinite(influence.spread)]
         most = max(levels, key=lambda influence: influence.share, default=None)
         if most is not None and most.share < NOTABLE:
             sentences.append(f"{WORDS[key]} changes no median response of the buildings by {100 * NOTABLE:g} % or more")
@@ -224,7 +226,7 @@ def what_matters(influences: Sequence[Influence]) -> str:
     yielding = [influence for influence in influences if influence.what.startswith(YIELD) and influence.spread > 0.0]
     if yielding:
         at = yielding[0].what.partition(" at ")[2]
-        causes = " and ".join(f"{WORDS[one.key]} (by {one.spread:.2f})" for one in yielding)
+        causes = " and ".join(f"{WORDS[influence.key]} (by {influence.spread:.2f})" for influence in yielding)
         sentences.append(f"whether {at} is reached depends on {causes}")
     contact = {influence.key: influence.spread for influence in influences if influence.what == CONTACT}
     never = contact["yield_force"] == contact["contact_model"] == 0.0

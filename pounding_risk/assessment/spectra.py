@@ -127,8 +127,8 @@ def motions_words(results: xr.Dataset) -> str:
 
 def rule_words(rule: str) -> str:
     """A rule's short name, with how its text is known where it was not read: SRSS, "Canada (quoted)"."""
-    one = RULES[rule]
-    return SHORT_WORDS.get(rule) or (one.title if one.is_checked else f"{one.title} ({one.verification})")
+    known = RULES[rule]
+    return SHORT_WORDS.get(rule) or (known.title if known.is_checked else f"{known.title} ({known.verification})")
 
 
 def check_rules(results: xr.Dataset, rules: Sequence[str]) -> tuple[str, ...]:

@@ -58,18 +58,18 @@ def assessed(subject: Samples, request: Request) -> xr.Dataset:
     closings = [subject.closings(index, request.level) for index in places]
     own = [subject.gap(index) for index in places]
     judged = own if request.gap is None else [request.gap for _ in places]
-    largest = max(float(np.percentile(one.rising, 99.5)) for one in closings)
+    largest = max(float(np.percentile(closing.rising, 99.5)) for closing in closings)
     most = max(largest, 1.2 * max(judged), 1e-6)
-    finite = most if np.isfinite(most) else max(float(np.exp(one.logs.max())) for one in closings)
+    finite = most if np.isfinite(most) else max(float(np.exp(closing.logs.max())) for closing in closings)
     finite = max(finite, 1.2 * max(judged), 1e-6)
     gaps = np.unique([*np.linspace(0.0, finite, GAPS), *judged, *own])
-    parts = [_interface(subject, index, closings[index], judged[index], gaps, request) for index in places]
+    datasets = [_interface(subject, index, closings[index], judged[index], gaps, request) for index in places]
     names = xr.Variable("interface", list(subject.interfaces), {"long_name": "buildings on both sides of a gap"})
     labels = {}
     for key, of_key in zip(subject.keys, subject.values, strict=True):
         about = subject.dataset[key].attrs if key in subject.dataset.variables else {}
         labels[f"value_of_{key}"] = "sample", of_key, {"long_name": f"value of {key}"} | about
-    dataset = xr.concat(parts, dim=names, combine_attrs="override").assign_coords(labels)
+    dataset = xr.concat(datasets, dim=names, combine_attrs="override").assign_coords(labels)
     few = words.of_few(closings[0], request.criterion)
     assumed = [*subject.assumptions, *filter(None, (words.offset_words(subject, index) for index in places))]
     usual = request.criterion.agrees and request.criterion.percentile == USUAL_PERCENTILE
@@ -101,7 +101,7 @@ def _interface(
     analysis = outputs[chosen].analysis or closings.analysis
     deviation = described("m", "standard deviation of the gap over the samples; 0 where it is known")
     below = described("1", "outcomes whose closing, less what the gap has more than the scene's own, is 0")
-    parts: dict[str, Any] = {
+    variables: dict[str, Any] = {
         **_contact(closings, gap, gaps, criterion),
         **_required(closings, percentiles, confidence),
         **_variances(analysis, outputs[chosen].analysis_unit, confidence, components),
@@ -119,13 +119,13 @@ def _interface(
         "sample_percentile": ("sample_percentile", list(OVER_SAMPLES), described("1", "percentile of samples [%]")),
         "uncertain_number": ("uncertain_number", list(subject.keys), {"long_name": "address in the scene"}),
         "output": ("output", list(outputs), {"long_name": "output of a sample"}),
-        "output_unit": ("output", [one.unit for one in outputs.values()], {"long_name": "unit of the output"}),
-        "output_words": ("output", [one.words for one in outputs.values()], {"long_name": "what the output is"}),
+        "output_unit": ("output", [output.unit for output in outputs.values()], {"long_name": "unit of the output"}),
+        "output_words": ("output", [output.words for output in outputs.values()], {"long_name": "what the output is"}),
         "curve": ("curve", list(CURVES), {"long_name": "dispersion of the fragility"}),
     }
     if subject.moved_dataset is not None:
         coords["quantile"] = ("quantile", list(QUANTILES), described("1", "quantile of the number"))
-    dataset = xr.Dataset(parts, coords)
+    dataset = xr.Dataset(variables, coords)
     verdict, sentence = words.verdict_of(closings, subject, index, gap, request.level, criterion)
     dataset["verdict"] = ((), verdict, {"long_name": "verdict on the gap"})
     dataset["sentence"] = ((), sentence, {"long_name": "verdict in words"})
@@ -140,7 +140,7 @@ def _contact(closings: CrossedClosings, gap: float, gaps: Array, criterion: Crit
     over, here = closings.contact(gaps, criterion.confidence), closings.contact(gap, criterion.confidence)
     contact = "P(contact) over samples and motions"
     judged = (here.value[0], here.low[0], here.high[0])
-    parts = {
+    variables = {
         **bounded("contact_probability", "gap", over[:3], "1", contact),
         "judged_gap": ((), gap, described("m", "gap that is judged")),
         **bounded("judged_probability", (), judged, "1", f"{contact} at the judged gap"),
@@ -149,15 +149,15 @@ def _contact(closings: CrossedClosings, gap: float, gaps: Array, criterion: Crit
     }
     if closings.is_drawn:
         about = described("m", "what the sample's motion closes without contact, which its gap is to be wider than")
-        return parts | {"closing_of_sample": ("sample", closings.closing[:, 0], about)}
-    of_samples = np.stack([np.percentile(closings.of_samples(one), OVER_SAMPLES) for one in gaps.tolist()])
+        return variables | {"closing_of_sample": ("sample", closings.closing[:, 0], about)}
+    of_samples = np.stack([np.percentile(closings.of_samples(width), OVER_SAMPLES) for width in gaps.tolist()])
     share = closings.of_samples(gap)
     count = int((share > criterion.target).sum())
     bounds = map(float, exact_bounds(count, share.size, criterion.confidence))
     over_samples = "percentiles over the samples of P(contact) over the motions"
     exceeding = "share of the samples in which P(contact) under these motions exceeds the target"
     return {
-        **parts,
+        **variables,
         "contact_probability_of_samples": (("gap", "sample_percentile"), of_samples, described("1", over_samples)),
         "contact_probability_of_sample": ("sample", share, described("1", "P(contact) over the motions at the gap")),
         **bounded("samples_over_target", (), (count / share.size, *bounds), "1", exceeding),
@@ -167,24 +167,24 @@ def _contact(closings: CrossedClosings, gap: float, gaps: Array, criterion: Crit
 def _required(closings: CrossedClosings, percentiles: tuple[float, ...], confidence: float) -> dict[str, Any]:
     """Required gaps at the percentiles, over samples and motions, and over the samples."""
     required = closings.required(percentiles, confidence)
-    columns = [[getattr(one, name) for one in required] for name in ("gap", "low", "high")]
+    columns = [[getattr(need, name) for need in required] for name in ("gap", "low", "high")]
     is_bound = described("1", "1 where the upper bound is one, 0 where it is the largest seen")
-    parts = {
+    variables = {
         **bounded("required_gap", "percentile", columns, "m", "gap that a percentile of samples and motions needs"),
-        "required_gap_bounded": ("percentile", np.array([one.bounded for one in required], dtype=np.int8), is_bound),
+        "required_gap_bounded": ("percentile", np.array([need.bounded for need in required], dtype=np.int8), is_bound),
     }
     if not closings.is_drawn:
         over_samples = np.percentile(enough_for(closings.closing, percentiles, axis=1), OVER_SAMPLES, axis=1).T
         about = described("m", "percentiles over the samples of the gap that a percentile of the motions needs")
-        parts["required_gap_of_samples"] = (("percentile", "sample_percentile"), over_samples, about)
-    return parts
+        variables["required_gap_of_samples"] = (("percentile", "sample_percentile"), over_samples, about)
+    return variables
 
 
-def _variances(analysis: Analysis, unit: str, confidence: float, parts: tuple[str, ...]) -> dict[str, Any]:
+def _variances(analysis: Analysis, unit: str, confidence: float, names: tuple[str, ...]) -> dict[str, Any]:
     """Standard deviations by what they come from, with bounds, and each as a share of the variance."""
-    of = [attrgetter("samples" if name.startswith("parameters") else name) for name in parts]  # a field of `Components`
-    bounds = np.sqrt([analysis.variance_bounds(part, confidence) for part in of])
-    variances = np.maximum([part(analysis.all) for part in of[:-1]], 0.0)
+    of = [attrgetter("samples" if name.startswith("parameters") else name) for name in names]  # a field of `Components`
+    bounds = np.sqrt([analysis.variance_bounds(component, confidence) for component in of])
+    variances = np.maximum([component(analysis.all) for component in of[:-1]], 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         shares = np.append(variances / variances.sum(), 1.0)
     whose = "of the logarithm of what is closed" if unit == "1" else "of the output"
@@ -276,24 +276,24 @@ def _indices(
     dims, would = ("output", "uncertain_number"), "share of the variance over the samples that would go were the"
     of_outputs = np.stack([one.values for one in outputs.values()])
     first = given_indices(subject.values, of_outputs, confidence, subject.is_balanced)
-    from_design, parts = np.zeros(len(outputs), dtype=bool), {}
+    from_design, variables = np.zeros(len(outputs), dtype=bool), {}
     if subject.design_dataset is not None:
         designed = np.stack([one.design for one in outputs.values() if one.design is not None])
         of_design, total = sobol_indices(designed, len(subject.keys), confidence)
         from_design = ~(first.width <= of_design.width)  # where those of the samples are NaN too
         first = Indices(*(np.where(from_design[:, None], *both) for both in zip(of_design, first, strict=True)))
         remains = "share of the variance that would remain were all other numbers known exactly"
-        parts = bounded("total_order", dims, total, "1", remains)
+        variables = bounded("total_order", dims, total, "1", remains)
         points = subject.design_dataset.sizes[SAMPLE] // (len(subject.keys) + 2)
-        parts["sobol_points"] = ((), points, described("1", "points N of the Sobol design"))
+        variables["sobol_points"] = ((), points, described("1", "points N of the Sobol design"))
     if isinstance(closings, DrawnClosings):
         labels = closings.of_motions, closings.recordings
         shares = np.array([motion_share(analysed_clusters(one, *labels), confidence) for one in of_outputs])
-        parts |= bounded("first_order_of_motions", "output", shares.T, "1", f"{would} motion known exactly")
+        variables |= bounded("first_order_of_motions", "output", shares.T, "1", f"{would} motion known exactly")
     deviation = described("1", "standard deviation over the samples, in the unit of the output")
     source = described("1", "1 where first-order shares are those of the Sobol design, 0 where those of the samples")
     return {
-        **parts,
+        **variables,
         **bounded("first_order", dims, first, "1", f"{would} number known exactly"),
         "first_order_of_design": ("output", from_design.astype(np.int8), source),
         "output_deviation": ("output", np.std(of_outputs, axis=1), deviation),

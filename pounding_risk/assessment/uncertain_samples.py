@@ -230,10 +230,10 @@ class Samples:
 
     def gaps_of(self, dataset: xr.Dataset, index: int, gap: float) -> Array | None:
         """The gap of each sample [m], were the scene's own ``gap``; None where gaps are not uncertain."""
-        one = dataset.isel(interface=index, missing_dims="ignore")
+        here = dataset.isel(interface=index, missing_dims="ignore")
         for name in ("sample_gap", "interface_gap"):
-            if name in one.variables and SAMPLE in one[name].dims:
-                gaps = one[name].transpose(SAMPLE, ...).values
+            if name in here.variables and SAMPLE in here[name].dims:
+                gaps = here[name].transpose(SAMPLE, ...).values
                 return np.asarray(gaps.reshape(len(gaps), -1)[:, 0], dtype=float) - self.gap(index) + gap
         return None
 
@@ -252,10 +252,10 @@ class Samples:
 
     def reach_of(self, dataset: xr.Dataset, index: int, level: int | None) -> Array:
         """What motions close (samples, motions) [m], whatever the gap; inf where there is no finite closing."""
-        one = dataset.isel(interface=index, missing_dims="ignore")
-        free = one["peak_closing_free"]
+        here = dataset.isel(interface=index, missing_dims="ignore")
+        free = here["peak_closing_free"]
         if SAMPLE not in free.dims:  # without contact it is one for all where gaps alone are uncertain
-            free = free.expand_dims({SAMPLE: one.sizes[SAMPLE]})
+            free = free.expand_dims({SAMPLE: here.sizes[SAMPLE]})
         closing = _by_sample(free, self.level(level))
         finite = np.isfinite(closing) & (self._shaking[:, None] if self.is_drawn else self._shaking)
         if "peak_displacement_free" in dataset:
@@ -266,8 +266,8 @@ class Samples:
         alone = np.where(finite, closing, np.inf)
         if "impact_count" not in dataset or not self.is_inner(index):
             return alone
-        gaps = one["interface_gap"] if "interface_gap" in one.variables else one["gap"]
-        pushed = pushed_closing(one, gaps, (SAMPLE, "record", "polarity", amplitude_axis(one)))
+        gaps = here["interface_gap"] if "interface_gap" in here.variables else here["gap"]
+        pushed = pushed_closing(here, gaps, (SAMPLE, "record", "polarity", amplitude_axis(here)))
         return np.fmax(alone, _by_sample(pushed, self.level(level)))
 
     def is_inner(self, index: int) -> bool:
@@ -331,15 +331,15 @@ class Samples:
         if self.moved_dataset is None:
             return {}
         closing = self.closing_of(self.moved_dataset, index, request.level)
-        parts: dict[str, Any] = {}
+        variables: dict[str, Any] = {}
         for name, kind in KINDS_OF_OUTPUT[False].items():
             moved_outputs = kind.of(closing, gap, request.criterion.percentile)
             ends = moved_outputs[1:].reshape(-1, 2)
             three = np.column_stack([ends[:, 0], np.full(len(ends), moved_outputs[0]), ends[:, 1]])
             words = f"{kind.words}, the number at a quantile and all others at their medians"
-            parts[f"{name}_moved"] = (("uncertain_number", "quantile"), three, described(kind.unit, words))
+            variables[f"{name}_moved"] = (("uncertain_number", "quantile"), three, described(kind.unit, words))
         about = described("m", "what each motion closes with all numbers at their medians, rising")
-        return parts | {"closing_at_medians": ("motion", np.sort(closing[0]), about)}
+        return variables | {"closing_at_medians": ("motion", np.sort(closing[0]), about)}
 
 
 def _by_sample(output: xr.DataArray, level: int) -> Array:
@@ -430,20 +430,20 @@ def sampled_scene(
             raise PoundingError("samples: the scene gives its points, one a sample; leave samples out, or the points")
         uncertain = replace(uncertain, samples=samples)
     numbers, is_drawn = len(uncertain.keys), uncertain.is_drawn
-    parts = [np.asarray(uncertain.points())]
+    points = [np.asarray(uncertain.points())]
     if not is_drawn:  # a tornado and a design of their own are over all motions in each point
-        parts.append(independent_points(tornado_points(numbers), uncertain))
+        points.append(independent_points(tornado_points(numbers), uncertain))
     if num:
         _check_sobol(num, uncertain)
-        parts.append(saltelli_points(points_of(SOBOL, power_of_two(max(num, 8)), 2 * numbers, uncertain.seed)))
-    whole = free_motion(scene, np.concatenate(parts), workers=workers, progress=progress)
-    ends = np.cumsum([0, *map(len, parts)]).tolist()
-    pieces = [whole.isel({SAMPLE: slice(low, high)}) for low, high in pairwise(ends)]
-    of_keys = tuple(np.asarray(pieces[0][key].values) for key in uncertain.keys)
+        points.append(saltelli_points(points_of(SOBOL, power_of_two(max(num, 8)), 2 * numbers, uncertain.seed)))
+    whole = free_motion(scene, np.concatenate(points), workers=workers, progress=progress)
+    ends = np.cumsum([0, *map(len, points)]).tolist()
+    datasets = [whole.isel({SAMPLE: slice(low, high)}) for low, high in pairwise(ends)]
+    of_keys = tuple(np.asarray(datasets[0][key].values) for key in uncertain.keys)
     words = "; ".join(f"{name}: {words}" for name, words in uncertain.described()).removeprefix("samples: ")
     title, assumptions = str(whole.attrs.get("title", "")), tuple(_assumptions_of_scene(uncertain, whole))
-    others = None if is_drawn else pieces[1], pieces[2] if num else None
-    return Samples(pieces[0], tuple(uncertain.keys), of_keys, title, words, assumptions, *others)
+    others = None if is_drawn else datasets[1], datasets[2] if num else None
+    return Samples(datasets[0], tuple(uncertain.keys), of_keys, title, words, assumptions, *others)
 
 
 def _check_sobol(num: int, uncertain: Any) -> None:

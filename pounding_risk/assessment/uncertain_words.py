@@ -61,9 +61,9 @@ def verdict_of(
     return word, f"{finding}, {'within' if word == ADEQUATE else 'above'} {target} throughout."
 
 
-def gap_scatter(part: xr.Dataset) -> float:
+def gap_scatter(interface: xr.Dataset) -> float:
     """Standard deviation over the samples of the gap [m], 0 where it is known."""
-    return float(part.get("gap_deviation", 0.0))
+    return float(interface.get("gap_deviation", 0.0))
 
 
 def offset_words(subject: Samples, index: int) -> str:
@@ -98,35 +98,34 @@ def of_few(closings: CrossedClosings, criterion: Criterion) -> Iterator[str]:
         yield f"Without a finite response, and counted as contact at every gap: {lost} of {whole} outcomes."
 
 
-def samples_words(part: xr.Dataset) -> str:
+def samples_words(interface: xr.Dataset) -> str:
     """Sentence on the samples whose P(contact) exceeds the target; "" where motions are drawn with samples."""
-    if "samples_over_target" not in part:
+    if "samples_over_target" not in interface:
         return ""
-    share, low, high = (share_words(float(part[f"samples_over_target{end}"])) for end in ("", "_low", "_high"))
-    target = percent_words(float(part.attrs["target"]))
+    share, low, high = (share_words(float(interface[f"samples_over_target{end}"])) for end in ("", "_low", "_high"))
+    target = percent_words(float(interface.attrs["target"]))
     return f"In {share} of the samples (bounds {low} to {high}) P(contact) under these motions exceeds {target}."
 
 
-def parts_words(part: xr.Dataset) -> str:
+def parts_words(interface: xr.Dataset) -> str:
     """Sentence on the shares that motions, parameters and their interaction have in the variance."""
-    share, deviation = _by_component(part, "variance_share"), _by_component(part, "dispersion")
+    share, deviation = _by_component(interface, "variance_share"), _by_component(interface, "dispersion")
     if not np.isfinite(share["motions"]):
         if "interaction" not in share:
             return "No motion was drawn twice, or all are of one recording: draw more samples for the motions' share."
         return "One recording, or one sample, does not show what motions and parameters contribute."
-    is_of_closing = str(part["chosen_output"].item()) in OUTPUT_WORDS
-    scatter = gap_scatter(part) > 0.0
+    is_of_closing = str(interface["chosen_output"].item()) in OUTPUT_WORDS
+    scatter = gap_scatter(interface) > 0.0
     whose = ("ln (closing less the scatter of the gap)" if scatter else "ln closing") if is_of_closing else "the output"
     words = {"motions": "the motions", "parameters": "the uncertain numbers", "interaction": "both together"}
     words["parameters and interaction"] = "the uncertain numbers, alone and together with the motions"
     ordered = sorted((name for name in words if name in share), key=lambda name: -share[name])
-    parts = ", ".join(f"{_share(share[name])} from {words[name]}" for name in ordered).replace(
-        " from", " comes from", 1
-    )
-    unit = str(part["dispersion"].attrs["units"])
+    sources = ", ".join(f"{_share(share[name])} from {words[name]}" for name in ordered)
+    sources = sources.replace(" from", " comes from", 1)
+    unit = str(interface["dispersion"].attrs["units"])
     total = f"{deviation['total']:.2g}" if unit == "1" else _said(deviation["total"], unit)
-    sentence = f"Of the variance of {whose} {parts} (deviation {total} in all)."
-    beyond = int(part.get("outcomes_without_closing", 0))
+    sentence = f"Of the variance of {whose} {sources} (deviation {total} in all)."
+    beyond = int(interface.get("outcomes_without_closing", 0))
     if is_of_closing and beyond:
         sentence += (
             f" {counted(beyond, 'outcome')} in which the scatter is the larger {'counts' if beyond == 1 else 'count'} "
@@ -135,28 +134,29 @@ def parts_words(part: xr.Dataset) -> str:
     return sentence
 
 
-def closing_words(part: xr.Dataset) -> str:
+def closing_words(interface: xr.Dataset) -> str:
     """What the variance is split of, where it is that of closings."""
-    return "the closing without contact" + LESS_SCATTER * (gap_scatter(part) > 0.0)
+    return "the closing without contact" + LESS_SCATTER * (gap_scatter(interface) > 0.0)
 
 
-def narrowing(part: xr.Dataset, closings: CrossedClosings, gap: float, criterion: Criterion) -> list[str]:
+def narrowing(interface: xr.Dataset, closings: CrossedClosings, gap: float, criterion: Criterion) -> list[str]:
     """Sentences on what would narrow the answer most: knowing a number, more recordings, or more samples."""
-    return [words_of_number(part, criterion), *_dispersion(part), *_bounds(closings, gap, criterion)]
+    return [words_of_number(interface, criterion), *_dispersion(interface), *_bounds(closings, gap, criterion)]
 
 
-def words_of_number(part: xr.Dataset, criterion: Criterion) -> str:
+def words_of_number(interface: xr.Dataset, criterion: Criterion) -> str:
     """Sentence on the number with the largest first-order index, if it stands out from chance and from the next."""
-    output = str(part["chosen_output"].item())
+    output = str(interface["chosen_output"].item())
     named = OUTPUT_WORDS.get(output, output.replace("_", " "))
-    one = part.sel(output=output)
-    first, low, high = (one[f"first_order{ending}"].values for ending in ("", "_low", "_high"))
-    names = [str(name) for name in part["uncertain_number"].values]
+    chosen = interface.sel(output=output)
+    first, low, high = (chosen[f"first_order{ending}"].values for ending in ("", "_low", "_high"))
+    names = [str(name) for name in interface["uncertain_number"].values]
     if not np.isfinite(first).any():
-        if part.sizes["sample"] < 2:
+        if interface.sizes["sample"] < 2:
             return f"One sample does not show whether {named} depends on any number: draw more."
-        if float(one["output_deviation"]) > 0.0:
-            return f"On which number {named} depends most is not known from {counted(part.sizes['sample'], 'sample')}."
+        if float(chosen["output_deviation"]) > 0.0:
+            drawn = counted(interface.sizes["sample"], "sample")
+            return f"On which number {named} depends most is not known from {drawn}."
         return f"Over the samples {named} does not vary: no number changes it."
     order = np.argsort(-np.nan_to_num(first, nan=-1.0))
     lead = int(order[0])
@@ -165,9 +165,9 @@ def words_of_number(part: xr.Dataset, criterion: Criterion) -> str:
             f"No number stands out: the largest share of the variance of {named} over the samples, "
             f"{_share(first[lead])} of {names[lead]}, is not significant at {100 * criterion.confidence:g} %."
         )
-    deviation = float(one["output_deviation"])
+    deviation = float(chosen["output_deviation"])
     narrowed = deviation * float(np.sqrt(max(1.0 - first[lead], 0.0)))
-    unit = str(one["output_unit"].item())
+    unit = str(chosen["output_unit"].item())
     change = f"its deviation over the samples would fall from {_said(deviation, unit)} to {_said(narrowed, unit)}"
     beside = [names[at] for at in order[1:] if high[at] > low[lead] and first[at] > 0.0]
     lead_words = (
@@ -179,13 +179,13 @@ def words_of_number(part: xr.Dataset, criterion: Criterion) -> str:
     return lead_words
 
 
-def indices_words(part: xr.Dataset) -> str:
+def indices_words(interface: xr.Dataset) -> str:
     """Sentences on what the shares are from, and where samples or points are too few for them; "" where none vary."""
-    one = part.sel(output=str(part["chosen_output"].item()))
-    if not float(one["output_deviation"]) > 0.0:
+    chosen = interface.sel(output=str(interface["chosen_output"].item()))
+    if not float(chosen["output_deviation"]) > 0.0:
         return ""
-    samples, points = part.sizes["sample"], int(part.get("sobol_points", 0))
-    is_designed = points > 0 and bool(one["first_order_of_design"])
+    samples, points = interface.sizes["sample"], int(interface.get("sobol_points", 0))
+    is_designed = points > 0 and bool(chosen["first_order_of_design"])
     sentences = []
     if samples < LEAST_SAMPLES:
         have = f"there {'is' if samples == 1 else 'are'} {samples}"
@@ -200,7 +200,7 @@ def indices_words(part: xr.Dataset) -> str:
         (f"N = {points}", points, designed if points else ()),
         (f"{samples} samples", samples, () if is_designed else ("first_order",)),
     ):
-        width = max((float((one[f"{kind}_high"] - one[f"{kind}_low"]).max()) for kind in kinds), default=0.0)
+        width = max((float((chosen[f"{kind}_high"] - chosen[f"{kind}_low"]).max()) for kind in kinds), default=0.0)
         if width > WIDE:  # bounds narrow with the root of the count
             needed = power_of_two(int(np.ceil(count * (width / WIDE) ** 2)))
             is_few = "is too small" if count == points and kinds == designed else "are few"
@@ -208,31 +208,31 @@ def indices_words(part: xr.Dataset) -> str:
                 f"{many} {is_few}: bounds of shares are up to {_share(width)} wide; {needed} would bring them to "
                 f"about {_share(WIDE)}."
             )
-    shares = [kind for kind in ("first_order", "total_order") if kind in one]
-    if any(bool(((one[kind] < 0.0) | (one[kind] > 1.0)).any()) for kind in shares):
+    shares = [kind for kind in ("first_order", "total_order") if kind in chosen]
+    if any(bool(((chosen[kind] < 0.0) | (chosen[kind] > 1.0)).any()) for kind in shares):
         sentences.append(
             "A share below 0 or above 1 is so by an error of the estimate, which more samples or points reduce."
         )
     return " ".join(sentences)
 
 
-def _dispersion(part: xr.Dataset) -> Iterator[str]:
+def _dispersion(interface: xr.Dataset) -> Iterator[str]:
     """Sentence on how much the total dispersion would shrink, and that motions stay as they are."""
-    is_of_closing = str(part["chosen_output"].item()) in OUTPUT_WORDS
-    if not (is_of_closing and np.isfinite(_by_component(part, "variance_share")["motions"])):
+    is_of_closing = str(interface["chosen_output"].item()) in OUTPUT_WORDS
+    if not (is_of_closing and np.isfinite(_by_component(interface, "variance_share")["motions"])):
         return
-    deviation = _by_component(part, "dispersion")
+    deviation = _by_component(interface, "dispersion")
     # Of drawn motions a share is one of the variance in all, not of that of the samples alone.
     is_drawn = "parameters" not in deviation
-    first = part["first_order"].sel(output="log_closing" if is_drawn else "log_median_closing").values
+    first = interface["first_order"].sel(output="log_closing" if is_drawn else "log_median_closing").values
     if not np.isfinite(first).any():
         return
     lead = int(np.nanargmax(first))
     gone = min(max(float(first[lead]), 0.0), 1.0) * deviation["total" if is_drawn else "parameters"] ** 2
     left = float(np.sqrt(max(deviation["total"] ** 2 - gone, 0.0)))
-    name = str(part["uncertain_number"].values[lead])
+    name = str(interface["uncertain_number"].values[lead])
     total, narrowed = f"{deviation['total']:.2g}", f"{left:.2g}"
-    whose = "the closing" + LESS_SCATTER * (gap_scatter(part) > 0.0)
+    whose = "the closing" + LESS_SCATTER * (gap_scatter(interface) > 0.0)
     change = f"fall to {narrowed}" if narrowed != total else "hardly change"
     yield (
         f"The total dispersion of {whose}, {total}, would {change} were {name} known; "
@@ -270,7 +270,7 @@ def _by_component(part: xr.Dataset, name: str) -> dict[str, float]:
     return dict(zip(part["component"].values.tolist(), part[name].values.tolist(), strict=True))
 
 
-def _said(value: float, unit: str) -> str:
+def _said(deviation: float, unit: str) -> str:
     if unit == "1":
-        return f"{value:.2g}"
-    return say(value, Quantity(unit.replace("m/s2", "m/s^2"), -np.inf, np.inf, ""), 3)
+        return f"{deviation:.2g}"
+    return say(deviation, Quantity(unit.replace("m/s2", "m/s^2"), -np.inf, np.inf, ""), 3)

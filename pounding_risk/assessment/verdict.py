@@ -259,11 +259,11 @@ def _contact_elsewhere(contact: Contact) -> str:
     counts = f"The free relative motion, without contact elsewhere in the row, closes the gap in {often}"
     if not pushed + held:
         return f"{counts} too: the same ones."
-    parts = [
+    effects = [
         f"brings it in {pushed} more, whose closings with contact the required gaps count" if pushed else "",
         f"prevents it in {held}, which the required gaps count all the same" if held else "",
     ]
-    return f"{counts}; contact elsewhere {' and '.join(filter(None, parts))}."
+    return f"{counts}; contact elsewhere {' and '.join(filter(None, effects))}."
 
 
 def share_words(share: float) -> str:
@@ -306,8 +306,8 @@ def conclusion(basis: Basis, answer: bool | None) -> tuple[str, ...]:
         first = f"A gap of {gap} is {'' if answer else 'not '}adequate for a probability of contact of {basis.target}."
         sentences = [first, _provide(basis, answer)]
     count = f"{counted(basis.motions, 'motion')} of {_recordings(basis.recordings)}"
-    rest = f"This rests on {count} {basis.amplitude}, and holds for sites and levels of shaking that they stand for."
-    return (*sentences, rest)
+    scope = f"This rests on {count} {basis.amplitude}, and holds for sites and levels of shaking that they stand for."
+    return (*sentences, scope)
 
 
 def _provide(basis: Basis, answer: bool | None) -> str:

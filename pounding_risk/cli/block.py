@@ -89,9 +89,9 @@ AS_THEY_ARE = ("typology", "metres", "storeys", "chain", "code_level")  # of the
 NUMBERS = ("storey_height", "floor_load", "floor_area", "floor_depth", "gap", "limit", "axis", "resolution")
 
 
-def _run(values: dict[str, Any]) -> None:
+def _run(options: dict[str, Any]) -> None:
     """Print the rows of a street, and write a scene for each where a folder is given."""
-    out, record, samples, tolerance = (values[name] for name in ("out", "record", "samples", "tolerance"))
+    out, record, samples, tolerance = (options[name] for name in ("out", "record", "samples", "tolerance"))
     if out is not None:
         check_folder(out)
     from pounding_risk.streets.defaults import RANGES, Rules
@@ -99,20 +99,20 @@ def _run(values: dict[str, Any]) -> None:
     from pounding_risk.streets.scenes import Contact
     from pounding_risk.units import GAP, parse, share
 
-    facing = values["least_facing"]
-    chosen = {name: values[name] for name in AS_THEY_ARE}
+    facing = options["least_facing"]
+    chosen = {name: options[name] for name in AS_THEY_ARE}
     chosen["least_facing"] = 0.0 if facing is None else share(facing, "--least-facing")
     chosen |= {
-        name: shared.read_optional(f"--{name.replace('_', '-')}", values[name], RANGES[name]) for name in NUMBERS
+        name: shared.read_optional(f"--{name.replace('_', '-')}", options[name], RANGES[name]) for name in NUMBERS
     }
     rules = Rules(**chosen)
-    tables = _tables(values)
-    contact = Contact(**{name: values[name] for name in Contact._fields})
+    tables = _tables(options)
+    contact = Contact(**{name: options[name] for name in Contact._fields})
     with suppress(ValueError):  # a number as a scene file has it; otherwise the name of a relation
-        contact = contact._replace(restitution=float(values["restitution"]))
+        contact = contact._replace(restitution=float(options["restitution"]))
     _check_contact(contact)
     _check_records(record)
-    rows = read_block(values["street"], rules, **{name: values[name] for name in ("layer", "within", "inventory")})
+    rows = read_block(options["street"], rules, **{name: options[name] for name in ("layer", "within", "inventory")})
     if samples is not None and not rows.resolution.size > 0.0:
         raise PoundingError("--samples: no gap of this street is uncertain; state --resolution, or leave it out")
     print_block(rows, None if tolerance is None else parse(tolerance, GAP))
@@ -132,32 +132,32 @@ def _run(values: dict[str, Any]) -> None:
 block = shared.with_options(_run, OPTIONS, HELP)
 
 
-def _tables(values: Mapping[str, Any]) -> dict[str, Any]:
+def _tables(options: Mapping[str, Any]) -> dict[str, Any]:
     """What stands in every scene beside its buildings and contact; raises PoundingError for options that contradict."""
     from pounding_risk.units import PGA
 
-    pga, unit, samples = values["pga"], values["unit"], values["samples"]
+    pga, unit, samples = options["pga"], options["unit"], options["samples"]
     shared.read_optional("--pga", pga, PGA)
     tables: dict[str, Any] = {} if pga is None else {"records": {"pga": pga}}
-    if values["sites"] is not None:
-        tables["records"] = {"sites": _sites(values)} | ({} if unit is None else {"unit": unit})
+    if options["sites"] is not None:
+        tables["records"] = {"sites": _sites(options)} | ({} if unit is None else {"unit": unit})
     elif unit is not None:
         raise PoundingError("--unit: is that of the motions of --sites, which is not given; leave it out")
     return tables if samples is None else tables | {"uncertain": {"samples": samples}}
 
 
-def _sites(values: Mapping[str, Any]) -> str:
+def _sites(options: Mapping[str, Any]) -> str:
     """The grid of sites as the scenes name it; raises PoundingError for records beside it."""
     from pounding_risk.motions.sites.event_grid import read_grid
 
     for name in ("record", "pga"):
-        if values[name]:
+        if options[name]:
             raise PoundingError(f"--sites: the motions of the sites are taken as they are; leave --{name} out")
-    read_grid(values["sites"])
+    read_grid(options["sites"])
     try:
-        return Path(relpath(values["sites"], values["out"] or Path())).as_posix()
+        return Path(relpath(options["sites"], options["out"] or Path())).as_posix()
     except ValueError:  # on different drives
-        return str(values["sites"].resolve().as_posix())
+        return str(options["sites"].resolve().as_posix())
 
 
 def _check_contact(contact: Contact) -> None:

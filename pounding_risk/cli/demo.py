@@ -23,6 +23,5 @@ def demo(out: Folder = Path("pounding-demo")) -> None:
     from pounding_risk.reports.demo import demo as run
 
     start = perf_counter()
-    files = run(out, typer.echo)
-    print_pairs((name, str(path)) for name, path in files.items())
+    print_pairs((name, str(path)) for name, path in run(out, typer.echo).items())
     typer.echo(f"done in {perf_counter() - start:.1f} s")

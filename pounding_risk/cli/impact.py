@@ -72,7 +72,7 @@ def impact(
         notes.append(f"note: the approach is {FASTER}")
     for note in notes:
         print(note)
-    print_notes(f"{result.law}: {words}" for result in impacts if (words := result.beyond_table()))
+    print_notes(f"{outcome.law}: {words}" for outcome in impacts if (words := outcome.beyond_table()))
     draw(figure, "simulate.impact_figure", impacts)
 
 
@@ -81,15 +81,15 @@ def print_impacts(impacts: Sequence[Impact], laws: Sequence[Any], energy: float)
     heads = ("law", "e requested", "e achieved", "peak force", "penetration", "duration", "energy lost")
     rows = [
         (
-            result.law,
-            f"{result.restitution_asked:.4f}" if law.needs_restitution else "–",
-            f"{result.restitution:.4f}",
-            engineering(result.peak_force, "N"),
-            engineering(result.peak_penetration, "m"),
-            f"{result.duration * 1e3:.4g} ms",
-            _energy_words(result.energy_lost, energy),
+            outcome.law,
+            f"{outcome.restitution_asked:.4f}" if law.needs_restitution else "–",
+            f"{outcome.restitution:.4f}",
+            engineering(outcome.peak_force, "N"),
+            engineering(outcome.peak_penetration, "m"),
+            f"{outcome.duration * 1e3:.4g} ms",
+            _energy_words(outcome.energy_lost, energy),
         )
-        for result, law in zip(impacts, laws, strict=True)
+        for outcome, law in zip(impacts, laws, strict=True)
     ]
     print_table(heads, rows, "lrrrrrr")
 
@@ -142,10 +142,10 @@ def contact_laws(
         elif (quantity := stiffness_quantity(law)).unit in stiffness_values:
             laws.append(law(stiffness_values[quantity.unit]))
         else:
-            ((unit, value),) = stiffness_values.items()
+            ((unit, stiffness),) = stiffness_values.items()
             same_unit = (other for other in with_stiffness if stiffness_quantity(with_stiffness[other]).unit == unit)
             reference = next(same_unit, USUAL_LAW[unit][1])
-            reference_law = related(known_law(reference), relation)(value)
+            reference_law = related(known_law(reference), relation)(stiffness)
             laws.append(law(equal_stiffness(law, reference_law, *collision[:3], "peak force")))
             words = f"{USUAL_LAW[quantity.unit][0]} = {say(laws[-1].stiffness, quantity)}"
             notes.append(f"{name}: {words}, which gives the peak force of {reference} without yielding")
@@ -175,13 +175,13 @@ def _stiffnesses(texts: Sequence[str]) -> dict[str, float]:
     from pounding_risk.models.contact.laws import HERTZ_STIFFNESS, LINEAR_STIFFNESS
     from pounding_risk.units import QuantityError, parse
 
-    values: dict[str, float] = {}
+    stiffnesses: dict[str, float] = {}
     for text in texts:
         try:
-            unit, value = LINEAR_STIFFNESS.unit, parse(text, LINEAR_STIFFNESS)
+            unit, stiffness = LINEAR_STIFFNESS.unit, parse(text, LINEAR_STIFFNESS)
         except QuantityError:
-            unit, value = HERTZ_STIFFNESS.unit, read_option("--stiffness", text, HERTZ_STIFFNESS)
-        if unit in values:
+            unit, stiffness = HERTZ_STIFFNESS.unit, read_option("--stiffness", text, HERTZ_STIFFNESS)
+        if unit in stiffnesses:
             raise PoundingError(f"--stiffness: two values in {unit}; give one of each unit at most")
-        values[unit] = value
-    return values
+        stiffnesses[unit] = stiffness
+    return stiffnesses

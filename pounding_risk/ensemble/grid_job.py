@@ -214,8 +214,8 @@ class GridJob(Job):
     @cached_property
     def template(self) -> Template:
         study, motions = self.study, self.scan_input.motions
-        values = self.free_values()
-        free = {name: (output, values[name]) for name, output in self.free_outputs(study).items()}
+        peaks = self.free_values()
+        free = {name: (output, peaks[name]) for name, output in self.free_outputs(study).items()}
         whole = labels.skeleton(study, motions, free, self.coordinates())
         whole = whole.assign_attrs(labels.attributes(study, motions, self._laws, self.solver))
         checks = check_variables(study.rtol)

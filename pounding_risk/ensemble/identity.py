@@ -86,9 +86,9 @@ def flattened(tables: Mapping[str, Any]) -> dict[str, Any]:
     >>> flattened({"interface": [{"gap": "20 mm"}], "grid": {"gap": ["0 mm", "5 mm"]}})
     {'interface[0].gap': '20 mm', 'grid.gap': ['0 mm', '5 mm']}
     """
-    leaves = ((path, value) for path, value in leaves_of(tables) if path)
+    leaves = ((path, leaf) for path, leaf in leaves_of(tables) if path)
     return {
-        "".join(f".{key}" if isinstance(key, str) else f"[{key}]" for key in path)[1:]: value for path, value in leaves
+        "".join(f".{key}" if isinstance(key, str) else f"[{key}]" for key in path)[1:]: leaf for path, leaf in leaves
     }
 
 
@@ -146,12 +146,12 @@ def _same(was: Any, now: Any) -> bool:
     return json.dumps(was) == json.dumps(now)  # 1 and true are equal, and are not the same
 
 
-def _words(value: Any) -> str:
-    if value is ABSENT:
+def _words(setting: Any) -> str:
+    if setting is ABSENT:
         return "absent"
-    if isinstance(value, list) and len(value) > SHOWN:
-        return f"{len(value)} values from {_words(value[0])} to {_words(value[-1])}"
-    return json.dumps(value, ensure_ascii=False)
+    if isinstance(setting, list) and len(setting) > SHOWN:
+        return f"{len(setting)} values from {_words(setting[0])} to {_words(setting[-1])}"
+    return json.dumps(setting, ensure_ascii=False)
 
 
 def _changed_records(old: Sequence[Mapping[str, Any]], new: Sequence[Mapping[str, Any]]) -> Iterator[str]:

@@ -44,32 +44,31 @@ class Path(NamedTuple):
         """Σ share u at these times, among them all of its own, and du/ds at both ends of each interval, s 0 to 1."""
         u = self.moved @ shares
         if self.rates is None:
-            values = np.interp(times, self.times, u)
-            return values, np.diff(values), np.diff(values)
+            displacements = np.interp(times, self.times, u)
+            return displacements, np.diff(displacements), np.diff(displacements)
         within = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
         step = self.times[within + 1] - self.times[within]
         s = (times - self.times[within]) / step
         start, end = (step * (self.rates @ shares)[within + at] for at in (0, 1))
         rise = u[within + 1] - u[within]
         bend, twist = 3.0 * rise - 2.0 * start - end, start + end - 2.0 * rise
-        values = u[within] + s * (start + s * (bend + s * twist))
+        displacements = u[within] + s * (start + s * (bend + s * twist))
         slopes = (start + s * (2.0 * bend + 3.0 * s * twist)) / step
         lengths = np.diff(times)
-        return values, slopes[:-1] * lengths, slopes[1:] * lengths
+        return displacements, slopes[:-1] * lengths, slopes[1:] * lengths
 
 
-def extremes(values: Array, starts: Array, ends: Array) -> tuple[float, float]:
+def extremes(displacements: Array, starts: Array, ends: Array) -> tuple[float, float]:
     """Largest and smallest value of cubics one after the other, from their values and slopes at the ends of each."""
-    rise = np.diff(values)
+    rise = np.diff(displacements)
     bend, twist = 3.0 * rise - 2.0 * starts - ends, starts + ends - 2.0 * rise
-    every = [values]
+    every = [displacements]
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(bend**2 - 3.0 * twist * starts)  # NaN where the cubic does not turn
         turned = -(bend + np.copysign(root, bend))
         for s in (turned / (3.0 * twist), starts / turned):
-            inside = (s > 0.0) & (s < 1.0)
-            s = np.where(inside, s, 0.0)
-            every.append(values[:-1] + s * (starts + s * (bend + s * twist)))
+            s = np.where((s > 0.0) & (s < 1.0), s, 0.0)
+            every.append(displacements[:-1] + s * (starts + s * (bend + s * twist)))
     together = np.concatenate(every)
     return float(together.max()), float(together.min())
 
@@ -95,11 +94,11 @@ def with_known(study: Scene, model: RowModel, motion: Motion, free: RowRun) -> R
             shares = np.zeros(len(floors))
             ends = layout.ends[k, :4]
             np.add.at(shares, ends[ends >= 0], layout.shares[k, :4][ends >= 0])
-            parts = [(paths[side], shares[slice(*model.firsts[side : side + 2])]) for side in sides]
+            known_sides = [(paths[side], shares[slice(*model.firsts[side : side + 2])]) for side in sides]
             # Σ share u over both, until the first of them ends.
-            times = np.unique(np.concatenate([path.times for path, _ in parts]))
-            times = times[times <= min(path.times[-1] for path, _ in parts)]
-            pieces = zip(*(path.pieces(times, own) for path, own in parts), strict=True)
+            times = np.unique(np.concatenate([path.times for path, _ in known_sides]))
+            times = times[times <= min(path.times[-1] for path, _ in known_sides)]
+            pieces = zip(*(path.pieces(times, own) for path, own in known_sides), strict=True)
             points[k, HIGHEST], points[k, LOWEST] = extremes(*(sum(one) for one in pieces))
     return free._replace(points=points, floors=floors, rest=rest)
 
@@ -173,12 +172,12 @@ class KnownJob(RowJob):
     def _peaks(self, motion: Place) -> dict[str, Array]:
         return self._forget(super()._peaks(motion))
 
-    def _forget(self, values: dict[str, Any]) -> dict[str, Any]:
+    def _forget(self, outputs: dict[str, Any]) -> dict[str, Any]:
         """No yield drift of a known building is known."""
-        if "storey_ductility" in values:
+        if "storey_ductility" in outputs:
             known = [bool(building.displacement_history) for building in self.study.buildings]
-            values["storey_ductility"][..., known, :] = np.nan
-        return values
+            outputs["storey_ductility"][..., known, :] = np.nan
+        return outputs
 
     def cases(self, motion: Place, law: int, rtol: float) -> Any:
         """The cases of one motion, whatever the contact model."""

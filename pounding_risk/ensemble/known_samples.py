@@ -56,8 +56,7 @@ class KnownSamples:
     def __init__(self, dataset: xr.Dataset, target: Path):
         self._dataset, self._target = dataset, target
         self._axes = [axis.name for axis in axes_of(dataset)]
-        attributes = variants_of(dataset).get("attributes", [])
-        self._variants = {name: (along, values) for name, along, values in attributes}
+        self._variants = {name: (along, nested) for name, along, nested in variants_of(dataset).get("attributes", [])}
         self.count = dataset.sizes[SAMPLE]
         size = sum(variable.nbytes for variable in dataset.data_vars.values())
         self._step = max(1, int(BYTES * self.count / max(size, 1)))
@@ -77,15 +76,15 @@ class KnownSamples:
         """These variables of motions without contact: (record, polarity, amplitude, own dimensions)."""
         whole = {name: self._at(name, places) for name in names}
         if has_drawn_motions(self._dataset):  # one record and one polarity, which are no axes
-            whole = {name: values[None, None] for name, values in whole.items()}
+            whole = {name: array[None, None] for name, array in whole.items()}
         if amplitude_axis(self._dataset) in self._dataset.dims:
             return whole
-        return {name: np.expand_dims(values, AMPLITUDE) for name, values in whole.items()}
+        return {name: np.expand_dims(array, AMPLITUDE) for name, array in whole.items()}
 
     def attribute(self, name: str, places: Mapping[str, int]) -> Any:
         """An attribute that differs from scene to scene; None where the dataset has none of this name."""
-        along, values = self._variants.get(name, ((), None))
-        return at_places(along, values, [places[axis] for axis in self._axes])
+        along, nested = self._variants.get(name, ((), None))
+        return at_places(along, nested, [places[axis] for axis in self._axes])
 
     def _at(self, name: str, places: Mapping[str, int]) -> np.ndarray:
         """The values of a variable at a place, whose neighbours along the samples are read with it."""
@@ -101,9 +100,9 @@ class KnownSamples:
             if SAMPLE in variable.dims:
                 variable = variable.isel({SAMPLE: slice(self._span.start, self._span.stop)})
             self._arrays[name] = tuple(map(str, variable.dims)), np.asarray(variable.values)
-        dims, values = self._arrays[name]
+        dims, array = self._arrays[name]
         inside = {**places, SAMPLE: sample - self._span.start}
-        return values[tuple(inside[dim] for dim in dims if dim in inside)]
+        return array[tuple(inside[dim] for dim in dims if dim in inside)]
 
     def close(self) -> None:
         """Close the dataset, so that it can be replaced."""
@@ -136,7 +135,7 @@ def _is_whole(dataset: xr.Dataset, count: int, axes: Mapping[str, SceneAxis], sh
         fewer = count if axis.name == SAMPLE else axis.size
         if now is None or axis.size != fewer or size != fewer or axis.keys != now.keys:
             return False
-        if any(tuple(was) != tuple(values)[:fewer] for was, values in zip(axis.values, now.values, strict=True)):
+        if any(tuple(was) != tuple(labels)[:fewer] for was, labels in zip(axis.values, now.values, strict=True)):
             return False
     sizes = tuple(dataset.sizes.get(axis, 1) for axis in axes_of_cases(dataset))
     return sizes == shape and len(scene_dims(dataset)) == len(axes)

@@ -24,8 +24,7 @@ def law_of(study: Scene, name: str) -> Any:
     terms, stiffness = study.equal_terms, None
     if study.needs_equal_terms(name) and terms is not None:
         stiff, mass = study.law(study.stiff_name), study.striking_mass
-        with_value = partial(study.law, name)
-        stiffness = equal_stiffness(with_value, stiff, terms.speed, mass, study.restitution, terms.same)
+        stiffness = equal_stiffness(partial(study.law, name), stiff, terms.speed, mass, study.restitution, terms.same)
     return with_effects(study.law(name, stiffness), study.effects)
 
 

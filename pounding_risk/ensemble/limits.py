@@ -74,8 +74,8 @@ def _pliancy(study: Scene, link: Link) -> float:
     """sᵀ M⁻¹ s of a link [1/kg]."""
     chains = [chain_of(building, study.effects) for building in study.buildings]
     firsts = np.cumsum([chain.mass.size for chain in chains])[:-1]
-    parts = zip(chains, np.split(stretch(link, chains), firsts), strict=True)
-    return sum(float(part @ np.linalg.solve(chain.mass_matrix(), part)) for chain, part in parts if part.any())
+    stretches = zip(chains, np.split(stretch(link, chains), firsts), strict=True)
+    return sum(float(side @ np.linalg.solve(chain.mass_matrix(), side)) for chain, side in stretches if side.any())
 
 
 def check_dampers(study: Scene) -> None:
@@ -115,14 +115,14 @@ def response_bytes(study: Scene, motion: Motion) -> float:
 
 def bytes_a_step(study: Scene, motion: Motion, a_dof: float = BYTES_A_DOF) -> float:
     """The part of `response_bytes` that falls on each sample of the motion [bytes]; ``a_dof`` of it on each floor."""
-    parts = max(1, ceil(fastest_rate(study) * motion.dt / TURN))
+    intervals = max(1, ceil(fastest_rate(study) * motion.dt / TURN))
     supports, count = study.supports, len(study.buildings)
     dofs = sum(chain_of(building, study.effects).mass.size for building in study.buildings)
     if not supports:
-        return (BYTES_A_NODE + a_dof * dofs) * parts
-    arrivals = arrivals_of(np.array([support.delay for support in supports]), motion.dt / parts)
+        return (BYTES_A_NODE + a_dof * dofs) * intervals
+    arrivals = arrivals_of(np.array([support.delay for support in supports]), motion.dt / intervals)
     nodes = max(2, arrivals.offsets.size)  # in a step: a pair has two in any case
-    return (BYTES_A_NODE + a_dof * (dofs + count) + BYTES_OF_GROUND * count) * nodes * parts
+    return (BYTES_A_NODE + a_dof * (dofs + count) + BYTES_OF_GROUND * count) * nodes * intervals
 
 
 def check_memory(study: Scene, motions: Iterable[Motion], *, histories: bool = False) -> None:

@@ -126,8 +126,7 @@ class PairJob(GridJob):
         rtol, screening = how_exact
         grid = (self.gaps[slab.gaps], self.yield_forces[strengths], self.study.restitution)
         law, free = self.laws[slab.law], self.free(slab.motion)
-        workspace = workspace_for(free, rtol)
-        solve_grid(self.pair, free, law, grid, rtol, screening, workspace, *out, self.own_kernels)
+        solve_grid(self.pair, free, law, grid, rtol, screening, workspace_for(free, rtol), *out, self.own_kernels)
 
     def repeated(self, slab: Slab, strength: int, rtol: float) -> Array:
         raw = np.zeros((1, 1, COLUMNS))

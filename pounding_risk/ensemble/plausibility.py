@@ -192,15 +192,15 @@ def _value(number: str) -> float:
 # --- the input --------------------------------------------------------------------------------------------
 
 
-def _unusual(what: str, values: Mapping[str, float]) -> Iterator[str]:
+def _unusual(what: str, numbers: Mapping[str, float]) -> Iterator[str]:
     """A sentence for each value, given with its name, outside the range of `USUAL`."""
     usual = USUAL[what]
-    for whose, value in values.items():
+    for whose, number in numbers.items():
         low, high = usual.range
-        if not isfinite(value) or low <= value <= high:
+        if not isfinite(number) or low <= number <= high:
             continue
-        limit, side, slip = (low, "more", usual.slips[0]) if value < low else (high, "less", usual.slips[1])
-        words = f"{say(value, usual.quantity)}, usually {say(limit, usual.quantity)} or {side}"
+        limit, side, slip = (low, "more", usual.slips[0]) if number < low else (high, "less", usual.slips[1])
+        words = f"{say(number, usual.quantity)}, usually {say(limit, usual.quantity)} or {side}"
         yield f"{whose}: {what} {words} ({usual.source}); {slip}"
 
 
@@ -284,10 +284,10 @@ def _of_condensation(building: Any) -> Iterator[str]:
     )
 
 
-def _ends(values: Mapping[str, float]) -> dict[str, float]:
+def _ends(numbers: Mapping[str, float]) -> dict[str, float]:
     """The smallest and the largest of the finite values, with their names: one note for each, not for each storey."""
-    finite = sorted((value, whose) for whose, value in values.items() if isfinite(value))
-    return {whose: value for value, whose in (*finite[:1], *finite[-1:])}
+    finite = sorted((number, whose) for whose, number in numbers.items() if isfinite(number))
+    return {whose: number for number, whose in (*finite[:1], *finite[-1:])}
 
 
 def _of_links(study: Scene) -> Iterator[str]:

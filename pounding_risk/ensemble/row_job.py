@@ -204,8 +204,8 @@ class RowJob(GridJob):
         chunk[STATUS][slab.batches] = run.status
         pga = self.free(slab.motion).pga
         every = row_outputs.outputs(run, self.grid.yield_forces, pga, self.grid.frame)
-        for name, values in row_outputs.with_bumpers(every, self.grid.frame).items():
-            chunk[name][slab.batches] = values
+        for name, array in row_outputs.with_bumpers(every, self.grid.frame).items():
+            chunk[name][slab.batches] = array
         return answers
 
     def repeated(self, slab: Slab, strength: int, rtol: float) -> tuple[int, row_outputs.Outputs]:
@@ -226,7 +226,7 @@ class RowJob(GridJob):
 
     def free_values(self) -> dict[str, Array]:
         every = [self._peaks(motion) for motion in np.ndindex(self.motions_shape)]
-        stacks = {name: np.array([values[name] for values in every]) for name in every[0]}
+        stacks = {name: np.array([outputs[name] for outputs in every]) for name in every[0]}
         stacks = row_outputs.with_bumpers(stacks, self.grid.frame)
         return {name: stack.reshape(*self.motions_shape, *stack.shape[1:]) for name, stack in stacks.items()}
 
@@ -324,5 +324,5 @@ def _number(key: tuple[bytes, ...]) -> int:
 
 def stacked(runs: list[RowRun]) -> RowRun:
     """Runs of one row as one, with an axis of runs before the others."""
-    fields: list[Any] = [np.stack([np.asarray(value) for value in values]) for values in zip(*runs, strict=True)]
+    fields: list[Any] = [np.stack([np.asarray(output) for output in column]) for column in zip(*runs, strict=True)]
     return RowRun._make(fields)

@@ -118,11 +118,11 @@ class Scan:
         """Write the dataset, block by block; ``begun`` is the time at which the scan was, where that is not now."""
         writer = self.job.writer()
         spans = [(span, list(parted(span, self.known))) for span in blocks(self.job.template)]
-        solved = chunks([part for _, parts in spans for part, is_known in parts if not is_known])
+        solved = chunks([lines for _, ranges in spans for lines, is_known in ranges if not is_known])
         with store:
-            for span, parts in spans:
-                values = [_values(writer, part, None if is_known else next(solved)) for part, is_known in parts]
-                store.write(span, values[0] if len(values) == 1 else joined(values))
+            for span, ranges in spans:
+                pieces = [_values(writer, lines, None if is_known else next(solved)) for lines, is_known in ranges]
+                store.write(span, pieces[0] if len(pieces) == 1 else joined(pieces))
             finish = writer.finish()
             for batch, patch in finish.patches:
                 store.write(range(batch, batch + 1), patch)

@@ -95,19 +95,19 @@ def _without_study(asked: Path, folder: Path, results: Sequence[Path]) -> Status
 
 
 def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequence[Path]) -> Status:
-    parts, size = _parts(folder)
+    solved, size = _parts(folder)
     log = list(checkpoint.read_lines(folder / checkpoint.LOG))
     holders = running(folder / checkpoint.LOCK)
     # Shards by their names where the log has them.
     named = {str(line["shard"]) for line in log if "shard" in line}
     shared = {(line["host"], line["pid"]) for line in log if line["event"] == "start" and line.get("shared")}
-    total, cases = study["lines"] * study["width"], sum(map(len, merged(parts))) * study["width"]
+    total, cases = study["lines"] * study["width"], sum(map(len, merged(solved))) * study["width"]
     # Those that the scan takes from a finished one of fewer samples.
     cases += next((line["cases"] for line in reversed(log) if line["event"] == "known"), 0)
     facts: dict[str, Any] = {
         "title": study["title"],
         "total": total,
-        "parts": len(parts),
+        "parts": len(solved),
         "size": size,
         "begun": study["begun"],
         "last_activity": log[-1]["time"] if log else study["begun"],
@@ -120,7 +120,7 @@ def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequenc
         state = several if len(holders) > NAMED else f"running on {' and '.join(map(str, holders))}"
         return Status(asked, state, cases=cases, cases_a_second=speed, seconds_left=seconds, **facts)
     events = [line["event"] for line in log if line["event"] in ("begin", "kept", "complete")]
-    if not parts and events[-1:] == ["complete"]:
+    if not solved and events[-1:] == ["complete"]:
         gone = f"its results are not beside {folder.name} any more: moved, or removed"
         return Status(asked, COMPLETE, cases=total, **facts, note="" if results else gone)
     note = f"{results[0].name} is of an earlier run, and whole" if results else ""

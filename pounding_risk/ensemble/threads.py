@@ -177,8 +177,8 @@ class Pending:
                 break
             stop = min(run.stop, limit)
             runs.append(run._replace(stop=stop))
-        rest = self._runs[position + len(runs) - 1]._replace(start=stop)
-        self._runs[position : position + len(runs)] = [rest] if rest.start < rest.stop else []
+        remainder = self._runs[position + len(runs) - 1]._replace(start=stop)
+        self._runs[position : position + len(runs)] = [remainder] if remainder.start < remainder.stop else []
         return self._hand_out(runs)
 
     def _share(self) -> int:

@@ -100,8 +100,8 @@ def recomputed(places: NDArray[np.bool_], moves: Mapping[str, np.ndarray], rtol:
     """The variables of `check_variables` (batches, yield forces), from the changes of the runs at ``places``."""
     chunk = not_recomputed((places.shape[0], places.shape[1]))
     chunk[SENSITIVE][places] = is_sensitive(moves, rtol)
-    for name, values in moves.items():
-        chunk[f"{CHANGE}{name}"][places] = values
+    for name, moved in moves.items():
+        chunk[f"{CHANGE}{name}"][places] = moved
     return chunk
 
 

@@ -77,8 +77,7 @@ class VariantJob(Job):
 
     def places(self, number: int) -> dict[str, int]:
         """The place of a scene along each axis, by its name."""
-        names = (axis.name for axis in self.variants.axes)
-        return dict(zip(names, self.variants.places(number), strict=True))
+        return dict(zip((axis.name for axis in self.variants.axes), self.variants.places(number), strict=True))
 
     def is_known(self, number: int) -> bool:
         """True for a scene whose cases are known."""
@@ -152,14 +151,14 @@ class VariantJob(Job):
         if self.drawn is not None:
             skeleton = with_drawn_motions(skeleton, self.study, self.scan_input.motions, self.drawn)
             one_place |= dict.fromkeys(motions[:-1], 0)
-        for name, (along, values) in gathered.free.differing().items():
+        for name, (along, array) in gathered.free.differing().items():
             dims = (*(names[axis] for axis in along), *motions, *own_dims(name))
-            variable = Variable(dims, values, base.skeleton[name].attrs).isel(one_place)
+            variable = Variable(dims, array, base.skeleton[name].attrs).isel(one_place)
             skeleton = skeleton.assign({name: variable})
         own = self._first.coordinates(whole=True)
-        for name, (along, values) in gathered.coords.differing().items():
+        for name, (along, array) in gathered.coords.differing().items():
             dims, _, about = own[name]
-            variable = Variable((*(names[axis] for axis in along), *dims), values, about)
+            variable = Variable((*(names[axis] for axis in along), *dims), array, about)
             skeleton = skeleton.assign_coords({name: variable.isel(one_place, missing_dims="ignore")})
         skeleton.attrs = self._attributes(dict(base.skeleton.attrs), gathered)
         return Template(skeleton, base.cases, self.shape, names)
@@ -186,7 +185,7 @@ class VariantJob(Job):
         """The variables of the motions of a scene without contact."""
         if self.known is not None and self.is_known(number):
             return self.known.free(self.places(number), (f"{name}_free" for name in job.free_outputs(job.study)))
-        return {f"{name}_free": values for name, values in job.free_values().items()}
+        return {f"{name}_free": array for name, array in job.free_values().items()}
 
     def _attributes(self, first: dict[str, Any], gathered: Gathered) -> dict[str, Any]:
         """The attributes of the whole dataset from those of the first scene; what differs is stated by place alone."""
@@ -200,7 +199,7 @@ class VariantJob(Job):
         notes = [*(() if drawn is None else drawn.notes()), *of_places]
         if drawn is not None and "notes" not in differing:
             variants["attributes"].append(["notes", [], as_text(of_places) if of_places else None])
-        attrs = {name: value for name, value in first.items() if name not in differing}
+        attrs = {name: attribute for name, attribute in first.items() if name not in differing}
         attrs |= made_from(self.study, self.scan_input.motions)
         if self.drawn is not None:
             attrs[MOTIONS_DRAWN] = len(self.scan_input.motions) * len(self.study.records.polarities)
@@ -261,7 +260,7 @@ class VariantWriter:
                     self._parts.update(json.loads(counts))
                     self._counts.add(number, {PARTS: counts})
             whole = job.known.cases(places, job.template)
-            written.append({name: values[own.start : own.stop] for name, values in whole.items()})
+            written.append({name: array[own.start : own.stop] for name, array in whole.items()})
         return joined(written)
 
     def _close(self) -> None:

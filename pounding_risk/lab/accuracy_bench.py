@@ -196,11 +196,11 @@ class Bench:
         closed = [self.of_interfaces(np.minimum, limits.gaps) == 0.0 for limits in self.limits]
         return np.tile(np.array(closed), (len(self.batches), 1))
 
-    def of_interfaces(self, gather: Any, values: Any) -> Array:
+    def of_interfaces(self, gather: Any, at_points: Any) -> Array:
         """Values of the interfaces from those of their contact points, along the last axis."""
         contacts = list(self.contact_points)
         starts = np.flatnonzero(np.diff([point.interface for point in self.contact_points.values()], prepend=-1))
-        return np.asarray(gather.reduceat(np.asarray(values)[..., contacts], starts, axis=-1))
+        return np.asarray(gather.reduceat(np.asarray(at_points)[..., contacts], starts, axis=-1))
 
     @cached_property
     def matrices(self) -> RowMatrices:
@@ -245,16 +245,16 @@ class Bench:
                 "yield_exceedance": raw[..., fixed_step.DEMAND] >= [limits.yield_forces for limits in self.limits],
                 "first_impact_time": raw[..., fixed_step.FIRST],
             }
-            values = self._gathered(by_name)
-            values[(raw[..., fixed_step.UNSTABLE] != 0.0).any(axis=1)] = nan
+            table = self._gathered(by_name)
+            table[(raw[..., fixed_step.UNSTABLE] != 0.0).any(axis=1)] = nan
             count, touching = (float(raw[..., column].sum()) for column in (fixed_step.COUNT, fixed_step.TOUCHING))
-            return Runs(values, count, touching, nan, seconds)
+            return Runs(table, count, touching, nan, seconds)
 
         return self._all(required, runs)
 
     def general(self, solver: str, rtol: float) -> Outcome:
         """SciPy over one case of each of the first motions, the first gap with the largest yield force."""
-        values = np.full((self.size, self.points[-1].interface + 1, len(OUTPUTS)), nan)
+        table = np.full((self.size, self.points[-1].interface + 1, len(OUTPUTS)), nan)
         contacts, steps, durations = 0.0, 0.0, []
         at, (laws, rules) = len(self.yield_forces) - 1, self.models(0)
         case_contacts = Contacts(self.limits[at].gaps, laws, rules, self.limits[at].yield_forces)
@@ -269,9 +269,9 @@ class Bench:
             by_name = run._asdict() | {"yield_exceedance": run.uncapped_force >= case_contacts.yield_forces}
             of_motion = number * self.size // len(self.motions)
             required = self.of_interfaces(np.maximum, alone.peak_closing)
-            values[of_motion + at] = np.column_stack([self._gathered(by_name), required])
+            table[of_motion + at] = np.column_stack([self._gathered(by_name), required])
         seconds, free_seconds = np.mean(durations, axis=0)
-        return Outcome(values, steps / max(contacts, 1.0), nan, float(seconds), float(free_seconds))
+        return Outcome(table, steps / max(contacts, 1.0), nan, float(seconds), float(free_seconds))
 
     def _gathered(self, points: dict[str, Array]) -> Array:
         """(..., interfaces, NAMES) from the outputs of contact points (..., contact points)."""
@@ -282,7 +282,7 @@ class Bench:
     def _all(self, free: Callable[[Driven], Timed], runs: Callable[[Driven, int], Runs]) -> Outcome:
         """The outcome of all batches, each motion without contact once, before its runs."""
         required: dict[tuple[int, int, int], Array] = {}
-        values, contacts, steps, residual, seconds, free_seconds = [], 0.0, 0.0, nan, 0.0, 0.0
+        tables, contacts, steps, residual, seconds, free_seconds = [], 0.0, 0.0, nan, 0.0, 0.0
         for each, law in self.batches:
             if each.place not in required:
                 required[each.place], own_seconds = free(each)
@@ -290,11 +290,11 @@ class Bench:
             batch = runs(each, law)
             gaps = np.broadcast_to(required[each.place], batch.values.shape[:2])[..., None]
             failed = np.isnan(batch.values[..., :1])
-            values.append(np.concatenate([batch.values, np.where(failed, nan, gaps)], axis=-1))
+            tables.append(np.concatenate([batch.values, np.where(failed, nan, gaps)], axis=-1))
             contacts, steps, seconds = contacts + batch.contacts, steps + batch.steps, seconds + batch.seconds
             residual = float(np.fmax(residual, batch.residual))
         times = seconds / self.size, free_seconds / len(self.motions)
-        return Outcome(np.concatenate(values), float(steps / max(contacts, 1.0)), residual, *times)
+        return Outcome(np.concatenate(tables), float(steps / max(contacts, 1.0)), residual, *times)
 
 
 class PairBench(Bench):
@@ -340,12 +340,12 @@ class PairBench(Bench):
         seconds = process_time() - begun
         exceeds = raw[..., tally.DEMAND] >= grid[1]
         columns = (np.maximum(raw[..., HIGH], -raw[..., LOW]), raw[..., tally.PEAK_FORCE], raw[..., tally.COUNT])
-        values = np.stack([*columns, exceeds, raw[..., tally.FIRST_TOUCH]], axis=-1)
-        values[raw[..., tally.STATUS] != tally.COMPLETE] = nan
+        table = np.stack([*columns, exceeds, raw[..., tally.FIRST_TOUCH]], axis=-1)
+        table[raw[..., tally.STATUS] != tally.COMPLETE] = nan
         energy = raw[..., tally.ENERGY]
         residual = np.abs(raw[..., tally.RESIDUAL]) / np.where(energy > 0.0, energy, 1.0)
         contacts, steps = raw[..., tally.COUNT].sum(), raw[..., tally.STEPS].sum()
-        return Runs(values.reshape(-1, 1, len(NAMES)), contacts, steps, float(residual.max()), seconds)
+        return Runs(table.reshape(-1, 1, len(NAMES)), contacts, steps, float(residual.max()), seconds)
 
     def run_fixed(self, method: str, driven: Driven, law: int, limits: Sequence[Limits], dt: float) -> Timed:
         grid, motion = self._grid(limits), driven.motion
@@ -381,17 +381,17 @@ class RowBench(Bench):
 
     def run_event(self, driven: Driven, law: int, limits: Sequence[Limits], rtol: float) -> Runs:
         cases, peaks = self.job.cases(driven.place, law, rtol), peaks_under(self.study, driven.motion)
-        values, steps, residual, seconds = [], 0, 0.0, 0.0
+        tables, steps, residual, seconds = [], 0, 0.0, 0.0
         for each in limits:
             begun = process_time()
             run = cases.whole(each)
             seconds += process_time() - begun
             named = outputs(run, each.yield_forces, peaks, self.job.grid.frame)
-            values.append(np.column_stack([named[name] for name in NAMES]))
-            values[-1][run.status != tally.COMPLETE] = nan
+            tables.append(np.column_stack([named[name] for name in NAMES]))
+            tables[-1][run.status != tally.COMPLETE] = nan
             residual, steps = max(residual, float(np.fmax.reduce(named["energy_residual"]))), steps + run.steps
-        contacts = float(np.nansum(np.array(values)[..., NAMES.index("impact_count")]))
-        return Runs(np.array(values), contacts, steps, residual, seconds)
+        contacts = float(np.nansum(np.array(tables)[..., NAMES.index("impact_count")]))
+        return Runs(np.array(tables), contacts, steps, residual, seconds)
 
     def run_fixed(self, method: str, driven: Driven, law: int, limits: Sequence[Limits], dt: float) -> Timed:
         motion, (laws, rules), raw, seconds = driven.motion, self.models(law), [], 0.0
@@ -432,8 +432,8 @@ def thinned_grid(study: Scene, cases: int, motions: int) -> tuple[list[int], lis
     return _thinned(grid.gaps, max(1, most // len(forces)), own.gap), forces
 
 
-def _thinned(values: Sequence[float], most: int, own: float) -> list[int]:
+def _thinned(levels: Sequence[float], most: int, own: float) -> list[int]:
     """Indices of at most so many of the values, first and last among them; of one alone the nearest to ``own``."""
-    if most == 1 < len(values):
-        return [int(np.abs(np.nan_to_num(values) - np.nan_to_num(own)).argmin())]
-    return evenly(len(values), most)
+    if most == 1 < len(levels):
+        return [int(np.abs(np.nan_to_num(levels) - np.nan_to_num(own)).argmin())]
+    return evenly(len(levels), most)

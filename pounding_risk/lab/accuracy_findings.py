@@ -23,7 +23,7 @@ OUTPUTS = WORDS | {"first_impact_time": "first impact time", "gap_required": "ga
 REACH, FORCE, COUNT, YIELDS, FIRST, GAP = range(6)
 
 
-def errors_of(values: np.ndarray, reference: np.ndarray) -> np.ndarray:
+def errors_of(outputs: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Errors (..., outputs): relative for amounts and times, of counts the difference over the count.
 
     A motion that is not finite where the reference is has an infinite error; so has a first impact that only one has.
@@ -31,8 +31,8 @@ def errors_of(values: np.ndarray, reference: np.ndarray) -> np.ndarray:
     scale = np.abs(reference)
     scale[..., YIELDS] = 1.0
     scale[scale == 0.0] = 1.0
-    errors = np.abs(values - reference) / scale
-    neither = np.isnan(values[..., FIRST]) & np.isnan(reference[..., FIRST]) & np.isfinite(values[..., REACH])
+    errors = np.abs(outputs - reference) / scale
+    neither = np.isnan(outputs[..., FIRST]) & np.isnan(reference[..., FIRST]) & np.isfinite(outputs[..., REACH])
     errors[neither, FIRST] = 0.0
     return np.where(np.isnan(errors), inf, errors)
 
@@ -69,18 +69,17 @@ def times_to_reach(dataset: xr.Dataset, solver: str, output: str) -> list[float]
             times.append(points[index][1])
         else:
             (e0, t0), (e1, t1) = points[index - 1], points[index]
-            share = np.log(e0 / level) / np.log(e0 / e1)
-            times.append(float(t0 * (t1 / t0) ** share))
+            times.append(float(t0 * (t1 / t0) ** (np.log(e0 / level) / np.log(e0 / e1))))
     return times
 
 
-def holds_digits(values: np.ndarray, reference: np.ndarray) -> bool:
+def holds_digits(outputs: np.ndarray, reference: np.ndarray) -> bool:
     """True where no value is further from the reference than half a unit of its last printed digit."""
     with np.errstate(divide="ignore", invalid="ignore"):
         unit = 10.0 ** (np.floor(np.log10(np.abs(reference))) - (DIGITS - 1))
     unit[..., [COUNT, YIELDS]] = 1.0
-    same = np.abs(values - reference) <= 0.5 * np.where(np.isfinite(unit), unit, 0.0)
-    same |= np.isnan(values) & np.isnan(reference)
+    same = np.abs(outputs - reference) <= 0.5 * np.where(np.isfinite(unit), unit, 0.0)
+    same |= np.isnan(outputs) & np.isnan(reference)
     # No digit of a first touch from rest means anything; see `_dataset`.
     same[reference[..., FIRST] < RESTING, FIRST] = True
     return bool(same.all())

@@ -159,7 +159,7 @@ def joins(matrix: Array) -> dict[tuple[int, int], float]:
     count, smallest = len(matrix), 1e-14 * np.abs(matrix).max(initial=0.0)
     to_ground = {(0, j): float(matrix[j - 1].sum()) for j in range(1, count + 1)}
     between = {(i, j): -float(matrix[i - 1, j - 1]) for i in range(1, count + 1) for j in range(i + 1, count + 1)}
-    return {pair: value for pair, value in (to_ground | between).items() if abs(value) > smallest}
+    return {pair: stiffness for pair, stiffness in (to_ground | between).items() if abs(stiffness) > smallest}
 
 
 def impact_material(chains: Sequence[Chain], point: Point, contact: tuple[float, Any, Any]) -> tuple[Any, ...]:
@@ -411,16 +411,16 @@ def opensees_outcome(bench: Bench, dt: float) -> Outcome:
         free = solve(bench, cases[0]._replace(motion=number, gaps=np.full(len(bench.points), OPEN)), h)
         required.append(bench.of_interfaces(np.maximum, free.closing))
         free_seconds += free.seconds
-    values, seconds = np.full((len(cases), len(required[0]), len(OUTPUTS)), np.nan), 0.0
+    outputs, seconds = np.full((len(cases), len(required[0]), len(OUTPUTS)), np.nan), 0.0
     for number, case in enumerate(cases):
         peaks = solve(bench, case, steps[case.motion])
         seconds += peaks.seconds
         by_point = peaks.relative_displacement, peaks.contact_force, peaks.contact_force >= case.yield_forces
         for output, points in zip((REACH, FORCE, YIELDS), by_point, strict=True):
-            values[number, :, output] = bench.of_interfaces(np.maximum, points)
-        values[number, :, GAP] = required[case.motion]
+            outputs[number, :, output] = bench.of_interfaces(np.maximum, points)
+        outputs[number, :, GAP] = required[case.motion]
     times = seconds / len(cases), free_seconds / len(bench.motions)
-    return Outcome(values, np.nan, np.nan, *times, outputs=(REACH, FORCE, YIELDS, GAP))
+    return Outcome(outputs, np.nan, np.nan, *times, outputs=(REACH, FORCE, YIELDS, GAP))
 
 
 @contextmanager

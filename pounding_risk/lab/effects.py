@@ -159,8 +159,7 @@ def run_times(scenes: list[Scene], repeats: int) -> np.ndarray:
             outcome = bench.event(scene.rtol)
             if number >= 0:
                 # The motion without contact is common to all cases of a record.
-                common = outcome.free_seconds * len(bench.motions) / bench.size
-                times[row, number] = outcome.seconds - common
+                times[row, number] = outcome.seconds - (outcome.free_seconds * len(bench.motions) / bench.size)
     return times
 
 
@@ -176,6 +175,6 @@ def _dataset(scenes: list[tuple[str, Scene]], scans: list[xr.Dataset], times: np
     dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), described("1", words))
     words = "time of one run over that without effects"
     dataset["time_ratio"] = ("effects", medians / medians[0], described("1", words))
-    dataset.attrs = {key: value for key, value in scans[0].attrs.items() if key != "scene_resolved"}
+    dataset.attrs = {key: attribute for key, attribute in scans[0].attrs.items() if key != "scene_resolved"}
     dataset.attrs["references"] = "; ".join(dict.fromkeys(scan.attrs["references"] for scan in scans))
     return dataset

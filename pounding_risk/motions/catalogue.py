@@ -201,7 +201,7 @@ def _catalogue() -> dict[str, Entry]:
     tables = tomllib.loads((records_folder() / CATALOGUE).read_text(encoding="utf-8"))
     records: dict[str, Entry] = {}
     for recording in tables["recording"]:
-        shared = {key: value for key, value in recording.items() if key not in ("component", "source")}
+        shared = {key: fact for key, fact in recording.items() if key not in ("component", "source")}
         source = tables["source"][recording["source"]]
         for component in recording["component"]:
             facts = {**source, **shared, **component, "date": recording["date"].isoformat()}

@@ -143,10 +143,9 @@ def _in_one_recording(copy: Copy, chosen: list[_Chosen]) -> str:
     """Assign a copy, and what shares its recording, to the recording of its original; returns the sentence about it."""
     first, second = (chosen[index].source for index in (copy.original, copy.place))
     keys = [recording(record.source.record, record.source.name) for record in chosen]
-    stated = recording_words(keys[copy.original])
     for index, key in enumerate(keys):
         if key in (keys[copy.original], keys[copy.place]):
-            record = {**chosen[index].source.record, STATED: stated}
+            record = {**chosen[index].source.record, STATED: recording_words(keys[copy.original])}
             chosen[index] = chosen[index]._replace(source=chosen[index].source._replace(record=record))
     doubt = f"the record {first.name} {copy.words()}: one recording, counted as one"
     source = chosen[copy.place].source
@@ -194,17 +193,17 @@ def _of_manifest(request: RecordRequest, folder: Path) -> Iterator[_Chosen]:
     rows = manifest_rows(path)
     if not rows:
         raise RecordError(f"{path}: names no record; choose again")
-    for row, values in rows:
-        empty = [key for key in ("name", "PGA [m/s2]", "factor") if values[key] is None]
+    for row, cells in rows:
+        empty = [key for key in ("name", "PGA [m/s2]", "factor") if cells[key] is None]
         if empty:
             raise row.fault(f"{' and '.join(empty)} left empty; choose again")
-        if not values["factor"] > 0.0:
-            raise row.fault(f"the factor is {values['factor']:g}; it must be greater than 0: choose again")
-        source = open_source(source_of(row, values), unit=request.unit or None, dt=request.dt)
-        if source.record["sha256"] != values["sha256"]:
+        if not cells["factor"] > 0.0:
+            raise row.fault(f"the factor is {cells['factor']:g}; it must be greater than 0: choose again")
+        source = open_source(source_of(row, cells), unit=request.unit or None, dt=request.dt)
+        if source.record["sha256"] != cells["sha256"]:
             words = "has another checksum than the manifest says: the file was changed; fetch it again, or choose again"
-            raise row.fault(f"{values['name']} {words}")
-        yield _Chosen(source, row, values)
+            raise row.fault(f"{cells['name']} {words}")
+        yield _Chosen(source, row, cells)
 
 
 def _as_chosen(motion: Motion, chosen: _Chosen, manifest: str) -> Motion:
@@ -229,16 +228,16 @@ def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple
     recordings: dict[Any, list[Source]] = {}
     for source in sources:
         recordings.setdefault(recording(source.record, source.name), []).append(source)
-    for parts in recordings.values():
-        if len(parts) != 2:
-            record, listed = parts[0].record, ", ".join(file_name(source) for source in parts)
+    for pair in recordings.values():
+        if len(pair) != 2:
+            record, listed = pair[0].record, ", ".join(file_name(source) for source in pair)
             facts = [str(record[key]) for key in ("event", "station") if record.get(key)]
             without = f"; excluded: {'; '.join(repeated)}" if repeated else ""
             raise RecordError(
-                f"direction: of {' at '.join(facts) or parts[0].name} there is {listed}; a row's direction takes the "
+                f"direction: of {' at '.join(facts) or pair[0].name} there is {listed}; a row's direction takes the "
                 f"two horizontal components of each recording: name both, or leave direction out{without}"
             )
-    return [tuple(parts) for parts in recordings.values()]
+    return [tuple(pair) for pair in recordings.values()]
 
 
 def treated(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
@@ -302,8 +301,8 @@ def _distinct(motions: Sequence[Motion]) -> list[Motion]:
             if names[at] in again:
                 # The whole recipe of a generated motion.
                 source = str(motion.record.get("source") or motion.name)
-                parts = (source,) if motion.record.get("state") == GENERATED else Path(source).parts
-                names[at] = "/".join(parts[-count:])
+                folders = (source,) if motion.record.get("state") == GENERATED else Path(source).parts
+                names[at] = "/".join(folders[-count:])
     again = {name for name in names if names.count(name) > 1}
     names = [f"{name} ({at})" if name in again else name for at, name in enumerate(names, start=1)]
     return [replace(motion, name=name) for motion, name in zip(motions, names, strict=True)]

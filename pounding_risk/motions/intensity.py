@@ -316,14 +316,14 @@ def _checked_periods(periods: ArrayLike, damping: float, dt: float) -> Samples:
         raise PoundingError(
             f"damping {damping:g} is out of range: a damping ratio must be {bounds(DAMPING)}; 5 % is 0.05"
         )
-    values = np.atleast_1d(np.array(periods, dtype=np.float64))
-    for period in values:
+    checked = np.atleast_1d(np.array(periods, dtype=np.float64))
+    for period in checked:
         if not (isfinite(period) and period >= LEAST_PERIOD * dt):
             raise PoundingError(
                 f"period {period:g} s is out of range: with a time step of {dt:g} s it must be at least "
                 f"{LEAST_PERIOD * dt:g} s and finite; stiffer oscillators move with the ground, Sa = PGA"
             )
-    return values
+    return checked
 
 
 def _peaks_of_motion(a: Samples, dt: float) -> tuple[float, float]:
@@ -340,9 +340,9 @@ def _peaks_of_motion(a: Samples, dt: float) -> tuple[float, float]:
         # v + a x + ȧ x² / 2 = 0, in the form that does not cancel; NaN or infinite where there is no root.
         both = -(push + np.copysign(np.sqrt(push * push - 2.0 * slope * speed), push))
         roots = [both / slope, 2.0 * speed / both]
-    inside = [np.where((x > 0.0) & (x < dt), x, nan) for x in roots]
-    turned = [np.nan_to_num(u[:-1] + x * (speed + x * (0.5 * push + x * slope / 6.0))) for x in inside]
-    return float(pgv), float(max(np.abs(part).max() for part in (u, *turned)))
+    inside = [np.where((root > 0.0) & (root < dt), root, nan) for root in roots]
+    turned = [np.nan_to_num(u[:-1] + root * (speed + root * (0.5 * push + root * slope / 6.0))) for root in inside]
+    return float(pgv), float(max(np.abs(displacements).max() for displacements in (u, *turned)))
 
 
 def _time_of(share: float, husid: Samples, dt: float) -> float:

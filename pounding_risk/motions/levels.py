@@ -123,8 +123,8 @@ class Measure(NamedTuple):
         """True where both are the same measure at the same periods and damping."""
         if self.name != other.name or len(self.periods) != len(other.periods):
             return False
-        values = [(*measure.periods, measure.damping) if measure.periods else () for measure in (self, other)]
-        return all(isclose(one, another, rel_tol=SAME) for one, another in zip(*values, strict=True))
+        numbers = [(*measure.periods, measure.damping) if measure.periods else () for measure in (self, other)]
+        return all(isclose(one, another, rel_tol=SAME) for one, another in zip(*numbers, strict=True))
 
     def of(self, motions: Sequence[Motion]) -> Samples:
         """The value of each motion [SI], in its record and not in a tail of zeros; 1 of the factor."""
@@ -141,14 +141,14 @@ class Measure(NamedTuple):
 
     def written(self) -> dict[str, Any]:
         """The measure as a table of a scene file has it."""
-        values: dict[str, Any] = {"measure": self.name}
+        table: dict[str, Any] = {"measure": self.name}
         if self.name in PERIODS:
             relative: list[Any] = [f"{share!r} T" for share in self.shares]
             periods = relative or [exact(period, PERIOD) for period in self.periods]
-            values[PERIODS[self.name]] = periods[0] if self.name == "sa" else periods
-            values |= {"of": self.building} if relative else {}
-            values["damping"] = exact(self.damping, DAMPING)
-        return values
+            table[PERIODS[self.name]] = periods[0] if self.name == "sa" else periods
+            table |= {"of": self.building} if relative else {}
+            table["damping"] = exact(self.damping, DAMPING)
+        return table
 
 
 class Level(NamedTuple):
@@ -159,12 +159,12 @@ class Level(NamedTuple):
 
     def of(self, motion: Motion) -> Motion:
         """The motion times the factor with which its measure has this value; raises RecordError where none does it."""
-        (name, periods, damping, *_), value = self.measure, self.value
+        (name, periods, damping, *_), amplitude = self.measure, self.value
         if name == "pga":
-            return motion.scaled_to(value)
+            return motion.scaled_to(amplitude)
         if name == FACTOR:
-            return scaling.by_factor(motion, value)
-        factor, aim = scaling.factor_to(motion.without_tail(), name, value, periods, damping)
+            return scaling.by_factor(motion, amplitude)
+        factor, aim = scaling.factor_to(motion.without_tail(), name, amplitude, periods, damping)
         return scaling.by_factor(motion, factor, aim)
 
     @property
@@ -181,9 +181,9 @@ def sa_at(period: float, damping: float = USUAL_DAMPING) -> Measure:
     return Measure("sa", (period,), damping)
 
 
-def at_pga(value: float | None) -> Level | None:
+def at_pga(pga: float | None) -> Level | None:
     """The level of a peak ground acceleration [m/s²]; None keeps the amplitude."""
-    return None if value is None else Level(PEAK, value)
+    return None if pga is None else Level(PEAK, pga)
 
 
 def driven(motion: Motion, polarity: str, level: Level | None) -> Motion:
@@ -192,9 +192,9 @@ def driven(motion: Motion, polarity: str, level: Level | None) -> Motion:
     return turned if level is None else level.of(turned)
 
 
-def say_level(value: float, quantity: Quantity, digits: int = DIGITS) -> str:
+def say_level(level: float, quantity: Quantity, digits: int = DIGITS) -> str:
     """A level [SI] with its unit as the trade writes it: velocities of the ground in cm/s."""
-    return f"{100.0 * value:.{digits}g} cm/s" if quantity == scaling.PGV else say(value, quantity, digits)
+    return f"{100.0 * level:.{digits}g} cm/s" if quantity == scaling.PGV else say(level, quantity, digits)
 
 
 def read_measure(text: str) -> Measure | None:

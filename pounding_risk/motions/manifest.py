@@ -58,7 +58,7 @@ CHECKED = ("sha256", "dt [s]", "npts", "PGA [m/s2]", "processing")
 def manifest(motions: Iterable[Motion]) -> list[dict[str, Any]]:
     """One row for each motion, with the columns of ``COLUMNS``; None where a record does not state a value, or NaN."""
     rows = [{name: value_of(motion) for name, (value_of, _) in COLUMNS.items()} for motion in motions]
-    return [{name: None if value == "" or value != value else value for name, value in row.items()} for row in rows]
+    return [{name: None if fact == "" or fact != fact else fact for name, fact in row.items()} for row in rows]
 
 
 def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
@@ -88,20 +88,20 @@ def write_manifest(motions: Iterable[Motion], path: str | Path) -> Path:
     for row in rows:
         if row["source"] is not None and split_component(row["source"])[0].is_file():  # otherwise an id
             row["source"] = Path(os.path.relpath(row["source"], target.parent)).as_posix()
-    writer.writerows({key: cell(value) for key, value in row.items()} for row in rows)
+    writer.writerows({key: cell(fact) for key, fact in row.items()} for row in rows)
     return write_text(target, text.getvalue().encode(), "check the folder")
 
 
-def source_of(row: Row, values: Mapping[str, Any]) -> str | Path:
+def source_of(row: Row, cells: Mapping[str, Any]) -> str | Path:
     """The id, or the file with its component, that a row of a manifest names.
 
     Raises RecordError for a motion that was in memory only, or made of two.
     """
-    if values["source"] is None:
+    if cells["source"] is None:
         words = "no source is named, as the motion was in memory or made of two; write it to a file and choose from the"
-        raise row.fault(f"{values['name']}: {words} files")
-    file = row.source.parent / values["source"]
-    return file if split_component(file)[0].is_file() else str(values["source"])
+        raise row.fault(f"{cells['name']}: {words} files")
+    file = row.source.parent / cells["source"]
+    return file if split_component(file)[0].is_file() else str(cells["source"])
 
 
 def read_manifest(path: str | Path) -> list[dict[str, Any]]:
@@ -122,7 +122,7 @@ def read_manifest(path: str | Path) -> list[dict[str, Any]]:
     RecordError
         For a file that cannot be read, other columns, and a value that is no number where one belongs.
     """
-    return [values for _, values in manifest_rows(Path(path))]
+    return [cells for _, cells in manifest_rows(Path(path))]
 
 
 def manifest_rows(path: Path) -> list[tuple[Row, dict[str, Any]]]:

@@ -75,9 +75,9 @@ def simulated(aim: Aim, count: int) -> Samples:
         left = np.sqrt(np.maximum(1.0 - at_pivot**2, 0.0))
         scale = np.outer(left, left)
         r = np.divide(r[:-1, :-1] - np.outer(at_pivot, at_pivot), scale, out=np.zeros_like(scale), where=scale > 1e-9)
-    values, vectors = np.linalg.eigh(r)
-    drawn = np.random.default_rng(SEED).standard_normal((count, len(values)))
-    drawn = drawn @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    eigenvalues, vectors = np.linalg.eigh(r)
+    drawn = np.random.default_rng(SEED).standard_normal((count, len(eigenvalues)))
+    drawn = drawn @ (vectors * np.sqrt(np.maximum(eigenvalues, 0.0))).T
     drawn -= drawn.mean(axis=0)
     spread = drawn.std(axis=0, ddof=1)
     return aim.mean + aim.deviation * np.divide(drawn, spread, out=np.zeros_like(drawn), where=spread > 1e-12)
@@ -132,10 +132,10 @@ def _replace(
         before = list(chosen)
         for place in range(n):
             others = [at for at in range(n) if at != place]
-            rest = np.array([logs[chosen[at]] + factors[at][chosen[at]] for at in others])
+            kept = np.array([logs[chosen[at]] + factors[at][chosen[at]] for at in others])
             mine = logs + factors[place][:, None]
-            mean = (rest.sum(axis=0) + mine) / n
-            square = ((rest - rest.mean(axis=0)) ** 2).sum(axis=0) + (1.0 - 1.0 / n) * (mine - rest.mean(axis=0)) ** 2
+            mean = (kept.sum(axis=0) + mine) / n
+            square = ((kept - kept.mean(axis=0)) ** 2).sum(axis=0) + (1.0 - 1.0 / n) * (mine - kept.mean(axis=0)) ** 2
             error = ((mean - aim.mean) ** 2 + (np.sqrt(square / (n - 1)) - aim.deviation) ** 2).sum(axis=1)
             error[~_allowed([chosen[at] for at in others], events, limits)] = np.inf
             best = int(np.argmin(error))

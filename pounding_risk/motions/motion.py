@@ -175,13 +175,13 @@ class Motion(ShortRepr):
         """As `cut`, in seconds, without the flags of `checked`."""
         done = window(self.acceleration, self.dt, start=start, end=end)
         inside = float(np.abs(done.samples).max())
-        part = replace(self, across=None).after(done)
+        kept = replace(self, across=None).after(done)
         if self.across is not None:
-            part = replace(part, across=window(self.across, self.dt, start=start, end=end).samples)
+            kept = replace(kept, across=window(self.across, self.dt, start=start, end=end).samples)
         if inside < WEAK_WINDOW * self.pga:
             share = f"{100.0 * inside / self.pga:.2g} % of the record's"
-            part = part.doubted((f"the window leaves the strong shaking out: its PGA is {share}",))
-        return part
+            kept = kept.doubted((f"the window leaves the strong shaking out: its PGA is {share}",))
+        return kept
 
     def with_tail(self, seconds: float | str) -> Motion:
         """The motion followed by at least that duration [s] of zeros, in which the buildings vibrate freely.
@@ -289,10 +289,10 @@ def span_of(window: Any) -> tuple[float, float]:
     return in_si("window", window[0], TIME), in_si("window", window[1], TIME)
 
 
-def in_si(key: str, value: Any, quantity: Any) -> float:
+def in_si(key: str, stated: Any, quantity: Any) -> float:
     """A number in SI from a number or from text with a unit; raises RecordError that names ``key``."""
     try:
-        return si(value, quantity)
+        return si(stated, quantity)
     except QuantityError as error:
         raise RecordError(f"{key}: {error}") from None
 

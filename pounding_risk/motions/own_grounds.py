@@ -112,15 +112,15 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
     """
     motion = motion.without_tail()
     dt = min(motion.dt, aftershock.dt)
-    parts, parts_after = (_parts(record, dt, [motion, aftershock]) for record in (motion, aftershock))
-    before, after = divided(motion.acceleration, parts), divided(aftershock.acceleration, parts_after)
+    steps, steps_after = (_parts(record, dt, [motion, aftershock]) for record in (motion, aftershock))
+    before, after = divided(motion.acceleration, steps), divided(aftershock.acceleration, steps_after)
     factor = motion.record.get("factor", 1.0) if ratio is None else ratio * motion.pga / aftershock.pga
     of_its_recording = {key: aftershock.record[key] for key in OF_RECORDING if key in aftershock.record}
     still = np.zeros(max(ceil(pause / dt - WHOLE) - 1, 1))
     begins = (before.size + still.size) * dt
     across = motion.across
     if across is not None and aftershock.across is not None:
-        across = np.concatenate([divided(across, parts), still, factor * divided(aftershock.across, parts_after)])
+        across = np.concatenate([divided(across, steps), still, factor * divided(aftershock.across, steps_after)])
     joined = replace(
         motion,
         acceleration=np.concatenate([before, still, factor * after]),

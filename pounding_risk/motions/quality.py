@@ -136,7 +136,7 @@ def quality(
         return (Finding("motion", "every sample is the same", "a motion", False),)
     names = CHECKS if checks is None else checks
     results = {name: CHECKS[name][0](record) for name in names if state in CHECKS[name][1]}
-    return tuple(Finding(name, *result) for name, result in results.items() if result is not None)
+    return tuple(Finding(name, *finding) for name, finding in results.items() if finding is not None)
 
 
 def failed(findings: tuple[Finding, ...]) -> tuple[str, ...]:
@@ -292,6 +292,6 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"
 
 
-def _share(part: Samples, trace: Samples) -> float:
+def _share(window: Samples, trace: Samples) -> float:
     peak = float(np.abs(trace).max())
-    return float(np.abs(part).max()) / peak if peak > 0.0 else 0.0
+    return float(np.abs(window).max()) / peak if peak > 0.0 else 0.0

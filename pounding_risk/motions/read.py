@@ -97,7 +97,7 @@ def read_motion(
     Window, polarity, amplitude and tail follow the processing, in this order. Numbers are in SI, text has its unit
     ("6 s", "0.5 g").
     """
-    for _, sentence in conflicts([key for key, value in (("pga", pga), ("scale", scale)) if value is not None]):
+    for _, sentence in conflicts([key for key, given in (("pga", pga), ("scale", scale)) if given is not None]):
         raise RecordError(sentence)
     if polarity not in (AS_RECORDED, REVERSED):
         raise RecordError(f'polarity: {shown(polarity)} is not one; it may be "{AS_RECORDED}" or "{REVERSED}"')
@@ -107,8 +107,7 @@ def read_motion(
         scale=None if scale is None else in_si("scale", scale, SCALE),
         tail=in_si("tail", tail, TAIL),
     )
-    opened = open_source(source, unit=unit, dt=_step(dt))
-    return treated([processed(opened, processing)], request, polarity)[0]
+    return treated([processed(open_source(source, unit=unit, dt=_step(dt)), processing)], request, polarity)[0]
 
 
 def generate_motion(kind: str, /, **keys: Any) -> Motion:
@@ -195,8 +194,8 @@ def _checked(source: Source, unit: str | None, dt: float | None) -> Source:
     offset = samples.mean() if source.record["state"] == RAW else 0.0
     source.record["pga_recorded"] = float(np.abs(samples - offset).max())
     doubts = []
-    given = None if unit is None else formats.unit_sentence(unit, formats.size_of_unit(unit, "unit"))
-    if given is not None and not source.units.startswith(given):
+    sentence = None if unit is None else formats.unit_sentence(unit, formats.size_of_unit(unit, "unit"))
+    if sentence is not None and not source.units.startswith(sentence):
         stated = source.units.partition(";")[0].removeprefix("units: ")
         doubts.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({stated})')
     if dt is not None and dt != stats.delta:

@@ -77,7 +77,7 @@ def recording(record: Mapping[str, Any], name: str) -> Hashable:
 
 def recording_words(key: Hashable) -> str:
     """The key of a recording as text, for the fact `STATED`."""
-    return ", ".join(str(part) for part in key if part) if isinstance(key, tuple) else str(key)
+    return ", ".join(str(fact) for fact in key if fact) if isinstance(key, tuple) else str(key)
 
 
 def recording_numbers(

@@ -190,7 +190,7 @@ def carried_spectra(name: str) -> CarriedSpectra:
     Displacements are kept there to 1e-6 m, so that periods below some 0.1 s have few digits, and their method is of
     second order: they differ from the exact ones by up to 6 (dt/T)².
     """
-    values: list[Samples] = []
+    spectra: list[Samples] = []
     periods: Samples | None = None
     for file in _files(name):
         with _opened(file) as opened:
@@ -202,9 +202,9 @@ def carried_spectra(name: str) -> CarriedSpectra:
             periods = columns["period"][own] if periods is None else periods
             if not np.array_equal(columns["period"][own], periods):
                 raise RecordError(f"{file.name}: the spectrum of {member.id} is at other periods; {REPAIR}")
-            values.append(columns["pseudo_accel"][own])
+            spectra.append(columns["pseudo_accel"][own])
     ids = tuple(member.id for member in members(name))
-    return CarriedSpectra(ids, np.asarray(periods), np.array(values) * STANDARD_GRAVITY)
+    return CarriedSpectra(ids, np.asarray(periods), np.array(spectra) * STANDARD_GRAVITY)
 
 
 def missing() -> list[str]:

@@ -44,8 +44,8 @@ class StepTable(Mapping[str, Any]):
         options = known_steps()[self["step"]].options
         kinds = {key: options.get(key) for key in self}
         return {
-            key: exact(value, kind) if isinstance(kind := kinds[key], Quantity) else value
-            for key, value in self.items()
+            key: exact(option, kind) if isinstance(kind := kinds[key], Quantity) else option
+            for key, option in self.items()
         }
 
 
@@ -58,8 +58,8 @@ class Spectral(NamedTuple):
 
     def written(self) -> dict[str, Any]:
         """The table as a scene file has it."""
-        value = {} if self.value is None else {"value": exact(self.value, PGA)}
-        return {**value, "period": exact(self.period, PERIOD), "damping": exact(self.damping, DAMPING)}
+        table = {} if self.value is None else {"value": exact(self.value, PGA)}
+        return {**table, "period": exact(self.period, PERIOD), "damping": exact(self.damping, DAMPING)}
 
 
 class RecordRequest(NamedTuple):

@@ -115,9 +115,9 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool) and isfinite(value)
 
 
-def _azimuths(first: Motion, second: Motion, given: tuple[float, float] | None) -> tuple[float, float] | None:
+def _azimuths(first: Motion, second: Motion, stated: tuple[float, float] | None) -> tuple[float, float] | None:
     """Azimuths of both components [degrees]; None where neither is known."""
-    azimuth_pair = tuple(given) if given is not None else (first.record.get("azimuth"), second.record.get("azimuth"))
+    azimuth_pair = tuple(stated) if stated is not None else (first.record.get("azimuth"), second.record.get("azimuth"))
     if azimuth_pair == (None, None):
         return None
     for motion, azimuth in zip((first, second), azimuth_pair, strict=True):
@@ -154,7 +154,7 @@ def _aligned(first: Motion, second: Motion) -> tuple[tuple[Samples, Samples], tu
     shift = round(later)
     gone = (max(0, shift), max(0, -shift))
     both = [motion.acceleration[count:] for motion, count in zip((first, second), gone, strict=True)]
-    count = min(len(part) for part in both)
+    count = min(len(samples) for samples in both)
     if count < 2:
         spans = [
             f"{one.duration:g} s{f' from {at}' if at else ''}" for one, at in zip((first, second), starts, strict=True)
@@ -164,8 +164,8 @@ def _aligned(first: Motion, second: Motion) -> tuple[tuple[Samples, Samples], tu
             "recording"
         )
     words = []
-    for motion, start, part in zip((first, second), gone, both, strict=True):
-        end = len(part) - count
+    for motion, start, samples in zip((first, second), gone, both, strict=True):
+        end = len(samples) - count
         if start or end:
             words.append(
                 f"cut: {start * motion.dt:g} s from the start, {end * motion.dt:g} s from the end of {motion.name}"

@@ -147,8 +147,7 @@ def to_mean_spectral_acceleration(
     RecordError
         As `to_spectral_acceleration`, and for an empty range of periods.
     """
-    target = in_si("value", value, PGA)
-    return by_factor(motion, *factor_to(motion, "sa_avg", target, period_range(periods), damping))
+    return by_factor(motion, *factor_to(motion, "sa_avg", in_si("value", value, PGA), period_range(periods), damping))
 
 
 def factor_to(

@@ -247,8 +247,7 @@ def fit(acceleration: Samples, target: Samples, limits: tuple[float, float] = (0
     ratios = np.log(np.asarray(target) / np.asarray(acceleration))
     best = exp(float(ratios.mean()))
     factor = min(max(best, limits[0]), limits[1])
-    misfit = float(np.sqrt(np.mean((np.log(factor) - ratios) ** 2)))
-    return Fit(factor, misfit, factor != best)
+    return Fit(factor, float(np.sqrt(np.mean((np.log(factor) - ratios) ** 2))), factor != best)
 
 
 def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selection:

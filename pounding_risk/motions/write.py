@@ -66,8 +66,7 @@ def write_motion(motion: Motion, path: str | Path) -> Path:
     ]
     for start in range(0, len(values), AT2_COLUMNS):
         lines.append("".join(f"{value:15.7E}" for value in values[start : start + AT2_COLUMNS]))
-    text = "\n".join([*lines, ""])
-    return write_text(target, text.encode("latin-1", errors="replace"), "choose another place")
+    return write_text(target, "\n".join([*lines, ""]).encode("latin-1", errors="replace"), "choose another place")
 
 
 def write_columns(source: Motion | Trace, path: str | Path) -> Path:
@@ -134,8 +133,7 @@ def _of_trace(trace: Any) -> tuple[list[float], float, dict[str, Any], Sequence[
     history = stats.get("processing", [])
     state = "processed" if history else stats.get("record", {}).get("state", "processed")
     facts = {**source.record, "state": state, "starttime": stats.starttime, "source": ""}
-    samples = np.asarray(source.trace.data, dtype=np.float64)
-    return samples.tolist(), float(stats.delta), facts, (*history, source.units)
+    return np.asarray(source.trace.data, dtype=np.float64).tolist(), float(stats.delta), facts, (*history, source.units)
 
 
 def _one_line(value: Any) -> str:

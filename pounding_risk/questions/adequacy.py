@@ -253,8 +253,8 @@ def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
     compared = [at for at, rule in enumerate(one.separations) if rule.exceeded is not None]
     notes = [rule.row.note for rule in one.separations]
     # The parts that every note of a separation has are written once, above the table.
-    parts = [rule.row.note.split("; ") for rule in one.separations if rule.row.separation is not None]
-    common = [part for part in parts[0] if all(part in others for others in parts)] if parts else []
+    clauses = [rule.row.note.split("; ") for rule in one.separations if rule.row.separation is not None]
+    common = [clause for clause in clauses[0] if all(clause in others for others in clauses)] if clauses else []
     sentences = [
         short_in(one.separations, motions),
         *(f"Everywhere {note}" for note in common if note not in DOUBTS),
@@ -276,7 +276,7 @@ def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
 def _rule_cells(rule: Comparison, gap: float, motions: int, common: Sequence[str]) -> Row:
     row = rule.row
     elsewhere = {*common, *DOUBTS}  # above the table, and in its column of texts
-    note = "; ".join(part for part in row.note.split("; ") if part not in elsewhere) or MISSING
+    note = "; ".join(clause for clause in row.note.split("; ") if clause not in elsewhere) or MISSING
     over = number((gap - rule.bumper) / rule.upper, digits=3) if rule.exceeded is not None and rule.upper else MISSING
     return [row.title, row.clause, row.verification, *compared(rule, motions), over, note]
 
@@ -290,6 +290,6 @@ def compared(rule: Comparison, motions: int) -> Row:
     return [number(rule.middle, "m"), number(rule.upper, "m"), middle((low, median, high), "1"), short]
 
 
-def length(value: float | None) -> Cell | str:
+def length(metres: float | None) -> Cell | str:
     """A length [m] in the unit of the column's head; – for none."""
-    return MISSING if value is None else number(value, "m")
+    return MISSING if metres is None else number(metres, "m")

@@ -63,14 +63,13 @@ def _rules(one: StiffnessRange) -> Block:
 def _influences(advice: Advice) -> Block:
     """A row for each output at each place, with a verdict on each factor."""
     rows: list[Row] = []
-    for (output, place), value in advice.now.items():
+    for (output, place), median in advice.now.items():
         ones = [advice.influence(factor, output, place) for factor in FACTORS]
         cells = ["–" if one is None else one.words for one in ones]
-        rows.append([OUTPUTS[output].words, place, amount(value, OUTPUTS[output].unit, 3), *cells])
-    little, much = (amount(value, "%")["text"] for value in (LITTLE, MUCH))
+        rows.append([OUTPUTS[output].words, place, amount(median, OUTPUTS[output].unit, 3), *cells])
+    little, much = (amount(share, "%")["text"] for share in (LITTLE, MUCH))
     caption = (
         f"Sensitivity: median change of the cases with contact. Stiffness: a tenth to ten times the scene's. "
         f"Below {little} an output does not depend on a value, above {much} it does."
     )
-    heads = ["output", "of", "now, median", *FACTORS]
-    return table(caption, heads, rows)
+    return table(caption, ["output", "of", "now, median", *FACTORS], rows)

@@ -215,14 +215,14 @@ def amplification_table(results: xr.Dataset) -> Any:
     for output in OUTPUTS:
         name = f"{output}_amplification"
         if name in results:
-            for value in results["percentile"].values:
-                columns[f"{name}_{value:g}"] = results[name].sel(percentile=value)
+            for percentile in results["percentile"].values:
+                columns[f"{name}_{percentile:g}"] = results[name].sel(percentile=percentile)
             columns |= {one: results[one] for one in (f"{name}_largest", f"{output}_amplified")}
     whole = columns["displacement_amplified"].reset_coords(drop=True)
     of_pair = [name for name in ("gap", "building_period") if name not in results.dims]
     keys = {name: results[name].reset_coords(drop=True).broadcast_like(whole) for name in of_pair}
-    part = xr.Dataset({name: column.reset_coords(drop=True) for name, column in (keys | columns).items()})
-    return part.to_dataframe(dim_order=dims).reset_index()
+    table_columns = xr.Dataset({name: column.reset_coords(drop=True) for name, column in (keys | columns).items()})
+    return table_columns.to_dataframe(dim_order=dims).reset_index()
 
 
 FILES = {
@@ -248,8 +248,8 @@ def _amplifications(dataset: xr.Dataset) -> Block:
         row: Row = [number(one["fixed_period"], "s", 3)] if several else []
         row += [number(one["period_ratio"], digits=3), *([number(one["gap_share"], digits=3)] if shares else [])]
         row += [number(one["gap"], "m", 3), number(one["contact_share"], "%", 3)]
-        values = one["displacement_amplification"].transpose("building", "percentile").values.ravel()
-        rows.append([*row, *(number(value, digits=3) for value in values)])
+        ratios = one["displacement_amplification"].transpose("building", "percentile").values.ravel()
+        rows.append([*row, *(number(ratio, digits=3) for ratio in ratios)])
     caption = "Peak displacement with contact over that without, not exceeded by a share of the motions."
     return table(caption, heads, rows)
 

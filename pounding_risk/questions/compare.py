@@ -127,11 +127,11 @@ def _interfaces(comparison: xr.Dataset) -> Block:
     names = comparable_laws(comparison)
     rows: list[Row] = []
     for index, interface in enumerate(interface_names(comparison)):
-        part = of_interface(comparison, index)
-        touched = part["judged"].sel(conclusion="displacement", contact_model=part.attrs["baseline"])
-        cells = [number(part["reduced_mass"], "kg"), out_of(touched, part["impact_count"][{"contact_model": 0}].size)]
+        pair = of_interface(comparison, index)
+        touched = pair["judged"].sel(conclusion="displacement", contact_model=pair.attrs["baseline"])
+        cells = [number(pair["reduced_mass"], "kg"), out_of(touched, pair["impact_count"][{"contact_model": 0}].size)]
         rows.append(
-            [interface, *cells, *(_range(*furthest(part, name, names)) if names else "–" for name in FIRST_TWO)]
+            [interface, *cells, *(_range(*furthest(pair, name, names)) if names else "–" for name in FIRST_TWO)]
         )
     caption = "Interfaces: which law moves an output furthest (16 to 84 % of the ratios over the cases with contact)."
     return table(caption, [*heads, *FIRST_TWO], rows)
@@ -167,7 +167,7 @@ def _ratios(one: xr.Dataset) -> Block:
     rows: list[Row] = []
     for name in one["contact_model"].values:
         spreads = (
-            [float(one[f"ratio_{part}"].sel(contact_model=name, output=output)) for part in ("low", "median", "high")]
+            [float(one[f"ratio_{end}"].sel(contact_model=name, output=output)) for end in ("low", "median", "high")]
             for output in outputs
         )
         rows.append([str(name), *(middle((low, median, high), "1") for low, median, high in spreads)])

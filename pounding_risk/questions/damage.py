@@ -183,14 +183,14 @@ def damage_table(dataset: xr.Dataset) -> str:
     rows = []
     for state in map(str, dataset["state"].values):
         for side in POUNDING:
-            part = dataset.sel(state=state, pounding=side)
-            row: dict[str, Any] = {"state": state, "reached_by": str(part["state_words"].item()), "pounding": side}
+            curve = dataset.sel(state=state, pounding=side)
+            row: dict[str, Any] = {"state": state, "reached_by": str(curve["state_words"].item()), "pounding": side}
             row |= {"intensity": dataset.attrs["intensity"], "method": dataset.attrs["method"]}
             row |= {"gap [m]": float(dataset["gap"]), "contact_model": str(dataset["contact_model"].item())}
             row |= {"yield_force [N]": float(dataset["yield_force"])}
-            row |= {"runs": int(part["runs"].sum()), "reached": int(part["reached"].sum())}
-            row |= {f"{name} [{dataset[name].attrs['units']}]": part[name].item() for name in single}
-            rows.append(row | {"fault": str(part["fault"].item())})
+            row |= {"runs": int(curve["runs"].sum()), "reached": int(curve["reached"].sum())}
+            row |= {f"{name} [{dataset[name].attrs['units']}]": curve[name].item() for name in single}
+            rows.append(row | {"fault": str(curve["fault"].item())})
     stream = StringIO()
     writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
     writer.writeheader()

@@ -45,7 +45,7 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
 
 def options_words(options: dict[str, Any]) -> str:
     """The options of an effect."""
-    return ", ".join(f"{key} {legible(value)}" for key, value in options.items()) or "no options"
+    return ", ".join(f"{key} {legible(option)}" for key, option in options.items()) or "no options"
 
 
 def _changes(dataset: xr.Dataset) -> Block:

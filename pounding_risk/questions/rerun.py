@@ -160,8 +160,7 @@ def _changed_versions(before: xr.Dataset) -> dict[str, tuple[str, str]]:
         )
     now = versions()
     now |= versions_of(name for name in was if name not in now)  # plug-ins
-    names = dict.fromkeys((*was, *now))
-    pairs = {name: (str(was.get(name, "not stated")), now[name]) for name in names}
+    pairs = {name: (str(was.get(name, "not stated")), now[name]) for name in {**was, **now}}
     return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
 
 
@@ -170,7 +169,7 @@ def _difference(name: str, before: xr.DataArray, after: xr.DataArray, axes: tupl
     old, new = before.values, after.values
     shapes = [f"({', '.join(map(str, array.dims))}) of {array.shape}" for array in (before, after)]
     words = "" if old.dtype == new.dtype else f"{new.dtype}, was {old.dtype}"
-    numbers = [values.dtype.kind in "biuf" for values in (old, new)]
+    numbers = [array.dtype.kind in "biuf" for array in (old, new)]
     if shapes[0] != shapes[1] or numbers[0] != numbers[1]:
         words = f"{shapes[1]}, was {shapes[0]}" if shapes[0] != shapes[1] else words
         return Difference(name, old.size, old.size, np.nan, np.nan, words)

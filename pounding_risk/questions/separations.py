@@ -148,11 +148,11 @@ def separations(
     opened = open_with_axes(results)
     check_scan(opened.dataset, opened.name, names=("building", "building_period", "building_damping"))
     pairs = opened.interfaces
-    parts = {name: part.dataset for name, part in pairs if interface in (None, name)}
-    if not parts:
+    shown = {name: pair.dataset for name, pair in pairs if interface in (None, name)}
+    if not shown:
         names = ", ".join(name for name, _ in pairs)
         raise PoundingError(f"interface: {interface!r} is not in the dataset, which has {names}")
-    return Beside(tuple((name, code.code_table(part, share, site)) for name, part in parts.items()))
+    return Beside(tuple((name, code.code_table(pair, share, site)) for name, pair in shown.items()))
 
 
 def check(given: Mapping[str, Any]) -> None:
@@ -194,24 +194,24 @@ def _site(
     return Site(heights=heights, factors=factors, ground=None if ground is None else si(ground, PGA, "ground"))
 
 
-def _pair(name: str, values: Sequence[float], left: str, right: str) -> tuple[float, float] | None:
+def _pair(name: str, numbers: Sequence[float], left: str, right: str) -> tuple[float, float] | None:
     """The values of an option that is given twice, None where it is not given."""
-    if values and len(values) != 2:
+    if numbers and len(numbers) != 2:
         example = f"--{name} {left} --{name} {right}"
-        times = "once" if len(values) == 1 else f"{len(values)} times"
+        times = "once" if len(numbers) == 1 else f"{len(numbers)} times"
         raise PoundingError(f"{name}: is given {times}; give it twice, such as {example}")
-    return (values[0], values[1]) if values else None
+    return (numbers[0], numbers[1]) if numbers else None
 
 
 def _by_side(name: str, texts: Sequence[str], quantity: Quantity, example: str) -> tuple[float, float]:
     """Numbers of texts such as left=45mm, left and right."""
     sides: dict[str, float] = {}
     for text in texts:
-        side, equals, value = (part.strip() for part in text.partition("="))
+        side, equals, stated = (word.strip() for word in text.partition("="))
         if not equals or side not in ("left", "right") or side in sides:
             raise PoundingError(f'{name}: "{text}" is not one of left and right once each; write {example}')
         try:
-            sides[side] = parse(value, quantity)
+            sides[side] = parse(stated, quantity)
         except PoundingError as error:
             raise PoundingError(f"{name}: {side}: {error}") from None
     missing = [side for side in ("left", "right") if side not in sides]
@@ -347,8 +347,8 @@ def _beside(one: CodeTable) -> list[Block]:
         ("motions", f"{one.motions} {one.at}, each a record and a polarity{still}"),
         ("gap needed", f"{median} mm in the median, {upper} mm in {share} of the motions"),
         *(
-            (f"displacement, {building}", f"{number(value, 'm')['text']} mm in the median")
-            for building, value in zip(one.buildings, one.displacements, strict=True)
+            (f"displacement, {building}", f"{number(moved, 'm')['text']} mm in the median")
+            for building, moved in zip(one.buildings, one.displacements, strict=True)
         ),
         ("correlation", "–, one is rigid" if one.correlation is None else f"{one.correlation:.3f} under white noise"),
         ("finding", one.finding),
@@ -363,7 +363,7 @@ def _beside(one: CodeTable) -> list[Block]:
 
 
 def _parts(row: SeparationRow, excluded: Sequence[str] | Mapping[str, str]) -> list[str]:
-    return [part for part in row.note.split("; ") if part not in excluded]
+    return [clause for clause in row.note.split("; ") if clause not in excluded]
 
 
 def _own_note(row: SeparationRow) -> str:

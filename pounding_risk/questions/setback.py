@@ -113,10 +113,10 @@ def setbacks(
     opened = open_scan(results)
     check_one_place(opened.dataset, opened.name)
     criterion = read_criterion(target, percentile, confidence)
-    part = opened.at_level(opened.level(pga, intensity_level))
-    shown = part.dataset
-    recordings = np.repeat(part.recordings, shown.sizes["polarity"])
-    shaking = np.repeat(part.is_shaking, shown.sizes["polarity"])
+    at_level = opened.at_level(opened.level(pga, intensity_level))
+    shown = at_level.dataset
+    recordings = np.repeat(at_level.recordings, shown.sizes["polarity"])
+    shaking = np.repeat(at_level.is_shaking, shown.sizes["polarity"])
     peaks = by_motion(shown["peak_displacement_free"], ("building",)).astype(float)
     distances = []
     for name, moved in zip(map(str, shown["building"].values), peaks.T, strict=True):
@@ -129,7 +129,7 @@ def setbacks(
         counted_ones = np.where(finite, moved, inf)[shaking]
         percentiles = (*USUAL_PERCENTILES, criterion.percentile)
         required = required_gaps(counted_ones, weight, percentiles, criterion.confidence)
-        at, every, lost = part.amplitude_words(), counted_ones.size, int((shaking & ~finite).sum())
+        at, every, lost = at_level.amplitude_words(), counted_ones.size, int((shaking & ~finite).sum())
         distances.append(Setback(name, at, every, weight * every, criterion.percentile, required, lost))
     return tuple(distances)
 

@@ -133,10 +133,10 @@ def _outputs(run: xr.Dataset) -> Block:
     rows: list[Row] = []
     for name, variable in run.data_vars.items():
         if variable.ndim == 0:
-            value = variable.item()
+            output = variable.item()
             # A count of -1: the run failed, or the contact model does not define it.
-            whole = count(value) if value >= 0 else MISSING
-            cell = whole if variable.dtype.kind == "i" else _amount(value, variable.units)
+            whole = count(output) if output >= 0 else MISSING
+            cell = whole if variable.dtype.kind == "i" else _amount(output, variable.units)
             rows.append([str(name), cell, variable.long_name])
     return table("Outputs.", ("output", "value", "meaning"), rows, keep=range(len(rows)))
 
@@ -159,7 +159,7 @@ def _buildings(run: xr.Dataset) -> Block:
     heads = ["building", *(head(words, unit) for words, unit, _ in outputs)]
     rows = [
         # A rigid building's -0 is 0.
-        [str(building), *(number(0.0 + float(values[place]), unit) for _, unit, values in outputs)]
+        [str(building), *(number(0.0 + float(peaks[place]), unit) for _, unit, peaks in outputs)]
         for place, building in enumerate(run["building"].values)
     ]
     return table("Peaks of the buildings.", heads, rows)
@@ -201,6 +201,6 @@ def _places(run: xr.Dataset, dim: str, prefix: str = "") -> Block:
     return table("Contact at each interface." if is_interface else "Contact points that touched.", heads, rows)
 
 
-def _amount(value: float, unit: str) -> Cell:
+def _amount(output: float, unit: str) -> Cell:
     """A value with its unit; inf where nothing yields."""
-    return amount(value, unit) if unit in SHOWN else worded(value, f"{value:.4g} {unit}")
+    return amount(output, unit) if unit in SHOWN else worded(output, f"{output:.4g} {unit}")

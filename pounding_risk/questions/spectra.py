@@ -160,16 +160,16 @@ def few_pairs(dataset: xr.Dataset) -> Iterator[tuple[float, ...]]:
     alike, rules = is_symmetric(dataset), dataset["separation"].sel(percentile=usual_percentile(dataset))
     for left, right in product(*places):
         if not alike or right > left:
-            one = {"left_period": left, "right_period": right}
-            gaps = (dataset["required_gap"].isel(one), rules.sel(rule=["abs", "srss", "cqc"]).isel(one))
+            pair = {"left_period": left, "right_period": right}
+            gaps = (dataset["required_gap"].isel(pair), rules.sel(rule=["abs", "srss", "cqc"]).isel(pair))
             periods = (
                 float(dataset[f"{side}_period"][place]) for side, place in zip(SIDES, (left, right), strict=True)
             )
-            yield (*periods, *(value for each in gaps for value in each.values.tolist()))
+            yield (*periods, *(gap for each in gaps for gap in each.values.tolist()))
 
 
 def _gaps(dataset: xr.Dataset) -> Block:
-    of = [percent(value) for value in dataset["percentile"].values]
+    of = [percent(percentile) for percentile in dataset["percentile"].values]
     heads = [*(head(side, "s") for side in SIDES), *(head(words, "m") for words in (*of, "ABS", "SRSS", "DDC"))]
     rows: list[Row] = [
         [*(number(period, "s", 3) for period in row[:2]), *(number(gap, "m", 3) for gap in row[2:])]

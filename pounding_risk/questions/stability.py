@@ -80,5 +80,5 @@ def _outcome(rows: Sequence[Row]) -> str:
     return "all hold" if not failed else f"{len(rows) - failed} hold, {failed} do not"
 
 
-def _figure(value: float) -> Cell:
-    return worded(value, f"{value:.1e}" if value else "0")
+def _figure(measure: float) -> Cell:
+    return worded(measure, f"{measure:.1e}" if measure else "0")

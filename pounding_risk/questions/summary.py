@@ -15,7 +15,7 @@ def sheet(summary: Summary) -> list[Block]:
     counts = [(name, count(number)) for name, number in summary.counts.items() if name not in IN_RECHECKS]
     units = {name: unit.replace("m/s2", "m/s²") for name, unit in summary.units.items()}
     rows = [
-        [name, law, count(spread.values), *(worded(value, f"{value:.6g}") for value in spread[1:]), units[name]]
+        [name, law, count(spread.values), *(worded(number, f"{number:.6g}") for number in spread[1:]), units[name]]
         for name, spread_of_laws in summary.spreads.items()
         for law, spread in spread_of_laws.items()
     ]

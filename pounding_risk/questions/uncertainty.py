@@ -180,10 +180,10 @@ def sheet(dataset: xr.Dataset, *, tornado: bool = False) -> list[Block]:
     about = [("scene", dataset.attrs["title"]), *((name, dataset.attrs[name]) for name in ("samples", "motions"))]
     blocks = [facts("", about), paragraph(dataset.attrs["asked"])]
     for place, name in enumerate(dataset["interface"].values.tolist()):
-        part = dataset.isel(interface=place)
-        blocks += [heading(str(name), f"uncertain-{place + 1}"), *_of_interface(part)]
-        if tornado and f"{part['chosen_output'].item()}_moved" in part:
-            blocks.append(_tornado(part))
+        pair = dataset.isel(interface=place)
+        blocks += [heading(str(name), f"uncertain-{place + 1}"), *_of_interface(pair)]
+        if tornado and f"{pair['chosen_output'].item()}_moved" in pair:
+            blocks.append(_tornado(pair))
     words = "P(contact) over samples and motions with its bounds, and what the uncertain numbers contribute."
     notes = [*of_keys(dataset.attrs), *json.loads(dataset.attrs["assumptions"])]
     notes += [f"excluded: {words}" for words in json.loads(dataset.attrs.get("left_out", "[]"))]
@@ -191,101 +191,101 @@ def sheet(dataset: xr.Dataset, *, tornado: bool = False) -> list[Block]:
     return [*blocks, figure("uncertainty", lambda: uncertainty_figure(dataset), words, words), listing(notes)]
 
 
-def _of_interface(part: xr.Dataset) -> Iterator[Block]:
-    sentences = (part["sentence"].item(), samples_words(part), parts_words(part), part["narrowing"].item())
+def _of_interface(pair: xr.Dataset) -> Iterator[Block]:
+    sentences = (pair["sentence"].item(), samples_words(pair), parts_words(pair), pair["narrowing"].item())
     yield from (paragraph(words) for words in sentences if words)
-    yield _required(part)
-    yield _contact(part)
-    yield _parts(part)
-    fault = str(part["fragility_fault"].item())
-    yield paragraph(f"No fragilities: {fault}") if fault else _fragilities(part)
-    yield _indices(part)
-    if words := indices_words(part):
+    yield _required(pair)
+    yield _contact(pair)
+    yield _parts(pair)
+    fault = str(pair["fragility_fault"].item())
+    yield paragraph(f"No fragilities: {fault}") if fault else _fragilities(pair)
+    yield _indices(pair)
+    if words := indices_words(pair):
         yield paragraph(words)
 
 
-def _over_samples(part: xr.Dataset, name: str, unit: str) -> tuple[list[str], list[list[Cell]]]:
+def _over_samples(pair: xr.Dataset, name: str, unit: str) -> tuple[list[str], list[list[Cell]]]:
     """Heads and cells of the percentiles over the samples; none where motions are drawn with samples."""
-    if name not in part:
-        return [], [[] for _ in part[name.removesuffix("_of_samples")].values]
+    if name not in pair:
+        return [], [[] for _ in pair[name.removesuffix("_of_samples")].values]
     heads = [head(words, unit) for words in ("5 % of samples", "median", "95 %")]
-    values = part[name].sel(sample_percentile=[5.0, 50.0, 95.0]).transpose(..., "sample_percentile").values
-    return heads, [[probability(value) if unit == "%" else number(value, unit) for value in row] for row in values]
+    shares = pair[name].sel(sample_percentile=[5.0, 50.0, 95.0]).transpose(..., "sample_percentile").values
+    return heads, [[probability(share) if unit == "%" else number(share, unit) for share in row] for row in shares]
 
 
-def _required(part: xr.Dataset) -> Block:
+def _required(pair: xr.Dataset) -> Block:
     heads = [head("share", "%"), head("gap required", "m"), head("bounds", "m"), ""]
-    more, cells = _over_samples(part, "required_gap_of_samples", "m")
+    more, cells = _over_samples(pair, "required_gap_of_samples", "m")
     rows: list[Row] = []
-    for percentile, over in zip(part["percentile"].values, cells, strict=True):
-        one = part.sel(percentile=percentile)
-        bounded = "" if int(one["required_gap_bounded"]) else "the upper one is the largest seen"
-        bounds = joined(number(one["required_gap_low"], "m"), enough(float(one["required_gap_high"])))
-        rows.append([number(percentile), enough(float(one["required_gap"])), bounds, bounded, *over])
-    nominal = "Nominal gap, to which its scatter adds," if gap_scatter(part) > 0.0 else "Gap"
+    for percentile, over in zip(pair["percentile"].values, cells, strict=True):
+        need = pair.sel(percentile=percentile)
+        bounded = "" if int(need["required_gap_bounded"]) else "the upper one is the largest seen"
+        bounds = joined(number(need["required_gap_low"], "m"), enough(float(need["required_gap_high"])))
+        rows.append([number(percentile), enough(float(need["required_gap"])), bounds, bounded, *over])
+    nominal = "Nominal gap, to which its scatter adds," if gap_scatter(pair) > 0.0 else "Gap"
     return table(f"{nominal} required by a share of samples and motions together.", heads + more, rows)
 
 
-def _contact(part: xr.Dataset) -> Block:
+def _contact(pair: xr.Dataset) -> Block:
     """P(contact) at a few gaps, the judged one and the scene's own among them."""
-    gaps = part["gap"].values
-    own = [int(np.abs(gaps - float(part[name])).argmin()) for name in ("judged_gap", "scene_gap")]
-    places = sorted({*evenly(part.sizes["gap"], GAP_ROWS), *own})
-    nominal = gap_scatter(part) > 0.0
+    gaps = pair["gap"].values
+    own = [int(np.abs(gaps - float(pair[name])).argmin()) for name in ("judged_gap", "scene_gap")]
+    places = sorted({*evenly(pair.sizes["gap"], GAP_ROWS), *own})
+    nominal = gap_scatter(pair) > 0.0
     heads = [head("nominal gap" if nominal else "gap", "m"), head("P(contact)", "%")]
-    more, cells = _over_samples(part, "contact_probability_of_samples", "%")
+    more, cells = _over_samples(pair, "contact_probability_of_samples", "%")
     rows: list[Row] = []
     for place in places:
-        one = part.isel(gap=place)
-        share, low, high = (probability(one[f"contact_probability{end}"]) for end in ("", "_low", "_high"))
-        rows.append([number(one["gap"], "m"), share, joined(low, high), *cells[place]])
-    caption = f"P(contact) against the gap, over samples and motions. Gaps: {part['gap'].attrs['description']}."
+        at_gap = pair.isel(gap=place)
+        share, low, high = (probability(at_gap[f"contact_probability{end}"]) for end in ("", "_low", "_high"))
+        rows.append([number(at_gap["gap"], "m"), share, joined(low, high), *cells[place]])
+    caption = f"P(contact) against the gap, over samples and motions. Gaps: {pair['gap'].attrs['description']}."
     if nominal:
         caption += " The gap of each sample departs from a nominal one by the scatter that [uncertain] states."
     return table(caption, [*heads, head("bounds", "%"), *more], rows)
 
 
-def _parts(part: xr.Dataset) -> Block:
-    unit, output = str(part["dispersion"].attrs["units"]), str(part["chosen_output"].item())
+def _parts(pair: xr.Dataset) -> Block:
+    unit, output = str(pair["dispersion"].attrs["units"]), str(pair["chosen_output"].item())
     is_of_closing = output in OUTPUT_WORDS
-    whose = f"the logarithm of {closing_words(part)}" if is_of_closing else output.replace("_", " ")
+    whose = f"the logarithm of {closing_words(pair)}" if is_of_closing else output.replace("_", " ")
     rows: list[Row] = []
-    for name in part["component"].values:
-        one = part.sel(component=name)
-        rows.append([str(name), number(one["variance_share"], "%", 2), *with_bounds(one, "dispersion", unit, 4, 4)])
+    for name in pair["component"].values:
+        here = pair.sel(component=name)
+        rows.append([str(name), number(here["variance_share"], "%", 2), *with_bounds(here, "dispersion", unit, 4, 4)])
     heads = ["part", head("share", "%"), head("deviation", unit), head("bounds", unit)]
     return table(f"Parts of the variance of {whose}.", heads, rows)
 
 
-def _fragilities(part: xr.Dataset) -> Block:
+def _fragilities(pair: xr.Dataset) -> Block:
     heads = ["dispersion of", head("median", "m/s2"), head("bounds", "m/s2")]
     rows: list[Row] = []
-    for name in part["curve"].values:
-        if name == ALONE and "first_order_of_motions" in part:  # which drawn motions do not show
+    for name in pair["curve"].values:
+        if name == ALONE and "first_order_of_motions" in pair:  # which drawn motions do not show
             continue
-        one = part.sel(curve=name)
+        curve = pair.sel(curve=name)
         row: Row = [str(name)]
         for of, unit in (("fragility_median", "m/s2"), ("fragility_dispersion", "1")):
-            row += with_bounds(one, of, unit, 3, 3)
+            row += with_bounds(curve, of, unit, 3, 3)
         rows.append(row)
-    caption = f"Fragility of contact against {part['fragility_intensity'].item()}."
+    caption = f"Fragility of contact against {pair['fragility_intensity'].item()}."
     return table(caption, [*heads, "dispersion", "bounds"], rows)
 
 
-def _indices(part: xr.Dataset) -> Block:
+def _indices(pair: xr.Dataset) -> Block:
     """Indices of the output that the sentences are of, the largest first."""
-    output = str(part["chosen_output"].item())
-    one = part.sel(output=output)
+    output = str(pair["chosen_output"].item())
+    chosen = pair.sel(output=output)
     kinds = {"first_order": "first-order share", "total_order": "total share"}
-    kinds = {kind: words for kind, words in kinds.items() if kind in part}
+    kinds = {kind: words for kind, words in kinds.items() if kind in pair}
     heads = ["number", *(head(each, "%") for words in kinds.values() for each in (words, "bounds"))]
     rows: list[Row] = []
-    for place in np.argsort(-np.nan_to_num(one["first_order"].values, nan=-1.0)).tolist():
-        here = one.isel(uncertain_number=place)
+    for place in np.argsort(-np.nan_to_num(chosen["first_order"].values, nan=-1.0)).tolist():
+        here = chosen.isel(uncertain_number=place)
         cells = [cell for kind in kinds for cell in with_bounds(here, kind, "%", 2)]
         rows.append([str(here["uncertain_number"].item()), *cells])
-    if "first_order_of_motions" in one:
-        rows.append(["the motion", *with_bounds(one, "first_order_of_motions", "%", 2)])
+    if "first_order_of_motions" in chosen:
+        rows.append(["the motion", *with_bounds(chosen, "first_order_of_motions", "%", 2)])
     output_words = OUTPUT_WORDS.get(output, output.replace("_", " "))
     return table(f"Shares of the numbers in the variance of {output_words} over the samples.", heads, rows)
 
@@ -305,15 +305,15 @@ def check(given: Mapping[str, Any]) -> None:
         raise PoundingError(f"tornado: is over all motions, and one is drawn with each sample; {ALL_MOTIONS}")
 
 
-def _tornado(part: xr.Dataset) -> Block:
+def _tornado(pair: xr.Dataset) -> Block:
     """The output with each number alone at its 10 % and 90 % quantiles, the widest first."""
-    output = str(part["chosen_output"].item())
-    moved = part[f"{output}_moved"]
+    output = str(pair["chosen_output"].item())
+    moved = pair[f"{output}_moved"]
     unit = "%" if output == "contact_probability" else str(moved.attrs["units"])
     rows: list[Row] = []
     for place in np.argsort(-np.ptp(moved.values, axis=1), kind="stable").tolist():
-        values = moved.values[place].tolist()
-        rows.append([str(part["uncertain_number"].values[place]), *(number(value, unit) for value in values)])
+        ends = moved.values[place].tolist()
+        rows.append([str(pair["uncertain_number"].values[place]), *(number(end, unit) for end in ends)])
     heads = ["number", *(head(words, unit) for words in ("at 10 %", "all at medians", "at 90 %"))]
     caption = f"{OUTPUT_WORDS[output]} with each number alone at its 10 % and its 90 %."
     return table(caption[0].upper() + caption[1:], heads, rows)

@@ -89,8 +89,8 @@ def values(outcome: Verification) -> list[Block]:
     return [table(caption, HEADS, rows, keep=range(len(rows)))] if rows else []
 
 
-def _share(value: float) -> Cell:
-    return worded(value, share(value))
+def _share(ratio: float) -> Cell:
+    return worded(ratio, share(ratio))
 
 
 def _properties_in_short(outcome: Verification) -> Block:
@@ -119,7 +119,7 @@ def _ladder(outcome: Verification) -> list[Block]:
         return []
     rows = []
     for check in apart:
-        distances = (_share(abs(value / check.ours - 1.0)) for value in check.rungs[:-1])
+        distances = (_share(abs(ours / check.ours - 1.0)) for ours in check.rungs[:-1])
         rows.append((f"{check.source} ({check.case})", check.quantity, _share(check.difference), *distances))
     heads = ("source and case", "quantity", "difference", *(f"{rtol:.0e}" for rtol in RUNGS[:-1]))
     words = (
@@ -205,7 +205,7 @@ def _cases(outcome: Verification) -> list[Block]:
             ("known", about.basis if about.known == about.basis else f"{about.basis}: {about.known}"),
         ]
         rows += [("note", about.note)]
-        rows += [(value.quantity.replace("_", " "), value.note) for value in case.published if value.note]
+        rows += [(check.quantity.replace("_", " "), check.note) for check in case.published if check.note]
         unique = list(dict.fromkeys((name, words) for name, words in rows if words))
         blocks.append(facts("", unique))
     return blocks

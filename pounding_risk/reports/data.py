@@ -95,10 +95,10 @@ class ReportData:
     @cached_property
     def pairs(self) -> tuple[Pair, ...]:
         """Every interface with its assessment, left to right."""
-        parts = zip(self.assessment.interfaces, Results(self.results).interfaces, strict=True)
+        sides = zip(self.assessment.interfaces, Results(self.results).interfaces, strict=True)
         return tuple(
-            Pair(one.name, f"interface-{number}", one, at_amplitude(part.dataset, one.amplitude), f", motions {one.at}")
-            for number, (one, (_, part)) in enumerate(parts, start=1)
+            Pair(one.name, f"interface-{number}", one, at_amplitude(scan.dataset, one.amplitude), f", motions {one.at}")
+            for number, (one, (_, scan)) in enumerate(sides, start=1)
         )
 
     @property
@@ -135,7 +135,7 @@ class ReportData:
     @cached_property
     def records(self) -> dict[str, dict[str, Any]]:
         """Facts on each record, by its name."""
-        return {entry["name"]: entry for entry in self.facts("records", [])}
+        return {record["name"]: record for record in self.facts("records", [])}
 
     @property
     def law(self) -> str:
@@ -178,7 +178,7 @@ def opened(results: xr.Dataset | str | Path, options: Mapping[str, Any]) -> tupl
     if kind_of(whole) == "scan" and is_drawn_along(whole):
         check_scan(whole, source)
         known = ("gap", "confidence", "percentile", "target", "pga", "intensity_level")
-        assessed = assess_along(whole, **{name: value for name, value in options.items() if name in known})
+        assessed = assess_along(whole, **{name: option for name, option in options.items() if name in known})
         along = Along(assessed, usual_place(assessed))
         whole = whole.isel({axis: [place] for axis, place in along.place.places.items()})
     dataset = with_axes(whole, source)
@@ -209,12 +209,12 @@ def _check(dataset: xr.Dataset, whose: str) -> None:
 def companions(also: Iterable[xr.Dataset | str | Path]) -> dict[str, xr.Dataset]:
     """Datasets of other commands by the command's name; raises PoundingError for another, or two of one kind."""
     datasets: dict[str, xr.Dataset] = {}
-    for result in also:
-        if isinstance(result, str | Path):
-            whose = str(result)
-            dataset = open_results(result).assign_attrs(file=whose, sha256=checksum(Path(result)))
+    for other in also:
+        if isinstance(other, str | Path):
+            whose = str(other)
+            dataset = open_results(other).assign_attrs(file=whose, sha256=checksum(Path(other)))
         else:
-            whose, dataset = "a dataset", result
+            whose, dataset = "a dataset", other
         kind = kind_of(dataset)
         if kind not in BESIDE:
             raise PoundingError(f"{whose}: was written by none of {', '.join(BESIDE)}; leave it out")

@@ -31,7 +31,7 @@ def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = prin
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     study = runs.scene("paper")
-    damping = " and ".join(f"{100.0 * value:g} %" for value in sorted({one.damping for one in study.buildings}))
+    damping = " and ".join(f"{100.0 * ratio:g} %" for ratio in sorted({one.damping for one in study.buildings}))
     assumed = f"{damping} damping and F_E = {study.yield_force / 1e3:.0f} kN are not published, but assumed"
     say(f"The pair of Khatiwada et al. (2011) under El Centro 1940 at 0.5 g; {assumed}.")
     say("A first run compiles the solver, which takes some twenty seconds.")

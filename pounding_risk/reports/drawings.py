@@ -136,5 +136,5 @@ def footprints_of(street: str | Path, cases: Sequence[RowCase]) -> dict[Any, tup
         rings_of_row = of_row(footprints, str(case.results.attrs["title"]), names, Path(street))
         drawn |= {(number, name): rings for name, rings in zip(names, rings_of_row, strict=True)}
     shown = {id(rings) for rings in drawn.values()}
-    rest = {f"{of} {name}": rings for (of, name), rings in footprints.items() if id(rings) not in shown}
-    return drawn | rest
+    undrawn = {f"{of} {name}": rings for (of, name), rings in footprints.items() if id(rings) not in shown}
+    return drawn | undrawn

@@ -108,10 +108,10 @@ def view(
         )
     name = "pgas" if pgas else "intensity_levels"
     levels = [si(level, amplitudes.measure.quantity, name) for level in (*pgas, *intensity_levels)]
-    part = chosen(dataset, {"record": records, "contact_model": contact_models, amplitudes.axis: levels}, source)
-    _check_size(part, source)
+    shown = chosen(dataset, {"record": records, "contact_model": contact_models, amplitudes.axis: levels}, source)
+    _check_size(shown, source)
     plotly = _plotly()
-    page = script_page("explorer_page", page_model(part), plotly, plotly=plotly, pictures=row_pictures(part))
+    page = script_page("explorer_page", page_model(shown), plotly, plotly=plotly, pictures=row_pictures(shown))
     return write_file(target, page)
 
 
@@ -131,28 +131,27 @@ def chosen(dataset: xr.Dataset, selection: Mapping[str, Sequence[Any]], source: 
 
     Raises PoundingError for a value that is not there.
     """
-    for axis, values in selection.items():
-        if len(values) == 0:
+    for axis, wanted in selection.items():
+        if len(wanted) == 0:
             continue
         labels = np.atleast_1d(dataset[axis].values) if axis in dataset.coords else np.empty(0)
-        indices = [_place(Results(dataset).axis_name(axis), value, labels, source) for value in values]
+        indices = [_place(Results(dataset).axis_name(axis), label, labels, source) for label in wanted]
         if axis in dataset.dims:
             dataset = dataset.isel({axis: sorted(set(indices))})
     return dataset
 
 
-def _place(axis: str, value: Any, labels: np.ndarray, source: str) -> int:
+def _place(axis: str, label: Any, labels: np.ndarray, source: str) -> int:
     """Index of a value on an axis; amplitudes are equal where they agree to six digits."""
-    number = isinstance(value, float)
-    equal = np.isclose(labels.astype(float), value, rtol=1e-6, atol=0.0) if number and labels.size else labels == value
+    number = isinstance(label, float)
+    equal = np.isclose(labels.astype(float), label, rtol=1e-6, atol=0.0) if number and labels.size else labels == label
     if np.any(equal):
         return int(np.argmax(equal))
     names = [label_words(axis, label) for label in labels]
-    near = [] if number else get_close_matches(str(value), names, 1, 0.6)
+    near = [] if number else get_close_matches(str(label), names, 1, 0.6)
     meant = f"; did you mean {near[0]}?" if near else ""
-    value_words = label_words(axis, value)
     raise PoundingError(
-        f"{source}: holds no {TITLES.get(axis, axis_words(axis))} {value_words}; it holds "
+        f"{source}: holds no {TITLES.get(axis, axis_words(axis))} {label_words(axis, label)}; it holds "
         f"{listed(names, 8) or 'none'}{meant}"
     )
 
@@ -163,15 +162,15 @@ def _check_size(dataset: xr.Dataset, source: str) -> None:
     if cases <= MOST_CASES:
         return
     several = {axis: option for axis, option in OPTIONS.items() if dataset.sizes.get(axis, 1) > 1}
-    part = []
+    selection = []
     for axis, option in several.items():
         if left > MOST_CASES:
             label = label_words(Results(dataset).axis_name(axis), dataset[axis].values[0])
-            part.append(f'{option} "{label}"' if " " in label else f"{option} {label}")
+            selection.append(f'{option} "{label}"' if " " in label else f"{option} {label}")
             left //= dataset.sizes[axis]
     hint = "choose a place along an axis with --select" if open_axes(dataset) else "scan fewer gaps or yield forces"
     if left <= MOST_CASES:
-        hint = f"choose a part with {' or '.join(several.values())}, such as {' '.join(part)} ({left:,} cases)"
+        hint = f"choose a part with {' or '.join(several.values())}, such as {' '.join(selection)} ({left:,} cases)"
     of_all = " of all interfaces" if dataset.sizes.get("interface", 1) > 1 else ""
     raise PoundingError(
         f"{source}: {cases:,} cases{of_all} are more than the {MOST_CASES:,} that a page can hold; {hint}"
@@ -279,10 +278,10 @@ def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
     if axis in (of_scene := axes_by_name(dataset)):  # with the values that move with it
         # The first is named by the axis; samples by their number.
         moving = [
-            [value if key == axis else f"{key} {value}" for value in written_values(dataset, key)]
+            [label if key == axis else f"{key} {label}" for label in written_values(dataset, key)]
             for key in of_scene[axis].keys
         ]
-        words = [", ".join(parts) for parts in zip(*([words] if axis == SAMPLE else []), *moving, strict=True)]
+        words = [", ".join(row) for row in zip(*([words] if axis == SAMPLE else []), *moving, strict=True)]
     if axis == "yield_force" and np.isinf(finite_forces(dataset)).any():
         words = [COLUMNS if word == "none" else word for word in words]
     has_notes = axis == "record" and "record_event" in dataset.coords
@@ -301,21 +300,21 @@ def axes_by_name(dataset: xr.Dataset) -> dict[str, SceneAxis]:
     return {axis.name: axis for axis in axes_of(dataset) if axis.name in dataset.dims}
 
 
-def label_words(axis: str, value: Any) -> str:
+def label_words(axis: str, label: Any) -> str:
     """Label of a value on an axis: gaps in mm, yield forces in kN or "none", amplitudes in g.
 
     Levels of another measure, whose axis goes by its word, have their unit.
     """
-    if not isinstance(value, float):
-        return str(value)
+    if not isinstance(label, float):
+        return str(label)
     if axis == "yield_force":
-        return "none" if np.isinf(value) else f"{value / 1e3:.6g}"
+        return "none" if np.isinf(label) else f"{label / 1e3:.6g}"
     if axis == "gap":
-        return f"{value * 1e3:.6g}"
+        return f"{label * 1e3:.6g}"
     if axis == "pga":
-        return "as recorded" if np.isnan(value) else f"{value / STANDARD_GRAVITY:.6g} g"
+        return "as recorded" if np.isnan(label) else f"{label / STANDARD_GRAVITY:.6g} g"
     measure = read_measure(axis)
-    return f"{value:.6g}" if measure is None else say_level(value, measure.quantity)
+    return f"{label:.6g}" if measure is None else say_level(label, measure.quantity)
 
 
 def _facts(dataset: xr.Dataset) -> list[str]:

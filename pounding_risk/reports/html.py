@@ -37,8 +37,7 @@ def words(text: str) -> Markup:
     """Text as HTML: words in backquotes are code, F_E has its index; everything else is escaped."""
     from markupsafe import Markup, escape
 
-    plain = str(escape(text))
-    return Markup(_FORCE.sub("F<sub>E</sub>", _CODE.sub(r"<code>\1</code>", plain)))
+    return Markup(_FORCE.sub("F<sub>E</sub>", _CODE.sub(r"<code>\1</code>", str(escape(text)))))
 
 
 def fit(text: str) -> str:
@@ -69,13 +68,13 @@ def script_page(folder: str, model: Mapping[str, Any], library: str = "", **part
     return before + "".join(parts[key] + after for key, _, after in (piece.partition("}}") for piece in pieces))
 
 
-def packed(values: np.ndarray, kind: str) -> str:
+def packed(array: np.ndarray, kind: str) -> str:
     """An array as text: little-endian, first bytes of all numbers before their second bytes, deflated, base64.
 
     Bytes of the same significance are alike, so that the sorted ones take a half to a tenth of the room.
     """
     with np.errstate(over="ignore"):  # a number of a damaged file that is too large is infinite
-        plain = np.ascontiguousarray(values, dtype=f"<{kind}").reshape(-1)
+        plain = np.ascontiguousarray(array, dtype=f"<{kind}").reshape(-1)
     sorted_bytes = plain.view(np.uint8).reshape(-1, plain.itemsize).T.tobytes()
     return base64.b64encode(zlib.compress(sorted_bytes, 9)).decode("ascii")
 

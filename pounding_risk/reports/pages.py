@@ -34,12 +34,12 @@ def write_document(model: Document, target: Path) -> Path:
 
 def write_sheet_page(target: Path, title: str, blocks: Iterable[Block]) -> Path:
     """Write the blocks of a sheet, with their figures, as one HTML file."""
-    parts: list[Block] = []  # a paragraph of several lines is one for each line
+    lines: list[Block] = []  # a paragraph of several lines is one for each line
     for block in blocks:
         is_text = block["kind"] == "paragraph"
-        parts += [paragraph(line) for line in block["text"].split("\n") if line] if is_text else [block]
+        lines += [paragraph(line) for line in block["text"].split("\n") if line] if is_text else [block]
     about = "Seismic pounding of adjacent buildings"
-    return write_document(document_of(title.rstrip("."), about, [("answer", "Answer", parts)]), target)
+    return write_document(document_of(title.rstrip("."), about, [("answer", "Answer", lines)]), target)
 
 
 def verification_page(outcome: Verification, out: str | Path) -> Path:

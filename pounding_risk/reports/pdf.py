@@ -65,7 +65,7 @@ def _with_files(model: Document, root: Path) -> Document:
             return block
         file = f"{block['name']}.svg"
         (root / file).write_text(block["svg"], encoding="utf-8")
-        return {**{key: value for key, value in block.items() if key != "svg"}, "file": file}
+        return {**{key: content for key, content in block.items() if key != "svg"}, "file": file}
 
     sections = [{**section, "blocks": list(map(with_file, section["blocks"]))} for section in model["sections"]]
     return {**model, "sections": sections}

@@ -160,8 +160,8 @@ def _levels(run: xr.Dataset, axis: str) -> list[float]:
 
 def _facts_of_grid(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
     for words in along_words(dataset):
-        key, _, values = words.partition(": ")
-        yield key, values
+        key, _, extent = words.partition(": ")
+        yield key, extent
     for axis in ("setting", "effects", *axes_of_cases(dataset)):
         if axis in dataset.coords:
             name = Results(dataset).axis_name(axis)

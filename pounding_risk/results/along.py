@@ -37,13 +37,13 @@ class Stack:
         reduced = self.reduced() if whole else self.differing()
         return [[name, list(along), values.tolist()] for name, (along, values) in reduced.items()]
 
-    def _reduced(self, given: list[Any]) -> tuple[tuple[int, ...], NDArray[Any]]:
+    def _reduced(self, by_place: list[Any]) -> tuple[tuple[int, ...], NDArray[Any]]:
         """The axes along which values differ, and the values, with these axes first."""
-        if isinstance(given[0], np.ndarray):
-            values = np.stack(given).reshape(*self.shape, *given[0].shape)
+        if isinstance(by_place[0], np.ndarray):
+            values = np.stack(by_place).reshape(*self.shape, *by_place[0].shape)
         else:
-            values = np.empty(len(given), dtype=object)
-            values[:] = given
+            values = np.empty(len(by_place), dtype=object)
+            values[:] = by_place
             values = values.reshape(self.shape)
         along: list[int] = []
         for axis in reversed(range(len(self.shape))):
@@ -60,13 +60,13 @@ def _same(values: NDArray[Any], others: NDArray[Any]) -> bool:
     return bool(np.all((values == others) | (np.isnan(values) & np.isnan(others))))
 
 
-def leaves_of(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
+def leaves_of(nested: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
     """The values of nested tables with their paths; a list of plain values is one value."""
-    if isinstance(value, Mapping) and value:
-        for key, inner in value.items():
+    if isinstance(nested, Mapping) and nested:
+        for key, inner in nested.items():
             yield from leaves_of(inner, (*path, key))
-    elif isinstance(value, list | tuple) and any(isinstance(inner, Mapping) for inner in value):
-        for place, inner in enumerate(value):
+    elif isinstance(nested, list | tuple) and any(isinstance(inner, Mapping) for inner in nested):
+        for place, inner in enumerate(nested):
             yield from leaves_of(inner, (*path, place))
     else:
-        yield path, value
+        yield path, nested

@@ -20,9 +20,9 @@ FEW = 8  # values of a grid that a sentence lists
 QUANTITIES = {"pga": PGA, "gap": GAP, "yield_force": YIELD_FORCE}
 
 
-def own(value: float, quantity: Any) -> str:
+def own(stated: float, quantity: Any) -> str:
     """A value that a user has stated, with all its digits."""
-    return say(value, quantity, DIGITS)
+    return say(stated, quantity, DIGITS)
 
 
 class Amplitudes(NamedTuple):
@@ -37,30 +37,30 @@ class Amplitudes(NamedTuple):
         """The axis by the word of its measure: "pga", "sa(0.5 s)"."""
         return self.measure.intensity
 
-    def words(self, value: float) -> str:
+    def words(self, amplitude: float) -> str:
         """A value with its unit."""
-        return say_level(value, self.measure.quantity)
+        return say_level(amplitude, self.measure.quantity)
 
-    def place(self, asked: float | str | None) -> int | None:
+    def place(self, wanted: float | str | None) -> int | None:
         """Index of a value that is asked for [SI, or text with a unit]; None of none.
 
         Raises PoundingError for a value that is not there.
         """
-        if asked is None:
+        if wanted is None:
             return None
         name = "pga" if self.measure == PEAK else self.measure.words
-        value = si(asked, self.measure.quantity, name)
+        amplitude = si(wanted, self.measure.quantity, name)
         for place, known in enumerate(self.values):
-            if known is not None and abs(known - value) <= SAME * known:
+            if known is not None and abs(known - amplitude) <= SAME * known:
                 return place
         has = ", ".join(map(self.words, filter(None, self.values))) or "none: its motions have no amplitudes of a grid"
-        raise PoundingError(f"{name} {self.words(value)} is not in the dataset, which has {has}")
+        raise PoundingError(f"{name} {self.words(amplitude)} is not in the dataset, which has {has}")
 
 
 def check_pga(amplitudes: Amplitudes) -> None:
     """Raise PoundingError where amplitudes are of another measure than PGA."""
     if amplitudes.axis != PGA_AXIS:
-        known = ", ".join(amplitudes.words(value) for value in amplitudes.values if value is not None)
+        known = ", ".join(amplitudes.words(amplitude) for amplitude in amplitudes.values if amplitude is not None)
         raise PoundingError(
             f"pga: the motions of the dataset are scaled to {amplitudes.measure.words}; choose one of its levels, "
             f"{known}, by intensity_level (--intensity-level)"
@@ -104,39 +104,39 @@ def quantity_of(axis: str) -> Quantity | None:
     return QUANTITIES.get(axis) if measure is None else measure.quantity
 
 
-def place_of(axis: str, known: tuple[Any, ...], value: Any) -> int:
+def place_of(axis: str, known: tuple[Any, ...], wanted: Any) -> int:
     """Index of a value among those of an axis of `AXES`; a number in SI, or text with a unit.
 
     A number stands for the value that is as large, within 1e-9 of it. Raises PoundingError for what is not there.
     """
     quantity = quantity_of(axis)
     if quantity is not None:
-        value = si(value, quantity, axis_words(axis))
+        wanted = si(wanted, quantity, axis_words(axis))
     if known == (None,):
         raise PoundingError(
             "the scene scales its records to no PGA, so that there is none to choose; leave it out, or choose records"
         )
-    for index, level in enumerate(known):
-        if level == value or (quantity is not None and isclose(level, value, rel_tol=SAME)):
+    for index, label in enumerate(known):
+        if label == wanted or (quantity is not None and isclose(label, wanted, rel_tol=SAME)):
             return index
-    raise PoundingError(_absent(axis, known, value))
+    raise PoundingError(_absent(axis, known, wanted))
 
 
-def _absent(axis: str, known: tuple[Any, ...], value: Any) -> str:
+def _absent(axis: str, known: tuple[Any, ...], wanted: Any) -> str:
     quantity = quantity_of(axis)
     if quantity is None:
-        meant = nearest(str(value), known)
-        return f"{axis_words(axis)} {value!r} is not in the grid{meant}, which has {listed_values(axis, known)}"
-    written = say_level(value, quantity, 10)
-    beside = sorted(known, key=lambda level: abs(level - value) if not isinf(level) else inf)[:2]
+        meant = nearest(str(wanted), known)
+        return f"{axis_words(axis)} {wanted!r} is not in the grid{meant}, which has {listed_values(axis, known)}"
+    written = say_level(wanted, quantity, 10)
+    beside = sorted(known, key=lambda label: abs(label - wanted) if not isinf(label) else inf)[:2]
     close = f" (next to it are {listed_values(axis, sorted(beside))})" if len(known) > FEW else ""
     return f"{axis_words(axis)} {written} is not in the grid, which has {listed_values(axis, known)}{close}"
 
 
-def listed_values(axis: str, values: Sequence[Any]) -> str:
+def listed_values(axis: str, labels: Sequence[Any]) -> str:
     """Values of an axis in words: all where they are few, otherwise how many from which to which."""
     quantity = quantity_of(axis)
-    words = [str(value) if quantity is None else say_level(value, quantity, 10) for value in values]
+    words = [str(label) if quantity is None else say_level(label, quantity, 10) for label in labels]
     return short_list(words, FEW)
 
 

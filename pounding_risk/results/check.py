@@ -288,16 +288,16 @@ def _entry_faults(dataset: xr.Dataset, read: Mapping[str, Any]) -> Iterator[str]
         if lost:
             yield f"the attribute records says nothing of {', '.join(lost[:3])}"
     for name in ("motions_sha256", "versions", "notes", "unused_keys", "overrides"):
-        entries = read.get(name, [])
-        if not _is_texts(list(entries.values()) if isinstance(entries, dict) else entries):
+        texts = read.get(name, [])
+        if not _is_texts(list(texts.values()) if isinstance(texts, dict) else texts):
             yield f"the attribute {name} has an entry that is no text"
     for name in ("processing", "flags"):
         if not all(map(_is_texts, read.get(name, {}).values())):
             yield f"the attribute {name} holds something else than a list of sentences for each record"
 
 
-def _is_texts(entry: Any) -> bool:
-    return isinstance(entry, list) and all(isinstance(text, str) for text in entry)
+def _is_texts(texts: Any) -> bool:
+    return isinstance(texts, list) and all(isinstance(text, str) for text in texts)
 
 
 def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:

@@ -51,9 +51,9 @@ def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
     notes = [*_depth_words(*_deepest(run), lengths)]
     point = dict(zip(run["contact_point"].values, run["contact_point_interface"].values, strict=True))
     places = np.array([point[name] for name in run["contact_place"].values])
-    durations = (run["contact_end"] - run["contact_start"]).values
     for place, sides in enumerate(pairwise(study.buildings)):
-        short, here = shortest({one.name: one.period for one in sides if not one.is_rigid}), durations[places == place]
+        short = shortest({side.name: side.period for side in sides if not side.is_rigid})
+        here = (run["contact_end"] - run["contact_start"]).values[places == place]
         if short and here.size and (middle := float(np.median(here))) >= LONGEST_CONTACT * short[1]:
             notes.append(f"contacts last {say(middle, TIME, 3)}, {share_of(middle, *short)}: {PUSHING}")
     model = str(run.attrs.get("contact_model", ""))

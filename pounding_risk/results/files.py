@@ -286,8 +286,7 @@ class _Watched(BackendArray):
 def _watched(path: Path, array: xr.DataArray, chunks: dict[str, int] | None) -> xr.Variable:
     """The variable with its pieces watched, as a Dask array of the stored pieces where ``chunks`` is not None."""
     whole = array.variable
-    lazy = indexing.LazilyIndexedArray(_Watched(path, whole))
-    watched = xr.Variable(whole.dims, lazy, whole.attrs, whole.encoding)
+    watched = xr.Variable(whole.dims, indexing.LazilyIndexedArray(_Watched(path, whole)), whole.attrs, whole.encoding)
     if chunks is None or not whole.ndim:
         return watched
     return watched.chunk(dict(zip(whole.dims, whole.encoding["chunks"], strict=True)) | chunks)

@@ -126,11 +126,11 @@ def bumper_coordinate(study: Scene) -> dict[str, Any]:
 
 def building_coordinates(buildings: Sequence[Any]) -> dict[str, Any]:
     """Mass, first period and damping of each building; NaN for a rigid one."""
-    given = {}
+    facts = {}
     for name, words in (("mass", "mass"), ("period", "first period of vibration"), ("damping", "damping ratio")):
         column = [np.nan if building.is_rigid else getattr(building, name) for building in buildings]
-        given[f"building_{name}"] = column, f"{words} of the building"
-    return coordinates(given)
+        facts[f"building_{name}"] = column, f"{words} of the building"
+    return coordinates(facts)
 
 
 def _label(point: Point, names: Sequence[str]) -> str:
@@ -143,7 +143,7 @@ def _label(point: Point, names: Sequence[str]) -> str:
 def _of_buildings(buildings: Sequence[Any]) -> dict[str, tuple[Any, str]]:
     """Facts on each building and its storeys; NaN where a rigid one, or one without storeys, has no such value."""
     # A single mass counts as one storey.
-    storeys = [0 if one.is_rigid else len(getattr(one, "masses", (one.mass,))) for one in buildings]
+    storeys = [0 if building.is_rigid else len(getattr(building, "masses", (building.mass,))) for building in buildings]
     levels = np.full((len(buildings), max(1, *storeys)), np.nan)
     for place, building in enumerate(buildings):
         own_levels = list(accumulate(building.heights))
@@ -220,7 +220,7 @@ def with_drawn_motions(
 
     labels = case_coordinates(study, motions)
     axes = {"record", "polarity"}
-    of_motions = {name: one for name, one in labels.items() if axes & set(np.atleast_1d(one[0]))}
+    of_motions = {name: label for name, label in labels.items() if axes & set(np.atleast_1d(label[0]))}
     axis = study.grid.measure.axis
     facts = xr.Dataset(motion_spectra(motions), of_motions | {axis: labels[axis], "period": labels["period"]})
     places = {"record": drawn.records, "polarity": drawn.polarities}
@@ -284,8 +284,8 @@ def _known_of_records(motions: tuple[Motion, ...]) -> dict[str, tuple[Any, str]]
     """Magnitude, distance, vs30 and recording of each record; NaN where not known."""
 
     def known(key: str) -> list[float]:
-        values = [motion.record.get(key) for motion in motions]
-        return [np.nan if value in (None, "") else float(value) for value in values]
+        facts = [motion.record.get(key) for motion in motions]
+        return [np.nan if fact in (None, "") else float(fact) for fact in facts]
 
     numbers = recording_numbers([motion.record for motion in motions], [motion.name for motion in motions])
     station = "distance of the station from the earthquake, of the kind that the catalogue states"
@@ -363,8 +363,7 @@ def attributes(study: Scene, motions: tuple[Motion, ...], laws: Laws, solver: st
 
 def flags_of(study: Scene, motions: tuple[Motion, ...]) -> dict[str, str]:
     """The attribute of doubts about motions, for those that have any."""
-    flags = doubts_of(study, motions)
-    return {"flags": as_text({name: doubts for name, doubts in flags.items() if doubts})}
+    return {"flags": as_text({name: doubts for name, doubts in doubts_of(study, motions).items() if doubts})}
 
 
 def doubts_of(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tuple[str, ...]]:

@@ -107,14 +107,14 @@ class Results:
         return tuple((name, replace(self, dataset=self._interface(at))) for at, name in enumerate(names))
 
     def _interface(self, at: int) -> xr.Dataset:
-        dataset, part = self.dataset, {"interface": at, "building": slice(at, at + 2)}
+        dataset, places = self.dataset, {"interface": at, "building": slice(at, at + 2)}
         if "contact_point" in dataset.dims:
-            part["contact_point"] = np.flatnonzero(dataset["contact_point_interface"].values == at)
+            places["contact_point"] = np.flatnonzero(dataset["contact_point_interface"].values == at)
         gaps = self.gaps.isel(interface=at)
         if gaps.size > 1 and np.ptp(gaps.values) == 0.0:
-            part["gap"] = slice(*(self.scene_place + end for end in (0, 1)))
-            gaps = gaps.isel(gap=part["gap"])
-        whole = dataset.isel(part).assign_coords(gap=("gap", gaps.values, dataset["gap"].attrs))
+            places["gap"] = slice(*(self.scene_place + end for end in (0, 1)))
+            gaps = gaps.isel(gap=places["gap"])
+        whole = dataset.isel(places).assign_coords(gap=("gap", gaps.values, dataset["gap"].attrs))
         names = "yield_force", "contact_point_yield_force"
         if not set(names) <= set(whole.coords) or whole["yield_force"].shape != (1,):
             return whole
@@ -165,7 +165,7 @@ class Results:
     def recordings(self) -> NDArray[np.int64]:
         """The number of each record's recording; one are those that share an aftershock, or every bit of the motion."""
         names = list(map(str, self.dataset["record"].values))
-        facts = {entry.get("name"): entry for entry in read_attribute(self.dataset, "records", [])}
+        facts = {record.get("name"): record for record in read_attribute(self.dataset, "records", [])}
         digests = read_attribute(self.dataset, "motions_sha256", {})
         of_records = [facts.get(name, {}) for name in names]
         return recording_numbers(of_records, names, [str(digests.get(name, name)) for name in names])
@@ -193,8 +193,7 @@ class Results:
         """Gaps (gap, interface) [m] of a row: a grid may vary the gap of one interface only."""
         if "interface_gap" in self.dataset.variables:
             return self.dataset["interface_gap"].transpose("gap", "interface")
-        labels = self.dataset["interface"].values
-        return self.dataset["gap"].expand_dims(interface=labels).transpose("gap", "interface")
+        return self.dataset["gap"].expand_dims(interface=self.dataset["interface"].values).transpose("gap", "interface")
 
     @property
     def varied_interface(self) -> int:
@@ -358,8 +357,8 @@ class Results:
         records = self.scene.get("records", {})
         if "pga" in self.dataset.coords or "sa" not in records:
             return None
-        one = _level_of(records["sa"])
-        return one._replace(value=one.value * parse(records.get("scale", 1.0), SCALE))
+        level = _level_of(records["sa"])
+        return level._replace(value=level.value * parse(records.get("scale", 1.0), SCALE))
 
     @property
     def usual_intensity(self) -> str:
@@ -372,11 +371,11 @@ class Results:
             return self.measure.intensity
         if self.scaled_to is not None:
             return self.scaled_to.measure.intensity
-        measure = self.scene.get("records", {}).get("to_median")
-        if not isinstance(measure, dict) or "pga" in self.dataset.coords:
+        table = self.scene.get("records", {}).get("to_median")
+        if not isinstance(table, dict) or "pga" in self.dataset.coords:
             return "pga"
-        one = _level_of(measure).measure
-        return one.intensity if self.has_spectrum_at(one) else "pga"
+        measure = _level_of(table).measure
+        return measure.intensity if self.has_spectrum_at(measure) else "pga"
 
     @property
     def spectral_range(self) -> tuple[float, float] | None:
@@ -404,7 +403,7 @@ class Results:
         kind = str if quantity_of(self.axis_name(axis)) is None else float
         return tuple(map(kind, np.atleast_1d(self.dataset[axis].values)))
 
-    def place(self, axis: str, value: Any) -> int:
+    def place(self, axis: str, wanted: Any) -> int:
         """Index along an axis of a value as a user writes it, or of the scene's own where it is None.
 
         Of records and polarities, which a scene has several of, it is then the first. Raises PoundingError for a value
@@ -412,14 +411,14 @@ class Results:
         """
         name = self.axis_name(axis)
         if axis not in self.dataset.coords:
-            return 0 if value is None else place_of(name, (None,), value)
+            return 0 if wanted is None else place_of(name, (None,), wanted)
         if self.dataset[axis].dims not in ((), (axis,)):
-            if value is None:
+            if wanted is None:
                 return 0
             raise PoundingError(f"{axis_words(name)}: of each contact model there is one case; select by contact_model")
         known = self.values_along(axis)
-        if value is not None:
-            return place_of(name, known, value)
+        if wanted is not None:
+            return place_of(name, known, wanted)
         if len(known) == 1 or axis in ("record", "polarity"):
             return 0
         stated = self.scene_values
@@ -521,5 +520,5 @@ def one_case(
         raise PoundingError(f"pga: the amplitude is named by intensity_level, of {opened.measure.words}; leave pga out")
     check_scene(results)
     labels = (record, polarity, intensity_level if pga is None else pga, contact_model, gap, yield_force)
-    where = {axis: opened.place(axis, value) for axis, value in zip(axes_of_cases(results), labels, strict=True)}
+    where = {axis: opened.place(axis, label) for axis, label in zip(axes_of_cases(results), labels, strict=True)}
     return results.isel({axis: place for axis, place in where.items() if axis in results.dims})

@@ -141,7 +141,7 @@ def check_records(results: xr.Dataset, motions: Sequence[Motion]) -> list[str]:
     Raises PoundingError, with a sentence for each fault, where records are not those that the results name.
     """
     before = _checksums(results)
-    after = dict(one for motion in motions for one in _files_of({"sha256": "", **motion.record, "name": motion.name}))
+    after = dict(file for motion in motions for file in _files_of({"sha256": "", **motion.record, "name": motion.name}))
     faults = list(_changes(before, after))
     if faults:
         raise PoundingError(
@@ -159,7 +159,7 @@ def check_records(results: xr.Dataset, motions: Sequence[Motion]) -> list[str]:
 def _checksums(results: xr.Dataset) -> dict[str, str]:
     """SHA-256 of the file of each record, by the name of the record, and of the histories under it."""
     try:
-        return dict(one for record in read_attribute(results, "records", []) for one in _files_of(record))
+        return dict(file for record in read_attribute(results, "records", []) for file in _files_of(record))
     except (TypeError, KeyError, AttributeError):
         what = "the attribute records of the results holds no names and checksums"
         raise PoundingError(f"{what}: {CHANGED}") from None

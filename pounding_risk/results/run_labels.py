@@ -161,6 +161,6 @@ def run_coordinates(study: Scene, case: Case, time: Array) -> dict[str, Any]:
         "contact_point_yield_force": ("contact_point", forces[0], described("N", "yield force F_E")),
         "interface_gap": ("interface", list(case.gaps), described("m", "clear distance at rest")),
         **labels.bumper_coordinate(study),
-        "building": ("building", [one.name for one in buildings], {"long_name": "building, left to right"}),
+        "building": ("building", [building.name for building in buildings], {"long_name": "building, left to right"}),
         "time": ("time", time, described("s", "time since the start of the record")),
     }

@@ -15,6 +15,7 @@ from contextlib import suppress
 from copy import deepcopy
 from functools import reduce
 from hashlib import sha256
+from itertools import chain
 from math import inf, isclose
 from operator import getitem
 from typing import TYPE_CHECKING, Any
@@ -52,7 +53,7 @@ def axis_text(axes: Sequence[SceneAxis]) -> str:
     """The axes as an attribute."""
     return as_text(
         [
-            {"keys": list(axis.keys), "values": [list(values) for values in axis.values]}
+            {"keys": list(axis.keys), "values": [list(column) for column in axis.values]}
             | ({"dimension": axis.dimension} if axis.dimension else {})
             for axis in axes
         ]
@@ -64,9 +65,9 @@ def axes_of(dataset: xr.Dataset) -> tuple[SceneAxis, ...]:
     return read_scene_axes(dataset, _axis_of_entry)
 
 
-def _axis_of_entry(entry: Any) -> SceneAxis:
+def _axis_of_entry(table: Any) -> SceneAxis:
     """An axis of the attribute; raises ValueError or, as what it is made of, another error where it is damaged."""
-    keys, columns, dimension = entry["keys"], entry["values"], entry.get("dimension", "")
+    keys, columns, dimension = table["keys"], table["values"], table.get("dimension", "")
     is_sound = (
         isinstance(dimension, str)
         and isinstance(keys, list)
@@ -115,29 +116,28 @@ def _label_faults(dataset: xr.Dataset, axes: Sequence[SceneAxis]) -> Iterator[st
 
 def _variant_faults(variants: Mapping[str, list[Any]], shape: tuple[int, ...]) -> Iterator[str]:
     """Faults of what differs along axes of this shape: entries of a name, the axes, and values along these."""
-    for entries in variants.values():
-        for entry in entries:
-            if not isinstance(entry, list) or len(entry) != 3 or not isinstance(entry[0], str):
-                yield f"the attribute {VARIANTS} has an entry without a name, its axes and values"
-                continue
-            name, along, nested = entry
-            is_along = isinstance(along, list) and all(type(axis) is int and 0 <= axis < len(shape) for axis in along)
-            if not is_along or not _lies_along(nested, [shape[axis] for axis in along]):
-                yield f"the attribute {VARIANTS} has values of {name} that do not lie along its axes"
+    for variant in chain.from_iterable(variants.values()):
+        if not isinstance(variant, list) or len(variant) != 3 or not isinstance(variant[0], str):
+            yield f"the attribute {VARIANTS} has an entry without a name, its axes and values"
+            continue
+        name, along, nested = variant
+        is_along = isinstance(along, list) and all(type(axis) is int and 0 <= axis < len(shape) for axis in along)
+        if not is_along or not _lies_along(nested, [shape[axis] for axis in along]):
+            yield f"the attribute {VARIANTS} has values of {name} that do not lie along its axes"
 
 
 def _lies_along(nested: Any, shape: Sequence[int]) -> bool:
     """True for lists in lists of these lengths."""
     if not shape:
         return True
-    first, *rest = shape
-    return isinstance(nested, list) and len(nested) == first and all(_lies_along(inner, rest) for inner in nested)
+    length, *below = shape
+    return isinstance(nested, list) and len(nested) == length and all(_lies_along(inner, below) for inner in nested)
 
 
 def variants_of(dataset: xr.Dataset) -> dict[str, list[Any]]:
     """What else differs along the axes: lists of attributes and of tables; raises PoundingError where it is damaged."""
     variants = from_text(dataset.attrs.get(VARIANTS, "{}"))
-    if not isinstance(variants, dict) or not all(isinstance(entries, list) for entries in variants.values()):
+    if not isinstance(variants, dict) or not all(isinstance(listed, list) for listed in variants.values()):
         raise PoundingError(f"the attribute {VARIANTS} cannot be read: {DAMAGED}; {TAKE_ANOTHER}")
     return variants
 
@@ -382,8 +382,7 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
             f"{source}: has lost its {' and '.join(lost)}: select with a list, such as {lost[0]}=[...], or without "
             "drop=True, so that it is known what was selected"
         )
-    there = {*dataset.dims, *MAY_LACK}
-    missing = [dim for dim in (*axes, *PLACES) if dim in dataset.coords and dim not in there]
+    missing = [dim for dim in (*axes, *PLACES) if dim in dataset.coords and dim not in {*dataset.dims, *MAY_LACK}]
     if not missing:
         return _with_own_points(dataset)
     if elsewhere := [axis for axis in missing if dataset[axis].ndim]:
@@ -459,9 +458,9 @@ def selected(dataset: xr.Dataset, choices: Sequence[str], source: str = "the dat
         if not equals:
             raise PoundingError(f"--select {shown(text)} is not axis=value; write building.frame.period=0.5")
         key = address_of(parts_of(left)) or left.strip()
-        axis = next((one for one in axes_of(dataset) if key in one.names), None)
+        axis = next((axis for axis in axes_of(dataset) if key in axis.names), None)
         if axis is None:
-            known = [name for one in axes_of(dataset) for name in one.names]
+            known = [name for axis in axes_of(dataset) for name in axis.names]
             has = f"it has {', '.join(known)}" if known else "it has none"
             has += f"; {key} is chosen by {CHOSEN_BY[key]}" if key in CHOSEN_BY else ""
             raise PoundingError(f"--select {key}: {source} has no such axis{nearest(key, known)}; {has}")

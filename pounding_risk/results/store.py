@@ -44,21 +44,21 @@ class Blockwise(AbstractContextManager["Blockwise"]):
         self._held: dict[str, np.ndarray] = {}
         self._open = True
 
-    def write(self, batches: range, values: Mapping[str, np.ndarray]) -> None:
+    def write(self, batches: range, arrays: Mapping[str, np.ndarray]) -> None:
         """Write values of batches, each (batches, cases in a batch, extra sizes), of some of the variables or all.
 
         Batches that were written before are overwritten. Raises PoundingError where the disk is full; nothing is left
         then.
         """
         with self._guarded():
-            first = np.searchsorted([block.stop for block in self._blocks], batches.start, side="right")
-            for block in takewhile(lambda block: block.start < batches.stop, self._blocks[first:]):
-                part = range(max(batches.start, block.start), min(batches.stop, block.stop))
+            earliest = np.searchsorted([block.stop for block in self._blocks], batches.start, side="right")
+            for block in takewhile(lambda block: block.start < batches.stop, self._blocks[earliest:]):
+                shared = range(max(batches.start, block.start), min(batches.stop, block.stop))
                 if block != self._block:
                     self._flush(block)
-                for name, array in values.items():
-                    of_part = np.asarray(array)[part.start - batches.start : part.stop - batches.start]
-                    self._take(block, part, name, of_part)
+                for name, array in arrays.items():
+                    rows = np.asarray(array)[shared.start - batches.start : shared.stop - batches.start]
+                    self._take(block, shared, name, rows)
 
     def finish(self, attrs: Mapping[str, Any]) -> None:
         """Add attributes that are known at the end; the dataset is then complete, and under its final name.
@@ -82,14 +82,14 @@ class Blockwise(AbstractContextManager["Blockwise"]):
     def __exit__(self, *_: object) -> None:
         self.abandon()
 
-    def _take(self, block: range, part: range, name: str, values: np.ndarray) -> None:
+    def _take(self, block: range, batches: range, name: str, array: np.ndarray) -> None:
         whole = (len(block), self.template.width, *self.template.extra(name))
         dtype = self.template.cases[name].dtype
-        if values.shape != (len(part), *whole[1:]):
-            raise ValueError(f"{name} is {values.shape} for {len(part)} batches of {whole[1:]}")
-        if part == block:
+        if array.shape != (len(batches), *whole[1:]):
+            raise ValueError(f"{name} is {array.shape} for {len(batches)} batches of {whole[1:]}")
+        if batches == block:
             self._held.pop(name, None)
-            self._put(block, name, values.astype(dtype, casting="same_kind", copy=False))
+            self._put(block, name, array.astype(dtype, casting="same_kind", copy=False))
         else:
             if name not in self._held:
                 self._held[name] = (
@@ -97,13 +97,13 @@ class Blockwise(AbstractContextManager["Blockwise"]):
                     if self._written[name][block.start : block.stop].any()
                     else np.zeros(whole, dtype)
                 )
-            self._held[name][part.start - block.start : part.stop - block.start] = values
-        self._written[name][part.start : part.stop] = True
+            self._held[name][batches.start - block.start : batches.stop - block.start] = array
+        self._written[name][batches.start : batches.stop] = True
 
     def _flush(self, block: range) -> None:
         """Write the block that is collected, before another ``block`` is."""
-        for name, values in self._held.items():
-            self._put(self._block, name, values)
+        for name, array in self._held.items():
+            self._put(self._block, name, array)
         self._block, self._held = block, {}
 
     @contextmanager
@@ -125,10 +125,10 @@ class Blockwise(AbstractContextManager["Blockwise"]):
         """Slices of a block along the axes of a variable, and its sizes along them."""
         extra = self.template.extra(name)
         slices = tuple(place(self.template, block).values())
-        return (*slices, *(slice(None) for _ in extra)), (*(part.stop - part.start for part in slices), *extra)
+        return (*slices, *(slice(None) for _ in extra)), (*(extent.stop - extent.start for extent in slices), *extra)
 
     @abstractmethod
-    def _put(self, block: range, name: str, values: np.ndarray) -> None: ...
+    def _put(self, block: range, name: str, array: np.ndarray) -> None: ...
 
     @abstractmethod
     def _get(self, block: range, name: str) -> np.ndarray: ...
@@ -156,12 +156,12 @@ class Memory(Blockwise):
         sizes = tuple(self.template.skeleton.sizes[dim] for dim in self.template.dims)
         variables = {}
         for name, variable in self.template.cases.items():
-            values = self._arrays[name].reshape(*sizes, *self.template.extra(name))
-            variables[name] = ((*self.template.dims, *variable.dims), values, dict(variable.attrs))
+            array = self._arrays[name].reshape(*sizes, *self.template.extra(name))
+            variables[name] = ((*self.template.dims, *variable.dims), array, dict(variable.attrs))
         return self.template.skeleton.assign(variables).assign_attrs(self._attrs)
 
-    def _put(self, block: range, name: str, values: np.ndarray) -> None:
-        self._arrays[name][block.start : block.stop] = values
+    def _put(self, block: range, name: str, array: np.ndarray) -> None:
+        self._arrays[name][block.start : block.stop] = array
 
     def _get(self, block: range, name: str) -> np.ndarray:
         return self._arrays[name][block.start : block.stop].copy()
@@ -197,12 +197,12 @@ class OnDisk(Blockwise):
     def _chunked(self, name: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
         """The dimensions of a case variable, and the lengths of a block along them."""
         template, dims = self.template, (*self.template.dims, *self.template.cases[name].dims)
-        block = {axis: part.stop for axis, part in place(template, self._blocks[0]).items()}
+        block = {axis: extent.stop for axis, extent in place(template, self._blocks[0]).items()}
         return dims, tuple(block.get(dim, template.skeleton.sizes[dim]) for dim in dims)
 
-    def _put(self, block: range, name: str, values: np.ndarray) -> None:
+    def _put(self, block: range, name: str, array: np.ndarray) -> None:
         slices, sizes = self._where(block, name)
-        self._arrays[name][slices] = values.reshape(sizes)
+        self._arrays[name][slices] = array.reshape(sizes)
 
     def _get(self, block: range, name: str) -> np.ndarray:
         slices, _ = self._where(block, name)
@@ -317,7 +317,7 @@ class Zarr(OnDisk):
         import zarr
 
         arrays = (np.ndarray, np.generic)  # JSON has none
-        plain = {name: value.tolist() if isinstance(value, arrays) else value for name, value in attrs.items()}
+        plain = {name: attr.tolist() if isinstance(attr, arrays) else attr for name, attr in attrs.items()}
         self._group.attrs.update(plain)
         zarr.consolidate_metadata(self.partial, zarr_format=2)
         move_into_place(self.partial, self.target)

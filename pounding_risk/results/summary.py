@@ -108,14 +108,14 @@ def _along(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Each axis with several places: its values, in how many cases there is contact, and whether any output changes."""
     idle = without_effect(dataset)
     for axis in open_axes(dataset):
-        values = words_of_values(dataset, axis.name)
+        words = words_of_values(dataset, axis.name)
         shares = [
             float((dataset["impact_count"].isel({axis.name: place}) > 0).any("interface").mean())
             for place in range(dataset.sizes[axis.name])
         ]
         ends = " to ".join(dict.fromkeys(f"{100.0 * end:.3g} %" for end in (min(shares), max(shares))))
         effect = "no output depends on it" if axis.name in idle else f"contact in {ends} of cases"
-        yield axis.name, f"{values}; {effect}"
+        yield axis.name, f"{words}; {effect}"
 
 
 def counted(dataset: xr.Dataset) -> dict[str, int]:
@@ -165,8 +165,8 @@ class _Accumulator:
         self.values, self.least, self.largest = 0, inf, -inf
         self.sums: list[float] = []
 
-    def add(self, values: np.ndarray) -> None:
-        known = values[np.isfinite(values)]
+    def add(self, numbers: np.ndarray) -> None:
+        known = numbers[np.isfinite(numbers)]
         if known.size:
             self.values += known.size
             self.least, self.largest = min(self.least, float(known.min())), max(self.largest, float(known.max()))

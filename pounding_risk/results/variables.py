@@ -122,13 +122,13 @@ def own_dims(name: str) -> tuple[str, ...]:
     return tuple(dim for dim in declared.dims if dim not in AXES)
 
 
-def coordinates(given: Mapping[str, tuple[Any, str]], amplitudes: str = PGA_AXIS) -> dict[str, Any]:
+def coordinates(labels: Mapping[str, tuple[Any, str]], amplitudes: str = PGA_AXIS) -> dict[str, Any]:
     """Coordinates as xarray takes them, from values and words: dimensions and units are those declared here.
 
     ``amplitudes`` is the axis of the amplitudes.
     """
     coords = {}
-    for name, (values, words) in given.items():
+    for name, (values, words) in labels.items():
         dims, unit, _ = COORDINATES[name]
         about = {"long_name": words} if unit is None else described(unit, words)
         coords[name] = (tuple(amplitudes if dim == PGA_AXIS else dim for dim in dims), values, about)
@@ -143,7 +143,7 @@ def described(unit: str, words: str) -> dict[str, str]:
 ENDS = {"": "", "_low": "lower bound: ", "_high": "upper bound: "}
 
 
-def bounded(name: str, dims: Any, values: Iterable[Any], unit: str, words: str) -> dict[str, Any]:
+def bounded(name: str, dims: Any, columns: Iterable[Any], unit: str, words: str) -> dict[str, Any]:
     """Three variables, of a value, its lower and its upper bound."""
-    pairs = zip(ENDS.items(), values, strict=True)
+    pairs = zip(ENDS.items(), columns, strict=True)
     return {f"{name}{end}": (dims, column, described(unit, f"{bound}{words}")) for (end, bound), column in pairs}

@@ -132,7 +132,7 @@ def _check_document(path: Path, name: str, document: Any) -> None:
 def _is_attribute(value: Any) -> bool:
     """True for what netCDF can hold too: a text, a number, or a list of numbers or of texts."""
     if isinstance(value, list):
-        return bool(value) and (all(map(_is_number, value)) or all(isinstance(item, str) for item in value))
+        return bool(value) and (all(map(_is_number, value)) or all(isinstance(text, str) for text in value))
     return isinstance(value, str) or _is_number(value)
 
 
@@ -148,7 +148,7 @@ def _array_fault(document: Any) -> str:
     if not isinstance(dtype, str) or not DTYPE.fullmatch(dtype):
         return f"values of type {dtype!r} can hold code; allowed are numbers and texts of a fixed width"
     listed = filters if isinstance(filters, list) else [filters] if filters else []
-    if unknown := [_codec(entry) for entry in listed if not ("U" in dtype and _codec(entry) == TEXT_FILTER)]:
+    if unknown := [_codec(codec) for codec in listed if not ("U" in dtype and _codec(codec) == TEXT_FILTER)]:
         return f"the filter {unknown[0]} is not allowed; {f'{TEXT_FILTER} is' if 'U' in dtype else 'none is'}"
     if compressor is not None and _codec(compressor) not in COMPRESSORS:
         return f"the codec {_codec(compressor)} is not allowed; one of {', '.join(COMPRESSORS)} is"
@@ -161,14 +161,14 @@ def _array_fault(document: Any) -> str:
     return ""
 
 
-def _codec(entry: Any) -> str:
+def _codec(codec: Any) -> str:
     """The name of a codec, shortened where it is no name."""
-    name = entry.get("id") if isinstance(entry, dict) else entry
+    name = codec.get("id") if isinstance(codec, dict) else codec
     return name if isinstance(name, str) and len(name) < 40 else repr(name)[:40]
 
 
-def _sizes(entry: Any, least: int) -> bool:
-    return isinstance(entry, list) and all(type(size) is int and size >= least for size in entry)
+def _sizes(sizes: Any, least: int) -> bool:
+    return isinstance(sizes, list) and all(type(size) is int and size >= least for size in sizes)
 
 
 def _check_names(path: Path, documents: dict[str, dict[str, Any]]) -> None:

@@ -215,9 +215,9 @@ def taken_axes(raw: dict[str, Any], outside: Sequence[KeyPath], known: Known) ->
             axis = SceneAxis(tuple(m.key for m in members), tuple(m.values for m in members))
             placed.append(Placed(members[0].path, axis, tuple(target for m in members for target in m.targets)))
             first: dict[tuple[Any, ...], int] = {}
-            for place, values in enumerate(zip(*axis.values, strict=True)):
-                if first.setdefault(values, place) != place:
-                    sentence = f"{', '.join(map(shown, values))} stands twice; remove one"
+            for place, labels in enumerate(zip(*axis.values, strict=True)):
+                if first.setdefault(labels, place) != place:
+                    sentence = f"{', '.join(map(shown, labels))} stands twice; remove one"
                     wrong.append(Fault((*members[0].path, place), sentence))
     return tuple(placed), faults + wrong
 
@@ -234,23 +234,23 @@ def _values(value: Any, one: Callable[[Any, Number], Any]) -> tuple[Any, ...]:
         raise Unreadable(
             f"{shown(value)} is not a list; write a list of values, or {{start = ..., stop = ..., num = 11}}"
         )
-    several = [item for item in list_of(value, _EXAMPLE) if not is_single(item)]
+    several = [element for element in list_of(value, _EXAMPLE) if not is_single(element)]
     if several:
         raise Unreadable(
             f"{shown(several[0])} is no single value; of a list vary one value by its number from 1, such as "
             '"building.frame.storey_masses.2"'
         )
-    return tuple(one(item, parse) for item in value)
+    return tuple(one(element, parse) for element in value)
 
 
-def _twice(entries: Sequence[Entry]) -> Iterator[Fault]:
+def _twice(axes: Sequence[Entry]) -> Iterator[Fault]:
     """A fault for each axis that sets what another sets."""
     setters: dict[KeyPath, str] = {}
-    for entry in entries:
-        for target in entry.targets:
-            other = setters.setdefault(target, entry.key)
-            if other != entry.key or sum(one.key == entry.key for one in entries) > 1:
-                yield Fault(entry.path, f"sets what the axis {other} sets; remove one")
+    for axis in axes:
+        for target in axis.targets:
+            other = setters.setdefault(target, axis.key)
+            if other != axis.key or sum(beside.key == axis.key for beside in axes) > 1:
+                yield Fault(axis.path, f"sets what the axis {other} sets; remove one")
                 break
 
 
@@ -292,17 +292,17 @@ def axes_in_text(grid: Mapping[str, Any], known: Known) -> dict[str, Any]:
     written = dict(grid)
     nested = written.pop(AXES, {})
     written |= nested if isinstance(nested, Mapping) else {AXES: nested}
-    for key, value in written.items():
-        if key in known["grid"] or not isinstance(key, str) or not isinstance(value, Mapping | Sequence):
+    for key, stated in written.items():
+        if key in known["grid"] or not isinstance(key, str) or not isinstance(stated, Mapping | Sequence):
             continue
         target = likely_target(key, known)
         if not target:
             continue
         one = one_value(target, known)
-        if isinstance(value, Mapping):
-            written[key] = {end: inner if end == "num" else one(inner, si) for end, inner in value.items()}
-        elif not isinstance(value, str):
-            written[key] = [one(inner, si) for inner in value]
+        if isinstance(stated, Mapping):
+            written[key] = {end: inner if end == "num" else one(inner, si) for end, inner in stated.items()}
+        elif not isinstance(stated, str):
+            written[key] = [one(inner, si) for inner in stated]
     return written
 
 
@@ -313,23 +313,23 @@ def written_axes(axes: Sequence[SceneAxis]) -> dict[str, Any]:
     """The axes as [grid] has them; samples of uncertain numbers are none of its."""
     own = [axis for axis in axes if not axis.dimension]
     written: dict[str, Any] = {
-        key: list(values) for axis in own for key, values in zip(axis.keys, axis.values, strict=True)
+        key: list(labels) for axis in own for key, labels in zip(axis.keys, axis.values, strict=True)
     }
     together = [list(axis.keys) for axis in own if len(axis.keys) > 1]
     return written | ({ZIP: together} if together else {})
 
 
-def _is_axis(key: str, value: Any) -> bool:
+def _is_axis(key: str, stated: Any) -> bool:
     """True for a key of [grid] that is an axis of numbers, or says of them which move together."""
     own = Grid.model_fields.keys() - {AXES, ZIP}
-    return key not in own or (key in VARIED and isinstance(value, Mapping))
+    return key not in own or (key in VARIED and isinstance(stated, Mapping))
 
 
 def without_axes(tables: Mapping[str, Any]) -> dict[str, Any]:
     """The tables of a scene without the axes of numbers in [grid], and without uncertain numbers."""
     grid = tables.get("grid", {})
     others = {name: table for name, table in tables.items() if name != UNCERTAIN}
-    return {**others, "grid": {key: value for key, value in grid.items() if not _is_axis(key, value)}}
+    return {**others, "grid": {key: stated for key, stated in grid.items() if not _is_axis(key, stated)}}
 
 
 def keeping_axes(overrides: Sequence[str]) -> tuple[str, ...]:
@@ -391,8 +391,8 @@ def axis_faults(
     paths = {one.axis.name: one.path for one in placed}
     for axis, place, overrides in alone([one.axis for one in placed]):
         path = paths[axis.name]
-        value = ", ".join(shown(values[place]) for values in axis.values)
-        where = value
+        label = ", ".join(shown(labels[place]) for labels in axis.values)
+        where = label
         if axis.dimension:
             where = f"sample {place} ({', '.join(text.replace('=', ' = ', 1) for text in overrides)})"
         try:
@@ -400,7 +400,7 @@ def axis_faults(
         except SceneError as error:
             for fault in error.faults:
                 sentence = fault if axis.dimension else fault.removeprefix(f"--set {axis.name}: ")
-                named = not axis.dimension and sentence.startswith(value)
+                named = not axis.dimension and sentence.startswith(label)
                 yield Fault(path if axis.dimension else (*path, place), sentence if named else f"{where}: {sentence}")
             if axis.dimension:
                 return

@@ -55,15 +55,14 @@ MISSING_STIFFNESSES = (
 
 def _storeyed(quantity: Quantity, words: str, example: str, absent: str, missing: str = "") -> Key:
     """One value for all storeys, or a list with one for each, from the ground up."""
-    usual = shown([quantity.example] * 2)
 
     def read(value: Any, number: Number) -> tuple[float, ...] | float:
         if not isinstance(value, list):
             return number(value, quantity)
         if len(value) > MOST_STOREYS:
             raise Unreadable(f"the list has {len(value)} values, more than {MOST_STOREYS} storeys; check it")
-        values = list_of(value, f"a value for each storey, such as {usual}")
-        return tuple(each(values, lambda item: number(item, quantity)))
+        values = list_of(value, f"a value for each storey, such as {shown([quantity.example] * 2)}")
+        return tuple(each(values, lambda element: number(element, quantity)))
 
     def write(values: tuple[float, ...] | float) -> Any:
         if isinstance(values, tuple):
@@ -212,14 +211,14 @@ class AnyBuilding(Table):
 
     def by_floor(self, key: str, count: int) -> tuple[float, ...]:
         """The values of a key that has one for each of ``count`` storeys, or one for all."""
-        values = getattr(self, key)
-        return values if isinstance(values, tuple) else (values,) * count
+        by_storey = getattr(self, key)
+        return by_storey if isinstance(by_storey, tuple) else (by_storey,) * count
 
     def fields(self) -> dict[str, Any]:
         """The values of its keys under the names of a structure's fields."""
         own = {key: getattr(self, key) for key in self.keys() if key not in self.implied}
         support = Support(**{field: own.pop(key) for key, field in OF_GROUND.items()})
-        return {IN_STRUCTURES.get(key, key): value for key, value in own.items()} | {"support": support}
+        return {IN_STRUCTURES.get(key, key): setting for key, setting in own.items()} | {"support": support}
 
     def structure(self) -> Building | Storeys:
         """The building as the solvers take it; raises PoundingError for numbers that no building has."""

@@ -48,8 +48,8 @@ class SingleMass(MovingBuilding):
 
     def structure(self) -> Building:
         """The mass on its spring."""
-        values = self.fields() | {key: sum(self.by_floor(key, 1)) for key in building_keys.INITIAL}
-        return Building(**values | {"period": self.period or 2.0 * pi * sqrt(self.mass / self.stiffness)})
+        fields = self.fields() | {key: sum(self.by_floor(key, 1)) for key in building_keys.INITIAL}
+        return Building(**fields | {"period": self.period or 2.0 * pi * sqrt(self.mass / self.stiffness)})
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -126,15 +126,15 @@ class ShearBuilding(OfStoreys):
         """The shear building, with one value for each storey."""
         # Of initial states the slab is one more.
         counted = building_keys.LISTS if self.isolation else building_keys.OF_STOREYS
-        lists = [values for key in counted if isinstance(values := getattr(self, key), tuple) and values]
+        lists = [fields for key in counted if isinstance(fields := getattr(self, key), tuple) and fields]
         count = self.storeys or len(lists[0])
-        values = self.fields() | {
+        fields = self.fields() | {
             building_keys.IN_STRUCTURES[key]: self.by_floor(key, count) for key in building_keys.LISTS
         }
-        values = {key: value for key, value in values.items() if key not in building_keys.INITIAL}
-        if not values["stiffnesses"]:
-            values["stiffnesses"] = stiffnesses_for(values["masses"], list(accumulate(values["heights"])), self.period)
-        building = Storeys(**values)
+        fields = {key: setting for key, setting in fields.items() if key not in building_keys.INITIAL}
+        if not fields["stiffnesses"]:
+            fields["stiffnesses"] = stiffnesses_for(fields["masses"], list(accumulate(fields["heights"])), self.period)
+        building = Storeys(**fields)
         scaled = building.with_period(self.period) if self.period and self.storey_stiffnesses else building
         return self.completed(scaled)
 
@@ -199,9 +199,9 @@ class TypologyBuilding(OfStoreys):
 
     def structure(self) -> Storeys:
         """The shear building that is generated."""
-        values = self.fields() | {"period": self.period or None}
-        others = {field: values.pop(field) for field in ("support", "displacement_history", "column_strength")}
-        bare = generated(**{field: value for field, value in values.items() if field not in building_keys.INITIAL})
+        fields = self.fields() | {"period": self.period or None}
+        others = {field: fields.pop(field) for field in ("support", "displacement_history", "column_strength")}
+        bare = generated(**{field: setting for field, setting in fields.items() if field not in building_keys.INITIAL})
         return self.completed(replace(bare, **others))
 
 
@@ -317,14 +317,14 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
         stated["plan"] = tables_of(building.plans)
     for key in set(kind.key_names()) - implied:
         if key in building_keys.OF_GROUND:
-            value = getattr(building.support, building_keys.OF_GROUND[key])
+            setting = getattr(building.support, building_keys.OF_GROUND[key])
         else:
-            value = getattr(building, building_keys.IN_STRUCTURES.get(key, key))
-        is_usual = value == kind.model_fields[key].default and (
-            key in building_keys.OF_GROUND or value in (0.0, inf, ())
+            setting = getattr(building, building_keys.IN_STRUCTURES.get(key, key))
+        is_usual = setting == kind.model_fields[key].default and (
+            key in building_keys.OF_GROUND or setting in (0.0, inf, ())
         )
-        if not is_usual and (value or key not in building_keys.INITIAL):
-            stated[key] = value
+        if not is_usual and (setting or key not in building_keys.INITIAL):
+            stated[key] = setting
     if "floor_length" not in stated:
         stated.pop("wave_speed", None)
     return kind.from_values(stated)

@@ -50,18 +50,18 @@ def _read(value: Any, number: Number) -> Table | TableFile:
         name: partial(_column, quantity=quantity, number=number) for name, quantity in COLUMNS.items()
     }
     kinds |= {
-        "unloading_stiffness": lambda item: number(item, UNLOADING_STIFFNESS),
-        "file": lambda item: file_name(item, EXAMPLE),
+        "unloading_stiffness": lambda cell: number(cell, UNLOADING_STIFFNESS),
+        "file": lambda cell: file_name(cell, EXAMPLE),
     }
     needed = ("file",) if "file" in value else ("penetration", "force")
     takes = "a table takes file, or penetration, force and unloading; and unloading_stiffness"
-    values = options(value, kinds, needed, lambda name: f"missing; write {POINTS}", takes)
-    if "file" in values:
-        if twice := [name for name in COLUMNS if name in values]:
+    columns = options(value, kinds, needed, lambda name: f"missing; write {POINTS}", takes)
+    if "file" in columns:
+        if twice := [name for name in COLUMNS if name in columns]:
             raise Several([((name,), "the file has the points; remove one of the two") for name in twice])
-        return TableFile(**values)
+        return TableFile(**columns)
     try:
-        return table_of(**values)
+        return table_of(**columns)
     except TableError as error:
         raise Several([((), sentence) for sentence in error.sentences]) from None
 
@@ -69,17 +69,17 @@ def _read(value: Any, number: Number) -> Table | TableFile:
 def _column(value: Any, quantity: Quantity, number: Number) -> list[float]:
     if not isinstance(value, list) or len(value) > MOST_POINTS:
         raise Unreadable(f"{shown(value)} is not a list of up to {MOST_POINTS} values; write {POINTS}")
-    return each(value, lambda item: number(item, quantity))
+    return each(value, lambda cell: number(cell, quantity))
 
 
-def _write(value: Table | TableFile | None) -> Any:
+def _write(table: Table | TableFile | None) -> Any:
     """As a scene file has it; points exactly."""
-    if isinstance(value, TableFile):
-        stiffness = value.unloading_stiffness
-        return value.file if stiffness is None else {"file": value.file, **_stiffness(stiffness)}
-    if value is None:
-        return value
-    points: Points = value.points
+    if isinstance(table, TableFile):
+        stiffness = table.unloading_stiffness
+        return table.file if stiffness is None else {"file": table.file, **_stiffness(stiffness)}
+    if table is None:
+        return table
+    points: Points = table.points
     columns = {name: getattr(points, name) for name in COLUMNS}
     written = {
         name: [exact(number, COLUMNS[name]) for number in numbers]
@@ -89,8 +89,8 @@ def _write(value: Table | TableFile | None) -> Any:
     return written if points.unloading_stiffness is None else written | _stiffness(points.unloading_stiffness)
 
 
-def _stiffness(value: float) -> dict[str, Any]:
-    return {"unloading_stiffness": exact(value, UNLOADING_STIFFNESS)}
+def _stiffness(stiffness: float) -> dict[str, Any]:
+    return {"unloading_stiffness": exact(stiffness, UNLOADING_STIFFNESS)}
 
 
 FORCE_TABLE = Key(

@@ -112,8 +112,8 @@ class HysteresisTable(Table):
     def of(cls, hysteresis: Hysteresis) -> Any:
         """The table of a law, what differs from the defaults stated."""
         usual = {field.name: field.default for field in fields(Hysteresis)}
-        values = {key: getattr(hysteresis, key) for key in cls.key_names()}
-        return cls.from_values({key: value for key, value in values.items() if value != usual[key]})
+        parameters = {key: getattr(hysteresis, key) for key in cls.key_names()}
+        return cls.from_values({key: parameter for key, parameter in parameters.items() if parameter != usual[key]})
 
     def law(self) -> Hysteresis:
         """The hysteresis as storeys of `models.structures` have it."""

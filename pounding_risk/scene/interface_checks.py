@@ -50,8 +50,7 @@ ROW_KEYS = {"floor_depth", "displacement_history"}  # of buildings, likewise
 
 def varied(draft: Draft) -> set[Any]:
     """Keys of interfaces that are axes of the grid, or uncertain."""
-    placed = (*draft.axes, *draft.uncertain)
-    return {target[-1] for one in placed for target in one.targets if target[0] == "interface"}
+    return {target[-1] for one in (*draft.axes, *draft.uncertain) for target in one.targets if target[0] == "interface"}
 
 
 def _has_storeys(keys: Section) -> bool:

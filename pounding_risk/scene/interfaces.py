@@ -85,8 +85,8 @@ class GivenRestitution(NamedTuple):
 
     def written(self) -> Any:
         """As a scene file has it."""
-        value = self.words if self.words in NAMED or is_ratio(self.words) else self.rule.c0
-        return value if self.relation == AS_PUBLISHED else {"value": value, "relation": self.relation}
+        ratio = self.words if self.words in NAMED or is_ratio(self.words) else self.rule.c0
+        return ratio if self.relation == AS_PUBLISHED else {"value": ratio, "relation": self.relation}
 
 
 def said_restitution(words: str) -> str:
@@ -167,12 +167,12 @@ LAW_NAMES = several(
 def _contact_points(value: Any, number: Number) -> tuple[tuple[float, float], ...]:
     """The floor numbers of a scene's own contact points: (left, right) of each, in ascending order."""
 
-    def meeting(item: Any) -> tuple[float, float]:
-        if not isinstance(item, dict):
-            raise Unreadable(f"{shown(item)} is not a contact point; write {MEETING}")
+    def meeting(point: Any) -> tuple[float, float]:
+        if not isinstance(point, dict):
+            raise Unreadable(f"{shown(point)} is not a contact point; write {MEETING}")
         sides = {"left": _floor, "right": _floor}
         missing, takes = f"missing; write {MEETING}", "a contact point has left and right"
-        floors = options(item, sides, tuple(sides), lambda side: missing, takes)
+        floors = options(point, sides, tuple(sides), lambda side: missing, takes)
         return floors["left"], floors["right"]
 
     return tuple(sorted(each(list_of(value, f"contact = [{MEETING}]"), meeting, distinct=True)))
@@ -362,27 +362,26 @@ def with_stiffness_unit(table: dict[str, Any]) -> dict[str, Any]:
     if name is None:
         raise SceneError("Interface", ["stiffness: a number without a unit; write contact_model too"])
     # For a model that takes none or is not there the unit does not count: the checks of the scene report it.
-    law = LAWS.get(str(name), LAWS["hertz"])
-    return table | {"stiffness": exact(float(stiffness), stiffness_quantity(law))}
+    return table | {"stiffness": exact(float(stiffness), stiffness_quantity(LAWS.get(str(name), LAWS["hertz"])))}
 
 
 def _keys_of_law(law: Any) -> dict[str, Any]:
     """The keys that a contact law stands for."""
     kind = type(law)
-    values: dict[str, Any] = law._asdict() if isinstance(law, tuple) and hasattr(law, "_asdict") else {}
+    fields: dict[str, Any] = law._asdict() if isinstance(law, tuple) and hasattr(law, "_asdict") else {}
     if name_of(kind) not in CONTACT_MODELS:
         raise SceneError("Interface", [f"law: {shown(law)} is not a contact law; it may be one of pounding_risk.laws"])
-    keyless = values.keys() - {"stiffness", *PARAMETERS}
-    lost = [f"{key} = {values[key]:g}" for key in sorted(keyless) if values[key] != kind._field_defaults.get(key)]
+    keyless = fields.keys() - {"stiffness", *PARAMETERS}
+    lost = [f"{key} = {fields[key]:g}" for key in sorted(keyless) if fields[key] != kind._field_defaults.get(key)]
     if lost:
         sentence = (
             f"law: {', '.join(lost)} of {kind.__name__} would be lost, as no key of a scene has it; make it the "
             "default of the field, or a law of its own"
         )
         raise SceneError("Interface", [sentence])
-    if values.get("stiffness") == getattr(values.get("table"), "stiffness", None):
-        del values["stiffness"]  # that of its table
+    if fields.get("stiffness") == getattr(fields.get("table"), "stiffness", None):
+        del fields["stiffness"]  # that of its table
     return {
         "contact_model": name_of(kind),
-        **{key: value for key, value in values.items() if key in ("stiffness", *PARAMETERS)},
+        **{key: field for key, field in fields.items() if key in ("stiffness", *PARAMETERS)},
     }

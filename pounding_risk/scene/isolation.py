@@ -59,7 +59,7 @@ class Isolation(Table):
     @classmethod
     def of(cls, isolators: Isolators) -> Any:
         """The table of isolators, every value stated that they have."""
-        return cls.from_values({key: value for key, value in vars(isolators).items() if value is not None})
+        return cls.from_values({key: parameter for key, parameter in vars(isolators).items() if parameter is not None})
 
     def isolators(self) -> Isolators:
         """The isolators as buildings of `models.structures` have them."""

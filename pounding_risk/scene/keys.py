@@ -180,8 +180,7 @@ class Table(BaseModel):
     @cache
     def keys(cls) -> dict[str, Key]:
         """The declarations of its keys by name; a field without one is no key."""
-        fields = cls.model_fields.items()
-        return {name: key for name, about in fields for key in about.metadata if isinstance(key, Key)}
+        return {name: key for name, about in cls.model_fields.items() for key in about.metadata if isinstance(key, Key)}
 
     @classmethod
     def key_names(cls) -> list[str]:
@@ -240,14 +239,14 @@ def in_text(keys: Mapping[str, Key], table: Mapping[str, Any]) -> dict[str, Any]
     """
     written = {}
     for name, value in table.items():
-        written[name] = given = plain(value)
+        written[name] = bare = plain(value)
         if name not in keys:
             continue
         with suppress(ValueError):
-            keys[name].read(given, parse)
+            keys[name].read(bare, parse)
             continue
         with suppress(ValueError):
-            written[name] = keys[name].write(keys[name].read(given, si))
+            written[name] = keys[name].write(keys[name].read(bare, si))
     return written
 
 
@@ -459,8 +458,8 @@ def several(name: str, read_one: Read, words: str, example: str, absent: str) ->
     """A list of names, each there once, of the key of this name."""
 
     def read(value: Any, number: Number) -> tuple[Any, ...]:
-        values = list_of(value, f"{name} = {example}")
-        return tuple(each(values, lambda item: read_one(item, number), distinct=True))
+        elements = list_of(value, f"{name} = {example}")
+        return tuple(each(elements, lambda element: read_one(element, number), distinct=True))
 
     return Key(words, read, example, absent, write=list, schema={"type": "array", "items": {"type": "string"}})
 
@@ -477,10 +476,10 @@ def axis(quantity: Quantity, words: str, example: str, absent: str) -> Key:
                 f"{shown(value)} is not a list; write a list such as [{shown(usual)}], "
                 f"or {{start = ..., stop = {shown(usual)}, num = 11}}"
             )
-        items = list_of(value, f"a list such as [{shown(usual)}]")
-        values = each(items, lambda item: number(item, quantity), distinct=True)
+        elements = list_of(value, f"a list such as [{shown(usual)}]")
+        values = each(elements, lambda element: number(element, quantity), distinct=True)
         if any(after < before for before, after in pairwise(values)):
-            order = [item for _, item in sorted(zip(values, value, strict=True), key=lambda pair: pair[0])]
+            order = [element for _, element in sorted(zip(values, value, strict=True), key=lambda pair: pair[0])]
             raise Unreadable(f"the values are not in ascending order; write {shown(order)}")
         return tuple(values)
 
@@ -558,7 +557,7 @@ def inline(kind: type[Table], name: str, value: Any, number: Number, example: st
     if not isinstance(value, dict):
         raise Unreadable(f"{shown(value)} is not a table; write {example}")
     keys = kind.keys()
-    kinds = {key: lambda item, one=one: one.read(item, number) for key, one in keys.items()}
+    kinds = {key: lambda stated, one=one: one.read(stated, number) for key, one in keys.items()}
     return kind.from_values(
         options(value, kinds, kind.required(), lambda key: keys[key].lacks(key), f"{name} takes {', '.join(kinds)}")
     )
@@ -587,16 +586,16 @@ def options(
         Which keys it takes, for one that is not known.
     """
     faults: list[tuple[KeyPath, str]] = []
-    values: dict[str, Any] = {}
+    settings: dict[str, Any] = {}
     for key in [*value, *(key for key in needed if key not in value)]:
         try:
             if key not in kinds:
                 raise Unreadable(f"unknown key{nearest(key, kinds)}; {takes}")
             if key not in value:
                 raise Unreadable(missing(key))
-            values[key] = kinds[key](value[key])
+            settings[key] = kinds[key](value[key])
         except ValueError as error:
             faults += located(error, key)
     if faults:
         raise Several(faults)
-    return values
+    return settings

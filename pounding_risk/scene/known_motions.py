@@ -116,18 +116,18 @@ def _samples(rows: Sequence[tuple[int, list[str]]], units: Sequence[str], faults
         plain = np.array([cells for _, cells in rows], dtype=np.float64).reshape(len(rows), len(units)) * factors
         if np.isfinite(plain).all() and (plain[:, 0] >= 0.0).all():
             return plain
-    values = np.zeros((len(rows), len(units)))
+    samples = np.zeros((len(rows), len(units)))
     for number, (line, cells) in enumerate(rows):
         if words := uneven(cells, units):
             faults.append(f"line {line}: {words}")
         for place, (cell, unit, quantity) in enumerate(zip(cells, units, quantities, strict=False)):
             try:
-                values[number, place] = parse_cell(cell, unit, quantity)
+                samples[number, place] = parse_cell(cell, unit, quantity)
             except QuantityError as error:
                 faults.append(f"line {line}: {error}")
         if len(faults) >= MOST_FAULTS:
             break
-    return values
+    return samples
 
 
 def _of_times(times: NDArray[np.float64], lines: Sequence[int]) -> list[str]:

@@ -116,7 +116,7 @@ def _modes_of(path: Path) -> ModeTable:
                 "and so on"
             )
         columns[name] = [_cell(row, row.cells[index], unit, quantity, head) for row in table.rows]
-    periods = columns.get("period") or [1.0 / value for value in columns.get("frequency", ())]
+    periods = columns.get("period") or [1.0 / frequency for frequency in columns.get("frequency", ())]
     floors = [f"floor {number}" for number in range(1, 1 + sum(name.startswith("floor ") for name in columns))]
     if not periods or not floors or not set(floors) <= set(columns) or {"period", "frequency"} <= set(columns):
         raise table.head_row.fault(f"needs one of period and frequency, and a column for each floor: '{MODES_HEAD}'")
@@ -226,35 +226,35 @@ def _read_modes(value: Any, number: Number) -> ModeTable | ModesFile:
         raise Unreadable(f'{shown(value)} has no modes; write a file, "modes.csv", or {MODES_INLINE}')
 
     def several(quantity: Quantity) -> Any:
-        return lambda item: tuple(
-            each(list_of(item, f"a list such as [{shown(quantity.example)}]"), lambda one: number(one, quantity))
+        return lambda listed: tuple(
+            each(list_of(listed, f"a list such as [{shown(quantity.example)}]"), lambda cell: number(cell, quantity))
         )
 
     kinds = {
         "period": several(PERIOD),
-        "shape": lambda item: tuple(_rows(item)),
+        "shape": lambda listed: tuple(_rows(listed)),
         "damping": several(DAMPING),
         "effective_mass": several(FLOOR_MASS),
     }
     takes = "modes take period, shape, damping and effective_mass, each a list with one for each mode"
-    given = options(value, kinds, ("period", "shape"), lambda key: f"missing; write {MODES_INLINE}", takes)
-    table = ModeTable(given["period"], given["shape"], given.get("damping", ()), given.get("effective_mass", ()))
-    wrong = [key for key, values in given.items() if len(values) != len(table.periods)]
+    modes = options(value, kinds, ("period", "shape"), lambda key: f"missing; write {MODES_INLINE}", takes)
+    table = ModeTable(modes["period"], modes["shape"], modes.get("damping", ()), modes.get("effective_mass", ()))
+    wrong = [key for key, column in modes.items() if len(column) != len(table.periods)]
     if wrong:
-        raise Unreadable(f"{len(given[wrong[0]])} of {wrong[0]} for {len(table.periods)} periods; {takes}")
+        raise Unreadable(f"{len(modes[wrong[0]])} of {wrong[0]} for {len(table.periods)} periods; {takes}")
     return table
 
 
-def _write_modes(value: ModeTable | ModesFile) -> Any:
-    if isinstance(value, ModesFile):
-        return value.file
+def _write_modes(modes: ModeTable | ModesFile) -> Any:
+    if isinstance(modes, ModesFile):
+        return modes.file
     written: dict[str, Any] = {
-        "period": [f"{period!r} s" for period in value.periods],
-        "shape": [list(shape) for shape in value.shapes],
-        "damping": list(value.dampings),
-        "effective_mass": [f"{mass!r} kg" for mass in value.effective_masses],
+        "period": [f"{period!r} s" for period in modes.periods],
+        "shape": [list(shape) for shape in modes.shapes],
+        "damping": list(modes.dampings),
+        "effective_mass": [f"{mass!r} kg" for mass in modes.effective_masses],
     }
-    return {key: values for key, values in written.items() if values}
+    return {key: column for key, column in written.items() if column}
 
 
 MODES = Key(

@@ -184,15 +184,15 @@ class MatrixBuilding(FlooredBuilding):
                 reduced = condensed_model(model, self.interior_modes)
         except PoundingError as error:
             raise PoundingError(f"{self.name}: {error}") from None
-        values = self.floors(len(model.floors)) | {
+        fields = self.floors(len(model.floors)) | {
             "damping_rule": BY_MATRIX if self.damping_matrix else self.damping_rule
         }
         for field, matrix in zip(("stiffness_matrix", "mass_matrix", "damping_matrix"), reduced, strict=False):
-            values[field] = tuple(map(tuple, matrix.tolist()))
+            fields[field] = tuple(map(tuple, matrix.tolist()))
         if reduced.driven.size:
             masses = tuple(reduced.driven.tolist())
-            values |= {"masses": masses[: len(model.floors)], "interior_masses": masses[len(model.floors) :]}
-        building = Storeys(**values)
+            fields |= {"masses": masses[: len(model.floors)], "interior_masses": masses[len(model.floors) :]}
+        building = Storeys(**fields)
         if model.masses.size and not whole:
             condensation = condensation_of(model, reduced.motions, building.vibration())
             building = replace(building, condensation=condensation)
@@ -293,13 +293,13 @@ class ModalBuilding(FlooredBuilding):
 
     def structure(self) -> Storeys:
         """Its floors, with the matrices of its modes."""
-        values = self.floors(len(self.modes.shapes[0]))
-        masses = np.array(values["masses"])
+        fields = self.floors(len(self.modes.shapes[0]))
+        masses = np.array(fields["masses"])
         try:
             stiffness, dashpots = assembled(self.modes, masses, self.damping, self.residual_period)
         except PoundingError as error:
             raise PoundingError(f"{self.name}: {error}") from None
         if dashpots is not None:
-            values["damping_rule"] = BY_MATRIX
-            values["damping_matrix"] = tuple(map(tuple, dashpots.tolist()))
-        return self.completed(Storeys(**values, stiffness_matrix=tuple(map(tuple, stiffness.tolist()))))
+            fields["damping_rule"] = BY_MATRIX
+            fields["damping_matrix"] = tuple(map(tuple, dashpots.tolist()))
+        return self.completed(Storeys(**fields, stiffness_matrix=tuple(map(tuple, stiffness.tolist()))))

@@ -41,8 +41,7 @@ def gathered(study: Scene) -> MotionEnsemble:
     faults = conflicts(stated_keys, grid_pga=has_pga and study.records.pga is None, is_factor=is_factor)
     if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
         raise SceneError(study.source, sentences)
-    request = request_of(study)
-    ensemble = read_ensemble(request, study.folder, scaled=grid.amplitudes == (None,) or is_factor)
+    ensemble = read_ensemble(request_of(study), study.folder, scaled=grid.amplitudes == (None,) or is_factor)
     motions = _followed(study, _with_own(study, ensemble.motions))
     motions = with_histories(study, for_buildings(motions, study))
     ensemble = ensemble._replace(motions=motions)

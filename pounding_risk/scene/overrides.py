@@ -27,7 +27,7 @@ def override(raw: dict[str, Any], text: str, known: Mapping[str, Container[str]]
 
     Raises SceneError where the path does not lead anywhere.
     """
-    parts, value = _assignment(text, source)
+    parts, setting = _assignment(text, source)
     label = f"--set {'.'.join(parts)}"
     if len(parts) < 2:
         advice = 'write section.key=value, such as interface.gap="20 mm"'
@@ -49,7 +49,7 @@ def override(raw: dict[str, Any], text: str, known: Mapping[str, Container[str]]
     set_paths: list[KeyPath] = []
     for path in paths:
         target = elements[path[1]] if len(path) > 1 else elements
-        below = _assign(target, keys, value)
+        below = _assign(target, keys, setting)
         if isinstance(below, str):
             raise SceneError(source, [f"{label}: {below}"])
         set_paths.append((*path, *below))
@@ -102,18 +102,18 @@ def _chosen(
     section: str, names: list[str | None], keys: list[str], known: Container[str]
 ) -> tuple[range | list[int], list[str]] | str:
     """Which elements of an array of tables are meant, and the keys below them; or what is wrong."""
-    first, *rest = keys
-    if rest and first in names:
-        return [index for index, name in enumerate(names) if name == first], rest
-    if rest and first.isdecimal() and 1 <= int(first) <= len(names):
-        return [int(first) - 1], rest
-    if not rest or first in known:
+    first, *below = keys
+    if below and first in names:
+        return [index for index, name in enumerate(names) if name == first], below
+    if below and first.isdecimal() and 1 <= int(first) <= len(names):
+        return [int(first) - 1], below
+    if not below or first in known:
         return range(len(names)), keys
     called = [name for name in names if name] or [str(index + 1) for index in range(len(names))]
     return f'there is no {section} "{first}"{nearest(first, called)}; it may be {", ".join(called)}'
 
 
-def _assign(target: Any, keys: list[str], value: Any) -> KeyPath | str:
+def _assign(target: Any, keys: list[str], setting: Any) -> KeyPath | str:
     """Set a key below a table, or a value of a list by its number from 1: where it is; or what is wrong."""
     path: list[str | int] = []
     for key in keys:
@@ -129,5 +129,5 @@ def _assign(target: Any, keys: list[str], value: Any) -> KeyPath | str:
             return f"{shown(target)} is a list of tables; choose one by its number from 1, such as 1.{keys[-1]}"
         else:
             return f"{shown(target)} is not a table, so it has no key {keys[-1]}"
-    target[path[-1]] = value
+    target[path[-1]] = setting
     return tuple(path)

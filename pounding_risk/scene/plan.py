@@ -30,7 +30,7 @@ EXAMPLE = '{face = ["-8 m", "8 m"], eccentricity = "1.5 m", gyration = "6.5 m", 
 
 
 def _face(value: Any, number: Number) -> tuple[float, float]:
-    places = each(list_of(value, 'both ends, such as ["-8 m", "8 m"]'), lambda item: number(item, ACROSS))
+    places = each(list_of(value, 'both ends, such as ["-8 m", "8 m"]'), lambda end: number(end, ACROSS))
     if len(places) != 2 or not places[0] < places[1]:
         raise Unreadable(f'{shown(value)} is no face; write both ends, the lower first, such as ["-8 m", "8 m"]')
     return places[0], places[1]
@@ -79,7 +79,7 @@ class PlanTable(Table):
     def of(cls, plan: Plan) -> Any:
         """The table of a plan, every value stated."""
         usual = {key: about.default for key, about in cls.model_fields.items()} | {"centre": 0.5 * sum(plan.face)}
-        return cls.from_values({key: value for key, value in plan._asdict().items() if value != usual[key]})
+        return cls.from_values({key: parameter for key, parameter in plan._asdict().items() if parameter != usual[key]})
 
     def plan(self) -> Plan:
         """The plan as buildings of `models.structures` have it."""

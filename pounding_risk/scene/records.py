@@ -56,14 +56,14 @@ def catalogue_ids() -> list[str]:
     """The ids of the records that come with the project."""
     from pounding_risk.motions.catalogue import entries
 
-    return [entry.id for entry in entries()]
+    return [record.id for record in entries()]
 
 
 def _window(value: Any, number: Number) -> tuple[float, float]:
     """Start and end of the part of a record that is kept [s]."""
     if not isinstance(value, list) or len(value) != 2:
         raise Unreadable(f'{shown(value)} is not a start and an end; write window = ["0 s", "6 s"]')
-    start, end = each(value, lambda item: number(item, TIME))
+    start, end = each(value, lambda moment: number(moment, TIME))
     if end <= start:
         what = "is empty" if end == start else "ends before it starts"
         raise Unreadable(f'the window {shown(value)} {what}; write start and end, such as window = ["0 s", "6 s"]')
@@ -72,19 +72,19 @@ def _window(value: Any, number: Number) -> tuple[float, float]:
 
 def _polarity(value: Any, number: Number) -> tuple[str, ...]:
     """ "as recorded", "reversed", or both as a list."""
-    values = value if isinstance(value, list) else [value]
-    if not values:
+    senses = value if isinstance(value, list) else [value]
+    if not senses:
         raise Unreadable(f'the list is empty; write polarity = ["{AS_RECORDED}"]')
 
-    def read(item: Any) -> str:
-        if not isinstance(item, str) or item not in POLARITIES:
+    def read(sense: Any) -> str:
+        if not isinstance(sense, str) or sense not in POLARITIES:
             raise Unreadable(
-                f'{shown(item)} is not a polarity{nearest(item, POLARITIES)}; it may be "as recorded", "reversed", '
+                f'{shown(sense)} is not a polarity{nearest(sense, POLARITIES)}; it may be "as recorded", "reversed", '
                 'or ["as recorded", "reversed"]'
             )
-        return item
+        return sense
 
-    return tuple(each(values, read, distinct=True))
+    return tuple(each(senses, read, distinct=True))
 
 
 def _processing(value: Any, number: Number) -> str | tuple[StepTable, ...]:
@@ -107,7 +107,7 @@ def _step(step: Any, number: Number) -> StepTable:
     known = isinstance(step, dict) and "step" in step
     if fault := _fault({"step": step["step"]} if known else step, number):
         raise Unreadable(fault)
-    single = {key: {"step": step["step"], key: value} for key, value in step.items() if key != "step"}
+    single = {key: {"step": step["step"], key: option} for key, option in step.items() if key != "step"}
     faults = [((key,), fault) for key, alone in single.items() if (fault := _fault(alone, number, key))]
     if faults:
         raise Several(list(faults))
@@ -173,7 +173,7 @@ def _spectral(value: Any, number: Number, example: str, *, with_value: bool) -> 
     if not isinstance(value, dict):
         raise Unreadable(f"{shown(value)} is not a table; write {example}")
     quantities = {**({"value": PGA} if with_value else {}), "period": PERIOD, "damping": DAMPING}
-    kinds = {key: lambda item, quantity=quantity: number(item, quantity) for key, quantity in quantities.items()}
+    kinds = {key: lambda stated, quantity=quantity: number(stated, quantity) for key, quantity in quantities.items()}
     needed = [key for key in kinds if key != "damping"]
     return Spectral(
         **options(value, kinds, needed, lambda key: f"missing; write {example}", f"it takes {', '.join(kinds)}")
@@ -198,15 +198,15 @@ def _place(value: Any, number: Number) -> Place:
     if not isinstance(value, dict):
         raise Unreadable(f"{shown(value)} is not a table; {example}")
 
-    def degrees(item: Any) -> float:
-        if isinstance(item, bool) or not isinstance(item, int | float):
-            raise Unreadable(f"{shown(item)} is no number of degrees; {example}")
-        return float(item)
+    def degrees(coordinate: Any) -> float:
+        if isinstance(coordinate, bool) or not isinstance(coordinate, int | float):
+            raise Unreadable(f"{shown(coordinate)} is no number of degrees; {example}")
+        return float(coordinate)
 
     kinds = {"longitude": degrees, "latitude": degrees}
-    values = options(value, kinds, list(kinds), lambda key: f"missing; {example}", f"it takes {', '.join(kinds)}")
+    coordinates = options(value, kinds, list(kinds), lambda key: f"missing; {example}", f"it takes {', '.join(kinds)}")
     try:
-        return checked_place(**values, where="place")
+        return checked_place(**coordinates, where="place")
     except RecordError as error:
         raise Unreadable(str(error).partition(": ")[2]) from None
 
@@ -229,17 +229,16 @@ def _recipe(table: Any, number: Number) -> Recipe:
         raise Several([(("kind",), f"missing; it may be {', '.join(motion_kinds())}")])
     try:
         kind = known_kind(table["kind"])
-        own = {key: value for key, value in table.items() if key != "kind"}
+        own = {key: parameter for key, parameter in table.items() if key != "kind"}
         above = [key for key in own if key not in kind.options and key in Records.model_fields]
         if above:
             sentence = "a key of [records], not of a motion; write it above the first [[records.generated]]"
             raise Several([((key,), sentence) for key in above])
-        readers = {key: lambda item, option=option: option.read(item, number) for key, option in kind.options.items()}
-        needed = kind.required
-        values = options(
-            own, readers, needed, lambda key: f"missing; write {key} = {kind.options[key].example}", takes(kind)
+        readers = {key: lambda word, option=option: option.read(word, number) for key, option in kind.options.items()}
+        parameters = options(
+            own, readers, kind.required, lambda key: f"missing; write {key} = {kind.options[key].example}", takes(kind)
         )
-        return made(kind, values)
+        return made(kind, parameters)
     except Unfit as error:
         raise Several([((error.key,), error.sentence)]) from None
 
@@ -408,10 +407,10 @@ class Records(Table):
 def records_of(request: RecordRequest, amplitudes: tuple[Level | None, ...] = ()) -> Records:
     """The table of a request, every value stated that is not absent; ``amplitudes`` are those of the grid."""
     own = [key for key in Records.key_names() if key != INTENSITY]  # whose levels are the grid's
-    values = {key: getattr(request, RENAMED.get(key, key)) for key in own}
-    values["pause"] = values["pause"] if request.aftershock else None
-    values[INTENSITY] = tuple(level for level in amplitudes if level is not None and level.measure.axis == LEVEL_AXIS)
-    return Records.from_values({key: value for key, value in values.items() if value not in (None, "", ())})
+    settings = {key: getattr(request, RENAMED.get(key, key)) for key in own}
+    settings["pause"] = settings["pause"] if request.aftershock else None
+    settings[INTENSITY] = tuple(level for level in amplitudes if level is not None and level.measure.axis == LEVEL_AXIS)
+    return Records.from_values({key: setting for key, setting in settings.items() if setting not in (None, "", ())})
 
 
 def record_checks(draft: Draft) -> Iterator[Fault]:
@@ -427,8 +426,7 @@ def record_checks(draft: Draft) -> Iterator[Fault]:
         for key in ("pause", "aftershock_ratio"):
             if key in keys and "aftershock" not in keys:
                 yield keys.fault(key, 'no motion follows another; write aftershock = "RSN753-000", or remove it')
-        levels = keys.get(INTENSITY) or ()
-        is_factor = any(level.measure.name == FACTOR for level in levels)
+        is_factor = any(level.measure.name == FACTOR for level in (keys.get(INTENSITY) or ()))
         for key, sentence in conflicts(keys.raw, grid_pga="pga" in draft.table("grid"), is_factor=is_factor):
             yield keys.fault(key, sentence)
 

@@ -48,19 +48,19 @@ class ResolvedInterface(Interface):
         left_out = {key for key, law in OF_ONE_LAW.items() if law not in models}
         if self.restitution.words == NO_RESTITUTION:
             left_out.add("restitution")
-        values: dict[str, Any] = {
-            key: value
+        settings: dict[str, Any] = {
+            key: setting
             for key in self.keys().keys() - left_out
-            if (value := getattr(self, key)) != type(self).model_fields[key].default
+            if (setting := getattr(self, key)) != type(self).model_fields[key].default
             or key in ALWAYS_WRITTEN
             or (key in OF_LINKS and self.links)
         }
         owner = stiff_model(str(self.contact_model), gridded)
         # A stiffness that is its table's own would stay when another table is given, were it written down.
         is_of_table = owner == TABULATED and self.table is not None and self.stiffness == self.table.stiffness
-        if values.pop("stiffness", None) is not None and owner is not None and not is_of_table:
-            values["stiffness"] = exact(float(self.stiffness), stiffness_quantity(CONTACT_MODELS[owner]))
-        table: Interface = Interface.from_values(values)
+        if settings.pop("stiffness", None) is not None and owner is not None and not is_of_table:
+            settings["stiffness"] = exact(float(self.stiffness), stiffness_quantity(CONTACT_MODELS[owner]))
+        table: Interface = Interface.from_values(settings)
         return table.written()
 
 

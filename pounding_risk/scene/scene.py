@@ -123,8 +123,7 @@ class Scene(SceneValues):
         tables = dict(_section(part, value) for part, value in given.items())
         if not isinstance(folder, str | PathLike):
             raise SceneError("scene", [f"folder: {shown(folder)} is no folder; write one, or leave it out"])
-        made = scene_of(tables, str(Path(folder) / "scene"))
-        self.__dict__.update(vars(made))
+        self.__dict__.update(vars(scene_of(tables, str(Path(folder) / "scene"))))
 
     # -------------------------------------------------------------------------------------------- changing
 

@@ -69,7 +69,7 @@ class SceneAxis(NamedTuple):
     def labels(self) -> dict[str, Labels]:
         """The values of each key, and the number of each place where they are numbered, as a dataset has them."""
         numbers = {self.dimension: Labels(tuple(range(self.size)), NO_UNIT)} if self.dimension else {}
-        return numbers | {key: labels_of(values) for key, values in zip(self.keys, self.values, strict=True)}
+        return numbers | {key: labels_of(column) for key, column in zip(self.keys, self.values, strict=True)}
 
 
 def labels_of(values: Sequence[Any]) -> Labels:

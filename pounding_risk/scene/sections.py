@@ -158,16 +158,16 @@ def _tables(raw: Mapping[str, Any], name: str) -> Iterator[tuple[KeyPath, Any]]:
 
 def _with_files(section: Section, folder: Path) -> tuple[Section, list[Fault]]:
     """A section with what stands in its files, such as a table of forces, in their place; what is wrong with them."""
-    values, faults = dict(section.values), []
+    settings, faults = dict(section.values), []
     for key, named in section.values.items():
         if not hasattr(named, "read"):
             continue
         try:
-            values[key] = named.read(folder)
+            settings[key] = named.read(folder)
         except Several as error:
-            del values[key]
+            del settings[key]
             faults += [section.fault(key, sentence) for _, sentence in error.faults]
-    return replace(section, values=values), faults
+    return replace(section, values=settings), faults
 
 
 def untouched(draft: Draft, overrides: Iterable[str]) -> Same:

@@ -117,8 +117,8 @@ class Effect(NamedTuple):
         """The options as a scene file has them: quantities as text, exact."""
         kinds = EFFECTS[self.name].options
         return {
-            key: written_option(value, kinds[key]) if isinstance(kinds[key], Quantity) else value
-            for key, value in self.options
+            key: written_option(option, kinds[key]) if isinstance(kinds[key], Quantity) else option
+            for key, option in self.options
         }
 
 
@@ -188,7 +188,7 @@ def effect_tables(effects: Any) -> Any:
     """[effects] of what Python gives: a dict of names and options, or a list of names and `Effect`."""
     if isinstance(effects, list | tuple) and all(isinstance(effect, str | Effect) for effect in effects):
         pairs = ((effect, {}) if isinstance(effect, str) else effect for effect in effects)
-        effects = {name: dict(given) for name, given in pairs}
+        effects = {name: dict(settings) for name, settings in pairs}
     if not isinstance(effects, Mapping):
         return effects  # which the reader refuses as no table
     return in_text({name: effect_key(name) for name in effects if name in EFFECTS}, effects)

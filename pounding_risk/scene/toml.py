@@ -35,7 +35,7 @@ def read_text(path: Path) -> str:
         raw = read_whole(path, SCENE)
     except FileNotFoundError:
         folder = path.parent
-        others = [entry.name for entry in folder.glob("*.toml")] if folder.is_dir() else []
+        others = [file.name for file in folder.glob("*.toml")] if folder.is_dir() else []
         sentence = f"no such file{nearest_file(path.name, others)}; check the name and the folder"
         raise SceneError(str(path), [sentence]) from None
     except IsADirectoryError:
@@ -130,14 +130,14 @@ def _statement(rows: list[str], start: int) -> tuple[dict[str, Any], int]:
 
 def _key_paths(value: Any, path: KeyPath = ()) -> Iterable[KeyPath]:
     """The paths of all keys and list elements below a value."""
-    items: Iterable[tuple[Any, Any]] = ()
+    children: Iterable[tuple[Any, Any]] = ()
     if isinstance(value, dict):
-        items = value.items()
+        children = value.items()
     elif isinstance(value, list):
-        items = enumerate(value)
-    for key, item in items:
+        children = enumerate(value)
+    for key, child in children:
         yield (*path, key)
-        yield from _key_paths(item, (*path, key))
+        yield from _key_paths(child, (*path, key))
 
 
 def _table(names: list[str], array: bool, counts: dict[KeyPath, int]) -> KeyPath:
@@ -214,11 +214,11 @@ def sentences(
 def write_toml(tables: Mapping[str, Any]) -> str:
     """A dict of the scene file's shape as TOML: one [table] or [[table]] a paragraph."""
     paragraphs = []
-    for name, value in tables.items():
-        elements = value if isinstance(value, list) else [value]
-        header = f"[[{name}]]" if isinstance(value, list) else f"[{name}]"
+    for name, section in tables.items():
+        elements = section if isinstance(section, list) else [section]
+        header = f"[[{name}]]" if isinstance(section, list) else f"[{name}]"
         for element in elements:
-            rows = [f"{toml_key(key)} = {toml_value(item)}" for key, item in element.items()]
+            rows = [f"{toml_key(key)} = {toml_value(setting)}" for key, setting in element.items()]
             paragraphs.append("\n".join([header, *rows]))
     return "\n\n".join(paragraphs) + "\n"
 
@@ -233,9 +233,9 @@ def toml_value(value: Any) -> str:
     if isinstance(value, str):  # JSON's escapes are TOML's, but for the delete character
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{toml_key(key)} = {toml_value(item)}" for key, item in value.items()) + "}"
+        return "{" + ", ".join(f"{toml_key(key)} = {toml_value(element)}" for key, element in value.items()) + "}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(toml_value(item) for item in value) + "]"
+        return "[" + ", ".join(toml_value(element) for element in value) + "]"
     if isinstance(value, bool | int | float):
         return str(value).lower()
     raise TypeError(f"{shown(value)} cannot stand in a scene file")

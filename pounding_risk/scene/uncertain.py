@@ -57,13 +57,13 @@ def cholesky(matrix: Sequence[Sequence[float]]) -> list[list[float]] | None:
     Written out, so that its bits do not depend on a library.
     """
     factor = [[0.0] * len(matrix) for _ in matrix]
-    for row, values in enumerate(matrix):
+    for row, elements in enumerate(matrix):
         for column in range(row + 1):
-            rest = values[column] - sum(factor[row][k] * factor[column][k] for k in range(column))
+            remainder = elements[column] - sum(factor[row][k] * factor[column][k] for k in range(column))
             if column < row:
-                factor[row][column] = rest / factor[column][column]
-            elif rest > LEAST_VARIANCE:
-                factor[row][row] = sqrt(rest)
+                factor[row][column] = remainder / factor[column][column]
+            elif remainder > LEAST_VARIANCE:
+                factor[row][row] = sqrt(remainder)
             else:
                 return None
     return factor
@@ -160,7 +160,7 @@ class UncertainNumber:
             low = nextafter(low, inf)
         if bounds.open_high and high == bounds.high:
             high = nextafter(high, -inf)
-        return tuple(exact(value, bounds) for value in np.clip(numbers, low, high).tolist())
+        return tuple(exact(number, bounds) for number in np.clip(numbers, low, high).tolist())
 
     def words(self) -> str:
         """The distribution, such as "lognormal, median 1 s, dispersion 0.2", and where it is cut."""
@@ -175,20 +175,20 @@ class UncertainNumber:
         cut = [end for end in self.ends if 0.0 < self._below(end) < 1.0]
         return f"cut at {' and '.join(map(self._said, cut))}, which leaves out {100.0 * left_out:.3g} % of it"
 
-    def _said(self, value: float) -> str:
-        return str(value) if self.quantity is None else say(value, self.quantity)
+    def _said(self, number: float) -> str:
+        return str(number) if self.quantity is None else say(number, self.quantity)
 
     def written(self) -> dict[str, Any]:
         """As a scene file has it."""
         cut = {name: end for name, end in (("low", self.low), ("high", self.high)) if abs(end) < inf}
         kinds = self.distribution.takes
-        values = self.distribution.keys() | cut
+        parameters = self.distribution.keys() | cut
         in_unit = {
-            key: exact(value, self.quantity)
-            for key, value in values.items()
+            key: exact(parameter, self.quantity)
+            for key, parameter in parameters.items()
             if self.quantity is not None and (key not in kinds or kinds[key].kind in (VALUE, WIDTH))
         }
-        return {"distribution": self.distribution.name()} | values | in_unit
+        return {"distribution": self.distribution.name()} | parameters | in_unit
 
 
 @dataclass(frozen=True)
@@ -372,5 +372,5 @@ def sample_axis(uncertain: UncertainNumbers, points: Any = None) -> SceneAxis:
     PoundingError
         For points of another shape, or outside.
     """
-    values = uncertain.values_at(uncertain.points() if points is None else points)
-    return SceneAxis(uncertain.keys, values, SAMPLE)
+    labels = uncertain.values_at(uncertain.points() if points is None else points)
+    return SceneAxis(uncertain.keys, labels, SAMPLE)

@@ -82,7 +82,7 @@ def _correlations(value: Any, number: Number) -> tuple[Correlation, ...]:
     def correlation(item: Any) -> Correlation:
         if not isinstance(item, Mapping):
             raise Unreadable(f"{shown(item)} is not a correlation; write {_CORRELATION}")
-        kinds = {"between": two, "value": lambda given: number(given, CORRELATION)}
+        kinds = {"between": two, "value": lambda coefficient: number(coefficient, CORRELATION)}
         missing = f"missing; write {_CORRELATION}"
         return Correlation(
             **options(item, kinds, tuple(kinds), lambda key: missing, "a correlation has between and value")
@@ -94,7 +94,7 @@ def _correlations(value: Any, number: Number) -> tuple[Correlation, ...]:
 def _points(value: Any, number: Number) -> tuple[tuple[float, ...], ...]:
     if not isinstance(value, list) or not value or not all(isinstance(row, list) for row in value):
         raise Unreadable(f"{shown(value)} is not a list of points; write [[0.1, 0.9], [0.5, 0.5]]")
-    return tuple(tuple(number(item, CUBE) for item in row) for row in value)
+    return tuple(tuple(number(coordinate, CUBE) for coordinate in row) for row in value)
 
 
 class Uncertain(Table):
@@ -168,11 +168,11 @@ DISTRIBUTION = {
 def table_of_numbers(uncertain: UncertainNumbers) -> dict[str, Any]:
     """The table [uncertain], every value stated."""
     drawn = {"samples": uncertain.samples, "method": uncertain.method, "seed": uncertain.seed}
-    values: dict[str, Any] = {"points": uncertain.given} if uncertain.given else drawn
-    values |= {"correlations": uncertain.correlations} if uncertain.correlations else {}
-    values |= {"motions": uncertain.motions} if uncertain.is_drawn else {}
+    settings: dict[str, Any] = {"points": uncertain.given} if uncertain.given else drawn
+    settings |= {"correlations": uncertain.correlations} if uncertain.correlations else {}
+    settings |= {"motions": uncertain.motions} if uncertain.is_drawn else {}
     numbers = {number.key: number.written() for number in uncertain.numbers}
-    table: Uncertain = Uncertain.from_values(values)
+    table: Uncertain = Uncertain.from_values(settings)
     return table.written() | numbers
 
 
@@ -242,7 +242,7 @@ def _number(key: str, targets: Sequence[KeyPath], value: Any, raw: Mapping[str, 
             "or every number with its unit"
         )
     takes = taken_by(kind)
-    parameters = {name: item for name, item in value.items() if name != "distribution"}
+    parameters = {name: parameter for name, parameter in value.items() if name != "distribution"}
     parameters |= {
         name: own for name, one in takes.items() if one.is_own and name not in parameters and own is not None
     }
@@ -358,15 +358,15 @@ def numbers_in_text(table: Mapping[str, Any], known: Known) -> dict[str, Any]:
     return written
 
 
-def _in_text(name: str, item: Any, value: Mapping[str, Any], target: KeyPath, known: Known) -> Any:
+def _in_text(name: str, stated: Any, distribution: Mapping[str, Any], target: KeyPath, known: Known) -> Any:
     """A value of a distribution as a scene file has it; a number without a unit is in SI."""
-    parameter = taken_by(KINDS[str(value["distribution"])]).get(name)
-    if parameter is not None and parameter.kind == VALUES and isinstance(item, list | tuple):
-        return [one_value(target, known)(one, si) for one in item]
-    quantity = quantity_of(target, known, list(value.values()))
-    if parameter is None or quantity is None or parameter.kind not in (VALUE, WIDTH) or isinstance(item, str | bool):
-        return list(item) if isinstance(item, tuple) else item
-    return exact(float(item), quantity) if isinstance(item, int | float) else item
+    parameter = taken_by(KINDS[str(distribution["distribution"])]).get(name)
+    if parameter is not None and parameter.kind == VALUES and isinstance(stated, list | tuple):
+        return [one_value(target, known)(label, si) for label in stated]
+    quantity = quantity_of(target, known, list(distribution.values()))
+    if parameter is None or quantity is None or parameter.kind not in (VALUE, WIDTH) or isinstance(stated, str | bool):
+        return list(stated) if isinstance(stated, tuple) else stated
+    return exact(float(stated), quantity) if isinstance(stated, int | float) else stated
 
 
 # ------------------------------------------------------------------------------------------------ checks

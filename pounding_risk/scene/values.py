@@ -104,12 +104,12 @@ class SceneValues(ShortRepr):
     design_penetration = _of_first("design_penetration", "Penetration for which bilinear is set up [m].")
 
     @classmethod
-    def made(cls, values: Mapping[str, Any]) -> Self:
+    def made(cls, settings: Mapping[str, Any]) -> Self:
         """The scene of these values of its fields, which are not checked."""
         scene = object.__new__(cls)
-        if unknown := set(values) - {part.name for part in fields(cls)}:
+        if unknown := set(settings) - {key.name for key in fields(cls)}:
             raise TypeError(f"a scene has no field {', '.join(sorted(unknown))}")
-        scene.__dict__.update(values)
+        scene.__dict__.update(settings)
         return scene
 
     def updated(self, **values: Any) -> Self:
@@ -122,7 +122,7 @@ class SceneValues(ShortRepr):
             interfaces = [one.updated(restitution=one.restitution._replace(**restitution)) for one in interfaces]
         between = {key: values.pop(key) for key in list(values) if key in ResolvedInterface.model_fields}
         values["interfaces"] = tuple(one.updated(**between) if between else one for one in interfaces)
-        return type(self).made({part.name: getattr(self, part.name) for part in fields(self)} | values)
+        return type(self).made({key.name: getattr(self, key.name) for key in fields(self)} | values)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, SceneValues) and self._compared() == other._compared()
@@ -138,8 +138,8 @@ class SceneValues(ShortRepr):
             )
             for interface in self.interfaces
         )
-        values = (getattr(self, part.name) for part in fields(self) if part.compare and part.name != "interfaces")
-        return (interfaces, *values)
+        settings = (getattr(self, key.name) for key in fields(self) if key.compare and key.name != "interfaces")
+        return (interfaces, *settings)
 
     # -------------------------------------------------------------------------------------------- reading
 
@@ -335,9 +335,9 @@ class SceneValues(ShortRepr):
                 f"write equal_terms = {EQUAL_TERMS_EXAMPLE} in [[interface]], from which it follows"
             )
             raise SceneError(self.source, [sentence])
-        values: dict[str, Any] = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
-        values |= {key: getattr(self.interfaces[0], key) for key in PARAMETERS if key in law._fields}
-        return law(**values)
+        parameters: dict[str, Any] = {"stiffness": self.stiffness if stiffness is None else float(stiffness)}
+        parameters |= {key: getattr(self.interfaces[0], key) for key in PARAMETERS if key in law._fields}
+        return law(**parameters)
 
     def lacks_table(self, name: str) -> str:
         """Why a contact model without its table cannot be had; "" for other names, and where the scene gives one."""

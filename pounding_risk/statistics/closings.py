@@ -142,9 +142,9 @@ class CrossedClosings:
         if len(self.closing) == 1:
             return counted.independent(share)
         some = self.closing[:: -(-len(self.closing) // MOST_SAMPLES)]
-        parts = min(-(-levels.size * some.size // AT_ONCE), levels.size)
+        blocks = min(-(-levels.size * some.size // AT_ONCE), levels.size)
         alike = [
-            outcome_shares(some[None] > part[:, None, None], self.recordings) for part in np.array_split(levels, parts)
+            outcome_shares(some[None] > gaps[:, None, None], self.recordings) for gaps in np.array_split(levels, blocks)
         ]
         return counted.independent(share, *map(np.concatenate, zip(*alike, strict=True)))
 
@@ -168,8 +168,7 @@ def _levels(closings: Array) -> Array:
         return rising
     tail = 1.0 - np.geomspace(0.2, 1.0 / closings.size, MOST_LEVELS // 3)
     shares = np.concatenate([np.linspace(0.0, 1.0, MOST_LEVELS - tail.size), tail])
-    places = np.unique(np.round(shares * (rising.size - 1)).astype(int))
-    return np.asarray(rising[places])
+    return np.asarray(rising[np.unique(np.round(shares * (rising.size - 1)).astype(int))])
 
 
 # ------------------------------------------------------------------------------------------------ drawn motions
@@ -232,11 +231,11 @@ def analysed_clusters(values: Array, motions: Labels, recordings: Labels) -> Ana
     (count, count2), (total, total2), (square, _) = summed(None), summed(departures), summed(departures * departures)
     sums = np.stack([count, count2, count**2, total, total2, total**2, square])  # (sums, recordings)
     whole = sums.sum(axis=1)
-    everything = _components(whole)
+    overall = _components(whole)
     return Analysis(
-        Components(*map(float, everything)),
+        Components(*map(float, overall)),
         _components(whole[:, None] - sums),
-        Components(*(np.full(2, float(part)) for part in everything)),  # the jackknife over recordings has both
+        Components(*(np.full(2, float(component)) for component in overall)),  # the jackknife over recordings has both
     )
 
 
@@ -260,11 +259,11 @@ def motion_share(analysis: Analysis, confidence: float) -> tuple[float, float, f
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(components.motions) / components.total
 
-    value = float(share(analysis.all))
-    if not np.isfinite(value):
+    estimate = float(share(analysis.all))
+    if not np.isfinite(estimate):
         return np.nan, np.nan, np.nan
     half = analysis.half_width(share, 0.5 * (1.0 + confidence))
-    return value, value - half, value + half
+    return estimate, estimate - half, estimate + half
 
 
 class DrawnClosings(CrossedClosings):
@@ -285,8 +284,7 @@ class DrawnClosings(CrossedClosings):
 
     def of_logs(self, logs: Array) -> tuple[Analysis, Any]:
         of_samples = logs[:, 0]
-        sizes = np.bincount(self.recordings)
-        crowding = float((sizes**2).sum()) / float(of_samples.size) ** 2
+        crowding = float((np.bincount(self.recordings) ** 2).sum()) / float(of_samples.size) ** 2
         return (
             analysed_clusters(of_samples, self.of_motions, self.recordings),
             Clusters(of_samples.size, crowding, likeness(of_samples, self.recordings)),
@@ -301,10 +299,10 @@ class DrawnClosings(CrossedClosings):
         starts = np.flatnonzero(np.diff(self.recordings[order], prepend=-1))
         sizes = np.bincount(self.recordings).astype(float)
         count, own = sizes.sum(), (sizes**2).sum()
-        parts = min(-(-levels.size * self.closing.size // AT_ONCE), levels.size)
+        blocks = min(-(-levels.size * self.closing.size // AT_ONCE), levels.size)
         alike = []
-        for part in np.array_split(levels, parts):
-            outcomes = self.closing[order, 0] > part[:, None]
+        for gaps in np.array_split(levels, blocks):
+            outcomes = self.closing[order, 0] > gaps[:, None]
             by_recording = np.add.reduceat(outcomes, starts, axis=1, dtype=np.int64).astype(float)
             total, squares = by_recording.sum(1), (by_recording**2).sum(1)
             with np.errstate(divide="ignore", invalid="ignore"):

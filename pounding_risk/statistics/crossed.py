@@ -91,15 +91,15 @@ class Analysis(NamedTuple):
 
         The variances of leaving out recordings and of leaving out samples are added: the interaction counts twice.
         """
-        parts = []
+        jackknives = []
         for left_out in (self.without_recording, self.without_block):
-            values = np.asarray(of(left_out))
-            count = values.size
-            parts.append((float((count - 1.0) / count * ((values - values.mean()) ** 2).sum()), count - 1.0))
-        variance = sum(part for part, _ in parts)
+            estimates = np.asarray(of(left_out))
+            count = estimates.size
+            jackknives.append((float((count - 1.0) / count * ((estimates - estimates.mean()) ** 2).sum()), count - 1.0))
+        variance = sum(spread for spread, _ in jackknives)
         if not variance > 0.0:
             return float(np.sqrt(variance)), 1.0
-        return float(np.sqrt(variance)), float(variance**2 / sum(part**2 / freedom for part, freedom in parts))
+        return float(np.sqrt(variance)), float(variance**2 / sum(spread**2 / freedom for spread, freedom in jackknives))
 
     def half_width(self, of: Callable[[Components], Any], probability: float) -> float:
         """Standard error times Student's quantile at a probability; inf where there is none."""
@@ -114,10 +114,10 @@ class Analysis(NamedTuple):
         With h the half width σ² − h bounds it from below, and σ² exp(h/σ²) from above, as an estimated variance is
         skewed; where σ² < h, that is σ² + (e − 1) h.
         """
-        value = float(of(self.all))
-        if not np.isfinite(value):
+        estimate = float(of(self.all))
+        if not np.isfinite(estimate):
             return np.nan, 0.0, np.inf
-        half, variance = self.half_width(of, 0.5 * (1.0 + confidence)), max(value, 0.0)
+        half, variance = self.half_width(of, 0.5 * (1.0 + confidence)), max(estimate, 0.0)
         high = variance * np.exp(half / variance) if variance > half else variance + (np.e - 1.0) * half
         return variance, max(variance - half, 0.0), float(high)
 
@@ -128,9 +128,9 @@ class Analysis(NamedTuple):
             with np.errstate(divide="ignore", invalid="ignore"):
                 return np.clip(of(components) / components.total, 0.0, 1.0)
 
-        value = float(share(self.all))
+        estimate = float(share(self.all))
         half = self.half_width(share, LIKENESS_CONFIDENCE)
-        return min(value + half, 1.0) if np.isfinite(value + half) else 1.0
+        return min(estimate + half, 1.0) if np.isfinite(estimate + half) else 1.0
 
 
 def analysed(values: Array, recordings: Labels) -> Analysis:
@@ -146,7 +146,7 @@ def analysed(values: Array, recordings: Labels) -> Analysis:
     starts = np.searchsorted(blocks[order], np.arange(blocks.max() + 1))
     ordered = values[order]
     by_recording = ordered @ members
-    grams = np.stack([part.T @ part for part in np.split(by_recording, starts[1:])])
+    grams = np.stack([rows.T @ rows for rows in np.split(by_recording, starts[1:])])
     columns = np.add.reduceat(ordered, starts, axis=0)
     squares = np.add.reduceat(ordered**2 @ members, starts, axis=0)
     counts = np.bincount(blocks).astype(float)
@@ -167,8 +167,8 @@ def analysed(values: Array, recordings: Labels) -> Analysis:
             )
         )  # fmt: skip
 
-    def stacked(parts: list[Components]) -> Components:
-        return Components(*np.array(parts).T)
+    def stacked(left_out: list[Components]) -> Components:
+        return Components(*np.array(left_out).T)
 
     return Analysis(
         Components(*map(float, without(None, None))),
@@ -198,8 +198,8 @@ def outcome_shares(outcomes: NDArray[np.bool_], recordings: Labels) -> tuple[Arr
     )
     components = _components(sums)
     with np.errstate(divide="ignore", invalid="ignore"):
-        shares = [np.clip(part / components.total, 0.0, 1.0) for part in (components.samples, components.motions)]
-    return np.nan_to_num(shares[0]), np.nan_to_num(shares[1])
+        samples, motions = (np.clip(variance / components.total, 0.0, 1.0) for variance in components[:2])
+    return np.nan_to_num(samples), np.nan_to_num(motions)
 
 
 class Counted(NamedTuple):
@@ -225,8 +225,8 @@ class Counted(NamedTuple):
             return np.full(np.shape(share), self.motions)
         alike_samples = np.maximum(samples, outcome_correlation(share, self.like_samples))
         alike_motions = np.maximum(motions, outcome_correlation(share, self.like_motions))
-        rest = np.maximum(1.0 - alike_samples - alike_motions, 0.0)
-        inverse = alike_samples / self.samples + alike_motions / self.motions + rest / (self.samples * self.motions)
+        unlike = np.maximum(1.0 - alike_samples - alike_motions, 0.0)
+        inverse = alike_samples / self.samples + alike_motions / self.motions + unlike / (self.samples * self.motions)
         return np.asarray(1.0 / inverse)
 
     def times(self, samples: int, recordings: int) -> Counted:
@@ -236,8 +236,8 @@ class Counted(NamedTuple):
 
     def variance_of_mean(self, components: Components) -> float:
         """The variance of the mean over samples and motions; a component below 0 counts as none."""
-        samples, motions, rest = (max(float(part), 0.0) for part in components[:3])
-        return samples / self.samples + motions / self.motions + rest / (self.samples * self.motions)
+        samples, motions, interaction = (max(float(component), 0.0) for component in components[:3])
+        return samples / self.samples + motions / self.motions + interaction / (self.samples * self.motions)
 
     @property
     def without_contact(self) -> float:

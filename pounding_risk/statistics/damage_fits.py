@@ -121,9 +121,9 @@ def drawn_stripes(observed: Observed, weights: Array) -> Array:
     logs = np.log(levels)
     middle, scale = float(logs.mean()), float(logs.std())
     fits = []
-    for part in _sample_blocks(weights, levels.size):
+    for block in _sample_blocks(weights, levels.size):
         # (samples, intensities): runs at each intensity, and those that reach the state
-        of_runs, of_counts = (np.asarray((table.T @ part.T).T) for table in (runs, counts))
+        of_runs, of_counts = (np.asarray((table.T @ block.T).T) for table in (runs, counts))
         a, b = _probit((logs - middle) / scale, of_counts, of_runs - of_counts)
         is_curve = b > scale / FLAT
         b = np.where(is_curve, b, np.nan)
@@ -239,8 +239,8 @@ def drawn_ida(observed: Observed, weights: Array) -> Array:
         return np.full((len(weights), 2), np.nan)
     scaled, middle, scale = enclosed.scaled()
     drawn = []
-    for part in _sample_blocks(weights[:, known], enclosed.low.size):
-        delta, gamma = _tobit(scaled, part)
+    for block in _sample_blocks(weights[:, known], enclosed.low.size):
+        delta, gamma = _tobit(scaled, block)
         drawn.append(np.stack([middle + scale * delta / gamma, scale / gamma], axis=1))
     return np.concatenate(drawn)
 
@@ -261,8 +261,8 @@ def _tobit(enclosed: EnclosedCapacities, weights: Array) -> tuple[Array, Array]:
     with np.errstate(all="ignore"):  # samples that have no maximum leave the range, which their gain shows
         for _ in range(MOST_STEPS):
             slopes, curvature = _likelihood_slopes(enclosed, delta, gamma)
-            system = tuple((part * weights).sum(axis=1) for part in curvature)
-            score = tuple((part * weights).sum(axis=1) for part in slopes)
+            system = tuple((derivative * weights).sum(axis=1) for derivative in curvature)
+            score = tuple((derivative * weights).sum(axis=1) for derivative in slopes)
             step, gain = _newton_step(system, score, total)
             factor = np.where(gamma + step[1] > 0.0, 1.0, 0.5 * gamma / np.abs(step[1]))
             delta, gamma = delta + factor * step[0], gamma + factor * step[1]

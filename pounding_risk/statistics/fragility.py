@@ -142,9 +142,9 @@ def fit_capacities(capacities: Array, recordings: Labels) -> Fit:
 def unfit(im: Array, failed: NDArray[np.bool_], shown: Shown = plain) -> str:
     """Sentence on why no curve can be fitted; "" where one can."""
     if of_one_intensity(im):
-        one = shown(float(np.median(im)), 4)
+        intensity = shown(float(np.median(im)), 4)
         repair = "scan the motions as recorded, or at several values of grid.pga or levels of records.intensity"
-        return f"all motions have one intensity, {one}: a curve needs several; {repair}"
+        return f"all motions have one intensity, {intensity}: a curve needs several; {repair}"
     count = int(failed.sum())
     if count in (0, failed.size):
         reach = "all" if count else "none"

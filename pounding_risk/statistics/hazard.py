@@ -58,8 +58,8 @@ def annual_rate(hazard: Curve, median: Array | float, dispersion: Array | float)
     falls = -np.diff(hazard.rate * ndtr(z), axis=-1)
     moved = steep * spread
     height = level[:-1] + steep * (log_im[:-1] - middle) + 0.5 * moved**2
-    rest = np.exp(height + _log_between(z[..., :-1] + moved, z[..., 1:] + moved))
-    return np.asarray(np.maximum(falls + rest, 0.0).sum(axis=-1))
+    shifted = np.exp(height + _log_between(z[..., :-1] + moved, z[..., 1:] + moved))
+    return np.asarray(np.maximum(falls + shifted, 0.0).sum(axis=-1))
 
 
 def _log_between(low: Array, high: Array) -> Array:
@@ -137,13 +137,13 @@ def draws(
     from scipy.special import gammaincinv, ndtri
 
     middle = np.log(estimates)
-    one, other = _hammersley(DRAWS)
+    abscissa, ordinate = _hammersley()
     if independent > 1.0:
         count = independent
-        dispersion = middle[1] + 0.5 * np.log(count / (2.0 * gammaincinv(0.5 * (count - 1.0), one)))
-        median = middle[0] + np.exp(dispersion) / np.sqrt(count) * ndtri(other)
+        dispersion = middle[1] + 0.5 * np.log(count / (2.0 * gammaincinv(0.5 * (count - 1.0), abscissa)))
+        median = middle[0] + np.exp(dispersion) / np.sqrt(count) * ndtri(ordinate)
     else:
-        first, second = ndtri(one), ndtri(other)
+        first, second = ndtri(abscissa), ndtri(ordinate)
         median = middle[0] + spread[0] * first
         dispersion = middle[1] + spread[1] * (correlation * first + np.sqrt(max(1.0 - correlation**2, 0.0)) * second)
     drawn = np.stack([median, dispersion], axis=1)
@@ -151,13 +151,13 @@ def draws(
     return drawn[:, 0], drawn[:, 1]
 
 
-def _hammersley(count: int) -> tuple[Array, Array]:
+def _hammersley() -> tuple[Array, Array]:
     """Points that fill the unit square evenly (Hammersley 1960), in the middle of their cells; a power of 2 of them."""
-    places = np.arange(count)
-    mirrored = np.zeros(count, dtype=int)
-    for digit in range(count.bit_length() - 1):
+    places = np.arange(DRAWS)
+    mirrored = np.zeros(DRAWS, dtype=int)
+    for digit in range(DRAWS.bit_length() - 1):
         mirrored = 2 * mirrored + (places >> digit & 1)
-    return (places + 0.5) / count, (mirrored + 0.5) / count
+    return (places + 0.5) / DRAWS, (mirrored + 0.5) / DRAWS
 
 
 def counted_gap(hazard: Curve, unit: Array, rate: float) -> float:

@@ -56,16 +56,16 @@ def shares(failed: Array, about: Sequence[dict[str, Any]], independent: float, c
     return tuple(
         Share(
             count=int(count),
-            runs=int(n),
-            probability=float(p),
-            low=float(a),
-            high=float(b),
-            low_recordings=float(c),
-            high_recordings=float(d),
-            left_out=len(failed) - int(n),
+            runs=int(number),
+            probability=float(probability),
+            low=float(low),
+            high=float(high),
+            low_recordings=float(low_fewer),
+            high_recordings=float(high_fewer),
+            left_out=len(failed) - int(number),
             **words,
         )
-        for words, count, n, p, a, b, c, d in columns
+        for words, count, number, probability, low, high, low_fewer, high_fewer in columns
     )
 
 
@@ -158,11 +158,11 @@ def joined(keys: Iterable[Sequence[Hashable]]) -> NDArray[np.int64]:
         return key
 
     first = []
-    for one, *others in keys:
+    for key, *others in keys:
         for other in others:
-            joins[root(other)] = root(one)
-        first.append(one)
-    return labels([root(one) for one in first])
+            joins[root(other)] = root(key)
+        first.append(key)
+    return labels([root(key) for key in first])
 
 
 def logs_of(closing: Array) -> Array:

@@ -73,7 +73,7 @@ def required_gaps(
 
 
 def between_levels(
-    percentiles: Array, values: tuple[Array, Array], levels: Array, bounds: tuple[Array, Array]
+    percentiles: Array, estimates: tuple[Array, Array], levels: Array, bounds: tuple[Array, Array]
 ) -> tuple[RequiredGap, ...]:
     """Required gaps, counted and fitted, with bounds from those of P(contact) at rising ``levels``.
 
@@ -81,7 +81,7 @@ def between_levels(
     bounds need not fall everywhere.
     """
     required = []
-    for percentile, gap, fit in zip(percentiles.tolist(), *(each.tolist() for each in values), strict=True):
+    for percentile, gap, fit in zip(percentiles.tolist(), *(column.tolist() for column in estimates), strict=True):
         left = target_left_by(percentile)
         too_little, above = levels[bounds[0] > left], np.flatnonzero(bounds[1] > left)
         first = int(above[-1]) + 1 if above.size else 0

@@ -61,12 +61,12 @@ def white_noise_correlation(periods: Pair, dampings: Pair) -> Any:
     and B exchanged. Two undamped oscillators of one period move alike, ρ = 1; of two periods ρ = 0. Source: Der
     Kiureghian (1981), Earthquake Engineering and Structural Dynamics 9.
     """
-    first, second = (np.asarray(value, dtype=float) for value in periods)
-    left, right = (np.asarray(value, dtype=float) for value in dampings)
-    for value in (first, second):
-        _refuse(value, ~(np.isfinite(value) & (value > 0.0)), "period [s]", "greater than 0 and finite")
-    for value in (left, right):
-        _refuse(value, ~((value >= 0.0) & (value <= 1.0)), "damping ratio", "from 0 to 1")
+    first, second = (np.asarray(period, dtype=float) for period in periods)
+    left, right = (np.asarray(damping, dtype=float) for damping in dampings)
+    for period in (first, second):
+        _refuse(period, ~(np.isfinite(period) & (period > 0.0)), "period [s]", "greater than 0 and finite")
+    for damping in (left, right):
+        _refuse(damping, ~((damping >= 0.0) & (damping <= 1.0)), "damping ratio", "from 0 to 1")
     ratio = second / first
     above = 8.0 * np.sqrt(left * right) * (right + ratio * left) * ratio**1.5
     distance = np.square((1.0 - ratio) * (1.0 + ratio))
@@ -77,14 +77,14 @@ def white_noise_correlation(periods: Pair, dampings: Pair) -> Any:
 
 def _displacements(left: ArrayLike, right: ArrayLike) -> tuple[Any, Any]:
     pair = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
-    for value in pair:
-        _refuse(value, ~(value >= 0.0), "peak displacement", "at least 0")
+    for displacement in pair:
+        _refuse(displacement, ~(displacement >= 0.0), "peak displacement", "at least 0")
     return pair
 
 
-def _refuse(value: Any, wrong: Any, what: str, allowed: str) -> None:
+def _refuse(stated: Any, wrong: Any, what: str, allowed: str) -> None:
     if wrong.any():
-        raise PoundingError(f"a {what} is {value[wrong].flat[0]:g}; it must be {allowed}: give the building's own")
+        raise PoundingError(f"a {what} is {stated[wrong].flat[0]:g}; it must be {allowed}: give the building's own")
 
 
 def _plain(value: Any) -> Any:

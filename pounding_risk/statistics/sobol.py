@@ -75,24 +75,23 @@ def sobol_indices(outputs: Array, numbers: int, confidence: float) -> tuple[Indi
     num = outputs.shape[1] // (numbers + 2)
     varies = np.ptp(outputs[:, : 2 * num], axis=1) > 0.0
     centred = np.where(varies[:, None], outputs - outputs[:, : 2 * num].mean(axis=1, keepdims=True), 0.0)
-    parts = centred[varies].reshape(-1, numbers + 2, num)
+    blocks = centred[varies].reshape(-1, numbers + 2, num)
 
     def indices(rows: Any) -> Array:
-        chosen = parts[:, :, rows]
+        chosen = blocks[:, :, rows]
         indices_of_rows = stats.sobol_indices(
             func={"f_A": chosen[:, 0], "f_B": chosen[:, 1], "f_AB": chosen[:, 2:].swapaxes(0, 1)}, n=num
         )
-        return np.stack([indices_of_rows.first_order, indices_of_rows.total_order]).reshape(2, len(parts), numbers)
+        return np.stack([indices_of_rows.first_order, indices_of_rows.total_order]).reshape(2, len(blocks), numbers)
 
-    shape = (2, len(outputs), numbers)
-    value, low, high = (np.full(shape, np.nan) for _ in range(3))
+    estimate, low, high = (np.full((2, len(outputs), numbers), np.nan) for _ in range(3))
     if varies.any():
         draw = np.random.default_rng(SEED)
         with np.errstate(divide="ignore", invalid="ignore"):  # a drawn part that does not vary
             drawn = np.stack([indices(draw.integers(num, size=num)) for _ in range(RESAMPLES)])
-        value[:, varies] = indices(slice(None))
+        estimate[:, varies] = indices(slice(None))
         low[:, varies], high[:, varies] = _middle(drawn, confidence)
-    return Indices(value[0], low[0], high[0]), Indices(value[1], low[1], high[1])
+    return Indices(estimate[0], low[0], high[0]), Indices(estimate[1], low[1], high[1])
 
 
 def _middle(drawn: Array, confidence: float) -> Array:
@@ -126,7 +125,7 @@ def given_indices(
     samples = outputs.shape[1]
     columns = (np.full((3, len(outputs)), np.nan) for _ in values)
     if samples >= LEAST_SAMPLES:
-        columns = (_index(_basis(np.asarray(one)), outputs, confidence, is_balanced) for one in values)
+        columns = (_index(_basis(np.asarray(number)), outputs, confidence, is_balanced) for number in values)
     return Indices(*np.stack(list(columns), axis=-1))
 
 
@@ -135,22 +134,22 @@ def _index(basis: Array, outputs: Array, confidence: float, is_balanced: bool) -
     from scipy import special
 
     samples, size = basis.shape
-    rest = samples - size
+    freedom = samples - size
     bounds = np.full((3, len(outputs)), np.nan)
     varies = np.ptp(outputs, axis=1) > 0.0
-    if not varies.any() or size < 2 or rest < samples // 2:
+    if not varies.any() or size < 2 or freedom < samples // 2:
         return bounds
     deviations = outputs[varies] - outputs[varies].mean(axis=1, keepdims=True)
     variance = (deviations**2).sum(axis=1, keepdims=True) / (samples - 1)
     residuals = deviations - deviations @ basis @ basis.T
-    left = np.maximum((residuals**2).sum(axis=1, keepdims=True) / rest, LEAST_LEFT * variance)
+    left = np.maximum((residuals**2).sum(axis=1, keepdims=True) / freedom, LEAST_LEFT * variance)
     leverage = np.minimum((basis**2).sum(axis=1), MOST_LEVERAGE)
     influence = residuals**2 / (1.0 - leverage) / left - deviations**2 / variance
     influence -= influence.mean(axis=1, keepdims=True)
     error = np.sqrt((influence**2).mean(axis=1) / samples + 2.0 * (size - 1) / samples**2)
-    reach = special.stdtrit(rest, 0.5 + 0.5 * confidence) * error
+    reach = special.stdtrit(freedom, 0.5 + 0.5 * confidence) * error
     ratio = (left / variance)[:, 0]
-    least = ratio * rest / (samples - 1) if is_balanced else ratio  # were nothing of the fit by chance
+    least = ratio * freedom / (samples - 1) if is_balanced else ratio  # were nothing of the fit by chance
     bounds[:, varies] = 1.0 - least, 1.0 - ratio * np.exp(reach), 1.0 - least * np.exp(-reach)
     return bounds
 

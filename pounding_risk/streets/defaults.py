@@ -264,7 +264,7 @@ class Completed:
         elif "code level" not in values:
             self.fill("code level", level, STATED)
         exact = chain(kind, level, storeys, mass, period=values.get("period"))
-        stiffness, *strengths = (float(f"{value:.6g}") for value in (exact.stiffness, *exact.strengths))
+        stiffness, *strengths = (float(f"{number:.6g}") for number in (exact.stiffness, *exact.strengths))
         rule = f"Hazus, {kind.name} of {level} code"
         if "period" not in values:
             self.fill("period", say(exact.period, units.PERIOD), f"Hazus, {kind.name}: {kind.period:.4g} s a storey")

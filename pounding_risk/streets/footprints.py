@@ -54,7 +54,7 @@ def outline_of(footprint: Geometry) -> Outline:
     """The walls of the outer rings, in the footprint's own coordinates."""
     corners = rings(footprint)
     starts = np.concatenate(corners)
-    ends = np.concatenate([part for ring in corners for part in (ring[1:], ring[:1])])
+    ends = np.concatenate([half for ring in corners for half in (ring[1:], ring[:1])])
     return Outline(starts, ends, starts.min(axis=0), starts.max(axis=0))
 
 
@@ -109,11 +109,10 @@ def axes(footprints: Sequence[Geometry], outlines: Sequence[Outline]) -> tuple[A
     if abs(agreed) >= GRID * lengths.sum():
         grid = 0.25 * float(np.angle(agreed))
         nearest = grid + 0.5 * pi * round((line - grid) / (0.5 * pi))
-    listed = np.arange(len(centres)) - 0.5 * (len(centres) - 1)
 
     def pointing(angle: float) -> Array:
         axis = np.array([cos(angle), sin(angle)])
-        along = float(listed @ (centres @ axis))
+        along = float((np.arange(len(centres)) - 0.5 * (len(centres) - 1)) @ (centres @ axis))
         return -axis if along < 0.0 or (along == 0.0 and axis[0] < 0.0) else axis
 
     return pointing(nearest), pointing(nearest + 0.5 * pi)
@@ -176,9 +175,9 @@ def _reached(starts: Array, ends: Array, levels: Array, side: float) -> Array:
     """As `reaches`, for walls from ``starts`` to ``ends``."""
     rise = ends[:, 1] - starts[:, 1]
     # A wall along u counts by its ends, each of which starts a wall.
-    part = (levels[:, None] - starts[:, 1]) / np.where(rise == 0.0, inf, rise)
-    reached = np.where(rise == 0.0, levels[:, None] == starts[:, 1], (part >= 0.0) & (part <= 1.0))
-    places = starts[:, 0] + part * (ends[:, 0] - starts[:, 0])
+    share = (levels[:, None] - starts[:, 1]) / np.where(rise == 0.0, inf, rise)
+    reached = np.where(rise == 0.0, levels[:, None] == starts[:, 1], (share >= 0.0) & (share <= 1.0))
+    places = starts[:, 0] + share * (ends[:, 0] - starts[:, 0])
     return side * np.where(reached, side * places, -inf).max(axis=1, initial=-inf)
 
 

@@ -41,10 +41,10 @@ def polygons_of(geometry: Any) -> list[list[list[Any]]]:
     A ring has four positions or more, of two finite numbers or more, and ends where it starts.
     """
     kind = geometry.get("type") if isinstance(geometry, dict) else None
-    parts = geometry.get("coordinates") if isinstance(geometry, dict) else None
-    if kind not in POLYGONS or not isinstance(parts, list) or not parts:
+    rings_of_parts = geometry.get("coordinates") if isinstance(geometry, dict) else None
+    if kind not in POLYGONS or not isinstance(rings_of_parts, list) or not rings_of_parts:
         raise ValueError(no_polygon("" if kind is None else shown(kind)))
-    polygons = [parts] if kind == "Polygon" else parts
+    polygons = [rings_of_parts] if kind == "Polygon" else rings_of_parts
     for polygon in polygons:
         for ring in polygon if isinstance(polygon, list) and polygon else [None]:
             _check_ring(ring)

@@ -72,7 +72,7 @@ def _footprints_of(buildings: Sequence[Building], entries: Sequence[Entry]) -> t
     outlines = [entry.mapped.outline if entry.mapped is not None else None for entry in entries]
     points = [_point(building) for building in buildings]
     on_earth = [number for number, outline in enumerate(outlines) if outline is not None]
-    located = [number for number, (x, y) in enumerate(points) if not isnan(x + y)]
+    located = [number for number, (longitude, latitude) in enumerate(points) if not isnan(longitude + latitude)]
     holding: dict[int, int] = {}
     if on_earth and located:
         tree = shapely.STRtree([outlines[number] for number in on_earth])

@@ -106,22 +106,22 @@ def _from_parquet(path: Path) -> Features:
 
     frame = geopandas.read_parquet(path)
     rows = frame.drop(columns=frame.active_geometry_name).to_dict("records")
-    properties = [{str(key): _known(value) for key, value in row.items()} for row in rows]
+    properties = [{str(key): _known(cell) for key, cell in row.items()} for row in rows]
     places = [f"feature {number}" for number in range(1, len(frame) + 1)]
     return Features(places, properties, list(frame.geometry.array), _ids(properties), frame.crs)
 
 
-def _known(value: Any) -> Any:
+def _known(cell: Any) -> Any:
     """A value of a table as Python has it; None where the table has none."""
-    value = value.item() if isinstance(value, np.generic) else value
-    is_missing = value is None or type(value).__name__ in ("NAType", "NaTType") or value != value
-    return None if isinstance(is_missing, bool) and is_missing else value
+    cell = cell.item() if isinstance(cell, np.generic) else cell
+    is_missing = cell is None or type(cell).__name__ in ("NAType", "NaTType") or cell != cell
+    return None if isinstance(is_missing, bool) and is_missing else cell
 
 
 def _ids(properties: Sequence[Mapping[str, Any]]) -> list[str]:
     """The identifier of each feature; "" of one without."""
     named = (next((table[key] for key in IDS if table.get(key) is not None), "") for table in properties)
-    return [str(value) if isinstance(value, str | int) else "" for value in named]
+    return [str(identifier) if isinstance(identifier, str | int) else "" for identifier in named]
 
 
 def _from_geojson(text: str, metres: bool, faults: list[str]) -> Features:
@@ -141,7 +141,7 @@ def _from_geojson(text: str, metres: bool, faults: list[str]) -> Features:
         except ValueError as error:
             faults.append(f"{place}: {error}")
             shapes.append(None)
-    own_ids = [value if isinstance(value := table.get("id"), str | int) else None for table in tables]
+    own_ids = [identifier if isinstance(identifier := table.get("id"), str | int) else None for table in tables]
     ids = [other if own is None else str(own) for own, other in zip(own_ids, _ids(properties), strict=True)]
     return Features(places, properties, shapes, ids, system)
 

@@ -37,16 +37,16 @@ class Dialect(NamedTuple):
 
 def _of_osm(tags: Mapping[str, Any]) -> dict[str, Any]:
     """The tags of a building, its height with its unit: a plain number is in metres, 12'6" in feet and inches."""
-    values = {key: value for key, value in tags.items() if key not in ("building", "building:part", "min_height")}
+    facts = {key: tag for key, tag in tags.items() if key not in ("building", "building:part", "min_height")}
     text = str(tags.get("height", "")).strip()
     if feet := OSM_FEET.fullmatch(text):
-        values["height"] = f"{float(feet[1]) + float(feet[2] or 0.0) / 12.0!r} ft"
+        facts["height"] = f"{float(feet[1]) + float(feet[2] or 0.0) / 12.0!r} ft"
     else:
-        values["height"] = _in_metres(tags.get("height"))
+        facts["height"] = _in_metres(tags.get("height"))
     levels = str(tags.get("building:levels", "")).strip()
     if re.fullmatch(r"[0-9]+\.5", levels):  # an attic
-        values["building:levels"] = ceil(float(levels))
-    return values
+        facts["building:levels"] = ceil(float(levels))
+    return facts
 
 
 def _of_overture(table: Mapping[str, Any]) -> dict[str, Any]:
@@ -60,8 +60,8 @@ def _of_overture(table: Mapping[str, Any]) -> dict[str, Any]:
     flat = table.get("names.primary", table.get("names_primary"))
     primary = names.get("primary") if isinstance(names, Mapping) else flat
     unread = ("names", "names.primary", "names_primary", "min_height")
-    values = {key: value for key, value in table.items() if key not in unread}
-    return values | {"name": table.get("name") or primary, "height": _in_metres(table.get("height"))}
+    facts = {key: fact for key, fact in table.items() if key not in unread}
+    return facts | {"name": table.get("name") or primary, "height": _in_metres(table.get("height"))}
 
 
 def _in_metres(height: Any) -> Any:

@@ -210,13 +210,13 @@ def _sound(shape: Geometry | None) -> tuple[Geometry | None, str, str]:
         return None, "", "a coordinate is no number, or is beyond any place on the Earth; draw the footprint again"
     if shapely.is_valid(flat):
         return flat, "; ".join(repairs), ""
-    parts = []
-    for part in shapely.get_parts(flat):
-        whole, fault = _repaired(part)
+    sound = []
+    for polygon in shapely.get_parts(flat):
+        whole, fault = _repaired(polygon)
         if fault:
             return None, "", fault
-        parts.append(whole)
-    repaired = parts[0] if len(parts) == 1 else shapely.union_all(parts)
+        sound.append(whole)
+    repaired = sound[0] if len(sound) == 1 else shapely.union_all(sound)
     repairs.append(f"its outline is repaired ({shapely.is_valid_reason(flat)})")
     return repaired, "; ".join(repairs), ""
 
@@ -225,8 +225,7 @@ def _repaired(polygon: Geometry) -> tuple[Geometry | None, str]:
     """A valid polygon, or several, of the same area; or what is wrong with it."""
     if shapely.is_valid(polygon):
         return polygon, ""
-    whole = shapely.make_valid(polygon)
-    polygons = [part for part in shapely.get_parts(whole) if part.geom_type in POLYGONS]
+    polygons = [part for part in shapely.get_parts(shapely.make_valid(polygon)) if part.geom_type in POLYGONS]
     repaired = shapely.union_all(polygons)
     if repaired.area == 0.0:
         return None, "a ring has no area; draw the footprint again"
@@ -282,9 +281,8 @@ def outlined_table(source: Path, entries: Sequence[Entry], notes: Sequence[str])
     """
     faults: list[str] = []
     features = Features([entry.place for entry in entries], [], [entry.footprint for entry in entries], [], DEGREES)
-    projection = _projection(features, False, faults)
     if not faults:
-        flat, resolution, more = _laid_flat(entries, projection, Dialect(), faults)
+        flat, resolution, more = _laid_flat(entries, _projection(features, False, faults), Dialect(), faults)
     if faults:
         raise BlockError(str(source), faults)
     return Table(flat, [*notes, *more], resolution)
@@ -338,8 +336,8 @@ def _flat(entries: list[Entry], projection: Projection | None) -> list[Entry]:
     middles = projection.degrees(shapely.get_coordinates(shapely.centroid(shapes)))
     world = shapely.transform(shapes, projection.degrees)
     placed = []
-    for entry, shape, (x, y), outline in zip(entries, flat, middles.tolist(), world, strict=True):
-        mapped = (entry.mapped or Mapped())._replace(longitude=x, latitude=y, outline=outline)
+    for entry, shape, (longitude, latitude), outline in zip(entries, flat, middles.tolist(), world, strict=True):
+        mapped = (entry.mapped or Mapped())._replace(longitude=longitude, latitude=latitude, outline=outline)
         placed.append(entry._replace(footprint=shape, mapped=mapped))
     return placed
 

@@ -145,7 +145,7 @@ def neighbours_csv(
 
     def add(one: House, other: House, gap: float, pair: Neighbours | ClosePair, held: str) -> None:
         ends = [f"{end:.6g}" for end in (pair.gaps if isinstance(pair, Neighbours) else within(gap, pair.resolution))]
-        measured = ["" if isnan(value) else f"{value:.4g}" for value in (pair.faced, pair.share)]
+        measured = ["" if isnan(length) else f"{length:.4g}" for length in (pair.faced, pair.share)]
         meet, miss, offset = floors(one, other, tolerance)
         names = map(cell, (one.street, one.name, other.street, other.name))
         lines.append((*names, f"{gap:.6g}", *ends, *measured, meet, miss, f"{offset:.4g}", cell(held)))
@@ -238,8 +238,7 @@ class Street(NamedTuple):
         outlines = {number: outline for view in views for number, outline in view.outlines.items()}
         directions = {number: footprints.azimuth(view.axis) for view in views for number in view.outlines}
         reasons: dict[frozenset[int], str] = {}
-        along = (pair for view in views for pair in view.along)
-        adjacent = self._held(self._beside(along, outlines, reasons), reasons)
+        adjacent = self._held(self._beside((pair for view in views for pair in view.along), outlines, reasons), reasons)
         rows = list(self._rows(adjacent, directions))
         self._note_partial([each for row in rows for each in row.pairs if each.is_partial])
         neighbours, close = {frozenset(neighbour[:2]) for neighbour in adjacent}, []
@@ -364,8 +363,7 @@ class Street(NamedTuple):
                 last = right
             buildings = (self.houses[first], *(neighbour.right for neighbour in pairs))
             gaps = tuple(neighbour.gap for neighbour in pairs)
-            direction = directions.get(first, nan)
-            yield BlockRow("", self.houses[first].street, buildings, gaps, direction, tuple(pairs))
+            yield BlockRow("", self.houses[first].street, buildings, gaps, directions.get(first, nan), tuple(pairs))
 
     def _note_partial(self, pairs: Sequence[Neighbours]) -> None:
         """A note on neighbours that face each other over a part of their fronts."""

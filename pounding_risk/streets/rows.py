@@ -126,9 +126,9 @@ class Block(ShortRepr):
         that of the records, such as ``{"effects": {"p_delta": {}}, "records": {"set": "fema-p695-farfield"}}``.
         Raises PoundingError for a section that belongs to the buildings.
         """
-        given: dict[str, Any] = {"records": records, "contact": contact, "tables": tables, "gaps": self.gap_words}
+        shared: dict[str, Any] = {"records": records, "contact": contact, "tables": tables, "gaps": self.gap_words}
         rows = zip(self.file_names(), self.rows, self._by_row(), strict=True)
-        return {name: scene_text(row, *own, self.source, **given) for name, row, own in rows}
+        return {name: scene_text(row, *own, self.source, **shared) for name, row, own in rows}
 
     def file_names(self) -> list[str]:
         """The name of each row's scene; a number follows names that would be the same, or all where one has it."""
@@ -144,9 +144,9 @@ class Block(ShortRepr):
         """For each row the values that were filled in for its buildings, and the pairs of `close` with one of them."""
         row_of = {(row.street, one.name): at for at, row in enumerate(self.rows) for one in row.buildings}
         own: list[tuple[list[Filled], list[ClosePair]]] = [([], []) for _ in self.rows]
-        for value in self.filled:
-            if (value.street, value.building) in row_of:
-                own[row_of[value.street, value.building]][0].append(value)
+        for filled in self.filled:
+            if (filled.street, filled.building) in row_of:
+                own[row_of[filled.street, filled.building]][0].append(filled)
         for pair in self.close:
             names = {(one.street, one.name) for one in (pair.one, pair.other)}
             for at in {row_of[name] for name in names & row_of.keys()}:
@@ -187,10 +187,10 @@ class Block(ShortRepr):
         words = f"no row: no two buildings stand within {say(self.rules.limit, GAP)} of each other along the street"
         if self.close:
             axis = "another direction of the street" if self.rules.axis is not None else "the direction of the street"
-            part = " or a smaller --least-facing" if self.rules.least_facing > 0.0 else ""
+            facing = " or a smaller --least-facing" if self.rules.least_facing > 0.0 else ""
             count = f"{len(self.close)} pair{'s stand' if len(self.close) > 1 else ' stands'}"
             words += f" as neighbours, though {count} so close, such as {self.close[0].words}"
-            words += f"; state {axis} (--axis){part}"
+            words += f"; state {axis} (--axis){facing}"
         else:
             words += "; check the walls and the coordinates, or write a larger limit (--limit)"
         raise BlockError(self.source, [words])
@@ -340,8 +340,7 @@ def read_block(
         raise BlockError(str(source), notes.faults)
     if len(streets) > 1:
         close += between_streets(every, rules, resolution.size)
-    said = (*table.left_out, *notes.doubts.sentences())
-    facts = tuple(notes.filled), said, rules, tuple(close), sides, resolution
+    facts = tuple(notes.filled), (*table.left_out, *notes.doubts.sentences()), rules, tuple(close), sides, resolution
     return Block(source.name, tuple(rows), tuple(in_no_row), *facts)
 
 
@@ -422,6 +421,6 @@ def _table(source: Path, rules: Rules, layer: str | None, within: str | None, in
     if rules.metres:
         raise BlockError(str(source), ["a CSV has no coordinates to be in metres; leave the option out"])
     options = {"layer": layer, "within": within, "inventory": inventory}
-    if stated := [name for name, value in options.items() if value is not None]:
+    if stated := [name for name, option in options.items() if option is not None]:
         raise BlockError(str(source), [f"a CSV has no footprints, so --{stated[0]} chooses nothing; leave it out"])
     return read_table(source)

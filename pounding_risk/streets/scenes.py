@@ -79,13 +79,13 @@ def shares(filled: Iterable[Filled]) -> list[Share]:
         One for each column and rule, in the order met.
     """
     groups: dict[tuple[str, str], list[str]] = {}
-    for value in filled:
-        groups.setdefault((value.column, value.rule), []).append(value.value)
+    for default in filled:
+        groups.setdefault((default.column, default.rule), []).append(default.value)
     summary = []
-    for (column, rule), values in groups.items():
-        distinct = list(dict.fromkeys(values))
+    for (column, rule), cells in groups.items():
+        distinct = list(dict.fromkeys(cells))
         more = f", ... ({len(distinct)} values)" if len(distinct) > LISTED else ""
-        summary.append(Share(column, len(values), f"{', '.join(distinct[:LISTED])}{more}", rule))
+        summary.append(Share(column, len(cells), f"{', '.join(distinct[:LISTED])}{more}", rule))
     return summary
 
 

@@ -238,8 +238,8 @@ def advise(
     fastest = None if LAW in skipped else max(speed for _, speed in strikes)
     trials = _factor_trials(study, base, ranges, fastest) if touched.any() else ()
     runs = _trial_runs(study, base, [trial for trial in trials if trial.factor not in skipped], few, progress)
-    influences = tuple(one for run in runs for one in _influences(study, run, touched))
-    walls = {one.wall for one in ranges}  # what moves a wall is next to nothing, however much of it
+    influences = tuple(influence for run in runs for influence in _influences(study, run, touched))
+    walls = {band.wall for band in ranges}  # what moves a wall is next to nothing, however much of it
     # Of buildings and interfaces more is read here than by a scan, such as floor_length and equal_terms.
     unused = [words for words in unused_keys(written) if words.startswith(("records.", "grid."))]
     notes = [
@@ -260,7 +260,7 @@ def advise(
         influences=influences,
         now=_output_medians(study, base, touched),
         left_out=tuple(dict.fromkeys(notes)),
-        finding=_finding(study, base, [one for one in influences if one.place not in walls]),
+        finding=_finding(study, base, [influence for influence in influences if influence.place not in walls]),
     )
 
 
@@ -329,7 +329,7 @@ def _factor_trials(
     """
     scenes = []
     for multiple in MULTIPLES:
-        stiff = [None if one.stiffness is None else multiple * one.stiffness for one in study.interfaces]
+        stiff = [None if here.stiffness is None else multiple * here.stiffness for here in study.interfaces]
         scenes.append(study if multiple == 1.0 else _with_interface_values(study, stiffness=stiff))
     counts = tuple(1.0 / JUDGED <= multiple <= JUDGED for multiple in MULTIPLES)
     yield Trial(STIFFNESS, tuple(f"× {multiple:g}" for multiple in MULTIPLES), tuple(scenes), counts)
@@ -341,9 +341,9 @@ def _factor_trials(
     floors, columns = ([getattr(one, key) for one in study.interfaces] for key in ("yield_force", "column_yield_force"))
     strengths = [building.column_strength for building in study.buildings]
     multiples: tuple[float, ...] = FORCE_MULTIPLES
-    tried = ["none" if one == inf else f"× {one:g}" for one in FORCE_MULTIPLES]
+    tried = ["none" if multiple == inf else f"× {multiple:g}" for multiple in FORCE_MULTIPLES]
     if min(*floors, *columns, *strengths) == inf:
-        multiples, tried = FORCE_SHARES, [f"{one:g} of the peak" for one in FORCE_SHARES]
+        multiples, tried = FORCE_SHARES, [f"{share:g} of the peak" for share in FORCE_SHARES]
         peaks, touched = _case_values(base, "peak_contact_force"), _case_values(base, "impact_count") > 0.0
         floors = columns = [
             float(np.median(peaks[hit, index])) if hit.any() else inf for index, hit in enumerate(touched.T)
@@ -366,8 +366,8 @@ def _factor_trials(
         names = tuple(name for name in alike.grid.contact_models if name != study.contact_model)
         yield Trial(LAW, names, (alike,), (True,) * len(names))
 
-    if any(one.recommended not in (None, one.own) for one in ranges):
-        proposed = {one.interface: one.recommended or one.own for one in ranges}
+    if any(band.recommended not in (None, band.own) for band in ranges):
+        proposed = {band.interface: band.recommended or band.own for band in ranges}
         names_and_own = zip(study.interface_names, study.interfaces, strict=True)
         scene = _with_interface_values(
             study, stiffness=[proposed.get(name, own.stiffness) for name, own in names_and_own]
@@ -513,8 +513,7 @@ def _output_medians(study: Scene, base: xr.Dataset, touched: NDArray[np.bool_]) 
 
 
 def _gap_words(study: Scene) -> str:
-    gaps = study.interface_gaps(study.grid.gaps[0])
-    return ", ".join(dict.fromkeys(say(gap, GAP) for gap in gaps))
+    return ", ".join(dict.fromkeys(say(gap, GAP) for gap in study.interface_gaps(study.grid.gaps[0])))
 
 
 def _assumptions(
@@ -525,7 +524,7 @@ def _assumptions(
     if used < count:
         names = ", ".join(motion.name for motion in few.motions)
         yield f"records: {used} of {count} were run, {names}; the others, gaps and amplitudes are for scan"
-    assumed = {name: one.assumed_length for one in ranges for name in one.assumed}
+    assumed = {name: band.assumed_length for band in ranges for name in band.assumed}
     if assumed:
         single = [b.name for b in study.buildings if b.name in assumed and not isinstance(b, Storeys)]
         where = f", or write floor_length in [[building]] {' and '.join(single)}" if single else ""
@@ -534,12 +533,12 @@ def _assumptions(
             f"floors of {', '.join(assumed)}: a length of {length:g} m is assumed, and waves of 3500 m/s, concrete; "
             f'give another one with --floor-length "15 m"{where}'
         )
-    for one in ranges:
-        if lasts := _yielding_duration(study, one):
-            yield f"{one.interface}: yielding makes the contact of the scene's stiffness longer, {ms(lasts)}"
-        if one.wall:
+    for band in ranges:
+        if lasts := _yielding_duration(study, band):
+            yield f"{band.interface}: yielding makes the contact of the scene's stiffness longer, {ms(lasts)}"
+        if band.wall:
             yield (
-                f"{one.interface}: {one.wall} vibrates so fast that no contact is short beside its period; it counts "
+                f"{band.interface}: {band.wall} vibrates so fast that no contact is short beside its period; it counts "
                 "as a wall, and the range is that of its neighbour"
             )
     if study.effects:
@@ -580,14 +579,14 @@ def _yielding_duration(study: Scene, stiffness_range: StiffnessRange) -> float:
 
 def _interface_lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[Influence]) -> Iterator[Line]:
     """What to write, key by key."""
-    own, walls = study.interfaces[0], {one.wall for one in ranges}
-    known = [one for one in influences if one.verdict]
-    for one in ranges:
-        beside = {one.interface, *one.buildings} - walls
-        judged = [other for other in known if other.factor == STIFFNESS and other.place in beside]
-        yield Line(one.interface, one.line, f"{one.why}. {_factor_words(judged, '')}" if judged else one.why)
-    known = [one for one in known if one.place not in walls]
-    if proposed := [one for one in known if one.factor == PROPOSED]:
+    own, walls = study.interfaces[0], {band.wall for band in ranges}
+    known = [influence for influence in influences if influence.verdict]
+    for band in ranges:
+        beside, why = {band.interface, *band.buildings} - walls, band.why
+        judged = [influence for influence in known if influence.factor == STIFFNESS and influence.place in beside]
+        yield Line(band.interface, band.line, f"{why}. {_factor_words(judged, '')}" if judged else why)
+    known = [influence for influence in known if influence.place not in walls]
+    if proposed := [influence for influence in known if influence.factor == PROPOSED]:
         yield Line("", "", _proposed_stiffness_words(proposed))
     rule, relation = own.restitution.written(), own.restitution.relation
     exact = f'{{value = {shown(rule["value"])}, relation = "exact"}}' if relation != AS_PUBLISHED else shown(rule)
@@ -608,9 +607,9 @@ def _interface_lines(study: Scene, ranges: Sequence[StiffnessRange], influences:
         ),
         (LAW, "contact_model", shown(own.contact_model), "set the laws side by side with compare"),
     ):
-        if judged := [one for one in known if one.factor == factor]:
+        if judged := [influence for influence in known if influence.factor == factor]:
             why = _factor_words(judged, consequence)
-            if len({getattr(one, key) for one in study.interfaces}) > 1:
+            if len({getattr(here, key) for here in study.interfaces}) > 1:
                 yield Line("", "", f"{key}, each interface's own: {why}")
             else:
                 yield Line("", f"{key} = {setting}", why)
@@ -626,14 +625,12 @@ def _factor_words(judged: Sequence[Influence], consequence: str) -> str:
     tried = ", ".join(setting for setting, counts in zip(first.tried, first.counts, strict=True) if counts)
     if not groups[DEPENDS] and not groups[SOMEWHAT]:
         return f"Keep it: the median of no output changes by {100 * LITTLE:.0f} % or more with {tried}"
-    parts = []
-    if groups[DEPENDS]:
-        parts.append(f"it decides {groups[DEPENDS]}{f': {consequence}' if consequence else ''}")
-    if groups[SOMEWHAT]:
-        parts.append(f"it moves {groups[SOMEWHAT]} somewhat")
-    if groups[NOT]:
-        parts.append(f"it does not move {groups[NOT]}")
-    return f"Tried {tried}: {'; '.join(parts)}"
+    clauses = (
+        f"it decides {groups[DEPENDS]}{f': {consequence}' if consequence else ''}" if groups[DEPENDS] else "",
+        f"it moves {groups[SOMEWHAT]} somewhat" if groups[SOMEWHAT] else "",
+        f"it does not move {groups[NOT]}" if groups[NOT] else "",
+    )
+    return f"Tried {tried}: {'; '.join(filter(None, clauses))}"
 
 
 def _proposed_stiffness_words(influences: Sequence[Influence]) -> str:

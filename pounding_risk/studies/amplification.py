@@ -151,8 +151,8 @@ class PairsJob(Batches):
             chunk = self.jobs[number].solve(own, stop)
             if chunk is None:
                 return None
-            values = self.jobs[number].writer().values(own, chunk)
-            chunks.append({name: values[name][:, 0] for name in (*PEAKS.values(), "impact_count", "status")})
+            outputs = self.jobs[number].writer().values(own, chunk)
+            chunks.append({name: outputs[name][:, 0] for name in (*PEAKS.values(), "impact_count", "status")})
         return joined(chunks)
 
 
@@ -180,7 +180,7 @@ def responses(
     for periods, gaps in pairs:
         grid = study.grid._replace(gaps=tuple(gaps.tolist()), amplitudes=(None,))
         grid = grid._replace(yield_forces=(between.yield_force,), contact_models=(between.contact_model,))
-        buildings = (one._replace(period=float(own)) for one, own in zip(study.pair, periods, strict=True))
+        buildings = (building._replace(period=float(own)) for building, own in zip(study.pair, periods, strict=True))
         scenes.append(study.updated(buildings=tuple(buildings), grid=grid))
     motions = shaking.motions
     shape = (len(pairs), len(motions), len(shaking.polarities), pairs[0][1].size)
@@ -190,14 +190,14 @@ def responses(
             f"num: {cases:,} runs take {size_words(needed)} of memory, more than {size_words(MOST_BYTES)}; take fewer "
             "ratios, gaps, periods or records"
         )
-    check_memory(min(scenes, key=lambda scene: min(one.period for one in scene.pair)), motions)
+    check_memory(min(scenes, key=lambda scene: min(building.period for building in scene.pair)), motions)
     job = PairsJob(scenes, motions)
     whole = job.solved(workers, progress)
-    alone = [one.free_values() for one in job.jobs]
+    alone = [pair.free_values() for pair in job.jobs]
     touched, failed = whole["impact_count"].reshape(shape) > 0, whole["status"].reshape(shape) != 0
     raised = {}
     for word, name in PEAKS.items():
-        free = np.stack([one[name] for one in alone]).reshape(*shape[:-1], 1, 2)
+        free = np.stack([peaks[name] for peaks in alone]).reshape(*shape[:-1], 1, 2)
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = whole[name].reshape(*shape, 2) / free
         ratio = np.where(touched[..., None], ratio, 1.0)
@@ -274,9 +274,9 @@ def _percentiles(flat: Array, percentiles: Sequence[float]) -> Array:
 def _coordinates(study: Scene, shaking: Shaking, chart: Chart, percentiles: Sequence[float]) -> dict[str, Any]:
     name, distances = chart.gap_axis
     pair, of_pair = study.pair, ("fixed_period", "period_ratio")
-    names = [one.name for one in pair]
+    names = [building.name for building in pair]
     stays, varies = names[chart.stays], names[1 - chart.stays]
-    masses, dampings = [one.mass for one in pair], [one.damping for one in pair]
+    masses, dampings = [building.mass for building in pair], [building.damping for building in pair]
     coords: dict[str, Any] = {
         "percentile": ("percentile", list(percentiles), described("%", "share of the motions that have no more")),
         "fixed_period": ("fixed_period", chart.periods, described("s", f"period of {stays}, which stays")),

@@ -133,8 +133,8 @@ def compile_for(study: Scene) -> None:
         path.write_text(_made_record(SHAKING + REST + study.lag), encoding="ascii")
         request = RecordRequest(files=(str(path),))
         grid = study.grid
-        one = grid._replace(gaps=grid.gaps[:1], yield_forces=grid.yield_forces[:1], amplitudes=(None,))
-        few = study.updated(records=request, grid=one, axes=(), buildings=tuple(buildings), text="", overrides=())
+        single = grid._replace(gaps=grid.gaps[:1], yield_forces=grid.yield_forces[:1], amplitudes=(None,))
+        few = study.updated(records=request, grid=single, axes=(), buildings=tuple(buildings), text="", overrides=())
         scan(few, check_fraction=1.0, workers=1)
         for name in dict.fromkeys((few.contact_model, *few.grid.contact_models)):
             simulate(few, law=name)

@@ -203,16 +203,16 @@ def with_equal_terms(study: Scene, request: Request) -> tuple[Scene, dict[str, s
 
 def _at_all_places(places: dict[str, Scene], function: Callable[[Scene], Any]) -> dict[str, Any]:
     """The values of a function at every place; raises as it does, with the place where not all places raise it."""
-    results: dict[str, Any] = {}
+    answers: dict[str, Any] = {}
     errors: dict[str, PoundingError] = {}
     for where, scene in places.items():
         try:
-            results[where] = function(scene)
+            answers[where] = function(scene)
         except PoundingError as error:
             errors[where] = error
     for where, first in errors.items():
         raise first if len(errors) == len(places) else PoundingError(f"{first} (at {where})")
-    return results
+    return answers
 
 
 def _with_places(reasons: dict[str, str], count: int) -> str:
@@ -310,8 +310,7 @@ def _hindrance(study: Scene, name: str) -> str:
             return f"{why}, under {effect.name}"
     if _lacks_restitution(study) or not law.needs_restitution:
         return ""
-    exact = study.updated(relation=AS_ASKED)
-    return misfit([law], AS_ASKED) or beyond_reach(exact, [name])
+    return misfit([law], AS_ASKED) or beyond_reach(study.updated(relation=AS_ASKED), [name])
 
 
 def _lacks_restitution(study: Scene) -> bool:
@@ -340,25 +339,25 @@ def _compared_along_axes(equal: Scene, whole: xr.Dataset, baseline: str, reasons
     axes, known = axes_of(whole), dict[Any, Any]()
     variants = Variants(equal, axes)
     attributes, stack = Stack(variants.shape), Stack(variants.shape)
-    parts: list[xr.Dataset] = []
+    added: list[xr.Dataset] = []
     for number in range(variants.count):
         places = zip(axes, variants.places(number), strict=True)
         part = at_one_place(whole.isel({axis.name: [place] for axis, place in places}))
         compared = _compared_scene(variants.scene(number), part, baseline, known)
         facts = {name: compared.attrs[name] for name in ("same", "speed")}
         attributes.add(number, facts | {"finding": findings.finding(compared)})
-        parts.append(compared.drop_vars(part.variables).drop_attrs(deep=False))
+        added.append(compared.drop_vars(part.variables).drop_attrs(deep=False))
     facts = {name: compared.attrs[name] for name in ("baseline", "reference_law", "same", "speed")}
     facts = {name: fact for name, fact in facts.items() if name not in attributes.differing()}
-    longest = max(part.sizes["impact_step"] for part in parts)
-    for number, part in enumerate(parts):
+    longest = max(part.sizes["impact_step"] for part in added)
+    for number, part in enumerate(added):
         padded = part.pad(impact_step=(0, longest - part.sizes["impact_step"]))
         stack.add(number, {str(name): padded[name].values for name in padded.variables})
     variables: dict[str, Any] = {}
     for name, (along, stacked) in stack.reduced().items():
-        own = parts[0][name]
+        own = added[0][name]
         if name in TABLES:
-            along, stacked = tuple(range(len(axes))), np.stack([part[name].values for part in parts])
+            along, stacked = tuple(range(len(axes))), np.stack([part[name].values for part in added])
             stacked = stacked.reshape(*variants.shape, *own.shape)
         variables[name] = ((*(axes[number].name for number in along), *own.dims), stacked, own.attrs)
     dataset = whole.assign(variables)
@@ -404,35 +403,32 @@ def _reference_variables(study: Scene, dataset: xr.Dataset, known: Known) -> dic
         impacts.append(_reference_impacts_once(here, stiffnesses, known))
     units, dissipates, capped = [], [], []
     for label, of_law in zip(names, zip(*impacts, strict=True), strict=True):
-        each = [one.contact_model for one in study.interfaces] if label == OF_EACH_INTERFACE else [label]
+        each = [interface.contact_model for interface in study.interfaces] if label == OF_EACH_INTERFACE else [label]
         laws = [known_law(name) for name in each]
         of_each = [stiffness_quantity(law).unit if "stiffness" in law._fields else "" for law in laws]
         units.append(of_each[0] if len(set(of_each)) == 1 else findings.APART.join(of_each))
         dissipates.append(not all(blow.restitution > 1.0 - ELASTIC for blow in of_law))
         answers = {int(law.capped) for law in laws}
         capped.append(answers.pop() if len(answers) == 1 else findings.AT_SOME)
-    elastic = "0 where the law is elastic, and without yielding returns all energy"
-    acts = "1 where the yield force acts in the law, -1 where at some interfaces only"
-    of_laws: tuple[tuple[str, Any, str], ...] = (
-        ("stiffness_unit", units, "unit of stiffness, several by interface"),
-        ("dissipates", np.array(dissipates, np.int8), elastic),
-        ("capped", np.array(capped, np.int8), acts),
-    )
+    elastic = {"long_name": "0 where the law is elastic, and without yielding returns all energy"}
+    acts = {"long_name": "1 where the yield force acts in the law, -1 where at some interfaces only"}
     variables: dict[str, Any] = {
-        name: ("contact_model", values, {"long_name": words}) for name, values, words in of_laws
+        "stiffness_unit": ("contact_model", units, {"long_name": "unit of stiffness, several by interface"}),
+        "dissipates": ("contact_model", np.array(dissipates, np.int8), elastic),
+        "capped": ("contact_model", np.array(capped, np.int8), acts),
     }
     axes = ("interface",) if "interface" in dataset.dims else ()
 
-    def add(name: str, dims: tuple[str, ...], parts: list[Any], attributes: dict[str, str]) -> None:
+    def add(name: str, dims: tuple[str, ...], by_interface: list[Any], attributes: dict[str, str]) -> None:
         """A variable from its values at every interface, which are along the first axis of the dataset of a row."""
-        variables[name] = ((*axes, *dims), np.array(parts if axes else parts[0]), attributes)
+        variables[name] = ((*axes, *dims), np.array(by_interface if axes else by_interface[0]), attributes)
 
     words = "calibrated stiffness of the contact law, in the unit of stiffness_unit"
     add("stiffness", ("contact_model",), calibrated, {"long_name": words})
     add("reduced_mass", (), masses, described("kg", "reduced mass of the reference impact"))
     for name, (unit, words) in IMPACT_COLUMNS.items():
-        values = [[getattr(blow, name) for blow in of_one] for of_one in impacts]
-        add(f"reference_{name}", ("contact_model",), values, described(unit, words))
+        columns = [[getattr(blow, name) for blow in of_one] for of_one in impacts]
+        add(f"reference_{name}", ("contact_model",), columns, described(unit, words))
     longest = max(len(blow.time) for of_one in impacts for blow in of_one)
     for name, (unit, words) in CURVES.items():
         curves = np.full((len(impacts), len(names), longest), nan)

@@ -86,13 +86,13 @@ def rows_along(dataset: xr.Dataset, index: int) -> Iterator[Row]:
     places = list(places_along(dataset))
     runs = dataset["impact_count"].size // dataset.sizes["contact_model"] // dataset.sizes.get("interface", 1)
     for place in places:
-        part = findings.of_interface(place.part, index)
-        names, baseline = findings.comparable_laws(part), str(part.attrs["baseline"])
-        touched = int(part["judged"].sel(conclusion="displacement", contact_model=baseline))
-        ranges = [findings.furthest(part, output, names) if names else ("", nan, nan) for output in findings.FIRST_TWO]
+        pair = findings.of_interface(place.part, index)
+        names, baseline = findings.comparable_laws(pair), str(pair.attrs["baseline"])
+        touched = int(pair["judged"].sel(conclusion="displacement", contact_model=baseline))
+        ranges = [findings.furthest(pair, output, names) if names else ("", nan, nan) for output in findings.FIRST_TWO]
         flips = []
         for conclusion in findings.FLIPS:
-            most, law = findings.most_frequent_flip(findings.flip_share(part, conclusion, names), names, [""])
+            most, law = findings.most_frequent_flip(findings.flip_share(pair, conclusion, names), names, [""])
             flips.append("–" if np.isnan(most) else f"{findings.percent(most)} ({law})" if most else "0 %")
         yield Row(place.cells, touched, runs // len(places), ranges, flips)
 
@@ -119,22 +119,22 @@ def along_finding(dataset: xr.Dataset) -> str:
         findings.UNTOUCHED: f"{baseline} has contact in no case",
         findings.ALONE: f"no other law dissipates as {baseline} does",
     }
-    clauses = []
+    by_kind = []
     for kind, words in kinds.items():
         places = [place.words for place, outcome in verdicts if outcome.kind == kind]
         if len(places) == count:
-            clauses.append(f"{words} at {'both' if count == 2 else f'all {count}'} places")
+            by_kind.append(f"{words} at {'both' if count == 2 else f'all {count}'} places")
         elif places:
-            clauses.append(f"{words} at {len(places)} of {count} places{_where(places[0]) if len(places) == 1 else ''}")
-    parts = [", ".join(clauses)]
+            by_kind.append(f"{words} at {len(places)} of {count} places{_where(places[0]) if len(places) == 1 else ''}")
+    clauses = [", ".join(by_kind)]
     judged = [(place, outcome) for place, outcome in verdicts if outcome.shares]
     if judged:
-        parts += [*_moving(judged, baseline), *_flipping(judged)]
+        clauses += [*_moving(judged, baseline), *_flipping(judged)]
         asides = (findings.aside(place.part, outcome.names) for place, outcome in judged)
-        parts += dict.fromkeys(sentence for sentences in asides for sentence in sentences)
+        clauses += dict.fromkeys(sentence for sentences in asides for sentence in sentences)
     idle = idle_axes(dataset)
-    parts += [f"nothing that is compared depends on {' or '.join(idle)}"] if idle else []
-    sentence = "; ".join(parts)
+    clauses += [f"nothing that is compared depends on {' or '.join(idle)}"] if idle else []
+    sentence = "; ".join(clauses)
     return f"{sentence[0].upper()}{sentence[1:]}."
 
 
@@ -146,9 +146,9 @@ def _where(words: str) -> str:
 def _moving(judged: list[tuple[Place, Verdict]], baseline: str) -> Iterator[str]:
     """Which outputs move most, under which law and where, and where the first of them moves least."""
     against = f"against {baseline}, "
-    widest = _widest([(place, one) for place, outcome in judged for one in outcome.moved])
+    widest = _widest([(place, moved) for place, outcome in judged for moved in outcome.moved])
     if not widest:
-        widest = _widest([(place, one) for place, outcome in judged for one in outcome.moved_by_yielding])
+        widest = _widest([(place, moved) for place, outcome in judged for moved in outcome.moved_by_yielding])
         against += f"{findings.yields_otherwise(judged[0][0].part)}, "
     if not widest:
         yield findings.within_words(baseline)
@@ -165,8 +165,8 @@ def _moving(judged: list[tuple[Place, Verdict]], baseline: str) -> Iterator[str]
 def _widest(moved: list[tuple[Place, Moved]]) -> list[tuple[Place, Moved]]:
     """Of every output the place where it moves furthest, the output that moves furthest first."""
     widest: dict[str, tuple[Place, Moved]] = {}
-    for place, one in sorted(moved, key=lambda entry: -findings.reach(*entry[1][2:])):
-        widest.setdefault(one[0], (place, one))
+    for place, output in sorted(moved, key=lambda pair: -findings.reach(*pair[1][2:])):
+        widest.setdefault(output[0], (place, output))
     return list(widest.values())
 
 
@@ -174,7 +174,7 @@ def _least(output: str, judged: list[tuple[Place, Verdict]]) -> Iterator[str]:
     """Where an output moves least, and how far; nothing where it moves alike at all places."""
     ranges = [(place, findings.furthest(place.part, output, outcome.names)) for place, outcome in judged]
     known = sorted(
-        (entry for entry in ranges if findings.reach(*entry[1][1:])), key=lambda entry: findings.reach(*entry[1][1:])
+        (moved for moved in ranges if findings.reach(*moved[1][1:])), key=lambda moved: findings.reach(*moved[1][1:])
     )
     place, (law, low, high) = known[0]
     if findings.reach(low, high) < findings.reach(*known[-1][1][1:]):

@@ -84,14 +84,14 @@ def of_interface(dataset: xr.Dataset, index: int) -> xr.Dataset:
     names_of_outputs |= {
         (name := f"{words}, {building}"): name for words in SIDE_OUTPUTS.values() for building in buildings
     }
-    part = at_interface(dataset, index)
+    pair = at_interface(dataset, index)
     if "interface_contact_model" in dataset:
-        part["interface_contact_model"] = str(dataset["interface_contact_model"].values[index])
-    if "stiffness_unit" in part:
-        units = [str(unit).split(APART) for unit in part["stiffness_unit"].values]
-        part["stiffness_unit"] = "contact_model", [unit[index] if len(unit) > 1 else unit[0] for unit in units]
-    part = part.sel(output=[name for name in map(str, dataset["output"].values) if name in names_of_outputs])
-    return part.assign_coords(output=[names_of_outputs[str(name)] for name in part["output"].values])
+        pair["interface_contact_model"] = str(dataset["interface_contact_model"].values[index])
+    if "stiffness_unit" in pair:
+        units = [str(unit).split(APART) for unit in pair["stiffness_unit"].values]
+        pair["stiffness_unit"] = "contact_model", [unit[index] if len(unit) > 1 else unit[0] for unit in units]
+    pair = pair.sel(output=[name for name in map(str, dataset["output"].values) if name in names_of_outputs])
+    return pair.assign_coords(output=[names_of_outputs[str(name)] for name in pair["output"].values])
 
 
 def _at(words: str, interface: str, interfaces: list[str]) -> str:
@@ -108,11 +108,11 @@ def outputs_of(dataset: xr.Dataset, baseline: str) -> dict[str, tuple[xr.DataArr
     whatever the rest of the row does.
     """
     interfaces = interface_names(dataset)
-    parts = [at_interface(dataset, index) for index in range(len(interfaces))]
-    touched = [touching(part, baseline) for part in parts]
+    sides = [at_interface(dataset, index) for index in range(len(interfaces))]
+    touched = [touching(at_side, baseline) for at_side in sides]
     outputs = {
-        _at(words, interface, interfaces): (part[name], cases)
-        for interface, part, cases in zip(interfaces, parts, touched, strict=True)
+        _at(words, interface, interfaces): (at_side[name], cases)
+        for interface, at_side, cases in zip(interfaces, sides, touched, strict=True)
         for name, words in RUN_OUTPUTS.items()
     }
     for name, words in SIDE_OUTPUTS.items():
@@ -325,8 +325,8 @@ def verdict(dataset: xr.Dataset) -> Verdict:
 def _moved(dataset: xr.Dataset, names: list[str]) -> list[Moved]:
     """(output, law that goes furthest, its 16th and 84th percentile) where that range leaves 1 ± 10 %, widest first."""
     ranges = [(str(output), *furthest(dataset, str(output), names)) for output in dataset["output"].values if names]
-    wide = [entry for entry in ranges if reach(*entry[2:]) > 1.0 + NOTABLE]
-    return sorted(wide, key=lambda entry: -reach(*entry[2:]))
+    wide = [moved for moved in ranges if reach(*moved[2:]) > 1.0 + NOTABLE]
+    return sorted(wide, key=lambda moved: -reach(*moved[2:]))
 
 
 def _often(dataset: xr.Dataset, names: list[str]) -> bool:
@@ -346,11 +346,11 @@ def finding(dataset: xr.Dataset) -> str:
         sentence = f"The model hardly matters here: {within_words(baseline)}"
     else:
         other = outcome.moved_by_yielding[:1]
-        parts = [_moves(outcome.moved)] if outcome.alike or not other else []
-        parts += [f"{yields_otherwise(dataset)}, {_moves(other)}"] if other else []
+        moves = [_moves(outcome.moved)] if outcome.alike or not other else []
+        moves += [f"{yields_otherwise(dataset)}, {_moves(other)}"] if other else []
         by_model = outcome.kind == MODEL
         cause = "The model matters here" if by_model else "Yielding matters here, which is F_E and not the model"
-        sentence = f"{cause}: against {baseline}, {'; '.join(parts)}"
+        sentence = f"{cause}: against {baseline}, {'; '.join(moves)}"
     clauses, interfaces = [sentence], interface_names(dataset)
     for conclusion, words in FLIPS.items():
         most, where = most_frequent_flip(outcome.shares[conclusion], outcome.names, interfaces)
@@ -396,14 +396,14 @@ def aside(dataset: xr.Dataset, names: list[str]) -> list[str]:
 
 def _moves(moved: list[Moved]) -> str:
     """The outputs that move most, with numbers, and how many others do."""
-    parts: list[str] = []
+    outputs: list[str] = []
     for output, law, low, high in moved[:NUMBERED]:
-        verb, as_large = ("", "") if parts else ("is ", " as large")
-        parts.append(f"{output} {verb}{times_words(low, high)} times{as_large} ({law})")
-    n_more = len(moved) - len(parts)
+        verb, as_large = ("", "") if outputs else ("is ", " as large")
+        outputs.append(f"{output} {verb}{times_words(low, high)} times{as_large} ({law})")
+    n_more = len(moved) - len(outputs)
     if n_more:
-        parts.append(f"{n_more} more output{'s' if n_more > 1 else ''} off by over {100 * NOTABLE:.0f} %")
-    return ", ".join(parts) or f"no output is off by over {100 * NOTABLE:.0f} % in the middle 68 % of the cases"
+        outputs.append(f"{n_more} more output{'s' if n_more > 1 else ''} off by over {100 * NOTABLE:.0f} %")
+    return ", ".join(outputs) or f"no output is off by over {100 * NOTABLE:.0f} % in the middle 68 % of the cases"
 
 
 def times_words(low: float, high: float) -> str:
@@ -511,18 +511,18 @@ def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
         ("rank_agreement_lowest", "at the gap and yield force of the lowest", ranks[:, :, 1]),
     ):
         variables[name] = (dims, table, described("1", f"Spearman's correlation of the motions' ranks, {which}"))
-    for part, name, words in (
+    for column, name, words in (
         (0, "flips", f"cases in which a law disagrees with {baseline}"),
         (1, "judged", f"cases in which a law and {baseline} can be compared"),
     ):
-        counts = [np.array([of_one[conclusion][part] for conclusion in CONCLUSIONS]) for of_one in judged]
+        counts = [np.array([of_one[conclusion][column] for conclusion in CONCLUSIONS]) for of_one in judged]
         variables[name] = (*_along(dataset, of_conclusion, counts), described("1", words))
     return variables | {"gap_without_contact": (*_along(dataset, gaps[0].dims, gaps), described("m", OPEN_GAP))}
 
 
-def _along(dataset: xr.Dataset, dims: tuple[Any, ...], parts: list[Any]) -> tuple[Any, ...]:
+def _along(dataset: xr.Dataset, dims: tuple[Any, ...], by_interface: list[Any]) -> tuple[Any, ...]:
     """Values of every interface with their dimensions, `interface` last where the dataset has it."""
-    columns = [np.asarray(part) for part in parts]
+    columns = [np.asarray(table) for table in by_interface]
     if "interface" not in dataset.dims:
         return dims, columns[0]
     return (*dims, "interface"), np.stack(columns, axis=-1)

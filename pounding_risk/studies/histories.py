@@ -224,17 +224,17 @@ def histories(
     with store_of(template, target, AGAIN) as store, ThreadPoolExecutor(workers or cpu_count() or 1) as pool:
         for block in blocks(template):
             indices = cases.choice.places[block.start * width : block.stop * width]
-            values = {
+            arrays = {
                 name: np.empty((len(indices), *template.extra(name)), variable.dtype)
                 for name, variable in template.cases.items()
             }
             for row, variables in enumerate(pool.map(cases.at_samples, indices)):
                 for name, array in variables.items():
-                    values[name][row] = array
+                    arrays[name][row] = array
                 done += 1
                 if progress is not None:
                     progress(done, count)
-            shaped = {name: array.reshape(len(block), width, *template.extra(name)) for name, array in values.items()}
+            shaped = {name: array.reshape(len(block), width, *template.extra(name)) for name, array in arrays.items()}
             store.write(block, shaped)
         store.finish(created("pounding_risk.histories"))
     return target
@@ -268,8 +268,8 @@ def _chosen_cases(
 
 def _chosen(study: Scene, motions: Sequence[Motion], wanted: Values) -> Choice:
     """The chosen cases of a grid, amplitudes by the word of their measure; raises PoundingError as `histories`."""
-    measure, rest = study.grid.measure, dict(wanted)
-    pgas, levels = rest.pop(PGA_AXIS), rest.pop(LEVEL_AXIS)
+    measure, labels = study.grid.measure, dict(wanted)
+    pgas, levels = labels.pop(PGA_AXIS), labels.pop(LEVEL_AXIS)
     if pgas is not None and levels is not None:
         raise PoundingError("pgas and intensity_levels both choose the amplitudes; give one of them")
     if pgas is not None and measure != PEAK:
@@ -278,7 +278,7 @@ def _chosen(study: Scene, motions: Sequence[Motion], wanted: Values) -> Choice:
             "(--intensity-level)"
         )
     known = values_of(study, [motion.name for motion in motions])
-    return chosen(known, rest | {measure.intensity: levels if pgas is None else pgas})
+    return chosen(known, labels | {measure.intensity: levels if pgas is None else pgas})
 
 
 def template_of(cases: Cases) -> Template:
@@ -363,7 +363,7 @@ def chosen(values: dict[str, tuple[Any, ...]], wanted: Values) -> Choice:
                 f"{axis_words(axis)}: the list is empty; name one value at least, or leave it out for all"
             )
         else:
-            picked.append(sorted({place_of(axis, values_of_axis, value) for value in names}))
+            picked.append(sorted({place_of(axis, values_of_axis, label) for label in names}))
     return Choice(np.array(list(product(*picked)), dtype=np.int64), tuple(map(len, picked)), False)
 
 

@@ -76,14 +76,14 @@ def _in_si(law: Any) -> Any:
         raise PoundingError(
             f"impact: {law!r} is not a contact law; give one with its parameters, such as Jankowski(2.75e9)"
         )
-    hints, values = get_type_hints(type(law), include_extras=True), {}
+    hints, parameters = get_type_hints(type(law), include_extras=True), {}
     for name in law._fields:
         for quantity in getattr(hints.get(name), "__metadata__", ()):
             if isinstance(quantity, Quantity):
                 # A floor of no length is a wall.
                 allowed = quantity._replace(open_low=False) if needs_floors(law) else quantity
-                values[name] = si(getattr(law, name), allowed, f"impact: {type(law).__name__}: {name}")
-    return law._replace(**values) if values else law
+                parameters[name] = si(getattr(law, name), allowed, f"impact: {type(law).__name__}: {name}")
+    return law._replace(**parameters) if parameters else law
 
 
 def _damped(law: Any, restitution: Any, relation: str) -> tuple[Any, Restitution]:

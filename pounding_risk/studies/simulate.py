@@ -108,13 +108,13 @@ def simulate(
         )
     # A gap is that of all interfaces, but of the only one that the grid varies where it names one.
     varied = study.gridded_interface if len(grid.gaps) > 1 else None
-    own_gaps = {one: interface.gap for one, interface in zip(study.interface_names, study.interfaces, strict=True)}
+    own_gaps = {place: interface.gap for place, interface in zip(study.interface_names, study.interfaces, strict=True)}
     case = Case(
         driven(motions[name], sense, level),
         law or study.contact_model,
         own_gaps[study.gridded_interface or study.interface_names[0]] if gap is None else gap,
         study.yield_force if yield_force is None else yield_force,
-        [here if gap is None or varied not in (None, one) else gap for one, here in own_gaps.items()],
+        [here if gap is None or varied not in (None, place) else gap for place, here in own_gaps.items()],
         study.point_yield_forces(yield_force),
     )
     run = run_of(study, case)

@@ -179,7 +179,7 @@ def shaking_of(source: Any, periods: Array) -> Shaking:
         if relation := source.grid.measure.relation:
             sentence = f"its periods are {relation}, and here that period varies; write them in s"
             raise SceneError(source.source, [f"records.intensity: {sentence}"])
-        buildings = (one._replace(period=end) for one, end in zip(source.pair, ends, strict=True))
+        buildings = (building._replace(period=end) for building, end in zip(source.pair, ends, strict=True))
         ensemble = gathered(source.updated(buildings=tuple(buildings)))
         level, left_out = own_amplitude(source), ensemble.left_out
         motions = tuple(driven(motion, AS_RECORDED, level) for motion in ensemble.motions)

@@ -147,8 +147,8 @@ def free_along(
     def keep(batches: range, chunk: Chunk) -> None:
         for at, number in enumerate(batches):
             place = job.place(number)
-            for values, name in ((closing, "closing"), (peaks, "peaks")):
-                values[place] = chunk[name][at][: len(values[place])]
+            for array, name in ((closing, "closing"), (peaks, "peaks")):
+                array[place] = chunk[name][at][: len(array[place])]
 
     job.run(keep, workers, progress)
     return dataset_of(study, axis, ensemble, (facts, job.words, drawn), closing, peaks)
@@ -274,7 +274,7 @@ def job_of(
     variants = Variants(study.updated(axes=(axis,)))
     scenes = [variants.scene(number) for number in range(axis.size)]
     buildings = {
-        name: np.array([[float(getattr(one, name)) for one in scene.buildings] for scene in scenes]) for name in FACTS
+        name: np.array([[float(getattr(body, name)) for body in scene.buildings] for scene in scenes]) for name in FACTS
     }
     facts = Facts(buildings, np.array([[between.gap for between in scene.interfaces] for scene in scenes]))
     return facts, OneByOne(scenes, motions, drawn)
@@ -356,7 +356,7 @@ def _holds(facts: Facts, number: int, scene: Scene) -> bool:
     here = [[column[number, place] for column in facts.buildings.values()] for place in range(len(scene.buildings))]
     building_facts = [[getattr(building, name) for name in facts.buildings] for building in scene.buildings]
     gaps = facts.gaps[number], [between.gap for between in scene.interfaces]
-    return all(np.allclose(one, other, rtol=ROUNDING, atol=0.0) for one, other in ((here, building_facts), gaps))
+    return all(np.allclose(kept, own, rtol=ROUNDING, atol=0.0) for kept, own in ((here, building_facts), gaps))
 
 
 # --------------------------------------------------------------------------------------------------------- the dataset
@@ -415,7 +415,7 @@ def dataset_of(
         **({} if drawn is None else {MOTIONS_DRAWN: len(motions) * len(base.records.polarities)}),
         "free_motion": words,
         "notes": as_text([*pushed_notes(base), *varied, *of_input(base, motions)]),
-        **{name: as_text(items) for name, items in lists.items() if items},
+        **{name: as_text(sentences) for name, sentences in lists.items() if sentences},
     }
     return dataset
 

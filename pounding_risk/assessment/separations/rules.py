@@ -114,9 +114,9 @@ class Rule(NamedTuple):
         return self.verification in (DERIVED, READ)
 
 
-def _mexico(case: Case, least: float, share: dict[str, float], moved: tuple[Any, Any]) -> Any:
+def _mexico(case: Case, share: dict[str, float], moved: tuple[Any, Any]) -> Any:
     """Sum of both setbacks at the level of the lower roof, halved where the two are alike."""
-    setbacks = [np.maximum(least, displacement + share[case.site.zone or ""] * case.lower) for displacement in moved]
+    setbacks = [np.maximum(0.05, displacement + share[case.site.zone or ""] * case.lower) for displacement in moved]
     return (setbacks[0] + setbacks[1]) * (0.5 if case.site.aligned and case.site.alike else 1.0)
 
 
@@ -216,12 +216,12 @@ _RULES = (
     Rule("mexico", "Mexico City", "NTC-Sismo 2004, 1.10", 2004,
          "sum of max(50 mm, d + 0.001, 0.003 or 0.006 h) in zone I, II or III; half of it for buildings alike", READ,
          "a public copy of the page", ("heights", "zone"), ("factors", "alike"),
-         lambda case: _mexico(case, 0.05, {"I": 0.001, "II": 0.003, "III": 0.006}, case.design),
+         lambda case: _mexico(case, {"I": 0.001, "II": 0.003, "III": 0.006}, case.design),
          superseded="NTC-Sismo 2017 and later ones", factor="Q", level="the design spectrum of the code"),
     Rule("mexico_simplified", "Mexico City, simplified analysis", "NTC-Sismo 2004, 1.10", 2004,
          "sum of max(50 mm, 0.007, 0.009 or 0.012 h) in zone I, II or III; half of it for buildings alike", READ,
          "a public copy of the page", ("heights", "zone"), ("alike",),
-         lambda case: _mexico(case, 0.05, {"I": 0.007, "II": 0.009, "III": 0.012}, (0.0, 0.0)),
+         lambda case: _mexico(case, {"I": 0.007, "II": 0.009, "III": 0.012}, (0.0, 0.0)),
          superseded="NTC-Sismo 2017 and later ones", level="the design spectrum of the code, by height alone"),
     Rule("china", "China, reinforced concrete", "GB 50011-2010, 6.1.4", 2010,
          "100 mm to 15 m of the lower height h, then 20 mm more for each 5, 4, 3 or 2 m in intensity 6, 7, 8 or 9, in "

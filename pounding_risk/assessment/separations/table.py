@@ -11,7 +11,7 @@ Works from a dataset alone: ``peak_displacement_free`` is the spectral displacem
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import inf, isfinite, nan
 from typing import TYPE_CHECKING, Any
@@ -211,8 +211,8 @@ def _check_site(site: Site) -> None:
     positive: tuple[tuple[str, Any, str], ...] = (
         ("height", site.heights, " m"), ("factor", site.factors, ""), ("design acceleration", ground, " m/s²")
     )  # fmt: skip
-    for what, values, unit in positive:
-        for value in values or ():
+    for what, stated, unit in positive:
+        for value in stated or ():
             if not (isfinite(value) and value > 0.0):
                 raise PoundingError(f"a {what} is {value:g}{unit}; it must be greater than 0 and finite: correct it")
     choices: tuple[tuple[str, tuple[Any, ...]], ...] = (
@@ -257,21 +257,20 @@ def code_table(
         motion; and for an interface that it has not and a percentile out of its range.
     """
     percentile = percentile_of(percentile)
-    part = open_with_axes(results)
+    opened = open_with_axes(results)
     if interface is not None:
-        parts = dict(part.interfaces)
-        if interface not in parts:
-            meant = nearest(str(interface), parts)
-            raise PoundingError(f"interface: {interface!r} is not in the dataset{meant}, which has {', '.join(parts)}")
-        part = parts[interface]
-    return separations_of(part.at_level(), percentile, site)
+        pairs = dict(opened.interfaces)
+        if interface not in pairs:
+            meant = nearest(str(interface), pairs)
+            raise PoundingError(f"interface: {interface!r} is not in the dataset{meant}, which has {', '.join(pairs)}")
+        opened = pairs[interface]
+    return separations_of(opened.at_level(), percentile, site)
 
 
 def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> CodeTable:
     """`code_table` of two neighbours at one amplitude; the percentile in %."""
     dataset = results.dataset
-    missing = [name for name in NEEDED if name not in dataset]
-    if missing:
+    if missing := [name for name in NEEDED if name not in dataset]:
         raise PoundingError(f"the dataset has no {' and no '.join(missing)}; scan the scene again with this version")
     if dataset.sizes.get("building", 1) != 2:
         example = " | ".join(map(str, dataset["building"].values[:2]))
@@ -295,23 +294,7 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
     medians = (float(np.median(left[known])), float(np.median(right[known])))
     case = Case((left[moved], right[moved]), periods, dampings, site)
     rows = separations((first, second), medians, periods, dampings, site)
-    scene, lost = results.scene, int((~known).sum())
-    added = {
-        rules.ONE_GROUND: has_own_grounds(scene),
-        rules.ROTATING: {first, second} & set(rotating_buildings(scene)),
-        rules.ISOLATED: {first, second} & set(isolated_buildings(scene)),  # of the rule that takes periods
-        f"without the {lost} of {counted(known.size, 'motion')} that have no finite response": lost,
-        rules.CLEAR: bumper,
-    }
-    d_is = rules.OF_YIELDING if {first, second} & set(yielding_buildings(scene)) else rules.NOT_REDUCED
-    d_is = rules.OF_HISTORIES if has_histories(scene) else d_is
-
-    def note_of(row: SeparationRow) -> str:
-        own = [note for note, holds in added.items() if holds and (note != rules.ISOLATED or row.rule == "cqc")]
-        own += [rules.OF_UBC97] if row.rule.startswith("ubc97") and d_is != rules.NOT_REDUCED else []
-        return "; ".join(filter(None, (row.note.replace(rules.NOT_REDUCED, d_is), *own)))
-
-    rows = tuple(replace(row, note=note_of(row)) for row in rows)
+    rows = _with_notes(rows, {first, second}, results.scene, known, bumper)
     amplitude = results.amplitudes.values[0]
     both_move = bool(np.isfinite(shown["building_period"].values).all())
     demand_median, demand = enough_for(closing[known], (MIDDLE, percentile)).tolist()
@@ -333,6 +316,29 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
     )
 
 
+def _with_notes(
+    rows: Sequence[SeparationRow], names: set[str], scene: Mapping[str, Any], known: NDArray[np.bool_], bumper: float
+) -> tuple[SeparationRow, ...]:
+    """The rows with what the displacements of these two buildings are, and what they do not say."""
+    lost = int((~known).sum())
+    added = {
+        rules.ONE_GROUND: has_own_grounds(scene),
+        rules.ROTATING: names & set(rotating_buildings(scene)),
+        rules.ISOLATED: names & set(isolated_buildings(scene)),  # of the rule that takes periods
+        f"without the {lost} of {counted(known.size, 'motion')} that have no finite response": lost,
+        rules.CLEAR: bumper,
+    }
+    d_is = rules.OF_YIELDING if names & set(yielding_buildings(scene)) else rules.NOT_REDUCED
+    d_is = rules.OF_HISTORIES if has_histories(scene) else d_is
+
+    def note_of(row: SeparationRow) -> str:
+        own = [note for note, holds in added.items() if holds and (note != rules.ISOLATED or row.rule == "cqc")]
+        own += [rules.OF_UBC97] if row.rule.startswith("ubc97") and d_is != rules.NOT_REDUCED else []
+        return "; ".join(filter(None, (row.note.replace(rules.NOT_REDUCED, d_is), *own)))
+
+    return tuple(replace(row, note=note_of(row)) for row in rows)
+
+
 def at_contact(results: xr.Dataset, side: int) -> xr.DataArray:
     """A building's largest displacement without contact at the highest point of contact with its neighbour [m].
 
@@ -343,10 +349,10 @@ def at_contact(results: xr.Dataset, side: int) -> xr.DataArray:
     if "storey_displacement_free" not in results or int(results["building_storeys"].values[side]) == 0:
         return whole
     floors = results[f"contact_point_{('left', 'right')[side]}_floor"].values
-    below, part = divmod(float(floors[results["contact_point_left_floor"].values.argmax()]), 1.0)
+    below, share = divmod(float(floors[results["contact_point_left_floor"].values.argmax()]), 1.0)
     storeys = results["storey_displacement_free"].isel(building=side)
     foot = storeys.isel(storey=int(below) - 1) if below else 0.0 * whole
-    return foot if part == 0.0 else (1.0 - part) * foot + part * storeys.isel(storey=int(below))
+    return foot if share == 0.0 else (1.0 - share) * foot + share * storeys.isel(storey=int(below))
 
 
 def _known_site(results: xr.Dataset, site: Site) -> Site:
@@ -360,8 +366,7 @@ def _known_site(results: xr.Dataset, site: Site) -> Site:
     floors = [np.unique(results[f"contact_point_{side}_floor"].values) for side in ("left", "right")]
     meet = all(np.array_equal(own, np.arange(own.size) + 1.0) for own in floors)
     has_floors = "storey_displacement_free" in results and bool((results["building_storeys"] > 0).all())
-    aligned = has_floors and meet and bool(level.all())
-    return site._replace(heights=heights, aligned=site.aligned or aligned)
+    return site._replace(heights=heights, aligned=site.aligned or (has_floors and meet and bool(level.all())))
 
 
 def _of_motions(rule: Rule, case: Case) -> Array:
@@ -375,8 +380,7 @@ def _beside(row: SeparationRow, case: Case, closing: Array, percentile: float) -
     separation = _of_motions(RULES[row.rule], case)
     low, middle, high = np.percentile(separation / closing, (LOW, MIDDLE, HIGH)).tolist()
     median, upper = float(np.median(separation)), float(enough_for(separation, percentile))
-    exceeded = float(np.mean(closing > separation * (1.0 + SAME)))
-    return Comparison(row, median, upper, low, middle, high, exceeded)
+    return Comparison(row, median, upper, low, middle, high, float(np.mean(closing > separation * (1.0 + SAME))))
 
 
 def short_in(comparisons: Sequence[Comparison], motions: int) -> str:

@@ -51,10 +51,10 @@ def _trouble(warning: str) -> tuple[str, str] | None:
     if glyph := re.match(r"Glyph (\d+) \(.*\) missing from (?:font\(s\) )?(.+?)\.?$", warning):
         letter, font = chr(int(glyph[1])), glyph[2]
         return "letters", f"figures show boxes for letters such as {letter}, which {font} lacks; write names in others"
-    parts = re.match(r"(.*): a compiled kernel (cannot be \w+) \((.*)\)", warning, re.DOTALL)
-    if parts is None or parts[2] not in TROUBLES:
+    matched = re.match(r"(.*): a compiled kernel (cannot be \w+) \((.*)\)", warning, re.DOTALL)
+    if matched is None or matched[2] not in TROUBLES:
         return None
-    folder, kind, error = parts.groups()
+    folder, kind, error = matched.groups()
     quoted = re.search(r"'([^']+)'|\"([^\"]+)\"", error)
     why = (quoted[1] or quoted[2]) if quoted else error
     return kind, f"compiled code in {folder} {TROUBLES[kind].format(why=why)}"

@@ -142,41 +142,41 @@ class Question:
 
     # ----------------------------------------------------------------------------------------------------- run
 
-    def run(self, values: dict[str, Any]) -> None:
+    def run(self, options: dict[str, Any]) -> None:
         """Answer the question, write the files that are asked for, and print the sheet."""
-        given = {name: value for name, value in values.items() if value not in EMPTY}
+        given = {name: option for name, option in options.items() if option not in EMPTY}
         out: Path | None = given.get("out")
         dataset = out if out is not None and out.suffix.lower() == ".nc" else None
         if self.writes and "out" in self.files:
-            dataset = out_or(out, self.files["out"].usual.format(values[self.first].stem))
+            dataset = out_or(out, self.files["out"].usual.format(options[self.first].stem))
         module: Any = self.declared.module()
         if dataset is not None and "out" not in self.takes:
             from pounding_risk.ensemble.replacing import check_replaceable
 
-            check_replaceable(dataset, self.name, None, values["new"])
-        flags = {name: self._flag(name) for name in values}
+            check_replaceable(dataset, self.name, None, options["new"])
+        flags = {name: self._flag(name) for name in options}
         in_words = {flags[name].removeprefix("--").replace("-", " "): flags[name] for name in given}
         with _named_by_option(self.name, in_words | flags):
             check = getattr(module, "check", lambda _: None)
             check(given)
-            subject = {} if self.subject is None else {self.first: self.subject.open(values)}
+            subject = {} if self.subject is None else {self.first: self.subject.open(options)}
             check(given | subject)
-            _join_site(values)
+            _join_site(options)
             function = getattr(module, "answer", None) or self.declared.function()
-            answer = self._answered(function, _taken(self.takes, values | {"out": dataset}) | subject)
+            answer = self._answered(function, _taken(self.takes, options | {"out": dataset}) | subject)
             if self.writes:
                 files = getattr(answer, "files", answer)
                 blocks, written = [], [files] if isinstance(files, Path) else files
             else:
-                blocks = module.sheet(answer, **_taken(self.sheet_takes, values))
-                written = [*self._files(module, answer, blocks, given), *self._drawn(module, answer, values)]
+                blocks = module.sheet(answer, **_taken(self.sheet_takes, options))
+                written = [*self._files(module, answer, blocks, given), *self._drawn(module, answer, options)]
         from pounding_risk.render.terminal import print_sheet
 
         print_sheet(blocks)  # after the files: a reader of the first lines alone, such as `head`, ends the printing
         announce(*written)
         for sentence in getattr(module, "notes", lambda _: ())(answer):
             print(sentence)
-        if values.get("strict") and module.failed(answer):
+        if options.get("strict") and module.failed(answer):
             raise typer.Exit(RUN_FAILED)
         if code := getattr(module, "status", lambda _: 0)(answer):
             raise typer.Exit(code)
@@ -221,17 +221,17 @@ class Question:
 
             save(answer, target)
 
-    def _drawn(self, module: Any, answer: Any, values: Mapping[str, Any]) -> Iterator[Path]:
+    def _drawn(self, module: Any, answer: Any, options: Mapping[str, Any]) -> Iterator[Path]:
         """Draw the figures that are asked for; gives the file of each."""
         for name, figure in getattr(module, "FIGURES", {}).items():
-            target = values.get(_figure_field(name))
-            if name.startswith("-") and (first := values["figure"]) is not None:
+            target = options.get(_figure_field(name))
+            if name.startswith("-") and (first := options["figure"]) is not None:
                 target = first.with_stem(f"{first.stem}{name}")
             drawing = figure(answer) if callable(figure) else figure
             if target is None or not drawing:
                 continue
             shown = module.drawn(answer) if hasattr(module, "drawn") else answer
-            draw(target, drawing, shown, **_taken(_parameters(_named(f"figures.{drawing}")), values), quiet=True)
+            draw(target, drawing, shown, **_taken(_parameters(_named(f"figures.{drawing}")), options), quiet=True)
             yield target
 
     def _flag(self, name: str) -> str:
@@ -246,9 +246,9 @@ def _named_by_option(name: str, flags: Mapping[str, str]) -> Iterator[None]:
         yield
     except PoundingError as error:
         for text in (str(error), str(error).removeprefix(f"{name}: ")):  # as in "simulate: gap: ..."
-            parameter, colon, rest = text.partition(":")
+            parameter, colon, sentence = text.partition(":")
             if colon and (flag := flags.get(parameter, flags.get(parameter.lower()))):
-                raise PoundingError(f"{flag}:{rest}") from None
+                raise PoundingError(f"{flag}:{sentence}") from None
         raise
 
 
@@ -288,9 +288,9 @@ def _parameters(function: Callable[..., Any]) -> dict[str, Parameter]:
     return {name: each for name, each in parameters.items() if each.kind != Parameter.VAR_KEYWORD}
 
 
-def _taken(parameters: Mapping[str, Parameter], values: Mapping[str, Any]) -> dict[str, Any]:
+def _taken(parameters: Mapping[str, Parameter], options: Mapping[str, Any]) -> dict[str, Any]:
     """Those values that are for these parameters; what is not given is left to its default."""
-    return {name: value for name, value in values.items() if name in parameters and value not in EMPTY}
+    return {name: option for name, option in options.items() if name in parameters and option not in EMPTY}
 
 
 def _named(name: str) -> Callable[..., Any]:
@@ -303,17 +303,17 @@ def _figure_field(name: str) -> str:
     return f"{name.replace('-', '_')}_figure" if name else "figure"
 
 
-def _join_site(values: dict[str, Any]) -> None:
+def _join_site(options: dict[str, Any]) -> None:
     """Put the site of ``--site`` behind the file that it is a site of."""
-    site = values.pop("site", None)
+    site = options.pop("site", None)
     if site is None:
         return
     from pounding_risk.motions.sites.places import read_site
 
     read_site(site, "--site")
-    takers = [name for name in ("gmfs", "hazard") if name in values]
-    which = next((name for name in takers if values[name] is not None), None)
+    takers = [name for name in ("gmfs", "hazard") if name in options]
+    which = next((name for name in takers if options[name] is not None), None)
     if which is None:
         files = " or ".join(f"--{name}" for name in reversed(takers))
         raise PoundingError(f"--site: is the site of a file of {files}; name one, or leave --site out")
-    values[which] = Path(f"{values[which]}#{site}")
+    options[which] = Path(f"{options[which]}#{site}")

@@ -27,8 +27,8 @@ def with_options(run: Callable[[dict[str, Any]], None], fields: Fields, help: st
     It hands their values, by name, to ``run``.
     """
 
-    def command(**values: Any) -> None:
-        run(values)
+    def command(**options: Any) -> None:
+        run(options)
 
     parameters = [
         Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)

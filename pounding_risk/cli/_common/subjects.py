@@ -37,9 +37,9 @@ class Subject(NamedTuple):
     open: Any
 
 
-def _results(values: dict[str, Any]) -> Any:
-    select = values.pop("select")
-    results = values.pop("results")
+def _results(arguments: dict[str, Any]) -> Any:
+    select = arguments.pop("select")
+    results = arguments.pop("results")
     return None if results is None else shared.opened_results(results, select)
 
 
@@ -56,14 +56,14 @@ def _file(source: Path, select: list[str], overrides: list[str]) -> Any:
     return shared.chosen_results(source, select)
 
 
-def _scene(values: dict[str, Any], name: str = "scene") -> Any:
-    return shared.chosen_scene(values.pop(name), values.pop("overrides"), values.pop("select"))
+def _scene(arguments: dict[str, Any], name: str = "scene") -> Any:
+    return shared.chosen_scene(arguments.pop(name), arguments.pop("overrides"), arguments.pop("select"))
 
 
-def _records(values: dict[str, Any]) -> Any:
+def _records(arguments: dict[str, Any]) -> Any:
     """The scene, or the request for the records that are named; raises PoundingError for what does not go together."""
-    source, overrides = values.pop("source"), values.pop("overrides")
-    treatment = {name: values.pop(name) for name in TREATMENT}
+    source, overrides = arguments.pop("source"), arguments.pop("overrides")
+    treatment = {name: arguments.pop(name) for name in TREATMENT}
     if source[0].lower().endswith(SCENE):
         from pounding_risk.scene.reader import read_scene
 

@@ -64,7 +64,7 @@ def record_request(
     from pounding_risk.motions.request import RecordRequest, Spectral
     from pounding_risk.units import DIRECTION, PERIOD, PGA, SCALE, TIME
 
-    scalings = [option for option, value in (("--pga", pga), ("--scale", scale), ("--sa", sa)) if value]
+    scalings = [option for option, text in (("--pga", pga), ("--scale", scale), ("--sa", sa)) if text]
     if len(scalings) > 1:
         raise PoundingError(
             f"{' and '.join(scalings)} are given; a record is scaled by one of them: leave the others out"

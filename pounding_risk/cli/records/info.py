@@ -72,21 +72,21 @@ def print_record(entry: Entry) -> None:
     """Print the catalogue's entry of a record, where its file is, and its intensity measures and checks."""
     from pounding_risk.motions.catalogue import path
 
-    values = {key: value for key, value in asdict(entry).items() if value not in ("", None)}
-    values |= {"dt": f"{entry.dt:g} s", "duration": f"{entry.duration:g} s", "PGA": engineering(entry.pga, "m/s2")}
-    del values["pga_g"]
+    facts = {key: fact for key, fact in asdict(entry).items() if fact not in ("", None)}
+    facts |= {"dt": f"{entry.dt:g} s", "duration": f"{entry.duration:g} s", "PGA": engineering(entry.pga, "m/s2")}
+    del facts["pga_g"]
     if entry.sensitivity == 1.0:
-        del values["sensitivity"]
+        del facts["sensitivity"]
     else:
-        values["sensitivity"] = f"{entry.sensitivity:.8g} counts per m/s²"
+        facts["sensitivity"] = f"{entry.sensitivity:.8g} counts per m/s²"
     if entry.azimuth is not None:
-        values["azimuth"] = f"{entry.azimuth:g}° from north"
+        facts["azimuth"] = f"{entry.azimuth:g}° from north"
     has_file = True
     try:
-        values["file"] = str(path(entry.id))
+        facts["file"] = str(path(entry.id))
     except PoundingError as error:
-        has_file, values["file"] = False, str(error)
-    print_pairs((key, one_line(value)) for key, value in values.items())
+        has_file, facts["file"] = False, str(error)
+    print_pairs((key, one_line(fact)) for key, fact in facts.items())
     if has_file:
         from pounding_risk.motions.read import open_source
 
@@ -96,24 +96,24 @@ def print_record(entry: Entry) -> None:
 def print_source(source: Source) -> None:
     """Print what a file says of its record, and its intensity measures and checks."""
     stats = source.trace.stats
-    values = {key: _fact_words(key, value) for key, value in source.record.items() if value not in ("", None)}
-    del values["pga_recorded"]
-    if values.get("source") == values.get("file"):
-        values.pop("source", None)
-    values |= {"units": source.units.removeprefix("units: "), "npts": str(stats.npts), "dt": f"{stats.delta:g} s"}
-    values |= {"duration": f"{(stats.npts - 1) * stats.delta:g} s"}
-    values |= {"PGA": engineering(source.record["pga_recorded"], "m/s2")}
-    print_pairs((key.removesuffix("_km").replace("_", " "), one_line(value)) for key, value in values.items())
+    facts = {key: _fact_words(key, fact) for key, fact in source.record.items() if fact not in ("", None)}
+    del facts["pga_recorded"]
+    if facts.get("source") == facts.get("file"):
+        facts.pop("source", None)
+    facts |= {"units": source.units.removeprefix("units: "), "npts": str(stats.npts), "dt": f"{stats.delta:g} s"}
+    facts |= {"duration": f"{(stats.npts - 1) * stats.delta:g} s"}
+    facts |= {"PGA": engineering(source.record["pga_recorded"], "m/s2")}
+    print_pairs((key.removesuffix("_km").replace("_", " "), one_line(fact)) for key, fact in facts.items())
     _print_intensity(source)
 
 
-def _fact_words(key: str, value: Any) -> str:
+def _fact_words(key: str, fact: Any) -> str:
     """A fact of a record with its unit."""
     if key in FREQUENCIES:
-        return f"{value:.4g} Hz"
+        return f"{fact:.4g} Hz"
     if key in SIZES:
-        return engineering(float(value), SIZES[key])
-    return f"{value:g}{UNITS.get(key, '')}" if isinstance(value, float) else str(value)
+        return engineering(float(fact), SIZES[key])
+    return f"{fact:g}{UNITS.get(key, '')}" if isinstance(fact, float) else str(fact)
 
 
 def _print_intensity(source: Source) -> None:
@@ -136,10 +136,10 @@ def _print_intensity(source: Source) -> None:
         ("D5-95", measures.d5_95, "s", "from 5 to 95 % of the Arias intensity"),
     ]
     spectra = response_spectra(motion.acceleration, motion.dt, SPECTRUM)
-    for period, value in zip(SPECTRUM, spectra.pseudo_acceleration, strict=True):
-        rows.append((f"Sa({period:g} s)", value, "m/s2", "pseudo-spectral acceleration, damping 5 %, as in codes"))
+    for period, size in zip(SPECTRUM, spectra.pseudo_acceleration, strict=True):
+        rows.append((f"Sa({period:g} s)", size, "m/s2", "pseudo-spectral acceleration, damping 5 %, as in codes"))
     print()
-    cells = ((name, engineering(value, unit), meaning) for name, value, unit, meaning in rows)
+    cells = ((name, engineering(size, unit), meaning) for name, size, unit, meaning in rows)
     print_table(("measure", "value", "meaning"), cells, "lrl")
     print()
     findings = quality(trace.data, trace.stats.delta, state=source.record["state"])

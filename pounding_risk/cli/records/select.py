@@ -60,9 +60,8 @@ def select(
     if pga is not None:
         bounds["pga"] = tuple(read_option("--pga", text, PGA) for text in pga)
     goal = options.target_spectrum(target, read_option("--damping", damping, DAMPING), poe)
-    facts = options.stated_facts(unit, dt)
     with ProgressDisplay("select", "records") as progress:
-        sources = options.find_sources(source or (), set, facts, horizontal=True)
+        sources = options.find_sources(source or (), set, options.stated_facts(unit, dt), horizontal=True)
         motions = options.treat(request, sources.groups, progress)
     choices: dict[str, Any] = {"count": count, "spectrum": spectrum, "limits": factor, "per_event": per_event}
     selection = run(motions, goal, **choices, magnitude=magnitude, **bounds)

@@ -111,10 +111,10 @@ def thinned(study: Scene) -> tuple[Scene, float]:
 def few_batches(study: Scene, records: int) -> tuple[Scene, float]:
     """The study with `MOST_BATCHES` batches at most, of gaps and amplitudes evenly drawn, and the share of them."""
     grid, polarities = study.grid, len(study.records.polarities)
-    rest = records * polarities * len(grid.contact_models)
-    if rest * len(grid.gaps) * len(grid.amplitudes) <= MOST_BATCHES:
+    runs = records * polarities * len(grid.contact_models)
+    if runs * len(grid.gaps) * len(grid.amplitudes) <= MOST_BATCHES:
         return study, 1.0
-    room = max(1, MOST_BATCHES // rest)
+    room = max(1, MOST_BATCHES // runs)
     of_gaps = evenly(len(grid.gaps), max(1, room // min(len(grid.amplitudes), FEW)))
     of_amplitudes = evenly(len(grid.amplitudes), max(1, room // len(of_gaps)))
     gaps = tuple(grid.gaps[place] for place in of_gaps)

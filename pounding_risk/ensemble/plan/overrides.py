@@ -24,9 +24,9 @@ def changes(before: Scene, after: Scene) -> tuple[str, ...]:
     lines = []
     for key in keys:
         both = [old.get(key, NOWHERE), new.get(key, NOWHERE)]
-        words = [_shown(value, _rounded) for value in both]
+        words = [_shown(setting, _rounded) for setting in both]
         if both[0] != both[1]:  # with all digits where they would read alike
-            words = words if words[0] != words[1] else [_shown(value, str) for value in both]
+            words = words if words[0] != words[1] else [_shown(setting, str) for setting in both]
             lines.append(f"{key}: {' -> '.join(words)}")
     return tuple(lines)
 
@@ -43,26 +43,26 @@ def flat(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]
     These are the names that ``--set`` takes. `identity.flattened` numbers the tables instead, so that equal names
     cannot hide a difference.
     """
-    for key, value in tables.items():
+    for key, setting in tables.items():
         path = f"{above}{key}"
-        if isinstance(value, Mapping):
-            yield from flat(value, f"{path}.")
-        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
-            for number, table in enumerate(value, start=1):
+        if isinstance(setting, Mapping):
+            yield from flat(setting, f"{path}.")
+        elif isinstance(setting, list) and setting and isinstance(setting[0], Mapping):
+            for number, table in enumerate(setting, start=1):
                 called = table.get("name", number)
-                yield from flat(table, f"{path}." if len(value) == 1 else f"{path}.{called}.")
+                yield from flat(table, f"{path}." if len(setting) == 1 else f"{path}.{called}.")
         else:
-            yield path, value
+            yield path, setting
 
 
-def _shown(value: Any, text: Callable[[str], str]) -> str:
+def _shown(setting: Any, text: Callable[[str], str]) -> str:
     """A value without quotes; of a long list the length, the first and the last value."""
-    if isinstance(value, str):
-        return text(value)
-    if isinstance(value, list):
-        values = [_shown(one, text) for one in value]
-        return ", ".join(values) if len(values) <= FEW else f"{len(values)} values from {values[0]} to {values[-1]}"
-    return str(value)
+    if isinstance(setting, str):
+        return text(setting)
+    if isinstance(setting, list):
+        words = [_shown(one, text) for one in setting]
+        return ", ".join(words) if len(words) <= FEW else f"{len(words)} values from {words[0]} to {words[-1]}"
+    return str(setting)
 
 
 def _rounded(text: str) -> str:

@@ -285,7 +285,7 @@ def _amplitude(study: Scene, count: int) -> str:
         of = "" if grid.measure == PEAK else f"{grid.measure.words}{relation} of "
         is_factor = grid.measure.name == FACTOR
         scaled = f"{scaled}, then times {levels}" if is_factor else f"each scaled to {of}{levels}"
-    part = f", {request.window[0]:g} s to {request.window[1]:g} s" if request.window else ""
+    window = f", {request.window[0]:g} s to {request.window[1]:g} s" if request.window else ""
     tail = (
         f", at least {say(request.tail, units.TAIL)} of free vibration after (whole time steps)" if request.tail else ""
     )
@@ -293,7 +293,7 @@ def _amplitude(study: Scene, count: int) -> str:
         tail += f", {say(study.lag, units.GROUND_DELAY)} longer for the building that is reached last"
     turned = "" if request.direction is None else f", in the direction {request.direction:g}° from north"
     turned += ", and across it" * request_of(study).both
-    return f"{count}{turned}{part}, {scaled}{tail}{_aftershock(request)}"
+    return f"{count}{turned}{window}, {scaled}{tail}{_aftershock(request)}"
 
 
 def _aftershock(request: RecordRequest) -> str:
@@ -312,11 +312,11 @@ def _grid(study: Scene) -> list[tuple[str, str]]:
     """The dimensions that have more than one value."""
     gaps = f"gaps of {study.gridded_interface}" if study.gridded_interface else "gaps"
     axes = {gaps: (study.grid.gaps, units.GAP), "yield forces": (study.grid.yield_forces, units.YIELD_FORCE)}
-    rows = [(name, _span(values, quantity)) for name, (values, quantity) in axes.items() if len(values) > 1]
+    rows = [(name, _span(labels, quantity)) for name, (labels, quantity) in axes.items() if len(labels) > 1]
     own = (("axis", f"{', '.join(axis.keys)}: {axis.words()}") for axis in study.axes if not axis.dimension)
     drawn = () if study.uncertain is None else study.uncertain.described()
     return [*own, *drawn, *rows]
 
 
-def _span(values: Sequence[float], quantity: Quantity) -> str:
-    return short_list([say_level(value, quantity, 4) for value in values], 6)
+def _span(labels: Sequence[float], quantity: Quantity) -> str:
+    return short_list([say_level(label, quantity, 4) for label in labels], 6)

@@ -61,6 +61,6 @@ def row_matrices(
     for share, point in zip(shares, points, strict=True):
         sides = (1.0, point.interface, point.left_floor), (-1.0, point.interface + 1, point.right_floor)
         for sign, building, floor in sides:
-            for mass, part in floor_shares(chains[building], float(floor), getattr(point, "across", inf)):
-                share[first[building] + mass] += sign * part
+            for mass, portion in floor_shares(chains[building], float(floor), getattr(point, "across", inf)):
+                share[first[building] + mass] += sign * portion
     return RowMatrices(first, np.concatenate([chain.mass for chain in chains]), stiffness, damping, shares)

@@ -324,6 +324,6 @@ def solve_fixed_row(method, row, laws, rules, limits, ground: fixed.Ground) -> n
     """
     out = np.zeros((len(row.shares), fixed.COLUMNS))
     arrays = stepping(row, method, ground.dt / ground.parts)
-    gaps, forces = (np.asarray(values, dtype=np.float64) for values in limits)
+    gaps, forces = (np.asarray(limit, dtype=np.float64) for limit in limits)
     march_row(METHODS.index(method), by_address(arrays), laws, rules, (gaps, forces), ground, out)
     return out

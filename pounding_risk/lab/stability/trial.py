@@ -122,8 +122,7 @@ class Trial:
 
     def solve(self, scene: TrialScene, expected: int = COMPLETE) -> dict[str, float]:
         """Every output of one run; a status other than the one ``expected`` is kept."""
-        interface = self.interface(scene)
-        outputs = solve(scene.left, scene.right, interface, scene.ground, scene.dt, rtol=self.rtol)
+        outputs = solve(scene.left, scene.right, self.interface(scene), scene.ground, scene.dt, rtol=self.rtol)
         self._count(int(outputs["steps"]), int(outputs["status"]), expected)
         return outputs
 

@@ -139,8 +139,8 @@ def read_file(path: Path, component: str = "", *, unit: str | None = None, dt: f
     components = read_components(path, unit=unit, dt=dt)
     if not component and len(components) == 1:
         return components[0]
-    names = [part.component or part.trace.stats.channel for part in components]
-    chosen = [part for part, name in zip(components, names, strict=True) if name.lower() == component.lower()]
+    names = [read.component or read.trace.stats.channel for read in components]
+    chosen = [read for read, name in zip(components, names, strict=True) if name.lower() == component.lower()]
     if len(chosen) == 1:
         return chosen[0]
     listed = ", ".join(f'"{name}"' for name in names)
@@ -169,7 +169,7 @@ def read_components(path: Path, *, unit: str | None = None, dt: float | None = N
     digest = sha256(raw).hexdigest()
     names = _component_names(traces)
     unused_options = [
-        word for word, value in (("unit", unit), ("dt", dt)) if value is not None and word not in kind.takes
+        word for word, option in (("unit", unit), ("dt", dt)) if option is not None and word not in kind.takes
     ]
     unused = (
         f"; the file states its own, the {' and '.join(unused_options)} given went unused" if unused_options else ""

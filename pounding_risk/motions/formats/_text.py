@@ -125,8 +125,8 @@ def number(word: str) -> float | None:
     """A plain finite number, Fortran's D exponents included; None for anything else, "nan" and "1_0" too."""
     if len(word) > LONGEST_NUMBER or not _SAMPLE.fullmatch(word):
         return None
-    value = float(word.replace("D", "E").replace("d", "e"))
-    return value if isfinite(value) else None
+    parsed = float(word.replace("D", "E").replace("d", "e"))
+    return parsed if isfinite(parsed) else None
 
 
 def free_numbers(name: str, lines: Sequence[str], first: int, example: str) -> NDArray[np.float64]:
@@ -151,9 +151,9 @@ def fixed_numbers(
     # numbers needs other characters.
     if raw and not raw.translate(None, b"0123456789+-.eE ") and not any(len(line) % width for line in lines):
         with suppress(ValueError):
-            values = np.frombuffer(raw, dtype=f"S{width}").astype(np.float64)
-            if np.isfinite(values).all():
-                return values
+            parsed = np.frombuffer(raw, dtype=f"S{width}").astype(np.float64)
+            if np.isfinite(parsed).all():
+                return parsed
     words = (
         (at, line[column : column + width].strip())
         for at, line in enumerate(lines)
@@ -167,16 +167,16 @@ def numbers(name: str, words: Iterable[tuple[int, str]], first: int, example: st
 
     Raises RecordError, naming the line, for one that is no finite number; ``must`` says there what has to be numbers.
     """
-    values: list[float] = []
+    parsed: list[float] = []
     for at, word in words:
-        value = number(word)
-        if value is None:
+        sample = number(word)
+        if sample is None:
             raise RecordError(
                 f"{name}, line {first + at + 1}: {quoted(word)} is not a finite number; {must} "
                 f"plain numbers such as {example}: repair that line, or fetch the file again"
             )
-        values.append(value)
-    return np.array(values, dtype=np.float64)
+        parsed.append(sample)
+    return np.array(parsed, dtype=np.float64)
 
 
 def check_count(where: str, promised: int, count: int, count_name: str) -> None:
@@ -325,11 +325,11 @@ class Lines:
                     f"{self.name}, line {at}: has {quoted(line[wide:])} after its {columns.each} columns of "
                     f"{columns.width} characters; repair that line, or fetch the file again"
                 )
-        values = fixed_numbers(self.name, [line[:wide] for line in lines], first, columns.width, example, what)
-        if len(values) != count:
+        samples = fixed_numbers(self.name, [line[:wide] for line in lines], first, columns.width, example, what)
+        if len(samples) != count:
             cut = "the file is cut short: fetch it again"
-            repair = cut if len(values) < count else "correct that number, or fetch the file again"
-            raise RecordError(f"{promise}: {count} {what} should follow, {len(values)} found; {repair}")
+            repair = cut if len(samples) < count else "correct that number, or fetch the file again"
+            raise RecordError(f"{promise}: {count} {what} should follow, {len(samples)} found; {repair}")
         # Fortran writes numbers to the right end of their columns. A line that ends within one lost or gained a
         # character: its numbers may still be numbers, with other digits.
         for at, line in enumerate(lines, start=first + 1):
@@ -339,7 +339,7 @@ class Lines:
                     f"{columns.width}, so that some were lost or put in; repair that line, or fetch the file again"
                 )
         self.at += len(lines)
-        return values
+        return samples
 
     def end_channel(self, due: str) -> None:
         """Take the line that ends a channel, which the last one of a file may lack; ``due`` is its text."""
@@ -409,7 +409,7 @@ def even_samples(
     counts. Raises RecordError where they are uneven and ``dt`` is not given, and for times that fall, that leave a gap
     longer than ``LONGEST_GAP``, or that are all the same.
     """
-    times, values = pairs[0::2], pairs[1::2]
+    times, samples = pairs[0::2], pairs[1::2]
     steps = np.diff(times)
     worst = int(np.argmin(steps)) if steps.min() < 0.0 else int(np.argmax(steps))
     if steps.min() < 0.0 or not 0.0 < steps[worst] <= LONGEST_GAP:
@@ -419,7 +419,7 @@ def even_samples(
         )
     mean = float(times[-1] - times[0]) / len(steps)
     if np.all(np.abs(times - times[0] - mean * np.arange(len(times))) <= rounding):
-        return Even(values, check_step(where, mean, f"{mean:g}", "the step of the times"), "", values)
+        return Even(samples, check_step(where, mean, f"{mean:g}", "the step of the times"), "", samples)
     if dt is None:
         raise RecordError(
             f"{where}: holds pairs of times and accelerations, at steps from {steps.min():.3g} to {steps.max():.3g} s; "
@@ -431,8 +431,8 @@ def even_samples(
     if count < 2:
         raise RecordError(f"{where}: dt as given, {dt:g} s, leaves no two samples of {times[-1] - times[0]:g} s")
     last = np.append(steps > 0.0, True)
-    even = np.interp(times[0] + dt * np.arange(count), times[last], values[last])
-    return Even(even, dt, f", uneven times read at every {dt:g} s", values)
+    even = np.interp(times[0] + dt * np.arange(count), times[last], samples[last])
+    return Even(even, dt, f", uneven times read at every {dt:g} s", samples)
 
 
 # Agencies convert with 980, 980.665 or 981 cm/s² in one g, which differ by 1.02e-3; in the 27 real
@@ -455,8 +455,8 @@ class StatedPeak(NamedTuple):
 
 def stated_peak(word: str, unit: str, size: float, where: str) -> StatedPeak | None:
     """The peak of a header's number as text; None where it is no number, or zero, which stands for not evaluated."""
-    value = number(word.strip())
-    return StatedPeak(abs(value), half_digit(word.strip()), unit, size, where) if value else None
+    peak = number(word.strip())
+    return StatedPeak(abs(peak), half_digit(word.strip()), unit, size, where) if peak else None
 
 
 def half_digit(word: str) -> float:

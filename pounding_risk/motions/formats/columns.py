@@ -158,16 +158,16 @@ def _take_statement(where: str, text: str, statements: dict[str, Statement], his
     key = KEYS.get(" ".join(before.split()).lower())
     if key is None or not after:
         return
-    value = after[0].strip()
+    stated = after[0].strip()
     if key == REPEATED:
-        history.append(value)
-    elif key in statements and statements[key].value != value:
+        history.append(stated)
+    elif key in statements and statements[key].value != stated:
         raise RecordError(
-            f"{where}: states {key} {quoted(value)}, {statements[key].place.rpartition(', ')[2]} states "
+            f"{where}: states {key} {quoted(stated)}, {statements[key].place.rpartition(', ')[2]} states "
             f"{quoted(statements[key].value)}; keep one"
         )
     else:
-        statements[key] = Statement(value, where)
+        statements[key] = Statement(stated, where)
 
 
 def _titles(where: str, line: str, columns: int) -> tuple[Title, ...]:
@@ -384,9 +384,9 @@ def _facts(head: Head, units: str) -> tuple[AttribDict, UTCDateTime | None]:
     """Facts of the recording, and when it starts."""
     facts: dict[str, Any] = {key: head.statements[key].value for key in WORDS if key in head.statements}
     for key in (*NUMBERS, *CORNERS):
-        value = _text.number(head.statements[key].value.split(" ")[0]) if key in head.statements else None
-        if value is not None:
-            facts[key] = value
+        fact = _text.number(head.statements[key].value.split(" ")[0]) if key in head.statements else None
+        if fact is not None:
+            facts[key] = fact
     state, start, begins = head.statements.get("state"), head.statements.get("starttime"), None
     if state is not None and state.value not in STATES:
         raise RecordError(f'{state.place}: state is {quoted(state.value)}; it may be "raw" or "processed"')

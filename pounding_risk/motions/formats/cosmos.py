@@ -206,10 +206,10 @@ def _header(lines: Lines, kind: str, example: str) -> tuple[NDArray[np.float64],
     return lines.table(int(match[1]), columns, example, f"values of the {kind} header"), columns, at
 
 
-def _known(text: list[str], group: int, value: float) -> float | None:
+def _known(text: list[str], group: int, stated: float) -> float | None:
     """A number of a header; None for the one that stands for what is not known, as line 13 of the text says."""
     match = _UNKNOWN.search(text[12])
-    return None if value == (float(match[group]) if match else UNKNOWN) else float(value)
+    return None if stated == (float(match[group]) if match else UNKNOWN) else float(stated)
 
 
 def _stage(where: str, text: list[str], codes: NDArray[np.float64]) -> int:
@@ -271,7 +271,7 @@ def _trace(channel: Channel) -> Trace:
         # That of counts has their offset in it.
         header_pga=None if peak is None or stage == RAW_COUNTS else abs(peak) * factor,
         event=" ".join(channel.text[1].split()),
-        magnitude=next((value for value in magnitudes if value is not None), None),
+        magnitude=next((magnitude for magnitude in magnitudes if magnitude is not None), None),
         distance_km=channel.real(17),
         **_place(channel),
     )
@@ -308,15 +308,15 @@ def _counts(channel: Channel) -> tuple[str, float]:
 
 def _start(channel: Channel) -> UTCDateTime | None:
     """The time of the first sample; None where it is not known to the minute."""
-    parts = [channel.code(number) for number in (40, 42, 43, 44, 45)]
-    if None in parts:
+    codes = [channel.code(number) for number in (40, 42, 43, 44, 45)]
+    if None in codes:
         return None
-    known = [part for part in parts if part is not None]
+    known = [code for code in codes if code is not None]
     with _text.time_of_header(
-        f"{channel.place}: the start, year month day hour minute, is {' '.join(f'{part:g}' for part in known)}; "
+        f"{channel.place}: the start, year month day hour minute, is {' '.join(f'{code:g}' for code in known)}; "
         "correct these whole numbers (40, 42 to 45), or write -999 where they are not known"
     ):
-        return UTCDateTime(*(int(part) for part in known)) + (channel.real(30) or 0.0)
+        return UTCDateTime(*(int(code) for code in known)) + (channel.real(30) or 0.0)
 
 
 def _place(channel: Channel) -> dict[str, Any]:

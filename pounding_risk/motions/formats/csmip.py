@@ -165,8 +165,7 @@ def _series(lines: Lines, volume: int, text: list[str], reals: NDArray[np.float6
     length = _LENGTH.search(text[10])
     # To 1 %, enough to notice a wrong digit.
     _text.check_length(lines.place, count, dt, float(length[1]) if length else None, 0.01 * count * dt, "the text")
-    columns = _text.columns_of(line) or SAMPLES[volume]
-    samples = lines.table(count, columns, "-.123456", "samples")
+    samples = lines.table(count, _text.columns_of(line) or SAMPLES[volume], "-.123456", "samples")
     return Even(samples, dt, "", samples), unit
 
 
@@ -187,15 +186,15 @@ def _pairs(lines: Lines, volume: int, text: list[str], dt: float | None) -> tupl
 def _rounded(where: str, shown: str, finer: float | None) -> float:
     """The time step [s] of a line, or the one of the header where that has more digits of the same step."""
     half = 0.5 * 10.0 ** -len(shown.partition(".")[2])
-    value = float(shown)
+    dt = float(shown)
     if finer is not None and finer > 0.0:
-        if abs(finer - value) > 1.001 * half:
+        if abs(finer - dt) > 1.001 * half:
             raise RecordError(
                 f"{where}: says a step of {shown} s, the 61st real number of the header {finer:g} s; correct the wrong "
                 "one, or fetch the file again"
             )
-        value = finer
-    return _text.check_step(where, value, f"{value:g}", "the time step")
+        dt = finer
+    return _text.check_step(where, dt, f"{dt:g}", "the time step")
 
 
 def _trace(channel: Channel, headonly: bool) -> Trace:
@@ -207,7 +206,7 @@ def _trace(channel: Channel, headonly: bool) -> Trace:
     readings = [_text.stated_peak(channel.peak[0], *unit, channel.peak[1]) for unit in units]
     peak = readings[0] if headonly else _text.check_peak(channel.even.digitised * factor, *readings)
     start = _start(channel)
-    magnitudes = {kind.upper(): float(value) for kind, value in _MAGNITUDE.findall(channel.text[8])}
+    magnitudes = {kind.upper(): float(magnitude) for kind, magnitude in _MAGNITUDE.findall(channel.text[8])}
     of_volume_2 = {}
     if channel.volume == CORRECTED:  # peaks of velocity and displacement [m/s, m], and corners [Hz]
         for key, at, scale in HEADER_NUMBERS:

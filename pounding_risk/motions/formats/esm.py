@@ -75,13 +75,13 @@ class Header(dict[str, str]):
 
     def number(self, key: str) -> float | None:
         """The number of a key, None where the header leaves it open."""
-        value = _text.number(self[key]) if self[key] else None
-        if value is None and self[key]:
+        parsed = _text.number(self[key]) if self[key] else None
+        if parsed is None and self[key]:
             raise RecordError(
                 f"{self.place(key)}: {key} is {quoted(self[key])}; it must be a number, or empty: restore that line, "
                 "or fetch the file again"
             )
-        return value
+        return parsed
 
 
 @_text.recogniser()
@@ -121,15 +121,15 @@ def _read_esm(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
                 f"{name}, line {at}: found {quoted(line)} among the samples, of which an ESM file has one on a line; "
                 "restore that line, or fetch the file again"
             )
-    values = _text.free_numbers(name, lines[len(header) :], len(header), "-0.227973")
-    _text.check_count(header.place("NDATA"), count, len(values), "NDATA")
+    samples = _text.free_numbers(name, lines[len(header) :], len(header), "-0.227973")
+    _text.check_count(header.place("NDATA"), count, len(samples), "NDATA")
     record, start = _facts(header)
     if not headonly:
-        _text.check_peak(values, _text.stated_peak(header[PEAK], "cm/s²", 1.0, header.place(PEAK)))
+        _text.check_peak(samples, _text.stated_peak(header[PEAK], "cm/s²", 1.0, header.place(PEAK)))
     location = header["LOCATION"] if len(header["LOCATION"]) <= 2 else ""  # some archives write an address there
     seed = {"network": header["NETWORK"], "station": header["STATION_CODE"], "channel": header["STREAM"]}
     more = {**seed, "location": location, "esm": AttribDict(header)}
-    return Stream([_text.trace_of(count if headonly else values, 0.01, dt, record, start, **more)])
+    return Stream([_text.trace_of(count if headonly else samples, 0.01, dt, record, start, **more)])
 
 
 def _check_kind(header: Header, lines: list[str]) -> None:
@@ -197,8 +197,7 @@ def _time(header: Header, key: str) -> UTCDateTime | None:
         raise RecordError(sentence)
     hour, minute, second = (float(part) for part in clock.groups()) if clock else (0.0, 0.0, 0.0)
     with _text.time_of_header(sentence):
-        days = (int(date[part]) for part in ("year", "month", "day"))
-        return UTCDateTime(*days, int(hour), int(minute)) + second
+        return UTCDateTime(*(int(date[part]) for part in ("year", "month", "day")), int(hour), int(minute)) + second
 
 
 FORMAT = Format("ESM", "ESM and ITACA text (.asc)", (".asc",), _is_esm, _read_esm)

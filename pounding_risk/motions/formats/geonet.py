@@ -132,15 +132,15 @@ def _heading(name: str, lines: list[str], at: int) -> Heading:
     _check_unit(places, text)
     integers, real = [], []
     for row in range(TEXT_LINES, HEADING_LINES):
-        values, is_whole = _table_row(places[row], heading_lines[row]), row < TEXT_LINES + WHOLE_LINES
-        broken = [value for value in values if value != int(value)] if is_whole else []
+        row_numbers, is_whole = _table_row(places[row], heading_lines[row]), row < TEXT_LINES + WHOLE_LINES
+        broken = [number for number in row_numbers if number != int(number)] if is_whole else []
         if broken:
             raise RecordError(
                 f"{places[row]}: has {broken[0]:g}, where all numbers are whole; restore that line of the heading, "
                 "or fetch the file again"
             )
-        integers += [int(value) for value in values] if is_whole else []
-        real += [] if is_whole else values
+        integers += [int(number) for number in row_numbers] if is_whole else []
+        real += [] if is_whole else row_numbers
     dt = _text.check_step(places[22], real[STEP], f"{real[STEP]:g}", "the time step (the sixth number)")
     counts, prepended = integers[COUNTS], integers[PREPENDED]
     if counts[0] < 2:
@@ -165,13 +165,13 @@ def _heading(name: str, lines: list[str], at: int) -> Heading:
 def _table_row(where: str, line: str) -> list[float]:
     """The ten numbers of a line of the heading, in columns of eight characters."""
     words = [line[column * WIDTH : (column + 1) * WIDTH].strip() for column in range(COLUMNS)]
-    values = [value for value in map(_text.number, words) if value is not None]
-    if len(values) < COLUMNS or line[COLUMNS * WIDTH :].strip():
+    numbers = [number for number in map(_text.number, words) if number is not None]
+    if len(numbers) < COLUMNS or line[COLUMNS * WIDTH :].strip():
         raise RecordError(
             f"{where}: {quoted(line)} is not a line of {COLUMNS} numbers in columns of {WIDTH} characters; restore "
             "that line of the heading, or fetch the file again"
         )
-    return values
+    return numbers
 
 
 def _check_unit(places: list[str], text: list[str]) -> None:
@@ -203,9 +203,9 @@ def _block(name: str, lines: list[str], at: int, count: int, quantity: str) -> N
                 f"number{'s' if due > 1 else ''} of {WIDTH} characters each {'are' if due > 1 else 'is'} due; restore "
                 "that line, or fetch the file again"
             )
-    values = _text.fixed_numbers(name, rows, at, WIDTH, "-11026.2")
-    _text.check_count(f"{name}, {quantity} from line {at + 1} on", count, len(values), "the number of points")
-    return values
+    samples = _text.fixed_numbers(name, rows, at, WIDTH, "-11026.2")
+    _text.check_count(f"{name}, {quantity} from line {at + 1} on", count, len(samples), "the number of points")
+    return samples
 
 
 def _azimuths(name: str, headings: list[Heading]) -> list[float | None]:
@@ -258,8 +258,8 @@ def _trace(name: str, heading: Heading, azimuth: float | None, letter: str, samp
     peaks = {}
     for key, pattern, line, unit in zip(("pga", "pgv", "pgd"), _PEAKS, text[13:16], (UNIT, "mm/s", "mm"), strict=True):
         match = pattern.match(line)
-        value = _text.number(match[1]) if match and match[2].lower() == unit else None
-        peaks[f"header_{key}"] = None if value is None else abs(value) * MILLIMETRE
+        peak = _text.number(match[1]) if match and match[2].lower() == unit else None
+        peaks[f"header_{key}"] = None if peak is None else abs(peak) * MILLIMETRE
     low, high = (tuple(real[edge] for edge in edges) for edges in (LOW_EDGES, HIGH_EDGES))
     origin = _time(name, heading.line + 17, (*integers[ORIGIN], 0, 0, 0.0))
     minute, milliseconds = integers[START_MINUTE]
@@ -290,19 +290,19 @@ def _trace(name: str, heading: Heading, azimuth: float | None, letter: str, samp
     )
 
 
-def _time(name: str, line: int, parts: tuple[float, ...]) -> UTCDateTime | None:
+def _time(name: str, line: int, clock: tuple[float, ...]) -> UTCDateTime | None:
     """Year, month, day, hour, minute, second as a time; None where the heading has zeros for unknown."""
-    if not any(parts[:3]):
+    if not any(clock[:3]):
         return None
-    listed = " ".join(f"{part:g}" for part in parts)
+    listed = " ".join(f"{number:g}" for number in clock)
     sentence = (
         f"{name}, lines {line} to {line + 3}: the heading's numbers give the time {listed} (year, month, day, hour, "
         "minute, second), which is none; restore those lines, or fetch the file again"
     )
-    if not 0.0 <= parts[5] < 61.0:
+    if not 0.0 <= clock[5] < 61.0:
         raise RecordError(sentence)
     with _text.time_of_header(sentence):
-        return UTCDateTime(*(int(part) for part in parts[:5])) + parts[5]
+        return UTCDateTime(*(int(number) for number in clock[:5])) + clock[5]
 
 
 FORMAT = Format("GEONET", "GeoNet (.V1A, .V2A)", (".v1a", ".v2a"), _is_geonet, _read_geonet)

@@ -57,8 +57,7 @@ def _read_knet(file: Any, *, name: str = "", **_kwargs: Any) -> Stream:
         raise unreadable(name, KIND, "not every sample is a whole number")
     size = GAL * scale[0] / scale[1]
     trace.data = trace.data * size
-    tolerance = max(FEWEST, SHARE * largest)
-    stated = StatedPeak(largest, tolerance, "gal", GAL, f"{name}: Max. Acc. (gal)")
+    stated = StatedPeak(largest, max(FEWEST, SHARE * largest), "gal", GAL, f"{name}: Max. Acc. (gal)")
     check_peak(trace.data - trace.data.mean(), stated, relative=0.0)
     trace.stats.calib = 1.0
     channel = trace.stats.channel

@@ -59,15 +59,15 @@ def _length(raw: bytes, at: int) -> int:
     if not (YEARS[0] <= year <= YEARS[1] and 1 <= day <= 366 and hour < 24 and minute < 60 and second <= 60):
         raise ValueError("its time is no time of day")
     samples, factor = struct.unpack_from(f"{order}Hh", raw, at + 30)
-    data, blockette = struct.unpack_from(f"{order}HH", raw, at + 44)
+    start, blockette = struct.unpack_from(f"{order}HH", raw, at + 44)
     if fraction > 9999 or (samples and not factor):
         raise ValueError("its time or sampling rate is out of range")
     encoding, power = _format(raw, at, blockette, order)
     length = 1 << power
-    if samples and not HEAD <= data < length:
-        raise ValueError(f"its samples start at byte {data} of {length}")
-    if samples * DENSEST.get(encoding, 1.0) > length - data:
-        raise ValueError(f"it promises {samples} samples, more than {length - data} bytes hold")
+    if samples and not HEAD <= start < length:
+        raise ValueError(f"its samples start at byte {start} of {length}")
+    if samples * DENSEST.get(encoding, 1.0) > length - start:
+        raise ValueError(f"it promises {samples} samples, more than {length - start} bytes hold")
     return length
 
 

@@ -103,10 +103,10 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
         high_corner=corners.get("LP"),
     )
     if not headonly:
-        values = _text.free_numbers(name, lines[header.lines :], header.lines, "-.1234567E-02")
-        _text.check_count(f"{name}, line {header.lines}", header.npts, len(values), "NPTS")
+        numbers = _text.free_numbers(name, lines[header.lines :], header.lines, "-.1234567E-02")
+        _text.check_count(f"{name}, line {header.lines}", header.npts, len(numbers), "NPTS")
     named = {"station": facts["station"], "channel": facts["component"], "peer_at2": AttribDict(at2)}
-    samples = header.npts if headonly else values
+    samples = header.npts if headonly else numbers
     return Stream([_text.trace_of(samples, STANDARD_GRAVITY, header.dt, record, day, **named)])
 
 

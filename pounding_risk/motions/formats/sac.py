@@ -81,7 +81,7 @@ def _read_sac(
     trace.stats.delta = dt
     extremes = struct.unpack_from(f"{order}2f", raw, 4 * EXTREMES)
     if UNSET not in extremes and any(extremes) and np.isfinite(extremes).all():
-        stated = StatedPeak(max(abs(value) for value in extremes), 0.0, "(DEPMIN, DEPMAX)", 1.0, name)
+        stated = StatedPeak(max(abs(extreme) for extreme in extremes), 0.0, "(DEPMIN, DEPMAX)", 1.0, name)
         check_peak(trace.data.astype(np.float64), stated, relative=SAME)
     to_acceleration(trace, name, folder, unit, KIND)
     return Stream([trace])

@@ -59,7 +59,7 @@ def _read_simcenter(
     columns = {axis: _samples(name, text, f"data_{axis}", facts) for axis in AXES if f"data_{axis}" in facts}
     if not set(columns) & {"x", "y"}:
         raise RecordError(f"{name}: has neither data_x nor data_y; a motion of SimCenter has one or both: {AGAIN}")
-    counts = {axis: len(values) for axis, values in columns.items()}
+    counts = {axis: len(column) for axis, column in columns.items()}
     if len(set(counts.values())) > 1:
         listed = ", ".join(f"{count} in data_{axis}" for axis, count in counts.items())
         raise RecordError(f"{name}: samples are missing, there are {listed}; all have as many: {AGAIN}")
@@ -68,20 +68,20 @@ def _read_simcenter(
     size = size_of_unit(unit, name)
     station = str(facts["name"]) if isinstance(facts.get("name"), str) and facts["name"] else Path(name).stem
     traces = []
-    for axis, values in columns.items():
+    for axis, column in columns.items():
         key, stated = f"PGA_{axis}", facts.get(f"PGA_{axis}")
-        readings = (float(np.abs(values).max()), float(values.max()), float(-values.min()))
+        readings = (float(np.abs(column).max()), float(column.max()), float(-column.min()))
         if stated is not None and not (
             _is_number(stated) and any(abs(abs(stated) - one) <= SAME_PEAK * max(abs(stated), one) for one in readings)
         ):
             raise RecordError(
                 f"{_place(name, text, key)}: {key} is {quoted(str(stated))}, and the samples go from "
-                f"{values.min():.6g} to {values.max():.6g}; samples or peak are damaged: {AGAIN}"
+                f"{column.min():.6g} to {column.max():.6g}; samples or peak are damaged: {AGAIN}"
             )
         record = record_facts(
             timed=False, state="processed", units=unit_sentence(unit, size), station=station, component=axis
         )
-        samples = values.size if headonly else values
+        samples = column.size if headonly else column
         traces.append(trace_of(samples, size, step, record, station=station[:40], channel=axis))
     return Stream(traces)
 
@@ -111,17 +111,17 @@ def _loaded(name: str, text: str) -> dict[str, Any]:
 
 
 def _samples(name: str, text: str, key: str, facts: dict[str, Any]) -> Samples:
-    values = facts[key]
-    if not isinstance(values, list) or len(values) < 2:
-        count = f"{len(values)} samples" if isinstance(values, list) else "no list"
+    samples = facts[key]
+    if not isinstance(samples, list) or len(samples) < 2:
+        count = f"{len(samples)} samples" if isinstance(samples, list) else "no list"
         raise RecordError(f"{_place(name, text, key)}: {key} is {count}; a record needs at least 2 samples: {AGAIN}")
-    wrong = next((at for at, value in enumerate(values) if not _is_number(value)), None)
+    wrong = next((at for at, sample in enumerate(samples) if not _is_number(sample)), None)
     if wrong is not None:
         raise RecordError(
-            f"{_place(name, text, key, wrong)}: sample {wrong + 1} of {key} is {quoted(str(values[wrong]))}; it must "
+            f"{_place(name, text, key, wrong)}: sample {wrong + 1} of {key} is {quoted(str(samples[wrong]))}; it must "
             f"be a finite number: {AGAIN}"
         )
-    return np.array(values, dtype=np.float64)
+    return np.array(samples, dtype=np.float64)
 
 
 def _is_number(value: Any) -> bool:

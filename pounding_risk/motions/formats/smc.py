@@ -54,13 +54,13 @@ class Header(NamedTuple):
 
     def code(self, number: int) -> int | None:
         """A whole number of the header, counted from 1; None where it is not known."""
-        value = float(self.codes[number - 1])
-        return None if value == self.codes[0] or not value.is_integer() else int(value)
+        code = float(self.codes[number - 1])
+        return None if code == self.codes[0] or not code.is_integer() else int(code)
 
     def real(self, number: int) -> float | None:
         """A real number of the header, counted from 1; None where it is not known."""
-        value = float(self.reals[number - 1])
-        return None if value == self.reals[0] or abs(value) > LARGEST else value
+        real = float(self.reals[number - 1])
+        return None if real == self.reals[0] or abs(real) > LARGEST else real
 
 
 @_text.recogniser(1024)
@@ -163,7 +163,7 @@ def _trace(header: Header, state: str, even: Even, headonly: bool) -> Trace:
         station=station[1].strip() if station else header.text[2].strip(),
         component=station[2].strip() if station else "",
         azimuth=azimuth,
-        magnitude=next((value for value in map(header.real, (6, 8, 7, 9)) if value is not None), None),
+        magnitude=next((magnitude for magnitude in map(header.real, (6, 8, 7, 9)) if magnitude is not None), None),
         distance_km=header.real(17),
         low_corner=header.real(33) if state == "processed" else None,
         high_corner=header.real(35) if state == "processed" else None,

@@ -67,16 +67,16 @@ class Recipe(NamedTuple):
 
     def written(self) -> dict[str, Any]:
         """The table as a scene file has it: quantities as text, exact."""
-        return {"kind": self.kind, **{key: self.about.options[key].written(value) for key, value in self.options}}
+        return {"kind": self.kind, **{key: self.about.options[key].written(option) for key, option in self.options}}
 
     def text(self) -> str:
         """The recipe as one line, from which `recipe_of` reads it back."""
-        return f"{self.kind}: " + ", ".join(f"{key}={value}" for key, value in list(self.written().items())[1:])
+        return f"{self.kind}: " + ", ".join(f"{key}={option}" for key, option in list(self.written().items())[1:])
 
     def form(self) -> Form:
         """The motion at any time step; raises Unfit where values of keys do not go together."""
-        values, common = dict(self.options), {"step", "name", "seed", "count"}
-        return self.about.function(**{key: values.get(key) for key in self.about.options if key not in common})
+        options, common = dict(self.options), {"step", "name", "seed", "count"}
+        return self.about.function(**{key: options.get(key) for key in self.about.options if key not in common})
 
     def check(self) -> None:
         """Raise Unfit where values of keys do not go together, or the time step is too long."""
@@ -85,8 +85,8 @@ class Recipe(NamedTuple):
 
     def sources(self) -> tuple[Source, ...]:
         """The motions, one for each seed, as records that were read."""
-        values, form = dict(self.options), self.form()
-        first, count = values.get("seed", 0), values.get("count", 1)
+        options, form = dict(self.options), self.form()
+        first, count = options.get("seed", 0), options.get("count", 1)
         step = self._step(form)
         return tuple(self._opened(form, step, seed, count > 1) for seed in range(first, first + count))
 
@@ -107,7 +107,7 @@ class Recipe(NamedTuple):
 
         recipe = self
         if self.about.is_random:  # the recipe of one motion of several
-            options = {key: value for key, value in self.options if key != "count"}
+            options = {key: option for key, option in self.options if key != "count"}
             recipe = Recipe(self.kind, _ordered(self.about, options | {"seed": seed}))
         motion = form.sampled(step, seed)
         velocity, displacement = velocity_displacement(motion.samples, step)
@@ -129,16 +129,16 @@ class Recipe(NamedTuple):
 
     def name(self, several: bool = False) -> str:
         """The name of a motion in results: that of the recipe, or its kind and what distinguishes it."""
-        values = dict(self.options)
-        if "name" not in values:
+        options = dict(self.options)
+        if "name" not in options:
             return self._title()
-        return f"{values['name']}-seed{values['seed']}" if several else str(values["name"])
+        return f"{options['name']}-seed{options['seed']}" if several else str(options["name"])
 
     def _title(self) -> str:
         """The kind, and what distinguishes this motion of it."""
-        kind, values = self.about, dict(self.options)
-        parts = [kind.options[key].said(values[key]).replace(" ", "") for key in kind.named_by if key in values]
-        return "-".join([self.kind, *parts, *([f"seed{values['seed']}"] if kind.is_random else [])])
+        kind, options = self.about, dict(self.options)
+        words = [kind.options[key].said(options[key]).replace(" ", "") for key in kind.named_by if key in options]
+        return "-".join([self.kind, *words, *([f"seed{options['seed']}"] if kind.is_random else [])])
 
 
 def motion_kinds() -> Mapping[str, Kind]:
@@ -160,10 +160,10 @@ def known_kind(name: Any) -> Kind:
     return kinds[name]
 
 
-def made(kind: Kind, values: Mapping[str, Any]) -> Recipe:
+def made(kind: Kind, options: Mapping[str, Any]) -> Recipe:
     """The recipe of values that have been read, with defaults in it and checked as a whole; raises Unfit."""
     stated = {key: option.default for key, option in kind.options.items() if option.default not in (REQUIRED, None)}
-    recipe = Recipe(kind.name, _ordered(kind, stated | dict(values)))
+    recipe = Recipe(kind.name, _ordered(kind, stated | dict(options)))
     recipe.check()
     return recipe
 
@@ -188,18 +188,18 @@ def recipe(kind: str, /, **keys: Any) -> Recipe:
     RecordError
         For an unknown kind or key, a key that is missing, and values out of range or that do not go together.
     """
-    about, values = known_kind(kind), {}
-    for key, value in keys.items():
+    about, options = known_kind(kind), {}
+    for key, option in keys.items():
         if key not in about.options:
             raise RecordError(f"{kind}: no key {key}{nearest(key, about.options)}; {takes(about)}")
         try:
-            values[key] = about.options[key].read(value, si)
+            options[key] = about.options[key].read(option, si)
         except QuantityError as error:
             raise RecordError(f"{kind}, {key}: {error}") from None
-    if missing := [key for key in about.required if key not in values]:
+    if missing := [key for key in about.required if key not in options]:
         raise RecordError(f"{kind}: {missing[0]} is missing; write a motion such as {about.example()}")
     try:
-        return made(about, values)
+        return made(about, options)
     except Unfit as error:
         raise RecordError(f"{kind}, {error}") from None
 
@@ -213,10 +213,10 @@ def is_recipe(text: str) -> bool:
 def recipe_of(text: str) -> Recipe:
     """The recipe of a line such as "ricker: pga=0.4 g, period=0.8 s"; raises RecordError as `recipe`."""
     kind, _, parameters = text.partition(":")
-    pairs = [part.partition("=") for part in parameters.split(",") if part.strip()]
-    if any(not key.strip() or not value.strip() for key, _, value in pairs):
+    pairs = [pair.partition("=") for pair in parameters.split(",") if pair.strip()]
+    if any(not key.strip() or not option.strip() for key, _, option in pairs):
         raise RecordError(f'{shown(text)}: keys have values; write one such as "ricker: pga=0.4 g, period=0.8 s"')
-    return recipe(kind.strip(), **{key.strip(): value.strip() for key, _, value in pairs})
+    return recipe(kind.strip(), **{key.strip(): option.strip() for key, _, option in pairs})
 
 
 def takes(kind: Kind) -> str:
@@ -224,12 +224,12 @@ def takes(kind: Kind) -> str:
     return f"{kind.name} takes {', '.join(kind.options)}"
 
 
-def _ordered(kind: Kind, values: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
+def _ordered(kind: Kind, options: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
     """Values in the order in which the kind declares its keys."""
-    return tuple((key, values[key]) for key in kind.options if key in values)
+    return tuple((key, options[key]) for key in kind.options if key in options)
 
 
-def _near(value: float, trace: Any, unit: str) -> str:
+def _near(end: float, trace: Any, unit: str) -> str:
     """A value at the end, 0 where it is nothing beside the peak."""
     peak = float(abs(trace).max())
-    return f"{0.0 if abs(value) <= 1e-4 * peak else value:.4g} {unit}"
+    return f"{0.0 if abs(end) <= 1e-4 * peak else end:.4g} {unit}"

@@ -133,7 +133,7 @@ def closed(
 ) -> Sampled:
     """Samples that end at zero, with a doubt about a jump at either end: above ``least`` of the peak it is one."""
     peak, doubts = float(np.abs(samples).max()), []
-    first, last = (f"{value / STANDARD_GRAVITY:.4g} g" for value in (samples[0], samples[-1]))
+    first, last = (f"{end / STANDARD_GRAVITY:.4g} g" for end in (samples[0], samples[-1]))
     if abs(samples[0]) > least * peak:
         doubts.append(f"the acceleration starts with a jump from 0 to {first}, on ground at rest")
     if abs(samples[-1]) > least * peak:

@@ -90,8 +90,8 @@ def read_envelope(
     """
     times = {"rise": rise, "level": level, "last": last}
     allowed = {NONE: (), TRAPEZOID: tuple(times)}.get(envelope, ("rise", "last"))
-    for key, value in times.items():
-        if value is not None and key not in allowed:
+    for key, time in times.items():
+        if time is not None and key not in allowed:
             raise Unfit(key, f'envelope "{envelope}" has no {key}; remove it, or choose another envelope')
     if envelope == NONE:
         return Envelope(np.ones_like, "envelope: none, stationary from its first sample to its last")
@@ -306,8 +306,7 @@ def kanai_tajimi(*, frequency: float, damping: float, **keys: Any) -> Noise:
     """
     rate = 2.0 * pi * frequency
     drift = np.array([[0.0, 1.0], [-(rate**2), -2.0 * damping * rate]])
-    layer = Filter(drift, np.array([0.0, -1.0]), drift[1].copy())
-    return _noise(layer, 1.0 / frequency, **keys)
+    return _noise(Filter(drift, np.array([0.0, -1.0]), drift[1].copy()), 1.0 / frequency, **keys)
 
 
 @motion_kind(

@@ -114,7 +114,7 @@ def _read_step(where: str, table: Mapping[str, Any]) -> Step:
         raise RecordError(f"{where}: {unknown(name, 'not a step', steps)}")
     allowed_options = steps[name].options
     options = {}
-    for key, value in table.items():
+    for key, option in table.items():
         if key == "step":
             continue
         if key not in allowed_options:
@@ -122,18 +122,18 @@ def _read_step(where: str, table: Mapping[str, Any]) -> Step:
             raise RecordError(
                 f'{where}: "{name}" has no option {shown(key)}{nearest(str(key), allowed_options)}; {allowed}'
             )
-        options[key] = _option(f"{where}, {key}", value, allowed_options[key])
+        options[key] = _option(f"{where}, {key}", option, allowed_options[key])
     return Step(name, options)
 
 
-def _option(where: str, value: Any, kind: Quantity | tuple[str, ...]) -> Any:
+def _option(where: str, option: Any, kind: Quantity | tuple[str, ...]) -> Any:
     if not isinstance(kind, Quantity):
-        if value not in kind:
+        if option not in kind:
             words = " or ".join(f'"{word}"' for word in kind)
-            raise RecordError(f"{where}: {shown(value)} is not a choice; it may be {words}")
-        return value
+            raise RecordError(f"{where}: {shown(option)} is not a choice; it may be {words}")
+        return option
     try:
-        return si(value, kind)
+        return si(option, kind)
     except QuantityError as error:
         raise RecordError(f"{where}: {error}") from None
 

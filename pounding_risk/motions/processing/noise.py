@@ -50,8 +50,7 @@ class NoiseSpectra(NamedTuple):
     @property
     def ratio(self) -> Samples:
         """The spectrum of the signal, noise included, over that of the noise; inf where the noise is zero."""
-        out = np.full(len(self.frequency), np.inf)
-        return np.divide(self.signal, self.noise, out=out, where=self.noise > 0.0)
+        return np.divide(self.signal, self.noise, out=np.full(len(self.frequency), np.inf), where=self.noise > 0.0)
 
 
 class Corners(NamedTuple):
@@ -157,7 +156,7 @@ def signal_to_noise(samples: Samples, dt: float) -> NoiseSpectra:
     size = 1 << (len(samples) - 1).bit_length()
     lowest, nyquist = 1.0 / (len(samples) * dt), 0.5 / dt
     frequency = np.geomspace(lowest, nyquist, 1 + round(PER_DECADE * np.log10(nyquist / lowest)))
-    signal, noise = (_smoothed(_amplitudes(part, dt, size), dt, size, frequency) for part in (shaking, before))
+    signal, noise = (_smoothed(_amplitudes(window, dt, size), dt, size, frequency) for window in (shaking, before))
     noise *= sqrt(len(shaking) / len(before))
     unseen = frequency < 1.0 / (len(before) * dt)
     noise[unseen] = np.maximum(noise[unseen], noise[~unseen][0])
@@ -208,11 +207,11 @@ def _highest(dt: float) -> float:
     return min(HIGHEST_CORNER, NYQUIST_SHARE * 0.5 / dt)
 
 
-def _amplitudes(part: Samples, dt: float, size: int) -> Samples:
+def _amplitudes(window: Samples, dt: float, size: int) -> Samples:
     """|∫ a e^(-iωt) dt| [m/s] of a window without its mean, tapered."""
-    position = np.linspace(0.0, 1.0, len(part))
+    position = np.linspace(0.0, 1.0, len(window))
     weight = signals.cosine_rise(position / TAPERED) * signals.cosine_rise((1.0 - position) / TAPERED)
-    return np.asarray(np.abs(np.fft.rfft((part - part.mean()) * weight, size)) * dt)
+    return np.asarray(np.abs(np.fft.rfft((window - window.mean()) * weight, size)) * dt)
 
 
 def _smoothed(amplitudes: Samples, dt: float, size: int, centres: Samples) -> Samples:

@@ -153,7 +153,7 @@ def export(
     options = Options(
         of, metres, peak, intensity_level, intensity, discrete, without, outlines, list_of_buildings, method
     )
-    stated = [name for name, value in options._asdict().items() if value not in (None, False)]
+    stated = [name for name, option in options._asdict().items() if option not in (None, False)]
     if refused := [name for name in stated if name not in module.TAKES]:
         raise PoundingError(f"--{refused[0].replace('_', '-')}: has no effect on {to} ({module.WORDS}); leave it out")
     listed = list(source) if isinstance(source, Sequence) and not isinstance(source, str) else [source]

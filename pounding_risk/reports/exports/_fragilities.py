@@ -131,9 +131,9 @@ def _curve(one: Fragility, measure: Intensity) -> Curve:
     return Curve(STATES[one.what], words, one.median / measure.size, one.dispersion, one.errors, runs)
 
 
-def identifier_of(*parts: str) -> str:
+def identifier_of(*texts: str) -> str:
     """An identifier of letters, digits, "-" and "_" from words: "frame-wall_gap-60mm"."""
-    words = (re.sub(r"[^A-Za-z0-9_.]+", "-", part).strip("-") for part in parts)
+    words = (re.sub(r"[^A-Za-z0-9_.]+", "-", text).strip("-") for text in texts)
     return re.sub(r"\.", "p", "_".join(filter(None, words)))[:LONGEST]
 
 
@@ -260,8 +260,8 @@ def crossing(function: Function, measure: Intensity) -> str:
     """
     for lower, higher in pairwise(function.curves):
         if all(
-            log(x / lower.median) / lower.dispersion >= log(x / higher.median) / higher.dispersion
-            for x in function.ends
+            log(im / lower.median) / lower.dispersion >= log(im / higher.median) / higher.dispersion
+            for im in function.ends
         ):
             continue
         slope, where = lower.dispersion - higher.dispersion, ""

@@ -167,10 +167,10 @@ def layers_of(datasets: Sequence[xr.Dataset], options: Options) -> Layers:
 def closing_motions(results: xr.Dataset, assessment: Assessment) -> Array:
     """1 where a motion closes the assessed gap, 0 where not, NaN without a finite response; (interfaces, motions)."""
     closes = []
-    for (_, part), one in zip(Results(results).interfaces, assessment.interfaces, strict=True):
-        motions = motions_of(part)
+    for (_, interface), one in zip(Results(results).interfaces, assessment.interfaces, strict=True):
+        motions = motions_of(interface)
         level = motions.amplitudes.index(one.amplitude)
-        closes.append(np.where(motions.finite[:, level], touching(part, motions, one.gap)[:, level], nan))
+        closes.append(np.where(motions.finite[:, level], touching(interface, motions, one.gap)[:, level], nan))
     return np.array(closes, dtype=float)
 
 
@@ -197,7 +197,7 @@ def _building(row: Row, at: int) -> dict[str, Any]:
     is_run = all(map(row.is_run, row.beside(at)))
     yields = any_of_building(row.case, "yield_exceedance", at)
     known = np.isfinite(row.case.results["building_height"].values[at])
-    values = [
+    cells = [
         *(row.title, shape.name, shape.position, 0 if shape.is_rigid else len(shape.levels)),
         shape.height if known else nan,
         min((one.word for one in verdicts), key=WORST_FIRST.index),
@@ -207,7 +207,7 @@ def _building(row: Row, at: int) -> dict[str, Any]:
         closes.shape[1],
         Results(row.case.results).amplitude_words(),
     ]
-    return dict(zip(BUILDING, values, strict=True))
+    return dict(zip(BUILDING, cells, strict=True))
 
 
 def _raised(row: Row, at: int, names: Sequence[str]) -> float:
@@ -232,10 +232,9 @@ def _interface(row: Row, at: int) -> dict[str, Any]:
     one = row.assessment.interfaces[at]
     touch, force, is_run = row.case.touches[at], one.own_force, row.is_run(at)
     weight, confidence = one.verdict.independent / one.verdict.motions, row.assessment.confidence
-    lost = int(np.isnan(row.closes[at]).sum())
-    closing = np.pad(np.array(one.closing), (0, lost), constant_values=inf)
+    closing = np.pad(np.array(one.closing), (0, int(np.isnan(row.closes[at]).sum())), constant_values=inf)
     required = required_gaps(closing, weight, tuple(map(float, PERCENTILES)), confidence)
-    values = [
+    cells = [
         *(row.title, one.name, row.buildings[at], row.buildings[at + 1], one.gap),
         *(one.verdict.word, one.verdict.sentence),
         *share_of_building(row.closes[[at]], weight, confidence),
@@ -249,7 +248,7 @@ def _interface(row: Row, at: int) -> dict[str, Any]:
         *((touch.impacts, touch.force) if is_run else (nan, nan)),
         *(closing.size, one.verdict.recordings, one.at),
     ]
-    return dict(zip(INTERFACE, values, strict=True))
+    return dict(zip(INTERFACE, cells, strict=True))
 
 
 def _yielding(one: InterfaceAssessment, force: float) -> tuple[float, float, float]:

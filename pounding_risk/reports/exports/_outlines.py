@@ -37,7 +37,7 @@ def nominal_places(rows: Rows) -> Places:
         low = -ACROSS * number
         buildings += [Point(ALONG * at, low) for at in range(len(names))]
         middles = (ALONG * (at + 0.5) for at in range(len(names) - 1))
-        interfaces += [LineString([(x, low - HALF), (x, low + HALF)]) for x in middles]
+        interfaces += [LineString([(middle, low - HALF), (middle, low + HALF)]) for middle in middles]
     notes = (
         f"not georeferenced: buildings are points {ALONG:g} m apart in the order of the row, whatever their widths; "
         "give the footprints with --street"

@@ -34,8 +34,7 @@ CLASSES = (
 
 def style(kind: str, label: str) -> str:
     """The style of a layer of ``kind`` "fill", "line" or "marker", with ``label`` an expression of QGIS, as QML."""
-    categories = "Symbology|Labeling"
-    root = Xml.Element("qgis", {"version": "3.22.0", "styleCategories": categories, "labelsEnabled": "1"})
+    root = Xml.Element("qgis", {"version": "3.22.0", "styleCategories": "Symbology|Labeling", "labelsEnabled": "1"})
     renderer = Xml.SubElement(
         root, "renderer-v2", {"type": "RuleRenderer", "symbollevels": "0", "forceraster": "0", "enableorderby": "0"}
     )
@@ -90,5 +89,5 @@ def _add_symbol(symbols: Xml.Element, kind: str, number: int, colour: str) -> No
 def _add_layer(symbol: Xml.Element, name: str, options: dict[str, str]) -> None:
     layer = Xml.SubElement(symbol, "layer", {"class": name, "enabled": "1", "locked": "0", "pass": "0"})
     table = Xml.SubElement(layer, "Option", {"type": "Map"})
-    for key, value in options.items():
-        Xml.SubElement(table, "Option", {"type": "QString", "name": key, "value": value})
+    for key, option in options.items():
+        Xml.SubElement(table, "Option", {"type": "QString", "name": key, "value": option})

@@ -68,8 +68,8 @@ def table(results: xr.Dataset, names: list[str]) -> str:
     is_there = _places_there(first, [results[name].transpose(*dims).values for name in names])
     for row, where in enumerate(np.ndindex(*first.shape)):
         if is_there[row]:
-            values = [_cell(column[row], known) for column, known in zip(columns, flags, strict=True)]
-            rows.append([*(cell(label[at]) for label, at in zip(labels, where, strict=True)), *map(cell, values)])
+            numbers = [_cell(column[row], known) for column, known in zip(columns, flags, strict=True)]
+            rows.append([*(cell(label[at]) for label, at in zip(labels, where, strict=True)), *map(cell, numbers)])
     return csv_text(rows)
 
 
@@ -87,12 +87,12 @@ def _places_there(of: xr.DataArray, columns: list[Any]) -> Any:
     return np.broadcast_to(is_there, of.shape).ravel()
 
 
-def _cell(value: Any, meanings: dict[int, str]) -> str:
+def _cell(number: Any, meanings: dict[int, str]) -> str:
     """A value in full; empty where there is none, such as of a run that failed."""
     if meanings:
-        return meanings[int(value)]
-    if isinstance(value, np.integer) and value == UNDEFINED:
+        return meanings[int(number)]
+    if isinstance(number, np.integer) and number == UNDEFINED:
         return ""
-    if isinstance(value, np.floating):
-        return "" if np.isnan(value) else repr(float(value))
-    return str(value)
+    if isinstance(number, np.floating):
+        return "" if np.isnan(number) else repr(float(number))
+    return str(number)

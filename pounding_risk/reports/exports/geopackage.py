@@ -117,6 +117,6 @@ def _write(file: Path, layers: Iterable[Layer], crs: str | None, notes: Iterable
         connection.execute("UPDATE gpkg_contents SET last_change = ?", (when,))
 
 
-def _insert(connection: sqlite3.Connection, table: str, values: dict[str, Any]) -> None:
-    places = ", ".join("?" * len(values))
-    connection.execute(f"INSERT INTO {table} ({', '.join(values)}) VALUES ({places})", tuple(values.values()))
+def _insert(connection: sqlite3.Connection, table: str, columns: dict[str, Any]) -> None:
+    places = ", ".join("?" * len(columns))
+    connection.execute(f"INSERT INTO {table} ({', '.join(columns)}) VALUES ({places})", tuple(columns.values()))

@@ -102,5 +102,4 @@ def _description(found: Fragilities, model: Model, side: str) -> str:
         for function in model.functions
         for curve in function.curves
     )
-    about = str(created("pounding_risk.export")["history"])
-    return f"{found.title}{side}. {each}. {about}"
+    return f"{found.title}{side}. {each}. {created('pounding_risk.export')['history']}"

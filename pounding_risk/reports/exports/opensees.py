@@ -228,7 +228,7 @@ def write(study: Scene, target: Path, options: Options) -> Written:
     bench = bench_of(study.updated(grid=own), 1)
     script = _script(study, bench)
     notes = tuple(_notes(script))
-    motion, parts = next(iter(bench.motions)), _parts(script)
+    motion, tables = next(iter(bench.motions)), _parts(script)
     text = TEMPLATE.format(
         title=_in_text(study.name or "A scene"),
         case=_in_text(fill(bench.labels[0], WIDEST - 1)),
@@ -238,9 +238,9 @@ def write(study: Scene, target: Path, options: Options) -> Written:
         notes=_in_text("\n".join(fill(f"- {sentence}", WIDEST, subsequent_indent="  ") for sentence in notes)),
         sampling=motion.dt,
         slowest=SLOWEST_TOUCH,
-        algorithm=algorithm(parts["yielding"].values(), study.links),
+        algorithm=algorithm(tables["yielding"].values(), study.links),
         motion=_listed(motion.acceleration.tolist()),
-        **{name: pformat(part, sort_dicts=False, width=WIDEST - len(f"{name} = ")) for name, part in parts.items()},
+        **{name: pformat(table, sort_dicts=False, width=WIDEST - len(f"{name} = ")) for name, table in tables.items()},
     )
     return Written((write_file(target, text),), notes)
 
@@ -250,9 +250,9 @@ def _in_text(text: str) -> str:
     return text.replace("\\", "\\\\").replace('"""', "'''")
 
 
-def _listed(values: list[float]) -> str:
+def _listed(numbers: list[float]) -> str:
     """Numbers in lines of a script, in full."""
-    rows = (values[start : start + 4] for start in range(0, len(values), 4))
+    rows = (numbers[start : start + 4] for start in range(0, len(numbers), 4))
     body = "".join(f"    {', '.join(map(repr, row))},\n" for row in rows)
     return f"[\n{body}]"
 
@@ -364,8 +364,8 @@ def _peaks(script: Script) -> dict[str, tuple[float, float]]:
     return {name: (reach, force) for name, (reach, force) in zip(interfaces, answers.tolist(), strict=True)}
 
 
-def _plain(part: Any) -> Any:
-    return part if isinstance(part, str) else float(np.asarray(part))
+def _plain(parameter: Any) -> Any:
+    return parameter if isinstance(parameter, str) else float(np.asarray(parameter))
 
 
 def _notes(script: Script) -> Iterator[str]:

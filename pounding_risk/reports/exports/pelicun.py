@@ -149,9 +149,9 @@ def _case_words(runs: xr.Dataset) -> str:
     return f"{where}, {force_words(float(runs['yield_force']))}{columns}"
 
 
-def _by_motion(values: xr.DataArray) -> Array:
+def _by_motion(cases: xr.DataArray) -> Array:
     """Values by record and polarity as one axis, (motions, ...)."""
-    return np.asarray(values.transpose("record", "polarity", ...).values.reshape(-1, *values.shape[2:]))
+    return np.asarray(cases.transpose("record", "polarity", ...).values.reshape(-1, *cases.shape[2:]))
 
 
 def _storey_heights(one: xr.Dataset) -> Array | None:

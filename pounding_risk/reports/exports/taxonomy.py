@@ -69,8 +69,7 @@ def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     for number, name in enumerate(names):
         beside = [(other, min(other, number)) for other in (number - 1, number + 1) if 0 <= other < len(names)]
         sides = tuple(Side(names[other], heights[other], assessment.interfaces[at]) for other, at in beside)
-        of_gaps = closes[[at for _, at in beside]]
-        rows.append(_row(name, heights[number], sides, strings[name], of_gaps, assessment))
+        rows.append(_row(name, heights[number], sides, strings[name], closes[[at for _, at in beside]], assessment))
     notes = [
         "positions are those in the row; what stands in front of a building and behind it is not in the results, so "
         "that BP3 is never written",
@@ -107,7 +106,7 @@ def _row(
         oed_code(gap),
         f"{gap:.6g}",
         closest.neighbour,
-        *(f"{value:.6g}" for value in (share, low, high)),
+        *(f"{share:.6g}" for share in (share, low, high)),
         most.neighbour,
         most.interface.at,
         string[1],
@@ -143,8 +142,7 @@ def _strings(
     That of an inventory where it has one, else that of its typology and storeys.
     """
     # A typology stands in the scene as it was written alone: of every value stated, its storeys are.
-    overrides = read_attribute(results, "overrides", [])
-    written = written_overrides(str(results.attrs.get("scene", "")), overrides, "scene")
+    written = written_overrides(str(results.attrs.get("scene", "")), read_attribute(results, "overrides", []), "scene")
     stated = tables_of(str(results.attrs.get("scene_resolved", "")))
     typologies = {
         str(table.get("name", "")): table.get("typology", "") for table in tables_of(written).get("building", [])
@@ -176,6 +174,6 @@ def _strings(
 def _of_scene(table: Mapping[str, Any], typology: str) -> str:
     """Material, system and storeys of a building of a scene, as far as it says them."""
     kind = STRINGS.get(typology.removesuffix("_ec8"), "")
-    lists = (len(value) for key, value in table.items() if key.startswith("storey_") and isinstance(value, list))
+    lists = (len(numbers) for key, numbers in table.items() if key.startswith("storey_") and isinstance(numbers, list))
     storeys = table.get("storeys") or next(lists, 0)
     return "/".join(filter(None, (kind, f"H:{storeys}" if storeys else "")))

@@ -30,11 +30,11 @@ def write(data: ReportData) -> list[Block]:
     # Energy that contacts leave unaccounted for, over the runs of their own that touched.
     if "energy_residual" in results:
         has_contact = ((results["simulated"] == 1) & (results["impact_count"] > 0)).values
-        values = results["energy_residual"].values[has_contact]
-        if (values := values[np.isfinite(values)]).size:
+        residuals = results["energy_residual"].values[has_contact]
+        if (residuals := residuals[np.isfinite(residuals)]).size:
             words = "energy that a run's contacts leave unaccounted for, over the largest energy, median"
-            rows.append((words, number(np.median(values), digits=2)))
-            rows.append(("the same, largest", number(values.max(), digits=2)))
+            rows.append((words, number(np.median(residuals), digits=2)))
+            rows.append(("the same, largest", number(residuals.max(), digits=2)))
     status = results["status"]
     counts = [(name, (status.values == code).sum()) for code, name in flags_of(status).items() if code != 0]
     failed = [(f"failed: {name.replace('_', ' ')}", count(times)) for name, times in counts if times]
@@ -62,10 +62,10 @@ def _recomputed(results: xr.Dataset) -> list[tuple[str, Cell | str]]:
         ("of these sensitive: an answer moves by more than the tolerance", count((flags == 1).sum())),
     ]
     for name in RELATIVE:
-        values = results[f"change_{name}"].values
-        values = values[np.isfinite(values)]
-        if values.size:
-            rows.append((f"{WORDS[name]} moved by, median", number(np.median(values), digits=2)))
-            rows.append((f"{WORDS[name]} moved by, largest", number(values.max(), digits=2)))
+        changes = results[f"change_{name}"].values
+        changes = changes[np.isfinite(changes)]
+        if changes.size:
+            rows.append((f"{WORDS[name]} moved by, median", number(np.median(changes), digits=2)))
+            rows.append((f"{WORDS[name]} moved by, largest", number(changes.max(), digits=2)))
     rows += [(f"runs whose {WORDS[name]} changed", count((results[f"change_{name}"] > 0).sum())) for name in COUNTED]
     return rows

@@ -25,11 +25,11 @@ def _along(data: ReportData) -> list[Block]:
     if data.along is None:
         return []
     assessed, place = data.along
-    rest = f"The other sections are of one place, {place.words}: {place.why}."
+    where = f"The other sections are of one place, {place.words}: {place.why}."
     alt = f"P(contact) and the gap required along the axes. {along_finding(assessed)}. The table has the numbers."
     drawing = partial(along_figure, assessed, titled=False)
     return [
-        paragraph(" ".join([*along.findings(assessed), rest])),
+        paragraph(" ".join([*along.findings(assessed), where])),
         figure("along-axes", drawing, f"{along_caption(assessed)}.", alt),
         along.places(assessed),
     ]

@@ -101,6 +101,5 @@ def _records_table(data: ReportData, is_felt: bool, as_felt: str) -> Block:
     first = "; earthquake, date, M, station and as found are those of the record before its aftershock" * is_sequence
     lost = "; – without a finite response, for which no gap is wide enough" * bool(needed.isnull().any())
     caption += f"{at}{widest_of}{first}{lost}."
-    widest = needed.fillna(np.inf).max("polarity").values
-    keep = sorted(map(int, np.argsort(-widest, kind="stable")[:KEPT]))
+    keep = sorted(map(int, np.argsort(-needed.fillna(np.inf).max("polarity").values, kind="stable")[:KEPT]))
     return table(caption, heads, rows, keep=keep, note="the records that need the widest gaps")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import nan
-
 import numpy as np
 
 from pounding_risk._common.counted import counted
@@ -93,16 +91,16 @@ def struck_finding(case: RowCase) -> str:
 
 def drift_finding(case: RowCase) -> str:
     """Sentence on how contact changes the largest storey drift, at the ends of the row and inside it."""
-    parts = []
+    clauses = []
     ends = " at the row's ends" if len(case.buildings) > 2 else ""
     for position, where in (("end", ends), ("interior", " inside the row")):
         same = [at for at, one in enumerate(case.buildings) if one.position == position and drawn.has_storeys(one)]
         ratios = np.array([drawn.amplification(case, at) for at in same])
         if np.isfinite(ratios).any():
-            parts.append(f"{np.nanmedian(ratios):.2f} times{where}")
-    if not parts:
+            clauses.append(f"{np.nanmedian(ratios):.2f} times{where}")
+    if not clauses:
         return f"No building with storeys touches a neighbour in {counted(case.motions, 'motion')}"
-    return f"With contact the {_drift_words(case)} is {' and '.join(parts)} what it is without, in the median"
+    return f"With contact the {_drift_words(case)} is {' and '.join(clauses)} what it is without, in the median"
 
 
 def _drift_words(case: RowCase) -> str:
@@ -132,8 +130,8 @@ def _links(case: RowCase, where: str) -> list[sheet.Block]:
     rows: list[sheet.Row] = []
     for at, name in enumerate(case.interfaces):
         for output, (words, unit) in OF_LINKS.items():
-            values = case.results[output].isel(interface=at).values if output in case.results else np.zeros(0)
-            if (known := values[np.isfinite(values)]).size:
+            peaks = case.results[output].isel(interface=at).values if output in case.results else np.zeros(0)
+            if (known := peaks[np.isfinite(peaks)]).size:
                 spread = sheet.middle(sheet.percentiles(known), unit)
                 rows.append(
                     [name, sheet.head(words, unit), spread, sheet.number(known.max(), unit), sheet.count(known.size)]
@@ -156,13 +154,9 @@ def _storeys(case: RowCase, where: str) -> list[sheet.Block]:
         same = [at for at, building in enumerate(case.buildings) if building.position == position]
         if len(case.buildings) < 3 or not same:  # two buildings are the table's own rows
             continue
-        cells = [
-            sheet.middle(sheet.percentiles([values[at] for at in same] or [nan]), "1") for values in (raised, shaken)
-        ]
-        who = f"{len(same)} {position}{'s' if len(same) != 1 else ''}"
-        rows.append([f"{who}: median (16 to 84 %)", "", *cells])
-    impulse = _of_runs(case, "row_impulse", "N s")
-    lost = _of_runs(case, "row_energy_lost", "J")
+        cells = [sheet.middle(sheet.percentiles([ratios[at] for at in same]), "1") for ratios in (raised, shaken)]
+        rows.append([f"{counted(len(same), position)}: median (16 to 84 %)", "", *cells])
+    impulse, lost = _of_runs(case, "row_impulse", "N s"), _of_runs(case, "row_energy_lost", "J")
     return [
         sheet.figure(
             "row-profiles",
@@ -186,7 +180,6 @@ def _storeys(case: RowCase, where: str) -> list[sheet.Block]:
 
 def _of_runs(case: RowCase, name: str, unit: str) -> str:
     """Median of an output of the whole row, over the motions with contact anywhere."""
-    touched = (case.results["impact_count"] > 0).any("interface")
-    values = case.results[name].where(touched).values
-    finite = values[np.isfinite(values)]
+    outputs = case.results[name].where((case.results["impact_count"] > 0).any("interface")).values
+    finite = outputs[np.isfinite(outputs)]
     return f"{sheet.amount(np.median(finite), unit)['text']} in the median" if finite.size else "nothing"

@@ -36,8 +36,8 @@ def write(data: ReportData) -> list[sheet.Block]:
     rigid = []
     for name in map(str, results["building"].values):
         building = results.sel(building=name)
-        values = [("building_mass", "kg"), ("building_period", "s"), ("building_damping", "%")]
-        row: sheet.Row = [name, *(sheet.number(building[variable], unit) for variable, unit in values)]
+        columns = [("building_mass", "kg"), ("building_period", "s"), ("building_damping", "%")]
+        row: sheet.Row = [name, *(sheet.number(building[variable], unit) for variable, unit in columns)]
         if data.has_points:
             row += [sheet.count(building["building_storeys"]), sheet.number(building["building_height"])]
             row.append(str(building["building_position"].values))
@@ -58,17 +58,17 @@ def write(data: ReportData) -> list[sheet.Block]:
     ]
 
 
-def _interface_row(item: tuple[str, Any]) -> tuple[str, sheet.Cell | str]:
+def _interface_row(setting: tuple[str, Any]) -> tuple[str, sheet.Cell | str]:
     """A key of the scene's interface as its file has it; the gap and the yield force in the units of readers."""
-    key, value = item
+    key, stated = setting
     if key == "gap":
-        return "gap", sheet.amount(float(value.split()[0]), "m")
+        return "gap", sheet.amount(float(stated.split()[0]), "m")
     if key in ("yield_force", "column_yield_force"):
-        force = float(str(value).split()[0])
+        force = float(str(stated).split()[0])
         never: sheet.Cell = {"text": "none: never yields", "raw": None}
         name = "yield force F_E" if key == "yield_force" else "of a column"
         return name, never if np.isinf(force) else sheet.amount(force, "N")
-    return key.replace("_", " "), _value_words(value)
+    return key.replace("_", " "), _value_words(stated)
 
 
 def _value_words(value: Any) -> str:
@@ -103,13 +103,13 @@ def _grid(data: ReportData) -> list[tuple[str, sheet.Cell | str]]:
     return rows
 
 
-def _span(values: Any, unit: str) -> sheet.Cell:
-    finite = values[np.isfinite(values)]
+def _span(labels: Any, unit: str) -> sheet.Cell:
+    finite = labels[np.isfinite(labels)]
     ends = [sheet.amount(end, unit) for end in dict.fromkeys((finite.min(), finite.max()))] if finite.size else []
     text = " to ".join(end["text"] for end in ends)
     if len(finite) > 1:
         text += f", {len(finite)} values"
-    if len(finite) < len(values):
+    if len(finite) < len(labels):
         text = f"{text}, and never yielding" if text else "never yields"
     return {"text": text, "parts": [end["raw"] for end in ends]}
 
@@ -128,10 +128,10 @@ def _of_storeys(scene: Mapping[str, Any]) -> Iterator[str]:
     yield f"{moves}; floors are rigid, and each storey is a spring with viscous damping."
     if by_matrix := named("stiffness_matrix"):
         yield f"The floors of {by_matrix} are joined by a stiffness matrix in place of storey springs."
-    if parts := [
+    if split := [
         str(one["name"]) for one in scene["building"] if {"stiffness_matrix", "storey_strengths"} <= one.keys()
     ]:
-        yield f"Storeys of {' and '.join(parts)} that may yield are a part of it: storey shears are those of this part."
+        yield f"Storeys of {' and '.join(split)} that may yield are a part of it: storey shears are those of this part."
     if by_masses := named("mass_matrix"):
         yield f"Masses of {by_masses} are a matrix: floors have inertia against each other's accelerations too."
     if by_modes := named("interior_masses"):
@@ -154,8 +154,7 @@ def _assumed(data: ReportData) -> list[str]:
     sentences = []
     effects = data.scene.get("effects", {})
     if not has_own_grounds(data.scene):
-        both = "All" if data.several else "Both"
-        sentences.append(f"{both} buildings stand on the same motion at the same time.")
+        sentences.append(f"{'All' if data.several else 'Both'} buildings stand on the same motion at the same time.")
     elif "wave_passage" not in effects:
         sentences.append("Buildings stand on unlike grounds, as their keys ground_ say; peaks are relative to these.")
     results = Results(data.results)

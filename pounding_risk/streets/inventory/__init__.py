@@ -77,12 +77,12 @@ def read_inventory(path: str | Path) -> Inventory:
     faults: list[str] = []
     notes = Notes()
     sheet = metadata_sheet(file, text, faults) if file.suffix.lower() == METADATA else sheet_of(file, text, faults)
-    entries = list(module.buildings(sheet, faults, notes))
-    if not faults and not entries:
+    buildings = list(module.buildings(sheet, faults, notes))
+    if not faults and not buildings:
         faults.append(f"has no building; write a line for each below the head of {module.WORDS}")
     if faults:
         raise BlockError(str(file), faults)
-    return Inventory(entries, [*notes.sentences()], module.WORDS)
+    return Inventory(buildings, [*notes.sentences()], module.WORDS)
 
 
 def inventory_table(path: Path, metres: bool = False) -> Table | None:

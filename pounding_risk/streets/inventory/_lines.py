@@ -160,9 +160,9 @@ class Draft:
         text = self.line.cells.get(head.lower(), "").strip()
         if not text:
             return None
-        value = float(text) if NUMBER.fullmatch(text) else nan
-        if isfinite(value) and low <= value <= high:
-            return value
+        parsed = float(text) if NUMBER.fullmatch(text) else nan
+        if isfinite(parsed) and low <= parsed <= high:
+            return parsed
         least, most = (f"{bound:g}" if isfinite(bound) else "" for bound in (low, high))
         allowed = " to ".join(filter(None, (least, most))) if most else f"{least} or more" if least else ""
         self.fault(head, f"{shown(text)} is not a number{allowed and f' from {allowed}'}; correct it or leave it empty")
@@ -170,9 +170,9 @@ class Draft:
 
     def whole(self, head: str, low: float = -inf, high: float = inf) -> int | None:
         """The whole number of a cell, which may be written as 4.0; as `number`."""
-        value = self.number(head, low, high)
-        if value is None or value == round(value):
-            return None if value is None else round(value)
+        number = self.number(head, low, high)
+        if number is None or number == round(number):
+            return None if number is None else round(number)
         self.fault(head, f"{shown(self.line.cells[head.lower()])} is not a whole number; write one such as 4")
         return None
 
@@ -196,13 +196,13 @@ class Draft:
 
     def year(self, head: str) -> int | None:
         """The year of a cell; None for 0, an unknown one."""
-        value = self.whole(head)
-        if not value:
+        year = self.whole(head)
+        if not year:
             return None
-        if not FIRST_YEAR <= value <= LAST_YEAR:
-            self.fault(head, f"{value} is no year from {FIRST_YEAR} to {LAST_YEAR}; correct it or leave it empty")
+        if not FIRST_YEAR <= year <= LAST_YEAR:
+            self.fault(head, f"{year} is no year from {FIRST_YEAR} to {LAST_YEAR}; correct it or leave it empty")
             return None
-        return value
+        return year
 
     def single(self, head: str, unknown: Sequence[float] = ()) -> None:
         """Refuse a line that stands for several buildings, or for a part of one."""
@@ -216,8 +216,8 @@ class Draft:
         east, north = self.number(longitude, -180.0, 180.0), self.number(latitude, -90.0, 90.0)
         cells = self.line.cells
         if (longitude.lower() in cells) != (latitude.lower() in cells):
-            missing, given = (longitude, latitude) if latitude.lower() in cells else (latitude, longitude)
-            self.fault(missing, f"missing beside {given}; write both or neither")
+            missing, stated = (longitude, latitude) if latitude.lower() in cells else (latitude, longitude)
+            self.fault(missing, f"missing beside {stated}; write both or neither")
         return (nan, nan) if east is None or north is None else (east, north)
 
     def place_of(self, position: Any) -> tuple[float, float]:
@@ -289,7 +289,7 @@ def _ring_text(ring: Sequence[Any]) -> str:
     for position in ring:
         if not is_position(position, DEGREES):
             raise ValueError(NO_DEGREES.format(shown(position)))
-    return f"({', '.join(f'{float(x)!r} {float(y)!r}' for x, y, *_ in ring)})"
+    return f"({', '.join(f'{float(longitude)!r} {float(latitude)!r}' for longitude, latitude, *_ in ring)})"
 
 
 def _position(text: str) -> str:

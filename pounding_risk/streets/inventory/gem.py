@@ -66,7 +66,7 @@ class Atom(NamedTuple):
 
     def __str__(self) -> str:
         inner = f"({';'.join(map(str, self.arguments))})" if self.arguments else ""
-        return self.name + inner + "".join(f":{value}" for value in self.parameters)
+        return self.name + inner + "".join(f":{parameter}" for parameter in self.parameters)
 
 
 class Attribute(NamedTuple):

@@ -76,9 +76,9 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
     for line in sheet.lines:
         known = {key: cell for key, cell in line.cells.items() if cell.strip() not in BLANK}
         draft = Draft(line._replace(cells=known), faults, notes)
-        parts = [draft.text(head) for head in ((name,) if name else ("PortNumber", "AccNumber", "LocNumber"))]
-        if "-".join(filter(None, parts)):
-            draft.put("name", "-".join(filter(None, parts)))
+        identifiers = [draft.text(head) for head in ((name,) if name else ("PortNumber", "AccNumber", "LocNumber"))]
+        if "-".join(filter(None, identifiers)):
+            draft.put("name", "-".join(filter(None, identifiers)))
         _size(draft)
         _kind(draft)
         draft.single("NumberOfBuildings", unknown=(0.0,))

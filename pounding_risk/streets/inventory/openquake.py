@@ -116,7 +116,7 @@ def metadata_sheet(path: Path, text: str, faults: list[str]) -> Sheet:
     if len(assets):
         lines = []
         for number, each in enumerate(assets, 1):
-            place = next((part for part in each if _tag(part) == "location"), each)
+            place = next((child for child in each if _tag(child) == "location"), each)
             lines.append(Line.of(f"asset {number}", {**each.attrib, **place.attrib}.items()))
         return Sheet(path, FIELDS, lines, {**facts, "fields": {}})  # other names are those of tables
     heads: list[str] = []

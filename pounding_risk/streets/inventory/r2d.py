@@ -70,8 +70,8 @@ def _run_unit(path: Path) -> tuple[str, str]:
 
 def _measure(draft: Draft, sheet: Sheet, head: str, column: str, length: str, said: str) -> None:
     """A length or an area in the unit of its head, or of the run; not read where neither says one."""
-    value = draft.number(head, 0.0)
-    if not value:
+    measure = draft.number(head, 0.0)
+    if not measure:
         return
     quantity, example = (AREA, "ft^2") if column == "floor area" else (HEIGHT, "ft")
     unit = sheet.unit(head) or (f"{length}{example[2:]}" if length else "")
@@ -80,7 +80,7 @@ def _measure(draft: Draft, sheet: Sheet, head: str, column: str, length: str, sa
         draft.note(f"{head} is not read, as {why}; write {head} [{example}] into the head")
         return
     try:
-        size = parse(f"{value!r} {unit}", quantity)
+        size = parse(f"{measure!r} {unit}", quantity)
     except QuantityError as error:
         draft.fault(head, str(error))
         return

@@ -39,15 +39,15 @@ def from_behind(scene: TrialScene) -> TrialScene:
 def swapped(outputs: dict[str, float]) -> dict[str, float]:
     """Outputs with those of the left building under the names of the right one, and the reverse."""
     others = {"left": "right", "right": "left"}
-    return {re.sub("(left|right)$", lambda side: others[side[0]], name): value for name, value in outputs.items()}
+    return {re.sub("(left|right)$", lambda side: others[side[0]], name): output for name, output in outputs.items()}
 
 
 def scaled(outputs: dict[str, float], factors: dict[str, float]) -> dict[str, float]:
     """Outputs times the factor of the first key that stands in their name; what only counts stays as it is."""
     wanted = {}
-    for name, value in outputs.items():
-        factor = next((size for part, size in factors.items() if part in name), 1.0)
-        wanted[name] = value if name.endswith(UNCHANGED) else factor * value
+    for name, output in outputs.items():
+        factor = next((size for word, size in factors.items() if word in name), 1.0)
+        wanted[name] = output if name.endswith(UNCHANGED) else factor * output
     return wanted
 
 

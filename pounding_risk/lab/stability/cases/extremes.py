@@ -61,7 +61,7 @@ def not_finite(trial: Trial) -> float:
     ground[250] = np.nan
     outputs = trial.solve(TrialScene(ground=ground), NOT_FINITE)
     reported = ("status", "steps")
-    return float(sum(not isnan(value) and value != -1.0 for name, value in outputs.items() if name not in reported))
+    return float(sum(not isnan(output) and output != -1.0 for name, output in outputs.items() if name not in reported))
 
 
 @GROUP.case("35", "a record of two samples", "closed form of the displacements", OF_SINES, ONE)
@@ -101,9 +101,9 @@ def free_motion(trial: Trial, building: Building, ground: Ground, dt: float) -> 
     """The response without contact at the samples, against the sum of ramp responses."""
     pair = oscillators(building, WALL)
     free = free_response(pair, ground, dt)
-    parts = (len(free.ground) - 1) // (len(ground) - 1)
+    nodes = (len(free.ground) - 1) // (len(ground) - 1)
     exact = superposed(building, ground, dt)
-    return float(np.abs(free.states[::parts, 0] - exact).max() / np.abs(exact).max())
+    return float(np.abs(free.states[::nodes, 0] - exact).max() / np.abs(exact).max())
 
 
 @GROUP.case("40", "no damping, 30 s of resonance", "superposed ramp responses", OF_SAMPLES, ONE)
@@ -142,7 +142,7 @@ def one_hour(trial: Trial) -> float:
         raw = run(oscillators(scene.left, scene.right), free, trial.interface(scene), trial.rtol)
         trial.steps += int(raw[STEPS])
         trial.status = trial.status or int(raw[STATUS])
-        runs.append({name: float(value) for name, value in run_outputs(raw, scene.yield_force).items()})
+        runs.append({name: float(output) for name, output in run_outputs(raw, scene.yield_force).items()})
     many = ("impact_count", "contact_time", "impulse")
     same = ("peak_closing", "peak_opening", "peak_contact_force", "peak_penetration", "peak_approach_speed")
     sixty = {name: 60.0 * runs[0][name] if name in many else runs[0][name] for name in (*many, *same)}

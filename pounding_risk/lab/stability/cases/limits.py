@@ -49,8 +49,7 @@ KNOWN = tuple(name for name in FORCES if name in RETURNED)
 @GROUP.case("10", "e = 1, two equal masses", "no speed is lost; velocities are exchanged", CONTACT, FORCES)
 def full_restitution(trial: Trial) -> float:
     """e = 1: the speed lost, and by how much two equal masses fail to exchange theirs."""
-    scene = BLOCK._replace(restitution=Restitution(1.0))
-    collision = trial.collide(scene, SPEED, MASS, MASS)
+    collision = trial.collide(BLOCK._replace(restitution=Restitution(1.0)), SPEED, MASS, MASS)
     return max(abs(1.0 - collision.restitution), abs(collision.impulse / (MASS * SPEED) - 1.0))
 
 
@@ -115,8 +114,7 @@ def high_yield_force(trial: Trial) -> float:
     scene = TrialScene(gap=0.005)
     bare = Trial("hertz" if trial.name == "van_mier" else "jankowski", trial.rtol)
     uncapped = bare.solve(scene)
-    above = uncapped["peak_contact_force"] * (1.0 + 1e-12)
-    runs = trial.solve(scene), trial.solve(scene._replace(yield_force=above))
+    runs = trial.solve(scene), trial.solve(scene._replace(yield_force=uncapped["peak_contact_force"] * (1.0 + 1e-12)))
     return max(largest_difference(outputs, uncapped, but=("yield_demand",)) for outputs in runs)
 
 

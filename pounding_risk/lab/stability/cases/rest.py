@@ -34,7 +34,7 @@ GENTLE = -0.02  # m/s²
 def still_ground(trial: Trial, gap: float) -> float:
     """Largest output of a pair at rest that stays at rest; the energy residual is 0/0 there and must be 0."""
     outputs = trial.solve(TrialScene(gap=gap, ground=np.zeros(200)))
-    return max(abs(value) for value in outputs.values() if not isnan(value))
+    return max(abs(output) for output in outputs.values() if not isnan(output))
 
 
 @GROUP.case("2", "no gap, two equal buildings, shaken", "no relative motion, no contact", BITS)
@@ -154,8 +154,7 @@ def shaken_on_the_plateau(trial: Trial) -> float:
 def released(trial: Trial) -> float:
     """A push that rests, then is taken back over 4 s: partings after the rest, but for the one there must be."""
     scene = TrialScene(LEANING, PROP, ground=push(LEVEL, 1.0, 15.0, release=4.0))
-    contacts = trial.follow(scene).contacts
-    return float(abs(np.count_nonzero(contacts[:, 1] > 12.0) - 1))
+    return float(abs(np.count_nonzero(trial.follow(scene).contacts[:, 1] > 12.0) - 1))
 
 
 @GROUP.case("25", "pressed together, e = 0.05", "one contact, which does not end", BITS, DAMPED)
