@@ -422,6 +422,13 @@ def test_a_plan_takes_footprints_of_any_map(tmp_path):
         footprint_rings(tmp_path / "none" / "buildings.csv")
 
 
+def test_one_id_of_several_buildings_is_told(tmp_path):
+    shapes = [shapely.box(500e3 + 20.1 * n, 0.0, 500e3 + 20.1 * n + 20.0, 20.0) for n in range(4)]
+    path = write(tmp_path / "street.gpkg", shapes, "EPSG:32633", id=["w1", "w2", "w1", None], height=["9 m"] * 4)
+    (note,) = [note for note in read_block(path).notes if "one id" in note]
+    assert note.endswith(": w1 (feature 1, feature 3)")
+
+
 def test_scenes_of_a_street_take_the_motions_of_their_sites(tmp_path, says):
     three(tmp_path)
     (tmp_path / "EventGrid.csv").write_text("GP_file,Longitude,Latitude\nfar.csv,15.5,40\nnear.csv,15.001,40\n")
