@@ -46,8 +46,16 @@ def rings(footprint: Geometry) -> tuple[Array, ...]:
     """Corners (n, 2) of each outer ring, the first not repeated."""
     import shapely
 
-    polygons = (footprint,) if footprint.geom_type == "Polygon" else footprint.geoms
-    return tuple(shapely.get_coordinates(polygon.exterior)[:-1] for polygon in polygons)
+    return tuple(shapely.get_coordinates(polygon.exterior)[:-1] for polygon in shapely.get_parts(footprint))
+
+
+def rings_with_courts(footprint: Geometry) -> tuple[Array, ...]:
+    """Corners as of `rings`, of every ring: outer ones turn anticlockwise, those of courts clockwise."""
+    import shapely
+    from shapely.geometry.polygon import orient
+
+    every = [ring for polygon in shapely.get_parts(footprint) for ring in shapely.get_rings(orient(polygon))]
+    return tuple(shapely.get_coordinates(ring)[:-1] for ring in every)
 
 
 def outline_of(footprint: Geometry) -> Outline:
