@@ -267,7 +267,11 @@ def _draw_interface(axis: Any, case: RowCase, line: _Line, at: int) -> float:
         yields = f", {_share(touch.yielding)} $F_E$" if is_yielding else ""
         right = f"{force_text(touch.force)}{yields}" if touch.contact > 0.0 else ""
         for words, sign in ((_share(touch.contact), -1.0), (right, 1.0)):
-            look = {"color": RAISED if sign > 0 and is_yielding else "black", "zorder": 6} | ON_FLOOR
+            look = {
+                "color": RAISED if sign > 0 and is_yielding else "black",
+                "zorder": 6,
+                "va": "bottom",
+            }  # on the floor's line
             style.beside(axis, words, (middle + sign * half, point.level), (4 * sign, 1.5), 7.5, **look)
     top = max(case.buildings[at].height, case.buildings[at + 1].height)
     bumpers = _draw_bumpers(axis, case, line, at, points)
@@ -480,9 +484,7 @@ def _scale_and_north(axis: Any, low: Array, span: Array) -> None:
     """Below footprints from ``low`` on, [m] east and north, a bar of a round length and an arrow to the north."""
     length = max(tick for tick in style.ROUND if tick <= 0.25 * max(span))
     foot = low - (0.0, 0.05 * max(span))
-    axis.plot(
-        foot[0] + np.array([0.0, length]), [foot[1], foot[1]], color="black", linewidth=2.5, solid_capstyle="butt"
-    )
+    axis.plot([foot[0], foot[0] + length], 2 * [foot[1]], color="black", linewidth=2.5, solid_capstyle="butt")
     style.beside(axis, f"{length:g} m", (foot[0] + 0.5 * length, foot[1]), (0, -3), 8)
     arrow = {"arrowprops": {"arrowstyle": "-|>", "color": "black"}, "fontsize": 8, "textcoords": "offset points"}
     axis.annotate("N", (foot[0] + 1.3 * length, foot[1]), xytext=(0, -24), ha="center", **arrow)
@@ -493,9 +495,8 @@ def _label(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> N
     is_dark = share > DARK
     if np.isfinite(share):
         hatch = next(hatch for most, hatch in HATCHES if share <= most)
-        _fill(
-            axis, rings, facecolor="none", hatch=hatch, edgecolor="#ffffff66" if is_dark else "#00000044", linewidth=0
-        )
+        ink = "#ffffff66" if is_dark else "#00000044"
+        _fill(axis, rings, facecolor="none", hatch=hatch, edgecolor=ink, linewidth=0)
     wide, deep = np.ptp(rings[0], axis=0)
     words = f"{style.in_lines(name, style.NAME_LINE)}\n{'–' if np.isnan(share) else f'{100 * share:.0f} %'}"
     box = {"facecolor": "#1a2c4e" if is_dark else "#ffffff", "edgecolor": "none", "pad": 1.0, "alpha": 0.75}

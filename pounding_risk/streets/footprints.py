@@ -42,19 +42,14 @@ class Outline(NamedTuple):
     high: Array
 
 
-def rings(footprint: Geometry) -> tuple[Array, ...]:
-    """Corners (n, 2) of each outer ring, the first not repeated."""
-    import shapely
-
-    return tuple(shapely.get_coordinates(polygon.exterior)[:-1] for polygon in shapely.get_parts(footprint))
-
-
-def rings_with_courts(footprint: Geometry) -> tuple[Array, ...]:
-    """Corners as of `rings`, of every ring: outer ones turn anticlockwise, those of courts clockwise."""
+def rings(footprint: Geometry, *, with_courts: bool = False) -> tuple[Array, ...]:
+    """Corners (n, 2) of each outer ring, the first not repeated; or of every ring, those of courts clockwise."""
     import shapely
     from shapely.geometry.polygon import orient
 
-    every = [ring for polygon in shapely.get_parts(footprint) for ring in shapely.get_rings(orient(polygon))]
+    parts = shapely.get_parts(footprint)
+    outer = shapely.get_exterior_ring(parts)
+    every = shapely.get_rings([orient(part) for part in parts]) if with_courts else outer
     return tuple(shapely.get_coordinates(ring)[:-1] for ring in every)
 
 

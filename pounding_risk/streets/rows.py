@@ -20,7 +20,7 @@ from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._common.written import write_folder
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.streets.defaults import Completed, Filled, House, Notes, Rules, unnamed
-from pounding_risk.streets.footprints import Array, rings_with_courts
+from pounding_risk.streets.footprints import Array, rings
 from pounding_risk.streets.inventory import inventory_table
 from pounding_risk.streets.inventory._lines import Notes as Doubts
 from pounding_risk.streets.joined import with_inventory
@@ -354,14 +354,14 @@ def footprint_rings(path: str | Path) -> dict[tuple[str, str], tuple[Array, ...]
     PoundingError as `read_block`.
     """
     if not _is_written(Path(path)):
-        return {key: rings_with_courts(entry.footprint) for key, entry in _named_entries(Path(path)).items()}
+        return {key: rings(entry.footprint, with_courts=True) for key, entry in _named_entries(Path(path)).items()}
     outlines, in_degrees = footprint_outlines(path)
     shapes = list(outlines.values())
     if in_degrees and shapes:
         from pounding_risk.streets.maps import flat_outlines
 
         shapes = flat_outlines(shapes)
-    return {key: rings_with_courts(shape) for key, shape in zip(outlines, shapes, strict=True)}
+    return {key: rings(shape, with_courts=True) for key, shape in zip(outlines, shapes, strict=True)}
 
 
 def footprint_outlines(path: str | Path) -> tuple[dict[tuple[str, str], Any], bool]:
