@@ -267,11 +267,7 @@ def _draw_interface(axis: Any, case: RowCase, line: _Line, at: int) -> float:
         yields = f", {_share(touch.yielding)} $F_E$" if is_yielding else ""
         right = f"{force_text(touch.force)}{yields}" if touch.contact > 0.0 else ""
         for words, sign in ((_share(touch.contact), -1.0), (right, 1.0)):
-            look = {
-                "color": RAISED if sign > 0 and is_yielding else "black",
-                "zorder": 6,
-                "va": "bottom",
-            }  # on the floor's line
+            look = {"color": RAISED if sign > 0 and is_yielding else "black", "zorder": 6} | ON_FLOOR
             style.beside(axis, words, (middle + sign * half, point.level), (4 * sign, 1.5), 7.5, **look)
     top = max(case.buildings[at].height, case.buildings[at + 1].height)
     bumpers = _draw_bumpers(axis, case, line, at, points)
