@@ -146,12 +146,8 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
     left_out = f"; {counted(len(groups) - len(drawn), 'more demand')} not drawn" if len(groups) > len(drawn) else ""
     left_out += f"; no run has the demand of {', '.join(lacking)}" if lacking else ""
     lines = "thin: single motions; thick: 16, 50 and 84 % of the motions at each level, counted; dotted: thresholds"
-    title(
-        figure,
-        plain(finding(results)),
-        f"{plain(case_words(results)).replace('F_E', '$F_E$')}; {lines}{left_out}",
-        note,
-    )
+    case = plain(case_words(results)).replace("F_E", "$F_E$")
+    title(figure, plain(finding(results)), f"{case}; {lines}{left_out}", note)
     return figure
 
 
