@@ -33,7 +33,7 @@ def along_figure(assessed: xr.Dataset, interface: str | None = None, note: str =
     note : str
         Added to the caption.
     titled : bool
-        Whether finding and conditions are written.
+        Whether finding and conditions are written; without them, as in a report, panels stand below each other.
 
     Returns
     -------
@@ -50,11 +50,12 @@ def along_figure(assessed: xr.Dataset, interface: str | None = None, note: str =
     part = _of_interface(assessed, interface)
     drawn, others = _drawn_axes(part)
     part = part.isel(others)
-    figure, axes = blank(1, 2, (11.5, 4.8))
+    figure, axes = blank(1, 2, (11.5, 4.8)) if titled else blank(2, 1, (7.2, 6.4))
+    left, right = axes.flat
     if len(drawn) == 2 and part.sizes[drawn[1]] > MOST_LINES and all(is_number(part, axis) for axis in drawn):
-        _draw_maps(figure, axes[0], part, drawn)
+        _draw_maps(figure, (left, right), part, drawn)
     else:
-        _draw_lines(axes[0, 0], axes[0, 1], part, drawn)
+        _draw_lines(left, right, part, drawn)
     if titled:
         title(figure, plain(along_finding(part.expand_dims("interface"))), plain(along_caption(assessed, part)), note)
     return figure

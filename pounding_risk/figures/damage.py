@@ -24,7 +24,7 @@ BEYOND, FARTHEST = 6.0, 50.0  # times the largest threshold: the end of the axis
 LINES = 40  # motions that are drawn one by one
 
 
-def damage_figure(results: xr.Dataset, note: str = "") -> Figure:
+def damage_figure(results: xr.Dataset, note: str = "", *, titled: bool = True) -> Figure:
     """Fragility of each damage state with pounding and without, and the ratio of both probabilities beneath.
 
     Parameters
@@ -33,6 +33,8 @@ def damage_figure(results: xr.Dataset, note: str = "") -> Figure:
         A dataset of `damage`.
     note : str
         Added to the caption.
+    titled : bool
+        Whether finding and conditions are written.
 
     Returns
     -------
@@ -47,11 +49,10 @@ def damage_figure(results: xr.Dataset, note: str = "") -> Figure:
     check_kind(results, "damage")
     found, results = finding(results), _known(results)
     _, factor = intensity_shown(results.attrs["intensity"])
-    figure, (above, below) = blank(2, 1, (8.5, 8.4), sharex=True, height_ratios=[3, 2])
+    figure, (above, below) = blank(2, 1, (8.5, 8.4) if titled else (7.2, 7.2), sharex=True, height_ratios=[3, 2])
     curves, ratios = above[0], below[0]
     im = factor * results["im"].values
-    # All motions have the same intensities, at several levels.
-    has_levels = results.sizes["level"] > 1 and "demand_percentile" in results
+    has_levels = _has_levels(results)
     states = map(str, results["state"].values)
     for place, (state, (colour, _)) in enumerate(zip(states, styles(results.sizes["state"]), strict=True)):
         one, mark = results.sel(state=state), MARKS[place % len(MARKS)]
@@ -86,11 +87,21 @@ def damage_figure(results: xr.Dataset, note: str = "") -> Figure:
     if im[-1] > 3.0 * im[0]:
         ratios.set_xscale("log")
         logarithmic(ratios, "x", *ratios.get_xlim())
-    bounds = f"bands: bounds by recording; ratios are drawn where P without is {LEAST:g} or more"
-    marks = "marks: shares of the motions; " if has_levels else ""
-    condition = f"{_case(results)}; {METHOD_WORDS[results.attrs['method']]}; {marks}{bounds}"
-    title(figure, plain(found), condition, note)
+    if titled:
+        title(figure, plain(found), plain(damage_caption(results)).replace("F_E", "$F_E$"), note)
     return figure
+
+
+def damage_caption(results: xr.Dataset) -> str:
+    """What the curves are of, and what marks and bands are."""
+    bounds = f"bands: bounds by recording; ratios are drawn where P without is {LEAST:g} or more"
+    marks = "marks: shares of the motions; " if _has_levels(results) else ""
+    return f"{case_words(results)}; {METHOD_WORDS[results.attrs['method']]}; {marks}{bounds}"
+
+
+def _has_levels(results: xr.Dataset) -> bool:
+    """True where all motions have the same intensities, at several levels."""
+    return results.sizes["level"] > 1 and "demand_percentile" in results
 
 
 def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
@@ -135,12 +146,9 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
     left_out = f"; {counted(len(groups) - len(drawn), 'more demand')} not drawn" if len(groups) > len(drawn) else ""
     left_out += f"; no run has the demand of {', '.join(lacking)}" if lacking else ""
     lines = "thin: single motions; thick: 16, 50 and 84 % of the motions at each level, counted; dotted: thresholds"
-    title(figure, plain(finding(results)), f"{_case(results)}; {lines}{left_out}", note)
+    case = plain(case_words(results)).replace("F_E", "$F_E$")
+    title(figure, plain(finding(results)), f"{case}; {lines}{left_out}", note)
     return figure
-
-
-def _case(results: xr.Dataset) -> str:
-    return plain(case_words(results)).replace("F_E", "$F_E$")
 
 
 def _known(results: xr.Dataset) -> xr.Dataset:

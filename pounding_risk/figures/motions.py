@@ -401,7 +401,9 @@ def selection_figure(
     factors = [row.factor for row in rows]
     terms = f"compared from {target.periods[0]:g} to {target.periods[1]:g} s; "
     terms += f"damping {100.0 * selection.target.damping:g} %; factors {min(factors):.2f} to {max(factors):.2f}"
-    title(figure, f"{len(rows)} of {selection.considered} candidates and {selection.target.name}", terms, note)
+    low, high = selection.median_ratio.min(), selection.median_ratio.max()
+    finding = f"their geometric mean is {low:.2f} to {high:.2f} times {plain(selection.target.name)}"
+    title(figure, f"{len(rows)} of {selection.considered} candidates: {finding}", terms, note)
     return figure
 
 

@@ -336,9 +336,9 @@ def plan_figure(
     rows : RowCase or sequence of RowCase
         Cells of the grids of one row or several, from `row_case`.
     footprints : mapping of str to array, optional
-        Corners (n, 2) [m] by the building's name, or by the number of its row from 0 and the name, or several such
-        rings; those of buildings in no row are drawn in grey. Without footprints rows are drawn one below the other,
-        with nominal widths and depths.
+        Corners (n, 2) [m], east and north, by the building's name, or by the number of its row from 0 and the name, or
+        several such rings, of which those within another that turn the other way are courts; those of buildings in no
+        row are drawn in grey. Without footprints rows are drawn one below the other, with nominal widths and depths.
     note : str
         Added to the caption.
     titled : bool
@@ -366,6 +366,8 @@ def plan_figure(
     for axis, (name, words) in zip(axes.flat, PANELS, strict=True):
         picture = _draw_plan(axis, cases, corners, name)
         axis.set_title(words, fontsize=10, loc="left")
+        if footprints is not None:
+            _scale_and_north(axis, every.min(axis=0), span)
     style.share_bar(figure, picture, axes, "share of the motions")
     if titled:
         _headed(figure, _touching(cases), cases, note)
@@ -435,7 +437,7 @@ def _size(span: Array, flat: bool, count: int) -> tuple[float, float]:
 
 
 def _draw_plan(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings], name: str) -> Any:
-    from matplotlib.collections import PolyCollection
+    from matplotlib.collections import PathCollection
 
     shares = {
         (number, building.name): share_of_building(case, name, at)
@@ -443,13 +445,12 @@ def _draw_plan(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings]
         for at, building in enumerate(case.buildings)
     }
     for who, rings in corners.items():
-        for ring in rings if who not in shares else ():
-            axis.fill(*ring.T, facecolor=ALONE, edgecolor="#888888", linewidth=0.8)
+        if who not in shares:
+            _fill(axis, rings, facecolor=ALONE, edgecolor="#888888", linewidth=0.8)
     labelled = len(shares) <= LABELLED
-    rings_of_rows = [ring for who in shares for ring in corners[who]]
     look: dict[str, Any] = {"edgecolors": "black", "linewidths": 0.9 if labelled else 0.2, "cmap": "cividis_r"}
-    drawn = PolyCollection(rings_of_rows, **look)
-    drawn.set_array(np.ma.masked_invalid([share for who, share in shares.items() for _ in corners[who]]))
+    drawn = PathCollection([_area(corners[who]) for who in shares], **look)
+    drawn.set_array(np.ma.masked_invalid(list(shares.values())))
     drawn.set_clim(0.0, 1.0)
     axis.add_collection(drawn)
     for who, share in shares.items() if labelled else ():
@@ -462,13 +463,36 @@ def _draw_plan(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings]
     return drawn
 
 
+def _area(rings: Rings) -> Any:
+    """The area within rings as a path; one that turns against the ring around it is left out, as a court is."""
+    from matplotlib.path import Path
+
+    return Path.make_compound_path(*(Path(np.vstack([ring, ring[:1]]), closed=True) for ring in rings))
+
+
+def _fill(axis: Any, rings: Rings, **look: Any) -> None:
+    from matplotlib.patches import PathPatch
+
+    axis.add_patch(PathPatch(_area(rings), **look))
+
+
+def _scale_and_north(axis: Any, low: Array, span: Array) -> None:
+    """Below footprints from ``low`` on, [m] east and north, a bar of a round length and an arrow to the north."""
+    length = max(tick for tick in style.ROUND if tick <= 0.25 * max(span))
+    foot = low - (0.0, 0.05 * max(span))
+    axis.plot([foot[0], foot[0] + length], 2 * [foot[1]], color="black", linewidth=2.5, solid_capstyle="butt")
+    style.beside(axis, f"{length:g} m", (foot[0] + 0.5 * length, foot[1]), (0, -3), 8)
+    arrow = {"arrowprops": {"arrowstyle": "-|>", "color": "black"}, "fontsize": 8, "textcoords": "offset points"}
+    axis.annotate("N", (foot[0] + 1.3 * length, foot[1]), xytext=(0, -24), ha="center", **arrow)
+
+
 def _label(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> None:
     """Hatch a building by its class of shares and write its name and number, upright where the footprint is narrow."""
     is_dark = share > DARK
-    for ring in rings if np.isfinite(share) else ():
+    if np.isfinite(share):
         hatch = next(hatch for most, hatch in HATCHES if share <= most)
         ink = "#ffffff66" if is_dark else "#00000044"
-        axis.fill(*ring.T, facecolor="none", hatch=hatch, edgecolor=ink, linewidth=0)
+        _fill(axis, rings, facecolor="none", hatch=hatch, edgecolor=ink, linewidth=0)
     wide, deep = np.ptp(rings[0], axis=0)
     words = f"{style.in_lines(name, style.NAME_LINE)}\n{'–' if np.isnan(share) else f'{100 * share:.0f} %'}"
     box = {"facecolor": "#1a2c4e" if is_dark else "#ffffff", "edgecolor": "none", "pad": 1.0, "alpha": 0.75}

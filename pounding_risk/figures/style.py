@@ -210,9 +210,10 @@ def styles(count: int) -> list[tuple[str, str]]:
     Returns
     -------
     list of tuple of str
-        Colour and dash of each; they repeat after six.
+        Colour and dash of each; after six the colours come again with other dashes, after 24 with the same.
     """
-    return [STYLES[index % len(STYLES)] for index in range(count)]
+    kinds, dashes = len(STYLES), [dash for _, dash in STYLES[:4]]
+    return [(STYLES[at % kinds][0], dashes[(at % kinds + at // kinds) % len(dashes)]) for at in range(count)]
 
 
 def rule_mark(verification: str) -> dict[str, Any]:

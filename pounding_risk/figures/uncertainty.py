@@ -23,7 +23,7 @@ MOST_NUMBERS = 12  # that are drawn, those that matter most
 FIRST, TOTAL = STYLES[0][0], STYLES[5][0]
 
 
-def uncertainty_figure(results: xr.Dataset, note: str = "") -> Figure:
+def uncertainty_figure(results: xr.Dataset, note: str = "", *, titled: bool = True) -> Figure:
     """P(contact) against the gap over samples and motions, with indices of the uncertain numbers and a tornado.
 
     Parameters
@@ -32,6 +32,8 @@ def uncertainty_figure(results: xr.Dataset, note: str = "") -> Figure:
         A dataset of `uncertainty`.
     note : str
         Added to the caption.
+    titled : bool
+        Whether finding and conditions are written; without them, as in a report, panels stand below each other.
 
     Returns
     -------
@@ -47,13 +49,17 @@ def uncertainty_figure(results: xr.Dataset, note: str = "") -> Figure:
     names = [str(name) for name in np.atleast_1d(results["interface"].values)]
     has_tornado = "quantile" in results.dims
     columns = 3 if has_tornado else 2
-    figure, axes = blank(len(names), columns, (4.6 * columns, 0.8 + 4.2 * len(names)))
+    shape = (len(names), columns) if titled else (len(names) * columns, 1)
+    size = (4.6 * columns, 0.8 + 4.2 * len(names)) if titled else (7.2, 3.6 * shape[0])
+    figure, axes = blank(*shape, size)
     parts = [results.sel(interface=name) if "interface" in results.dims else results for name in names]
-    for line, part, name in zip(axes, parts, names, strict=True):
+    for line, part, name in zip(axes.reshape(-1, columns), parts, names, strict=True):
         _draw_contact(line[0], part, name if len(names) > 1 else "")
         _draw_indices(line[1], part)
         if has_tornado:
             _draw_tornado(line[2], part)
+    if not titled:
+        return figure
     joint = ", " if "first_order_of_motions" in results else " × "
     condition = (
         f"{counted(results.sizes['sample'], 'sample')}{joint}{results.attrs['motions']}; bounds of "

@@ -28,7 +28,7 @@ from pounding_risk.assessment.hazard import COVERED, Hazard, HazardSpectrum
 from pounding_risk.assessment.intensities import check_intensity, intensities, shaking_of
 from pounding_risk.assessment.options import USUAL_CONFIDENCE
 from pounding_risk.errors import PoundingError
-from pounding_risk.figures.damage import damage_figure
+from pounding_risk.figures.damage import damage_caption, damage_figure
 from pounding_risk.questions._declaration import text_file
 from pounding_risk.questions.notes import of_keys
 from pounding_risk.questions.rates import AT_LEAST, at_least
@@ -209,10 +209,10 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
     Without rates where the answer is without a hazard, and without an event where it has no fields.
     """
     case = case_words(dataset)
-    caption = f"Fragility of each damage state with pounding and without, and the ratio; {case}"
+    caption = f"Fragility of each damage state with pounding and without, and the ratio; {damage_caption(dataset)}"
     return [
         paragraph(f"{finding(dataset)}."),
-        figure("damage", lambda: damage_figure(dataset), f"{caption}.", f"{finding(dataset)}."),
+        figure("damage", lambda: damage_figure(dataset, titled=False), f"{caption}.", f"{finding(dataset)}."),
         _curves(dataset, case),
         _ratios(dataset),
         *([_rates(dataset)] if "annual_rate" in dataset else []),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -168,7 +169,7 @@ def uncertainty(
 
 
 def sheet(dataset: xr.Dataset, *, tornado: bool = False) -> list[Block]:
-    """The verdict on each interface with its tables, the figure, and what is assumed.
+    """The verdict on each interface with its tables and its figure, and what is assumed.
 
     Without percentiles over samples where motions are drawn with them.
 
@@ -184,11 +185,13 @@ def sheet(dataset: xr.Dataset, *, tornado: bool = False) -> list[Block]:
         blocks += [heading(str(name), f"uncertain-{place + 1}"), *_of_interface(pair)]
         if tornado and f"{pair['chosen_output'].item()}_moved" in pair:
             blocks.append(_tornado(pair))
-    words = "P(contact) over samples and motions with its bounds, and what the uncertain numbers contribute."
+        words = f"{name}: P(contact) over samples and motions with its bounds, and what the numbers contribute."
+        drawing = partial(uncertainty_figure, dataset.isel(interface=[place]), titled=False)
+        blocks.append(figure(f"uncertainty-{place + 1}", drawing, words, words))
     notes = [*of_keys(dataset.attrs), *json.loads(dataset.attrs["assumptions"])]
     notes += [f"excluded: {words}" for words in json.loads(dataset.attrs.get("left_out", "[]"))]
     notes += of_records(json.loads(dataset.attrs.get("flags", "{}")))
-    return [*blocks, figure("uncertainty", lambda: uncertainty_figure(dataset), words, words), listing(notes)]
+    return [*blocks, listing(notes)]
 
 
 def _of_interface(pair: xr.Dataset) -> Iterator[Block]:

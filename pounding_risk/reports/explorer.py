@@ -356,7 +356,7 @@ def _facts_of_places(dataset: xr.Dataset) -> list[str]:
         whose = f"that of {varied[0]}; the others keep" if varied else "that of the first interface; each keeps"
         sentences.append(f"The gap is {whose} {'their' if varied else 'its'} own.")
     if "column" in dataset.get("contact_point_kind", np.empty(0)):
-        sentences.append("The yield force is that of floors that meet; columns keep their own.")
+        sentences.append("The yield force is that of contacts between floors; those with a column have the column's.")
     sentences += isolated_notes(dataset)
     if any(name in dataset for name in PROFILES) and not _has_profiles(dataset):
         sentences.append(

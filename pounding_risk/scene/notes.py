@@ -56,19 +56,30 @@ class Unused(NamedTuple):
 def unused_keys(study: Scene) -> tuple[str, ...]:
     """A sentence for each key that the scene gives without effect: "interface.restitution: no effect: ...".
 
+    What is said alike of several tables is one sentence, with the key of each.
+    """
+    keys: dict[tuple[str, str], list[str]] = {}  # by the key without its table, and the sentence
+    for path, name, words in _unused(study):
+        keys.setdefault((f"{path[0]}.{path[-1]}", words), []).append(name)
+    return tuple(f"{', '.join(names)}: {words}" for (_, words), names in keys.items())
+
+
+def _unused(study: Scene) -> list[tuple[KeyPath, str, str]]:
+    """Path, name and words of each key without effect.
+
     Of a scene with axes of its numbers those that have none at both ends of all axes; an axis without effect is one.
     """
     if study.axes:
         variants = Variants(study)
-        first, last = (unused_keys(variants.scene(number)) for number in (0, variants.count - 1))
-        return tuple(sentence for sentence in first if sentence in last)
+        first, last = (_unused(variants.scene(number)) for number in (0, variants.count - 1))
+        return [unused for unused in first if unused in last]
     stated, laws = given_keys(study), {name: known_law(name) for name in study.model_names}
     tables = {
         "building": [{"name": building.name} for building in study.buildings],
         "interface": [{} for _ in range(_interface_tables(stated))],
     }
     listed = (unused for of_section in UNUSED for unused in of_section(study, stated, laws) if unused.path in stated)
-    return tuple(f"{key_name(unused.path, tables)}: no effect{unused.on}: {unused.reason}" for unused in listed)
+    return [(path, key_name(path, tables), f"no effect{on}: {reason}") for path, reason, on in listed]
 
 
 def given_keys(study: Scene) -> dict[KeyPath, Any]:

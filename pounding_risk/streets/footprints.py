@@ -42,12 +42,15 @@ class Outline(NamedTuple):
     high: Array
 
 
-def rings(footprint: Geometry) -> tuple[Array, ...]:
-    """Corners (n, 2) of each outer ring, the first not repeated."""
+def rings(footprint: Geometry, *, with_courts: bool = False) -> tuple[Array, ...]:
+    """Corners (n, 2) of each outer ring, the first not repeated; or of every ring, those of courts clockwise."""
     import shapely
+    from shapely.geometry.polygon import orient
 
-    polygons = (footprint,) if footprint.geom_type == "Polygon" else footprint.geoms
-    return tuple(shapely.get_coordinates(polygon.exterior)[:-1] for polygon in polygons)
+    parts = shapely.get_parts(footprint)
+    outer = shapely.get_exterior_ring(parts)
+    every = shapely.get_rings([orient(part) for part in parts]) if with_courts else outer
+    return tuple(shapely.get_coordinates(ring)[:-1] for ring in every)
 
 
 def outline_of(footprint: Geometry) -> Outline:

@@ -271,6 +271,11 @@ def _table(features: Features, projection: Projection | None, faults: list[str])
                 values = {**entry.values, "name": f"{key[1]} ({entry.place})"}
                 entries[number] = entry._replace(values=values)
         notes += of_parts
+    places: dict[str, list[str]] = {}
+    for entry in entries:
+        places.setdefault(entry.mapped.id if entry.mapped is not None else "", []).append(entry.place)
+    if shared_ids := [f"{own} ({listed(of)})" for own, of in places.items() if own and len(of) > 1]:
+        notes.append(f"several buildings have one id, by which no inventory is joined to them: {listed(shared_ids)}")
     return Table(entries, notes, resolution)
 
 

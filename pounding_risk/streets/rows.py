@@ -345,20 +345,22 @@ def read_block(
 
 
 def footprint_rings(path: str | Path) -> dict[tuple[str, str], tuple[Array, ...]]:
-    """Outer rings (n, 2) [m] of the footprints of a street, by street and name; empty for a table without footprints.
+    """Rings (n, 2) [m] of the footprints of a street, by street and name; empty for a table without footprints.
+
+    Outer rings turn anticlockwise, those of courts clockwise.
 
     The file is a map of footprints as `read_block` takes it, or the buildings.csv that `write_block` writes; raises
     PoundingError as `read_block`.
     """
     if not _is_written(Path(path)):
-        return {key: rings(entry.footprint) for key, entry in _named_entries(Path(path)).items()}
+        return {key: rings(entry.footprint, with_courts=True) for key, entry in _named_entries(Path(path)).items()}
     outlines, in_degrees = footprint_outlines(path)
     shapes = list(outlines.values())
     if in_degrees and shapes:
         from pounding_risk.streets.maps import flat_outlines
 
         shapes = flat_outlines(shapes)
-    return {key: rings(shape) for key, shape in zip(outlines, shapes, strict=True)}
+    return {key: rings(shape, with_courts=True) for key, shape in zip(outlines, shapes, strict=True)}
 
 
 def footprint_outlines(path: str | Path) -> tuple[dict[tuple[str, str], Any], bool]:

@@ -293,6 +293,8 @@ def test_too_few_recordings_are_told():
 def test_the_figure_draws_the_dataset(of_scene, scanned, says):
     figure = uncertainty_figure(of_scene)
     contact, indices, tornado = figure.axes
+    in_report = uncertainty_figure(of_scene, titled=False)
+    assert len(in_report.axes) == 3 and in_report.get_figwidth() <= 7.5 and not in_report.get_suptitle()
     total = next(line for line in contact.lines if line.get_label() == "samples and motions")
     np.testing.assert_allclose(total.get_ydata(), of_scene["contact_probability"][0])
     assert [label.get_text().replace("\n", ".") for label in tornado.get_yticklabels()][-1] in (LEFT, RIGHT)

@@ -322,7 +322,7 @@ def test_a_choice_is_printed_written_and_drawn():
     assert row(result.stdout, "chosen")[1] == "2 of 4 candidates, 2 requested"
     assert "note: excluded: RSN6-UP is vertical" in result.stdout
     check_manifest("m.csv", chosen.motions())
-    assert "2 of 4 candidates and " in Path("f.svg").read_text(encoding="utf-8")
+    assert "2 of 4 candidates: their geometric mean is " in Path("f.svg").read_text(encoding="utf-8")
 
 
 def test_a_target_may_be_a_file_and_pairs_share_a_factor():

@@ -43,6 +43,9 @@ def test_along_one_axis_lines_with_their_bounds(whole):
     one = pr.assess_along(whole.isel({DAMPING: [2], MASS: [0]}), gap="60 mm")
     figure = along_figure(one)
     left, right = figure.axes
+    in_report = along_figure(one, titled=False)
+    assert [axis.get_ylabel() for axis in in_report.axes] == [left.get_ylabel(), right.get_ylabel()]
+    assert in_report.get_figwidth() <= 7.5  # inches, drawn over 5.8 of a page: letters of 8 points are of 6 or more
     share, need = left.get_lines()[0], right.get_lines()[0]
     np.testing.assert_allclose(share.get_xdata(), one[PERIOD])
     np.testing.assert_array_equal(share.get_ydata(), one["contact_probability"].isel(interface=0))

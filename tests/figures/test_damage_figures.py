@@ -13,6 +13,7 @@ from sentences import refusal
 import pounding_risk as pr
 from pounding_risk.assessment.assess import assess
 from pounding_risk.figures import damage_figure, ida_figure, results_figure
+from pounding_risk.questions.damage import sheet as damage_sheet
 from pounding_risk.reports.data import ReportData
 from pounding_risk.reports.document import SECTIONS
 
@@ -74,6 +75,9 @@ def test_figures_say_the_finding(folder, says):
     limits = [line.get_xdata()[0] for line in demands.axes[0].get_lines() if line.get_linestyle() == ":"]
     assert limits == [20.0, 40.0, 20000.0]  # mm
     assert words_of(results_figure(results)) == words_of(damage_figure(results))
+    drawn = next(block for block in damage_sheet(results) if block["kind"] == "figure")
+    assert not drawn["svg"]().get_suptitle()  # the sentence above it says the same
+    assert "bands: bounds by recording" in drawn["caption"]
     assert words_of(results_figure(results, "ida")) == words_of(demands)
     says(refusal(damage_figure, pr.open_results(folder / "scan.nc")), refusal(ida_figure, results.isel(level=[0])))
 

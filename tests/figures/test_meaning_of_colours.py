@@ -12,7 +12,7 @@ from pounding_risk.assessment.separations.rules import VERIFICATIONS
 from pounding_risk.assessment.separations.table import Comparison, SeparationRow, code_table
 from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.figures.separations import draw_rules, separations_figure
-from pounding_risk.figures.style import MEANING, RULE_MARKS, contact_styles, panel, strength_styles
+from pounding_risk.figures.style import MEANING, RULE_MARKS, STYLES, contact_styles, panel, strength_styles, styles
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +35,11 @@ def test_no_two_meanings_share_a_colour():
     forces = {colour.upper() for count in range(7) for colour, _ in strength_styles(count)}
     assert not forces & {colour.upper() for colour in MEANING.values()}
     assert contact_styles(1)[0][0] == MEANING["motions"]
+
+
+def test_lines_of_one_colour_differ_in_their_dashes():
+    """Fourteen contact models stand in one figure of `compare`."""
+    assert len(set(styles(24))) == 24 and styles(6) == list(STYLES)
 
 
 def test_what_is_drawn_twice_has_one_colour(scan):

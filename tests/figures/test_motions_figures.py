@@ -264,8 +264,9 @@ def test_a_selection_is_drawn_as_it_was_made(chosen):
 
 def test_the_words_of_a_selection(chosen):
     factors = [row.factor for row in chosen.rows]
+    ratios = np.exp(np.log(chosen.spectra).mean(axis=0)) / TARGET.at(chosen.periods)
     assert words_of(figures.selection_figure(chosen, note="assumed: all")).splitlines() == [
-        "3 of 5 candidates and a target",
+        f"3 of 5 candidates: their geometric mean is {ratios.min():.2f} to {ratios.max():.2f} times a target",
         f"compared from 0.3 to 1 s; damping 5 %; factors {min(factors):.2f} to {max(factors):.2f}",
         "assumed: all",
     ]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from made_row import STREET, made_row
-from matplotlib.collections import PathCollection, PolyCollection
+from matplotlib.collections import PathCollection
 from matplotlib.text import Text
 from scenes import scene_text, single
 from sentences import refusal
@@ -160,7 +160,7 @@ def _repeated(case: RowCase, times: int) -> RowCase:
 
 def test_the_plan_colours_each_building_by_its_own_share(case, results):
     figure = plan_figure(case)
-    for collection, (name, _) in zip(figure.findobj(PolyCollection), PANELS, strict=True):
+    for collection, (name, _) in zip(figure.findobj(PathCollection), PANELS, strict=True):
         values = results[name].sel(HERE).isel(pga=1).values.reshape(12, 5)
         sides = np.concatenate([values[:, :1], np.maximum(values[:, :-1], values[:, 1:]), values[:, -1:]], axis=1)
         np.testing.assert_allclose(collection.get_array(), (sides > 0).mean(axis=0), rtol=1e-12)  # sums of 12
@@ -172,11 +172,29 @@ def test_the_plan_takes_footprints_and_says_whose_is_missing(case, says):
     given = {each.name: square + np.array([11.0 * at, 0.0]) for at, each in enumerate(STREET)}
     figure = plan_figure(case, {**given, "Lone": square + np.array([90.0, 0.0])})
     assert "in no row" in texts(figure)
-    drawn = figure.findobj(PolyCollection)[0].get_paths()
+    drawn = figure.findobj(PathCollection)[0].get_paths()
     np.testing.assert_array_equal(drawn[3].vertices[:4], given["Tower"])
     del given["Tower"]
     says(refusal(plan_figure, case, given))
     says(refusal(plan_figure, case, {**given, "Tower": [[0.0, 0.0], [1.0, 1.0]]}))
+
+
+def test_courts_of_footprints_stay_open_and_a_scale_and_the_north_are_drawn(case):
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    shifts = {each.name: np.array([11.0 * at, 0.0]) for at, each in enumerate(STREET)}
+    given = {name: [10.0 * square + shift, 3.0 + 4.0 * square[::-1] + shift] for name, shift in shifts.items()}
+    axis = plan_figure(case, given).axes[0]
+    for path in axis.collections[0].get_paths():
+        # Filled by the number of turns around a place: 1 within the building, 1 - 1 within the court.
+        x, y = np.moveaxis(np.array(path.to_polygons()), -1, 0)
+        assert (0.5 * (x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]).sum(axis=1)).tolist() == pytest.approx(
+            [100.0, -16.0]
+        )
+    (bar,) = axis.lines
+    length = np.ptp(bar.get_xdata())
+    assert 5.0 <= length <= 54.0 / 4
+    assert [words.get_text() for words in axis.texts[-2:]] == [f"{length:g} m", "N"]
+    assert not plan_figure(case).axes[0].lines  # nominal widths have no scale
 
 
 def test_profiles_are_percentiles_over_the_motions_that_touch(case, results):
@@ -271,7 +289,7 @@ def test_a_city_is_coloured_without_names(case):
     rows = [case] * (LABELLED // len(case.buildings) + 1)
     figure = plan_figure(rows)
     for axis in figure.axes[:2]:
-        (drawn,) = (each for each in axis.collections if isinstance(each, PolyCollection))
+        (drawn,) = (each for each in axis.collections if isinstance(each, PathCollection))
         assert len(drawn.get_paths()) == len(rows) * len(case.buildings) > LABELLED
         assert [each.get_text() for each in axis.texts] == []
     shares = figure.axes[0].collections[0].get_array().filled(np.nan)

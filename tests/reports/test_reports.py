@@ -436,6 +436,19 @@ def test_every_number_of_the_pdf_is_the_models(scan, built, html, pdf):
 
 
 @pytest.mark.complete
+def test_no_figure_of_the_pdf_stands_between_the_rows_of_a_table(built, pdf):
+    text = pdf_text(pdf.read_bytes())
+    blocks = [block for section in built["sections"] for block in section["blocks"]]
+    numbered = [block for block in blocks if block["kind"] in ("table", "figure") and "number" in block]
+    at = [text.index(squeezed(f"{block['kind'].title()} {block['number']}. {block['caption']}")) for block in numbered]
+    assert at == sorted(at)
+    for block, start in zip(numbered, at, strict=True):
+        if block["kind"] == "table":
+            last = squeezed("".join(cell["text"] for cell in block["rows"][-1][:2]))
+            assert "Figure" not in text[start : text.index(last, start)]
+
+
+@pytest.mark.complete
 def test_the_pdf_is_tagged_and_holds_its_fonts(pdf):
     """Tags, which PDF/UA wants and typst refuses to write without a text for each figure; fonts within the file."""
     reader = pytest.importorskip("pypdf").PdfReader(pdf)

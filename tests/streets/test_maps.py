@@ -422,6 +422,22 @@ def test_a_plan_takes_footprints_of_any_map(tmp_path):
         footprint_rings(tmp_path / "none" / "buildings.csv")
 
 
+def test_a_plan_has_the_courts_of_footprints(tmp_path):
+    of = [500e3 + 20.0 * n for n in range(2)]
+    shapes = [shapely.box(x, 0.0, x + 19.9, 20.0) - shapely.box(x + 5.0, 5.0, x + 9.0, 8.0) for x in of]
+    path = write(tmp_path / "street.gpkg", shapes, "EPSG:32633", name=["a", "b"])
+    for outer, court in footprint_rings(path).values():
+        assert shapely.LinearRing(outer).is_ccw and not shapely.LinearRing(court).is_ccw
+        assert shapely.Polygon(court).area == pytest.approx(12.0, rel=1e-3)
+
+
+def test_one_id_of_several_buildings_is_told(tmp_path):
+    shapes = [shapely.box(500e3 + 20.1 * n, 0.0, 500e3 + 20.1 * n + 20.0, 20.0) for n in range(4)]
+    path = write(tmp_path / "street.gpkg", shapes, "EPSG:32633", id=["w1", "w2", "w1", None], height=["9 m"] * 4)
+    (note,) = [note for note in read_block(path).notes if "one id" in note]
+    assert note.endswith(": w1 (feature 1, feature 3)")
+
+
 def test_scenes_of_a_street_take_the_motions_of_their_sites(tmp_path, says):
     three(tmp_path)
     (tmp_path / "EventGrid.csv").write_text("GP_file,Longitude,Latitude\nfar.csv,15.5,40\nnear.csv,15.001,40\n")
