@@ -7,7 +7,6 @@ has a function of that name.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -24,7 +23,7 @@ from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS, read_measure, say
 from pounding_risk.reports.html import packed, script_page
 from pounding_risk.results import check as form
 from pounding_risk.results.amplitudes import axis_words
-from pounding_risk.results.attributes import bumper_words, flags_of, gaps_needed, isolated_notes
+from pounding_risk.results.attributes import bumper_words, gaps_needed, isolated_notes, status_sentences
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.files import check_target, opened_or_given
 from pounding_risk.results.layout import amplitude_axis
@@ -184,10 +183,6 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
     # Of a row the page shows one interface and the two buildings beside it.
     pickers += [dim for dim in ("interface",) if dim in dataset.dims and dim not in pickers]
     axes = [*pickers, *MAP, *(dim for dim in ("building",) if dim in dataset.dims)]
-    # Sentences on how a run may end, by its code; older files have words without commas only.
-    statuses = {str(code): words.replace("_", " ") for code, words in flags_of(dataset["status"]).items()}
-    if "sentences" in dataset["status"].attrs:
-        statuses = json.loads(dataset["status"].attrs["sentences"])
     return {
         "title": str(dataset.attrs.get("title") or "Results of a scan"),
         "facts": _facts(dataset),
@@ -196,7 +191,7 @@ def page_model(dataset: xr.Dataset) -> dict[str, Any]:
         "pickers": pickers,
         "start": Results(dataset).scene_case | own_places(dataset),
         "together": [axis for axis in pickers if axis in MOTIONS],
-        "statuses": statuses,
+        "statuses": {str(code): words for code, words in status_sentences(dataset["status"]).items()},
         "states": {name: _variable(dataset[name], axes) for name in STATES if name in dataset},
         "outputs": [_variable(dataset[name], axes) for name in _outputs(dataset, axes)],
         "profiles": _profiles(dataset, axes),

@@ -131,6 +131,12 @@ def flags_of(variable: xr.DataArray) -> dict[int, str]:
     return dict(zip(map(int, numbers), str(variable.attrs.get("flag_meanings", "")).split(), strict=True))
 
 
+def status_sentences(status: xr.DataArray) -> dict[int, str]:
+    """How a run may end, by its code; older files have words without punctuation only."""
+    words = {code: words.replace("_", " ") for code, words in flags_of(status).items()}
+    return words | {int(code): sentence for code, sentence in json.loads(status.attrs.get("sentences", "{}")).items()}
+
+
 def collapsed(case: xr.Dataset) -> xr.DataArray:
     """Where a storey has collapsed in the run of a case."""
     status = case["status"]

@@ -5,7 +5,6 @@ No solver is imported: results can be summed up where none can be compiled.
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ import xarray as xr
 
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.attributes import flags_of, isolated_notes
+from pounding_risk.results.attributes import isolated_notes, status_sentences
 from pounding_risk.results.check import AXES_OF_CASES, check_scan
 from pounding_risk.results.files import open_with_axes, reading, stream_results
 from pounding_risk.results.layout import Template, blocks, streamed, template_of, values_at
@@ -140,11 +139,7 @@ def counted(dataset: xr.Dataset) -> dict[str, int]:
 
 def failures(dataset: xr.Dataset, statuses: Mapping[int, int] | None = None) -> dict[str, int]:
     """Number of failed cases by the sentence that says why; ``statuses`` are those of `_statuses`, if known."""
-    number, attrs = _statuses(dataset) if statuses is None else statuses, dataset["status"].attrs
-    if "sentences" in attrs:
-        sentences = {int(code): sentence for code, sentence in json.loads(attrs["sentences"]).items()}
-    else:
-        sentences = flags_of(dataset["status"])
+    number, sentences = _statuses(dataset) if statuses is None else statuses, status_sentences(dataset["status"])
     failed = [code for code in sorted(number) if code not in (COMPLETE, UNPUSHED)]
     return {sentences.get(code, f"status {code}"): number[code] for code in failed}
 

@@ -78,7 +78,7 @@ def test_view_lets_the_reader_choose_the_place(folder):
     assert model["start"]["building.left.period"] == 1
     labels = {axis["name"]: axis["labels"] for axis in model["axes"]}
     assert labels["building.left.period"] == ["0.3 s", "0.5 s", "0.7 s"]
-    assert labels["building.left.mass"] == ["600000 kg"] and labels["interface.restitution"] == ["0.5", "0.8"]
+    assert labels["building.left.mass"] == ["600 t"] and labels["interface.restitution"] == ["0.5", "0.8"]
     whole = pr.open_results(folder / "r.nc").sel({"building.left.mass": [6e5]}).squeeze("interface")
     outputs = {variable["name"]: variable for variable in model["outputs"]}
     for name in ("peak_contact_force", "peak_displacement", "peak_displacement_free"):

@@ -8,6 +8,7 @@ from typing import Any
 import commands
 import numpy as np
 import pytest
+from lxml.html import document_fromstring
 from scenes import rigid, scene_text, single, storeyed
 from sentences import refusal
 
@@ -201,6 +202,10 @@ def test_a_case_that_closes_the_gap_is_not_run_and_says_so(sines, tmp_path):
     known.to_netcdf(tmp_path / "r.nc")
     answer = commands.run("report", tmp_path / "r.nc", "-o", page)
     assert answer.exit_code == 0 and "no contact is run" in page.read_text("utf-8")
+    told = " ".join(document_fromstring(page.read_text("utf-8")).text_content().split())
+    section = told[told.rindex("with a run of their own") :][:400]
+    counts = "with a run of their own0 known exactly without one4 not run, as a known motion would have to be pushed2"
+    assert section.startswith(counts) and "failed0" in section
     answer = commands.run("view", tmp_path / "r.nc", "-o", page)
     assert answer.exit_code == 0 and "2 not run, as a known motion would have to be pushed" in page.read_text("utf-8")
     told = refusal(pr.histories, tmp_path / "r.nc", tmp_path / "h.nc", folder=folder)

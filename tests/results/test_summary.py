@@ -121,7 +121,7 @@ def test_failures_are_counted_by_their_sentence(files):
     assert counted(dataset) == {**counted(open_results(files / "pair.nc")), **found}
     del dataset["status"].attrs["sentences"]
     assert list(failures(dataset).values()) == [2, 1]
-    assert next(iter(failures(dataset))).startswith("the_step_budget_ran_out")
+    assert next(iter(failures(dataset))).startswith("the step budget ran out raise")
     row = failures(open_results(files / "row.nc"))
     assert row and not any("status " in words for words in row)
 

@@ -8,8 +8,9 @@ import xarray as xr
 from pounding_risk.questions.accuracy import sheet
 from pounding_risk.render.sheet import Block, Cell, count, facts, heading, number, paragraph
 from pounding_risk.reports.data import ReportData
-from pounding_risk.results.attributes import flags_of
+from pounding_risk.results.summary import failures
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE, WORDS
+from pounding_risk.results.variables import NOT_RUN, UNPUSHED
 
 TITLE = "How exact the numbers are"
 ORDER = 80
@@ -19,12 +20,13 @@ def write(data: ReportData) -> list[Block]:
     """The tolerance, the recomputed runs and how far they moved, energy left over, and runs that failed."""
     results = data.results
     simulated = int((results["simulated"] == 1).sum())
-    total = results["status"].size
+    total, unpushed = results["status"].size, int((results["status"] == UNPUSHED).sum())
     rows: list[tuple[str, Cell | str]] = [
         ("relative tolerance of the solver", number(results.attrs["rtol"])),
         ("cases", count(total)),
         ("with a run of their own", count(simulated)),
-        ("known exactly without one", count(total - simulated)),
+        ("known exactly without one", count(total - simulated - unpushed)),
+        *([(NOT_RUN, count(unpushed))] if unpushed else []),
         *_recomputed(results),
     ]
     # Energy that contacts leave unaccounted for, over the runs of their own that touched.
@@ -35,9 +37,7 @@ def write(data: ReportData) -> list[Block]:
             words = "energy that a run's contacts leave unaccounted for, over the largest energy, median"
             rows.append((words, number(np.median(residuals), digits=2)))
             rows.append(("the same, largest", number(residuals.max(), digits=2)))
-    status = results["status"]
-    counts = [(name, (status.values == code).sum()) for code, name in flags_of(status).items() if code != 0]
-    failed = [(f"failed: {name.replace('_', ' ')}", count(times)) for name, times in counts if times]
+    failed = [(f"failed: {why}", count(times)) for why, times in failures(results).items()]
     blocks = [
         facts("Tolerance, recomputed runs, energy and failures.", [*rows, *(failed or [("failed", count(0))])]),
         paragraph(
