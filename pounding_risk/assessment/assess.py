@@ -40,7 +40,7 @@ from pounding_risk.assessment.sensitivity import (
 from pounding_risk.assessment.separations.table import Comparison, separations_of
 from pounding_risk.assessment.verdict import Verdict, judge
 from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.attributes import isolated_buildings
+from pounding_risk.results.attributes import collapses, isolated_buildings
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import open_scan
 from pounding_risk.results.opened import Results
@@ -333,6 +333,8 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     counts = results.run_counts | {"unpushed": results.unpushed, "collapsed": results.fallen}
     verdict = judge(contact, criterion, sensitivity[0], counts, doubts)
     notes = [_amplitude_note(results) if options.level is None else "", str(results.level_notes.get(name, ""))]
+    if fallen := collapses(dataset):
+        notes.append(f"Cases in which storeys collapse: {fallen}.")
     if lost := int(np.isinf(motions.closing).sum()):
         many = f"{lost} of {motions.closing.size} motions at all amplitudes together"
         notes.append(

@@ -29,7 +29,7 @@ from pounding_risk.render.sheet import (
     table,
     worded,
 )
-from pounding_risk.results.attributes import isolated_of, of_isolators, of_storeys, of_structure
+from pounding_risk.results.attributes import collapses, isolated_of, of_isolators, of_storeys, of_structure
 from pounding_risk.units import SHOWN
 
 if TYPE_CHECKING:
@@ -92,6 +92,7 @@ def sheet(run: xr.Dataset) -> list[Block]:
         *((name.replace("_", " "), _amount(attrs[name], unit)) for name, unit in levels),
         *_strengths_of_columns(run),
         ("status", attrs["status"]),
+        *([("collapsed", words)] if (words := collapses(run)) else []),
     ]
     held = int(run["restitution_held"].clip(min=0).sum())  # below zero where the run failed
     notes = [*([f"{held} contacts are {FASTER}"] if held else []), *json.loads(attrs.get("notes", "[]"))]

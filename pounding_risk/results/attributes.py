@@ -9,11 +9,13 @@ import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, lru_cache
 from importlib import metadata
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.units import TIME, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,6 +143,21 @@ def collapsed(case: xr.Dataset) -> xr.DataArray:
     """Where a storey has collapsed in the run of a case."""
     status = case["status"]
     return status.isin([code for code, word in flags_of(status).items() if word.startswith("a_storey_collapsed")])
+
+
+def collapses(cases: xr.Dataset) -> str:
+    """Which storeys collapse, each with its time or, of several cases, with their number and the earliest time."""
+    if "storey_collapse_time" not in cases:
+        return ""
+    times = cases["storey_collapse_time"].transpose(..., "building", "storey")
+    words = []
+    for building, storey in product(times["building"].values, times["storey"].values):
+        ends = times.sel(building=building, storey=storey).values
+        known = ends[np.isfinite(ends)]
+        if known.size:
+            when = f"at {say(known.min(), TIME, 4)}"
+            words.append(f"storey {storey} of {building} " + (f"in {known.size}, first " * (ends.size > 1)) + when)
+    return "; ".join(words)
 
 
 def finite(case: xr.Dataset, name: str) -> xr.DataArray:

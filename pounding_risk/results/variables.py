@@ -48,6 +48,7 @@ OF_STOREYS = {
     "N": "storey_shear",
     "m/s2": "storey_acceleration",
     "J": "storey_energy",
+    "s": "storey_collapse_time",
     "1": "storey_ductility storey_strength_left",
 }
 OF_LINKS = {

@@ -58,6 +58,9 @@ def test_a_level_counts_the_motions_that_collapse_at_another(results):
     lost = pr.assess(results, pga="0.8 g").interfaces[0]
     assert (lost.contact[0].count, lost.contact[0].runs) == (0, 1)
     assert any("counted against the verdict: 5 motions" in sentence for sentence in lost.verdict.evidence)
+    assert any("storey 1 of frame in 5, first at 2.225 s" in sentence for sentence in lost.verdict.evidence)
+    times = results["storey_collapse_time"]
+    assert (times.max(("building", "storey")).notnull() == (results["status"] > 0)).all()
 
 
 def test_a_level_at_which_every_motion_collapses_is_said_to_be_one(results):
@@ -72,6 +75,10 @@ def test_a_run_that_collapses_does_not_say_that_nothing_touched(capsys):
     print_sheet(sheet(run))
     told = capsys.readouterr().out
     assert "status" in told and "collapsed" in told and "no contact" not in told
+    assert "storey 1 of frame at 2.272 s" in told
+    drifts = run["drift"].sel(building="frame", storey=1).dropna("time")
+    # The largest drift of the histories, which end with a block of nodes, and 3 % of 3.2 m where it collapses.
+    assert 0.03 < float(drifts.max()) < 0.096 and float(drifts["time"][-1]) <= 2.272
 
 
 def test_a_fragility_counts_collapse_as_contact(results):

@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from oracle_rows import Meeting
+from row_cases import contacts_of, points_of
 from scenes import rigid, scene_text, storeyed
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 from sweeps import sweep
 
@@ -23,7 +25,7 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.results.opened import Results
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.solver.counters import COLLAPSED
-from pounding_risk.solver.row.api import RowRun, free_row
+from pounding_risk.solver.row.api import COLLAPSE_TIME, RowRun, free_row, run_row
 from pounding_risk.solver.row.layout import lay_out
 
 SOFTENING = ((4.0, 1.2), (10.0, 0.4))
@@ -347,6 +349,53 @@ def test_a_storey_collapses_where_its_speed_brings_it_past_its_crest(rule: str, 
     run = free_row(lay_out([chain], [], 0.01), np.zeros(3000))
     assert run.status == status
     assert status or 0.25 < run.floors[0, 1] < 0.2603
+
+
+def envelope(drift: float) -> float:
+    """The shear [N] of `BARRIER`, first loaded, less the P d / h that pulls the storey on."""
+    shear = np.interp(drift, [0.0, 0.008, 0.016, 0.32], [0.0, 4e5, 4e5, 8e3])
+    return float(shear) - 9.80665 * 1e5 / 3.0 * drift
+
+
+def test_the_time_of_a_collapse_follows_from_its_work():
+    """∫ du / v until the drift is 0.05 of 3 m; quadrature to 1e-10, the run to a margin of 1e-12 of a branch."""
+    one = building(Hysteresis("isotropic", BARRIER, collapse_drift=0.05), 1, damping=0.0, initial_velocity=(3.0,))
+    chain = chain_of(one, [("inelastic_storeys", []), ("p_delta", [])])
+    run = free_row(lay_out([chain], [], 0.01), np.zeros(300))
+
+    def slowness(drift: float) -> float:
+        passed = np.array([0.0, *(corner for corner in (0.008, 0.016) if corner < drift), drift])
+        work = np.trapezoid([envelope(each) for each in passed], passed)
+        return 1.0 / sqrt(9.0 - 2.0 * work / 1e5)
+
+    time = quad(slowness, 0.0, 0.15, points=[0.008, 0.016], epsrel=1e-12)[0]
+    assert run.status == COLLAPSED
+    assert run.rest[0, COLLAPSE_TIME] == pytest.approx(time, rel=1e-9)
+
+
+@pytest.mark.parametrize(("stiffness", "touching"), [(5e6, True), (5e8, False)])
+def test_the_time_of_a_collapse_by_a_blow_is_an_integrators(stiffness: float, touching: bool):
+    """DOP853 in steps of 0.1 ms, which pass a kink with an error of 1e-9 of a displacement; in contact and after it."""
+    law = Hysteresis("isotropic", BARRIER, collapse_drift=0.05)
+    struck = chain_of(building(law, 1, damping=0.0), [("inelastic_storeys", []), ("p_delta", [])])
+    striker = chain_of(Storeys("B", (2e5,), (1e7,), (3.0,), damping=0.0, initial_velocity=(5.0,)))
+    meetings = [Meeting(0, 1.0, 1.0, 0.01, "linear", stiffness)]
+    laid = lay_out([striker, struck], points_of(meetings), 0.01)
+    run = run_row(laid, contacts_of(meetings), np.zeros(100), rtol=1e-11)
+
+    def motion(_: float, state: np.ndarray) -> list[float]:
+        force = stiffness * max(0.0, state[0] - state[1] - 0.01)
+        return [state[2], state[3], (-1e7 * state[0] - force) / 2e5, (force - envelope(state[1])) / 1e5]
+
+    def falls(_: float, state: np.ndarray) -> float:
+        return float(state[1] - 0.15)
+
+    falls.terminal = True  # type: ignore[attr-defined]
+    true = solve_ivp(motion, (0.0, 1.0), [0, 0, 5.0, 0], "DOP853", events=falls, rtol=1e-11, atol=1e-13, max_step=1e-4)
+    assert np.diff(true.y[1]).min() >= 0.0  # of first loading alone
+    assert run.status == COLLAPSED and (true.y[0, -1] - true.y[1, -1] > 0.01) == touching
+    assert run.rest[1, COLLAPSE_TIME] == pytest.approx(true.t[-1], rel=1e-7)
+    assert np.isnan(run.rest[0, COLLAPSE_TIME])
 
 
 # ------------------------------------------------------------------------------------------------ SDND124A

@@ -60,6 +60,7 @@ from pounding_risk.solver.row.workspace import NODE as AT_END
 POINT_COLUMNS = TALLIED + 2
 GREW_STATUS = WATCHED
 HIGHEST, LOWEST = TALLIED, TALLIED + 1  # u_left − u_right at a point
+COLLAPSE_TIME = 4  # column of `RowRun.rest`
 LINES = 4096  # of a log to begin with; a run that needs more is repeated with the room it asked for
 
 
@@ -78,8 +79,8 @@ class RowRun(NamedTuple):
 
     points: np.ndarray  # (K, POINT_COLUMNS) the counters, then highest and lowest u_left − u_right
     floors: np.ndarray  # (D, 4) largest |u|, |drift|, |storey shear|, |absolute acceleration|
-    # (D, 2) drift at the end, plastic drift then; of a row with laws of storeys (D, 4): with the energy that a storey
-    # has dissipated [J], and the share of its strength that is left
+    # (D, 2) drift at the end, plastic drift then; of a row with laws of storeys (D, 5): with the energy that a storey
+    # has dissipated [J], the share of its strength that is left, and when it collapsed [s], NaN where it has not
     rest: np.ndarray
     status: int
     steps: int
@@ -255,7 +256,7 @@ def _results_of(layout: RowLayout, run: Run, states: np.ndarray) -> RowRun:
     plastic[yields] = drift[yields] - run.dofs[BRANCH, yields] * row.floors[LIMIT, yields]
     rest = np.column_stack([drift, plastic])
     if row.storeys.size:
-        rest = _with_laws(rest, row.storeys[:, laws.STIFFNESS] > 0.0, run.storeys)
+        rest = _with_laws(rest, row.storeys[:, laws.STIFFNESS] > 0.0, run.storeys, float(run.workspace.collapse_time))
     workspace, contacts = run.workspace, run.contacts
     kept = np.concatenate([masses, layout.braces])  # dofs whose states are, at the steps of the layout
     points = [column(contacts, name) for name in ("counters", "highest", "lowest")]
@@ -298,14 +299,15 @@ def _dissipated(numbers: np.ndarray, drift: np.ndarray) -> np.ndarray:
     return np.asarray(work - 0.5 * shear**2 / values[laws.UNLOADING])
 
 
-def _with_laws(rest: np.ndarray, has_law: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+def _with_laws(rest: np.ndarray, has_law: np.ndarray, numbers: np.ndarray, collapse_time: float) -> np.ndarray:
     """``rest`` with the drift without shear of storeys with laws, and columns of `RowRun.rest` that only these have."""
     drift, values = rest[has_law, 0], numbers[has_law].T
     shear = values[laws.SLOPE] * drift + values[laws.CONSTANT]
-    whole = np.full((len(rest), 4), np.nan)
+    whole = np.full((len(rest), COLLAPSE_TIME + 1), np.nan)
     whole[:, :2] = rest
     whole[has_law, 1] = drift - shear / values[laws.UNLOADING]
     whole[has_law, 2], whole[has_law, 3] = _dissipated(numbers[has_law], drift), values[laws.STRENGTH]
+    whole[has_law, COLLAPSE_TIME] = np.where(np.abs(values[laws.DRIFT]) >= values[laws.COLLAPSE], collapse_time, np.nan)
     return whole
 
 

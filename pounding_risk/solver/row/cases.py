@@ -238,4 +238,6 @@ def put_together(free: RowRun, parts: list[tuple[Part, RowRun]]) -> RowRun:
         floors[part.masses], rest[part.masses] = run.floors[part.own_masses], run.rest[part.own_masses]
         status = status if status != COMPLETE else run.status
         steps += run.steps
+    # After a collapse without contact no case is run: what is told of it is when, and of which storey.
+    rest = rest if free.status == COMPLETE else free.rest
     return free._replace(points=points, floors=floors, rest=rest, status=status, steps=steps)

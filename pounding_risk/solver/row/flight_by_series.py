@@ -75,7 +75,7 @@ def fly(row, run, span, watch, window, terms):
 
     A storey that switches back and forth without end sets the run's status.
     """
-    _, step, ground = window
+    moment, step, ground = window
     copy_state(row, run, watch[0], watch[1], NODE, NOW)
     t = 0.0
     for _ in range(MAX_CONTACTS):
@@ -89,6 +89,7 @@ def fly(row, run, span, watch, window, terms):
             break
         switch_storey(row, run, storey, NOW)
         if int(run.workspace.status) == COLLAPSED:
+            run.workspace.collapse_time = moment + t
             break
     else:
         run.workspace.status = float(EXHAUSTED)

@@ -355,6 +355,7 @@ def integrate_contact(row, run, members, window, t, base):
             has_changed, of_images, of_event = apply_with_mirror_images(row, run, group, kind, k, moment + t)
             energy_in = energy_in + of_images + of_event
             if int(run.workspace.status) == COLLAPSED:
+                run.workspace.collapse_time = moment + t
                 return FAILED, t, -1
             if kind == TOUCH:
                 fill_spectators(row, run, group, t - base, NOW)
@@ -444,6 +445,7 @@ def solve_group(row, run, span, watch, window, terms, rtol):
         if storey >= 0:
             switch_storey(row, run, storey, NOW)
             if int(run.workspace.status) == COLLAPSED:
+                run.workspace.collapse_time = moment + t
                 return FAILED, -1
         else:
             # Neighbours that start from rest with a closed gap may meet before their speed is more than rounding.

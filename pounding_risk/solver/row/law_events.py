@@ -50,6 +50,7 @@ def advance_law(numbers, slots, i, event, drift):
     shear = numbers[i, SLOPE] * drift + numbers[i, CONSTANT]
     numbers[i, WORK] += 0.5 * (numbers[i, SHEAR] + shear) * (drift - numbers[i, DRIFT])
     if abs(drift) >= numbers[i, COLLAPSE]:
+        numbers[i, DRIFT] = drift
         return True
     if event == BEGIN:
         numbers[i, UNLOADING] = numbers[i, STIFFNESS]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pounding_risk.solver import counters
 from pounding_risk.solver.pair.outputs import COLUMNS, HIGH, LOW, RUN, run_outputs
-from pounding_risk.solver.row.api import HIGHEST, LOWEST, RowRun
+from pounding_risk.solver.row.api import COLLAPSE_TIME, HIGHEST, LOWEST, RowRun
 from pounding_risk.solver.row.model import RowModel
 
 Array = NDArray[np.float64]
@@ -143,6 +143,11 @@ OF_YIELDING = {
 OF_LAWS = {  # of storeys with hysteresis
     "storey_energy": Variable("J", "energy that the hysteresis of the storey has dissipated", AT_STOREYS),
     "storey_strength_left": Variable("1", "strength left in the weaker direction over that at first", AT_STOREYS),
+    "storey_collapse_time": Variable(
+        "s",
+        "time at which the storey collapsed, without contact where one collapses without; NaN where it has not",
+        AT_STOREYS,
+    ),
 }
 OF_RUNS = {
     "row_impulse": Variable("N s", "impulse of all contacts of the row", ()),
@@ -258,6 +263,7 @@ def moving_outputs(run: RowRun, pga: Any, frame: Frame) -> Outputs:
     if frame.has_laws:
         outputs_of_run["storey_energy"] = _at_storeys(run.rest[..., DISSIPATED], frame, run)
         outputs_of_run["storey_strength_left"] = _at_storeys(run.rest[..., STRENGTH_LEFT], frame, run)
+        outputs_of_run["storey_collapse_time"] = _of_storeys(run.rest[..., COLLAPSE_TIME], frame)
     return outputs_of_run | (_of_links(run, frame) if frame.model.links else {})
 
 
@@ -328,8 +334,13 @@ def _columns(run: RowRun, frame: Frame) -> Array:
 
 
 def _at_storeys(values: Array, frame: Frame, run: RowRun) -> Array:
-    """Values by mass as (..., buildings, storeys), NaN where there is no storey and where the run failed."""
+    """`_of_storeys`, NaN where the run failed too."""
     failed = np.asarray(run.status)[..., None, None] != counters.COMPLETE
+    return np.where(failed, np.nan, _of_storeys(values, frame))
+
+
+def _of_storeys(values: Array, frame: Frame) -> Array:
+    """Values by mass as (..., buildings, storeys), NaN where there is no storey."""
     # A row of rigid buildings has no mass at all; the one added is that of no storey.
     padded = np.concatenate([values, np.full((*values.shape[:-1], 1), np.nan)], axis=-1)
-    return np.where(failed, np.nan, padded[..., frame.storeys])
+    return padded[..., frame.storeys]

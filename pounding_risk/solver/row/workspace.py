@@ -131,6 +131,7 @@ RowWorkspace = record_type(
     energy=float,  # largest of a group at a touch or parting [J]
     residual=float,  # what the contacts leave unaccounted for [J]
     watched_point=float,  # one that was touched, −1 where none was
+    collapse_time=float,  # of a storey, where the status says that one has collapsed [s]
     implicit=float,  # above zero where the present step is
     has_polynomial=float,  # above zero once that of the present step is written
     evaluations=float,  # of the equations of motion in contact, mass by mass
