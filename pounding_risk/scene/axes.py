@@ -129,7 +129,7 @@ def addressed(
     try:
         return key, tuple(override(scratch, f"{key}=0", known, ""))
     except SceneError as error:
-        raise Unreadable(error.faults[0].removeprefix(f"--set {key}: ")) from None
+        raise Unreadable(error.faults[0].removeprefix(f"--set {'.'.join(parts)}: ")) from None
 
 
 def likely_target(address: str, known: Known) -> KeyPath:
@@ -399,7 +399,9 @@ def axis_faults(
             variant = make(overrides)
         except SceneError as error:
             for fault in error.faults:
-                sentence = fault if axis.dimension else fault.removeprefix(f"--set {axis.name}: ")
+                sentence = (
+                    fault if axis.dimension else fault.removeprefix(f"--set {axis.name}: ").removeprefix("--set ")
+                )
                 named = not axis.dimension and sentence.startswith(label)
                 yield Fault(path if axis.dimension else (*path, place), sentence if named else f"{where}: {sentence}")
             if axis.dimension:

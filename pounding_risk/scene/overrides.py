@@ -57,11 +57,14 @@ def override(raw: dict[str, Any], text: str, known: Mapping[str, Container[str]]
 
 
 def parts_of(address: str) -> list[str]:
-    """The parts of a dotted address, as in TOML; none of a text that is no address."""
+    """The parts of a dotted address, as in TOML or with names that lack their quotes; none of a text that is none."""
+    if address.count(".") > DEEPEST or "\n" in address:
+        return []
     try:
-        table = tomllib.loads(f"{address} = 0") if "\n" not in address and address.count(".") <= DEEPEST else {}
+        table = tomllib.loads(f"{address} = 0")
     except ValueError:
-        table = {}
+        unquoted = [part.strip() for part in address.split(".")]
+        return unquoted if all(unquoted) and set(address).isdisjoint("\"'=#") else []
     parts = []
     while isinstance(table, dict) and len(table) == 1:
         ((part, table),) = table.items()
@@ -109,6 +112,8 @@ def _chosen(
         return [int(first) - 1], below
     if not below or first in known:
         return range(len(names)), keys
+    if section == "interface" and " | " in first and len(names) == 1:
+        return f'the only [[interface]] is that of all neighbours; write one for each, or leave out "{first}"'
     called = [name for name in names if name] or [str(index + 1) for index in range(len(names))]
     return f'there is no {section} "{first}"{nearest(first, called)}; it may be {", ".join(called)}'
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from axes import AXES, pair_text
-from scenes import FRAME, PAIR, scene_text
+from scenes import FRAME, PAIR, rigid, scene_text
 from sentences import refusal
 
 from pounding_risk.scene.buildings import SingleMass
@@ -94,6 +94,22 @@ def test_a_faulty_value_is_told_in_the_words_of_set():
         alone = refusal(parse_scene, pair_text({}), overrides=[f"{key}={shown}"])
         told = refused({key: values})
         assert f"grid.{key}.{len(values)}: " in told and told.endswith(alone.partition(f"--set {key}: ")[2]), told
+
+
+def test_an_interface_is_named_by_its_buildings_with_quotes_and_without():
+    """As [grid] interface has it; the names have spaces, for which TOML asks quotes within the quotes."""
+    table = {"gap": "20 mm", "bumper_length": "5 mm", "contact_model": "linear", "stiffness": "1e5 kN/m"}
+    row = scene_text(*PAIR, rigid(), interfaces=[table, table])
+    for address in ('"interface.left | right.bumper_length"', "\"interface.'left | right'.bumper_length\""):
+        (axis,) = parse_scene(f'{row}[grid]\n{address} = ["2 mm", "8 mm"]\n').axes
+        assert axis.name == 'interface."left | right".bumper_length'
+        told = refusal(parse_scene, f'{row}[grid]\n{address} = ["2 mm", "30 mm"]\n')
+        assert "30 mm do not fit into a gap of 20 mm" in told and "--set" not in told
+    study = parse_scene(row, overrides=["interface.left | right.bumper_length=3 mm"])
+    assert [between.bumper_length for between in study.interfaces] == [0.003, 0.005]
+    alone = scene_text(*PAIR, rigid(), bumper_length="5 mm")
+    told = refusal(parse_scene, f'{alone}[grid]\n"interface.left | right.bumper_length" = ["2 mm"]\n')
+    assert 'the only [[interface]] is that of all neighbours; write one for each, or leave out "left | right"' in told
 
 
 SAME = {"building.left.mass": ["5 t"]}
