@@ -28,7 +28,7 @@ from pounding_risk.solver.row.layout import RowLayout, nodes_of
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import Frame, frame_of, outputs, with_bumpers
 from pounding_risk.solver.row.trace_reader import FACTS, contacts_of, forces_at, impulses_at, instants_of, motion_at
-from pounding_risk.solver.row.workspace import FIRST
+from pounding_risk.solver.row.workspace import FIRST, LINE_TIME
 
 Array = NDArray[np.float64]
 
@@ -45,10 +45,11 @@ def row_trace(study: Scene, case: Case) -> Trace:
     free = rows.free_response(row, under)
     cases = Cases(model, mechanics, Driven(under, case.motion.dt, peaks, free.run), study.rtol, lambda: free.motion)
     run = cases.in_full(Limits(model.gaps(np.array(case.gaps)), forces, forces))
-    end = _free_motion_ends(row, under, free.run.status)
+    if (end := _free_motion_ends(row, under, free.run.status)) < inf:
+        run = run._replace(log=run.log[run.log[:, LINE_TIME] <= end])
     instants = instants_of(run.log, len(run.states), row.step)
     grounds = grounds_at(row, under, instants.every)
-    touches = [touch for touch in contacts_of(run.log, len(model.points), instants) if touch.facts[0] < end]
+    touches = contacts_of(run.log, len(model.points), instants)
     # A motion beyond all numbers is reported by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):
         states = motion_at(run.log, run.states, instants)
