@@ -40,7 +40,7 @@ from pounding_risk.assessment.sensitivity import (
 from pounding_risk.assessment.separations.table import Comparison, separations_of
 from pounding_risk.assessment.verdict import Verdict, judge
 from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.attributes import collapses, isolated_buildings
+from pounding_risk.results.attributes import collapsed, collapses, isolated_buildings
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import open_scan
 from pounding_risk.results.opened import Results
@@ -330,11 +330,13 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     )
     rates, gaps_for_rates, by_rate = _by_rate(motions, fragility, contact, options)
     levels = options.shaking.events(results)
-    counts = results.run_counts | {"unpushed": results.unpushed, "collapsed": results.fallen}
+    fallen = collapsed(results.at_level(level).dataset, without=True)
+    counts = results.run_counts | {"unpushed": results.unpushed, "collapsed": int(fallen.sum())}
     verdict = judge(contact, criterion, sensitivity[0], counts, doubts)
     notes = [_amplitude_note(results) if options.level is None else "", str(results.level_notes.get(name, ""))]
-    if fallen := collapses(dataset):
-        notes.append(f"Cases in which storeys collapse: {fallen}.")
+    for words, without in (("Motions without contact", True), ("Cases", False)):
+        if storeys := collapses(dataset, without=without):
+            notes.append(f"{words} in which storeys collapse: {storeys}.")
     if lost := int(np.isinf(motions.closing).sum()):
         many = f"{lost} of {motions.closing.size} motions at all amplitudes together"
         notes.append(

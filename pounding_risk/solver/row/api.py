@@ -20,8 +20,8 @@ from pounding_risk.models.ground import arriving
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.hysteresis import _numbers as laws
 from pounding_risk.solver.counters import APPROACH as SPEED
+from pounding_risk.solver.counters import COLLAPSED, TALLIED
 from pounding_risk.solver.counters import PLASTIC as PLASTIC_ENERGY
-from pounding_risk.solver.counters import TALLIED
 from pounding_risk.solver.pair.laws import verbs_of
 from pounding_risk.solver.row.free_motion import march_free
 from pounding_risk.solver.row.ground import (
@@ -120,8 +120,18 @@ def free_row(layout: RowLayout, acceleration: np.ndarray, *, states: bool = Fals
 
 
 def free_response(layout: RowLayout, acceleration: np.ndarray) -> FreeResponse:
-    """The row without any contact under a_g [m/s²], with all that runs of it have in common."""
-    return _respond(layout, acceleration, states=False)
+    """The row without any contact under a_g [m/s²], with all that runs of it have in common.
+
+    After a collapse, which a neighbour may prevent, runs need the motion of the buildings that have no part in it: that
+    of the row whose storeys never collapse.
+    """
+    response = _respond(layout, acceleration, states=False)
+    if response.run.status != COLLAPSED:
+        return response
+    storeys = layout.row.storeys.copy()
+    storeys[storeys[:, laws.STIFFNESS] > 0.0, laws.COLLAPSE] = inf
+    standing = layout._replace(row=layout.row._replace(storeys=storeys))
+    return response._replace(motion=_respond(standing, acceleration, states=False).motion)
 
 
 def _respond(layout: RowLayout, acceleration: np.ndarray, *, states: bool) -> FreeResponse:
