@@ -45,6 +45,7 @@ from pounding_risk.solver.row.workspace import (
     LINE_STATES,
     PLASTIC,
     SHEAR,
+    SOFT,
     START,
     STOREY_FORCE,
     VERBS,
@@ -122,16 +123,16 @@ def free_row(layout: RowLayout, acceleration: np.ndarray, *, states: bool = Fals
 def free_response(layout: RowLayout, acceleration: np.ndarray) -> FreeResponse:
     """The row without any contact under a_g [m/s²], with all that runs of it have in common.
 
-    After a collapse, which a neighbour may prevent, runs need the motion of the buildings that have no part in it: that
-    of the row whose storeys never collapse.
+    After a collapse, which a neighbour may prevent, runs need the motion of the buildings that never yield: that of the
+    row whose storeys stay elastic.
     """
     response = _respond(layout, acceleration, states=False)
     if response.run.status != COLLAPSED:
         return response
-    storeys = layout.row.storeys.copy()
-    storeys[storeys[:, laws.STIFFNESS] > 0.0, laws.COLLAPSE] = inf
-    standing = layout._replace(row=layout.row._replace(storeys=storeys))
-    return response._replace(motion=_respond(standing, acceleration, states=False).motion)
+    row, floors = layout.row, layout.row.floors.copy()
+    floors[LIMIT], floors[SOFT] = inf, 0.0
+    elastic = layout._replace(row=row._replace(floors=floors, storeys=np.zeros_like(row.storeys)))
+    return response._replace(motion=_respond(elastic, acceleration, states=False).motion)
 
 
 def _respond(layout: RowLayout, acceleration: np.ndarray, *, states: bool) -> FreeResponse:
