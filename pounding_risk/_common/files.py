@@ -31,6 +31,7 @@ NO_PLACE = {errno.ENOENT, errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR,
 OWN_FILE = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 NOT_SYNCED = {errno.EINVAL, getattr(errno, "ENOTSUP", errno.EINVAL)}  # file systems that sync no folders
 STORE = ".zarr"  # suffix of a dataset that is a folder
+CHECKPOINT = ".study"  # suffix of the folder from which a scan that was stopped goes on
 PARTIAL, OLD = "partial", "old"  # endings of the names aside of a target
 
 

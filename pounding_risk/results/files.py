@@ -209,9 +209,15 @@ def open_scan(results: xr.Dataset | str | Path, name: str = "") -> Results:
 def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
     is_zarr = source.suffix.lower() == ".zarr"
     if not (source.is_dir() if is_zarr else source.is_file()):
-        older = moved_away(source)
+        older, checkpoint = moved_away(source), files.led_to(source).with_suffix(files.CHECKPOINT)
+        repair = f"`pounding-risk scan SCENE -o {source.name}` writes one"
+        if checkpoint.is_dir():
+            repair = (
+                f"its scan, in {checkpoint}, is not finished: `pounding-risk status {source}` says how far it is, and "
+                "with which command it goes on"
+            )
         raise PoundingError(
-            f"{source}: no such results file; `pounding-risk scan SCENE -o {source.name}` writes one"
+            f"{source}: no such results file; {repair}"
             + (f", or rename {older}, the results of before, which a crash left there" if older else "")
         )
     if is_zarr:

@@ -57,6 +57,17 @@ def test_what_is_not_there_is_not_begun():
 
 
 @pytest.mark.parametrize("name", ["results.nc", "results.zarr"])
+def test_results_that_a_scan_has_not_written_yet_name_its_folder_and_what_says_how_it_goes_on(name):
+    """Once its shards are done the scan itself writes the file, as it does after a stop."""
+    begun().close()
+    told = refusal(pr.assess, name)
+    assert (
+        f"{name}: no such results file; its scan, in results.study, is not finished: `pounding-risk status {name}`"
+        in told
+    )
+
+
+@pytest.mark.parametrize("name", ["results.nc", "results.zarr"])
 def test_results_without_a_folder_are_whole_and_tell_no_more(name):
     Path(name).mkdir() if name.endswith("zarr") else Path(name).touch()
     for path in (name, "results.study"):

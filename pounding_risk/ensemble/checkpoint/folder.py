@@ -30,7 +30,6 @@ from pounding_risk.errors import PoundingError
 STUDY, CHUNKS, LOG, LOCK = "study.json", "parts", "log.jsonl", "lock"
 OWN = (STUDY, CHUNKS, LOG, LOCK)
 FORMAT = "pounding_risk study 1"
-SUFFIX = ".study"
 
 
 class About(NamedTuple):
@@ -54,7 +53,7 @@ def folder_of(results: str | Path) -> Path:
     path = Path(results)
     if path.name in ("", ".."):
         raise PoundingError(f'"{results}" is a folder; name the results, such as {path / "results.nc"}')
-    return path if path.suffix == SUFFIX else files.led_to(path).with_suffix(SUFFIX)
+    return path if path.suffix == files.CHECKPOINT else files.led_to(path).with_suffix(files.CHECKPOINT)
 
 
 def read_study(folder: Path) -> dict[str, Any] | None:
