@@ -229,7 +229,11 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
     finite = np.flatnonzero(every.finite[:, level])
     if not finite.size:
         at = results.amplitude_words(every.amplitudes[level])
-        raise PoundingError(no_response(results.at_level(level).dataset, at=at))
+        why = no_response(results.at_level(level).dataset, at=at)
+        if others := np.asarray(every.amplitudes)[every.finite.any(axis=0)].tolist():
+            option = "intensity-level" if results.amplitudes.axis == LEVEL_AXIS else "pga"
+            why += f"; at {', '.join(map(results.amplitudes.words, others))} motions can be assessed, with --{option}"
+        raise PoundingError(why)
     chosen = finite, slice(level, level + 1)
     motions = Motions(
         tuple(every.records[motion] for motion in finite),
