@@ -124,7 +124,7 @@ def title(figure: Figure, headline: str, condition: str, note: str = "") -> None
         Words of the user, such as what is assumed.
     """
     letters = int(figure.get_figwidth() * LETTERS_AN_INCH)
-    clauses = UNIT_OF_NUMBER.sub(TIE, headline.replace("\n", " ")).split("; ")
+    clauses = UNIT_OF_NUMBER.sub(TIE, headline.removesuffix(".").replace("\n", " ")).split("; ")
     count = 1
     while count < len(clauses) and len(wrap("; ".join(clauses[: count + 1]), letters)) <= 2:
         count += 1
