@@ -80,7 +80,8 @@ def _name_settings(axis: Any, settings: xr.Dataset, middle: np.ndarray, is_known
         if is_known[index] and np.isclose(values[index], target):
             words = str(settings["setting"].values[index]).split(", ")[1]
             place = settings["time"].values[index], max(middle[index], FLOOR)
-            beside(axis, words, place, (-6, -3) if tolerance else (6, 2), 7, va="baseline", color=QUIET)
+            shift = (-6, -3) if tolerance else (0, -5)  # beside a line that falls, below one that slopes
+            beside(axis, words, place, shift, 7, color=QUIET)
 
 
 def _frame(axis: Any, words: str, settings: xr.Dataset) -> None:
