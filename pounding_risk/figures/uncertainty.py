@@ -51,7 +51,7 @@ def uncertainty_figure(results: xr.Dataset, note: str = "", *, titled: bool = Tr
     has_tornado = "quantile" in results.dims
     columns = 3 if has_tornado else 2
     shape = (len(names), columns) if titled else (len(names) * columns, 1)
-    size = (4.6 * columns, 0.8 + 4.8 * len(names)) if titled else (7.2, 4.0 * shape[0])
+    size = (4.6 * columns, 0.8 + 4.8 * len(names)) if titled else (7.2, 3.8 * shape[0])
     figure, axes = blank(*shape, size)
     parts = [results.sel(interface=name) if "interface" in results.dims else results for name in names]
     for line, part, name in zip(axes.reshape(-1, columns), parts, names, strict=True):
