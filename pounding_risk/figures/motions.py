@@ -107,7 +107,7 @@ def histories_figure(motions: Sequence[Motion], *, note: str = "") -> Figure:
         row[0].set_title(plain(motion.name), fontsize=9, loc="left", pad=2.0)
     for axis in axes[-1]:
         axis.set_xlabel("time [s]", fontsize=9)
-    condition = "acceleration a, velocity v and displacement d of the ground, from rest; above each its largest value"
+    condition = "Acceleration a, velocity v and displacement d of the ground, from rest; above each its largest value"
     who = f"{len(motions)} motions" if len(motions) > 1 else plain(motions[0].name)
     peaks = [say_in(motion.pga, "g", 3) for motion in sorted(motions, key=lambda motion: motion.pga)]
     title(figure, f"{who}: PGA {' to '.join(dict.fromkeys((peaks[0], peaks[-1])))}", condition, note)
@@ -296,7 +296,7 @@ def spectra_figure(
         _draw_target(axes[0, 0], target, periods)
     _draw_usable(axes[0, 0], motions)
     axes[0, 0].legend(fontsize=9, loc="lower left")
-    terms = f"damping {100.0 * damping:g} %"
+    terms = f"Damping {100.0 * damping:g} %"
     if len(motions) > 2:
         terms = f"{terms}; median and {percentiles[0]:g} to {percentiles[1]:g} % of the records at each period"
     who = f"Median Sa of {len(motions)} records" if len(motions) > 1 else f"Sa of {plain(motions[0].name)}"
@@ -421,7 +421,7 @@ def selection_figure(
     right.set_title(f"factor (×{limited}) and misfit of each", fontsize=10)
     right.set_xlabel("misfit, root mean square of ln(Sa / target) [1]")
     factors = [row.factor for row in rows]
-    terms = f"compared from {target.periods[0]:g} to {target.periods[1]:g} s; "
+    terms = f"Compared from {target.periods[0]:g} to {target.periods[1]:g} s; "
     terms += f"damping {100.0 * selection.target.damping:g} %; factors {min(factors):.2f} to {max(factors):.2f}"
     low, high = selection.median_ratio.min(), selection.median_ratio.max()
     finding = f"their geometric mean is {low:.2f} to {high:.2f} times {plain(selection.target.name)}"

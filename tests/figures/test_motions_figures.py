@@ -197,7 +197,7 @@ def test_spectra_are_those_of_the_measures(ensemble):
     ratios = np.median(alone, axis=0) * STANDARD_GRAVITY / at_periods(TARGET, periods)
     found = re.match(r"Median Sa of 5 records is (.+) to (.+) times .* from 0.1 to 5 s", words_of(figure))
     np.testing.assert_allclose([*map(float, found.groups())], [np.nanmin(ratios), np.nanmax(ratios)], atol=5e-3)
-    assert "damping 5 %" in words_of(figure) and "10 to 90 %" in words_of(figure)
+    assert "Damping 5 %" in words_of(figure) and "10 to 90 %" in words_of(figure)
 
 
 def test_a_target_is_straight_on_logarithmic_scales():
@@ -227,7 +227,7 @@ def test_one_record_has_no_median():
     figure = figures.spectra_figure([made("R", 1.0)], damping=0.02)
     assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["the record"]
     # A sine of 1 Hz under a bell.
-    assert re.fullmatch(r"Sa of R is largest at (0.95|1) s: [0-9.]+ g\ndamping 2 %", words_of(figure))
+    assert re.fullmatch(r"Sa of R is largest at (0.95|1) s: [0-9.]+ g\nDamping 2 %", words_of(figure))
 
 
 @pytest.mark.filterwarnings("error")
@@ -276,7 +276,7 @@ def test_the_words_of_a_selection(chosen):
     ratios = np.exp(np.log(chosen.spectra).mean(axis=0)) / TARGET.at(chosen.periods)
     assert words_of(figures.selection_figure(chosen, note="assumed: all")).splitlines() == [
         f"3 of 5 candidates: their geometric mean is {ratios.min():.2f} to {ratios.max():.2f} times a target",
-        f"compared from 0.3 to 1 s; damping 5 %; factors {min(factors):.2f} to {max(factors):.2f}",
+        f"Compared from 0.3 to 1 s; damping 5 %; factors {min(factors):.2f} to {max(factors):.2f}",
         "assumed: all",
     ]
 
