@@ -117,7 +117,7 @@ def title(figure: Figure, headline: str, condition: str, note: str = "") -> None
     figure : matplotlib.figure.Figure
         With a constrained layout, which leaves room for both.
     headline : str
-        Clauses separated by "; "; those that two lines do not hold begin the caption.
+        Clauses separated by "; "; those that two lines do not hold begin the caption, after "Also: ".
     condition : str
         Conditions that the headline holds for.
     note : str
@@ -129,7 +129,8 @@ def title(figure: Figure, headline: str, condition: str, note: str = "") -> None
     while count < len(clauses) and len(wrap("; ".join(clauses[: count + 1]), letters)) <= 2:
         count += 1
     figure.suptitle(in_lines("; ".join(clauses[:count]), letters), fontsize=11, linespacing=1.25)
-    caption = [part for part in ("; ".join(clauses[count:]), condition, note) if part]
+    rest = f"Also: {'; '.join(clauses[count:])}" if clauses[count:] else ""
+    caption = [part for part in (rest, condition, note) if part]
     most = int(letters * 11.0 / CAPTION_SIZE)
     figure.supxlabel("\n".join(in_lines(part, most) for part in caption), fontsize=CAPTION_SIZE, linespacing=1.25)
 
