@@ -72,16 +72,15 @@ def _draw(axis: Any, dataset: xr.Dataset, which: tuple[str, str], style: tuple[s
 
 
 def _name_settings(axis: Any, settings: xr.Dataset, middle: np.ndarray, is_known: np.ndarray) -> None:
-    """Write the setting beside a few markers of the first panel."""
-    values = settings["parameter"].values
+    """Write the setting beside three tolerances of the first panel, and below the ends of a line of time steps."""
+    values, known = settings["parameter"].values, np.flatnonzero(is_known)
     tolerance = "rtol" in str(settings["setting"].values[0])
-    for target in (1e-3, 1e-6, 1e-9) if tolerance else (1e-2, 1e-3, 1e-4, 1e-5):
-        index = int(np.argmin(np.abs(np.log(values / target))))
-        if is_known[index] and np.isclose(values[index], target):
+    shift = (-6, -3) if tolerance else (0, -5)
+    ends = (1e-3, 1e-6, 1e-9) if tolerance else values[known[[0, -1]]] if known.size else ()
+    for index in (int(np.argmin(np.abs(np.log(values / end)))) for end in ends):
+        if is_known[index]:
             words = str(settings["setting"].values[index]).split(", ")[1]
-            place = settings["time"].values[index], max(middle[index], FLOOR)
-            shift = (-6, -3) if tolerance else (0, -5)  # beside a line that falls, below one that slopes
-            beside(axis, words, place, shift, 7, color=QUIET)
+            beside(axis, words, (settings["time"].values[index], max(middle[index], FLOOR)), shift, 7, color=QUIET)
 
 
 def _frame(axis: Any, words: str, settings: xr.Dataset) -> None:
