@@ -69,7 +69,7 @@ def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note
     axes[0, 0].set_title("before (grey) and after (blue), one scale", fontsize=10)
     axes[0, 1].set_title("after, its own scale, peaks marked", fontsize=10)
     _draw_amplitudes(joined(figure, axes[3]), before, after)
-    title(figure, _processed(before, after, old, new), _conditions(after, new), note)
+    title(figure, _processed(before, after, old, new), _origin(after), note)
     return figure
 
 
@@ -125,14 +125,10 @@ def _processed(before: Motion, after: Motion, old: Sequence[History], new: Seque
     return f"Processing of {plain(after.name)} changes {' and '.join(changes)}"
 
 
-def _conditions(after: Motion, new: Sequence[History]) -> str:
-    """Event, date, station and component of a motion as far as they are known, and its peaks."""
-    record = after.record
-    facts = [str(record[key]) for key in ("event", "date", "station") if record.get(key)]
-    facts += [f"component {record['component']}"] if record.get("component") else []
-    peaks = (f"{rounded(np.abs(history.samples).max() / history.size, 3)} {history.unit}" for history in new)
-    words = ", ".join(f"{name} {peak}" for name, peak in zip(("PGA", "PGV", "PGD"), peaks, strict=True))
-    return "; ".join(filter(None, (", ".join(facts), words)))
+def _origin(motion: Motion) -> str:
+    """Event, date, station and component of a motion as far as they are known."""
+    facts = [str(motion.record[key]) for key in ("event", "date", "station") if motion.record.get(key)]
+    return ", ".join([*facts, f"component {motion.record['component']}"] if motion.record.get("component") else facts)
 
 
 def _histories(motion: Motion) -> tuple[History, History, History]:

@@ -33,7 +33,7 @@ RAISED = style.STYLES[1][0]
 Rings = tuple[Array, ...]  # of one building, corners (n, 2) [m]
 Key = tuple[int, str]  # the row's number and the building's name
 NO_ROW = -1
-UPRIGHT = 12  # buildings; of more, names are written upright
+MANY = 12  # buildings; of more, the figure is wider
 LETTERS, LEAST_LETTERS = 7.5, 4.0  # points, in a footprint; where smaller ones had to be written, there is no name
 LINE, LETTER = 1.35, 0.62  # height of a line and width of a letter, of their size
 LABELLED = 150  # buildings; of more, as in a city, each is coloured and none has hatches, a name or a number
@@ -437,7 +437,7 @@ def _size(span: Array, flat: bool, count: int) -> tuple[float, float]:
     if flat:
         width = float(np.clip(0.09 * span[0], 8.0, 20.0))
         return width, 2.2 + 2.0 * (0.85 * width * ratio + 0.4)
-    width = 13.0 if count > UPRIGHT else 9.0  # of few buildings small enough for a page, where letters shrink with it
+    width = 13.0 if count > MANY else 9.0  # of few buildings small enough for a page, where letters shrink with it
     return width, 2.2 + min(0.43 * width * ratio, 9.0)
 
 
@@ -459,10 +459,7 @@ def _draw_plan(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings]
     drawn.set_array(np.ma.masked_invalid(list(shares.values())))
     drawn.set_clim(0.0, 1.0)
     axis.add_collection(drawn)
-    labels = [
-        _label(axis, corners[who], who[1], share, len(shares) > UPRIGHT)
-        for who, share in (shares.items() if labelled else ())
-    ]
+    labels = [_label(axis, corners[who], who[1], share) for who, share in (shares.items() if labelled else ())]
     axis.set(aspect="equal", xticks=[], yticks=[])
     axis.autoscale_view()
     axis.grid(False)
@@ -494,10 +491,10 @@ def _scale_and_north(axis: Any, low: Array, span: Array) -> None:
     axis.annotate("N", (foot[0] + 1.3 * length, foot[1]), xytext=(0, -24), ha="center", **arrow)
 
 
-def _label(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> tuple[Any, Array]:
-    """Hatch a building by its class of shares and write its name and number along its walls, across a narrow one.
+def _label(axis: Any, rings: Rings, name: str, share: float) -> tuple[Any, Array]:
+    """Hatch a building by its class of shares and write its name and number along its walls; the text and its room [m].
 
-    Returns the text and its room [m] in the direction of its lines and across them.
+    The room is that in the direction of the lines, and across them.
     """
     is_dark = share > DARK
     if np.isfinite(share):
@@ -513,8 +510,6 @@ def _label(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> t
     of_walls = rings[0] @ walls.T
     room = np.ptp(of_walls, axis=0)
     middle = 0.5 * (of_walls.min(axis=0) + of_walls.max(axis=0)) @ walls
-    if room[1] > (1.0 if crowded else 1.8) * room[0]:
-        turn, room = (turn + 90.0 if turn <= 0.0 else turn - 90.0), room[::-1]
     words = f"{style.in_lines(name, style.NAME_LINE)}\n{'–' if np.isnan(share) else f'{100 * share:.0f} %'}"
     box = {"facecolor": "#1a2c4e" if is_dark else "#ffffff", "edgecolor": "none", "pad": 1.0, "alpha": 0.75}
     look: dict[str, Any] = {"color": "white" if is_dark else "black", "bbox": box, "ha": "center", "va": "center"}
@@ -523,13 +518,16 @@ def _label(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> t
 
 
 def _fit(axis: Any, labels: Sequence[tuple[Any, Array]]) -> bool:
-    """Make letters as small as the rooms of their texts are, and leave out what cannot be read; whether all stay."""
+    """Turn texts where that gives them room, make letters as small as the rest needs, or none; whether all stay."""
     a_metre = 0.95 * 72.0 / axis.figure.dpi * axis.transData.get_matrix()[0, 0]  # points; a legend takes the rest
     for label, room in labels:
-        lines = label.get_text().split("\n")
-        sizes = a_metre * room / (LETTER * max(map(len, lines)), LINE * len(lines))
-        label.set_fontsize(min(LETTERS, *sizes))
-        label.set_visible(min(sizes) >= LEAST_LETTERS)
+        lines, turn = label.get_text().split("\n"), label.get_rotation()
+        box = LETTER * max(map(len, lines)), LINE * len(lines)
+        size, turned = (a_metre * float(np.min(sides / box)) for sides in (room, room[::-1]))
+        if turned > size < LETTERS:
+            size = turned
+            label.set_rotation(turn - 90.0 if 0.0 < turn < 180.0 else turn + 90.0)
+        label.set(fontsize=min(LETTERS, size), visible=size >= LEAST_LETTERS)
     return all(label.get_visible() for label, _ in labels)
 
 

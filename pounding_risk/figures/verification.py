@@ -57,7 +57,7 @@ def verification_figure(outcome: Any) -> Figure:
     ]
     more = f"; {len(drawn)} of {len(curves)} curves" if len(curves) > len(drawn) else ""
     condition = f"Bars: uncertainty of the published values{more}"
-    title(figure, "Published points over our curves", condition)
+    title(figure, outcome.finding(), condition)
     legend_below(figure, handles, len(handles))
     return figure
 

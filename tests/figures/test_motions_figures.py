@@ -86,18 +86,15 @@ def test_peaks_are_marked_where_they_are(ridgecrest, processed):
         assert [text.get_text() for text in axes.texts] == [f"{abs(value):.3g} {unit} at {time:.4g} s"]
 
 
-def test_the_caption_has_origin_and_peaks(ridgecrest, processed):
+def test_the_title_has_peaks_and_the_caption_the_origin(ridgecrest, processed):
     headline, caption = words_of(processed).split("\n", 1)
     pattern = r"Processing of CCC-HN1 changes PGA from (.+) to (.+) g and PGD from (.+) to (.+) cm"
     changes = [float(number) for number in re.fullmatch(pattern, headline).groups()]
     of_raw = ridgecrest[0].pga / STANDARD_GRAVITY, 100.0 * np.abs(ridgecrest[0].velocity_displacement()[1]).max()
     np.testing.assert_allclose(changes[::2], of_raw, rtol=5e-3)
-    found = re.fullmatch(r"(.*)component HN1; PGA (.+) g, PGV (.+) cm/s, PGD (.+) cm", caption.replace("\n", " "))
-    samples = (ridgecrest[1].acceleration, *ridgecrest[1].velocity_displacement())
-    peaks = [np.abs(one).max() / size for one, size in zip(samples, (STANDARD_GRAVITY, 0.01, 0.01), strict=True)]
-    np.testing.assert_allclose([float(number) for number in found.groups()[1:]], peaks, rtol=5e-3)  # three digits
-    np.testing.assert_allclose(changes[1::2], peaks[::2], rtol=5e-3)
-    assert "Ridgecrest, California, 2019-07-06" in found[1]
+    after = ridgecrest[1].pga / STANDARD_GRAVITY, 100.0 * np.abs(ridgecrest[1].velocity_displacement()[1]).max()
+    np.testing.assert_allclose(changes[1::2], after, rtol=5e-3)  # three digits
+    assert "Ridgecrest, California, 2019-07-06" in caption and caption.endswith("component HN1")
 
 
 def test_histories_of_motions_are_a_row_each(ensemble, says):
@@ -171,8 +168,7 @@ def test_a_window_stands_where_it_was_cut():
 @pytest.mark.complete
 def test_a_record_left_alone_is_stated():
     figure = figures.processing_figure(made("R", 1.0), made("R", 1.0), note="assumed: all")
-    headline, peaks, note = words_of(figure).splitlines()
-    assert headline == "Processing leaves R as it is" and "PGA 0.19" in peaks and note == "assumed: all"
+    assert words_of(figure).splitlines()[::2] == ["Processing leaves R as it is", "assumed: all"]
 
 
 # --- spectra -----------------------------------------------------------------------------------------------
