@@ -400,6 +400,15 @@ def rounded(value: float, digits: int = 4) -> str:
     return _digits(value + 0.0, digits)  # adding zero takes the sign from −0
 
 
+def signed_percent(change: float) -> str:
+    """A relative change in per cent with its sign, without the unit: to a tenth below 10 %; none is "0".
+
+    The minus is that of print, as on the axes of figures; numbers of tables, which are copied, have a hyphen.
+    """
+    percent = round(100.0 * float(change), 1 if abs(change) < 0.0995 else 0)
+    return "0" if percent == 0.0 else f"{percent:+g}".replace("-", "−")
+
+
 def _digits(value: float, digits: int) -> str:
     """Significant digits without a padded exponent: 4.2e7, not 4.2e+07; whole numbers up to 99999 in full."""
     text = f"{value:.{digits}g}"

@@ -34,6 +34,7 @@ from pounding_risk.units import (
     share,
     shown,
     si,
+    signed_percent,
 )
 
 HERTZ = Quantity("N/m^1.5", 0.0, inf, "impact stiffness β", open_low=True, open_high=True)
@@ -159,6 +160,14 @@ def test_any_text_is_a_value_or_a_sentence(text):
         else:
             assert quantity.allows(value)
             assert not isnan(value)
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [(0.0, "0"), (-1e-5, "0"), (0.0215, "+2.1"), (-0.094, "−9.4"), (0.0994, "+9.9"), (0.0996, "+10"), (-0.526, "−53")],
+)
+def test_a_change_in_per_cent_has_one_sign_in_all_sentences(change, text):
+    assert signed_percent(change) == text
 
 
 def test_gravity_and_ranges_in_words():

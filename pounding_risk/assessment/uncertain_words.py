@@ -27,6 +27,12 @@ OUTPUT_WORDS = {
     "contact": "whether there is contact",
     "log_closing": "the logarithm of the closing",
 }
+COMPONENTS = {
+    "motions": "the motions",
+    "parameters": "the uncertain numbers",
+    "interaction": "both together",
+    "parameters and interaction": "the uncertain numbers, alone and together with the motions",
+}
 LESS_SCATTER = " less the scatter of the gap"
 WIDE = 0.2  # bounds of shares, above which there are too few samples or points
 MOSTLY = 0.6  # of the variance of the bounds, from which one side is named
@@ -117,10 +123,8 @@ def parts_words(interface: xr.Dataset) -> str:
     is_of_closing = str(interface["chosen_output"].item()) in OUTPUT_WORDS
     scatter = gap_scatter(interface) > 0.0
     whose = ("ln (closing less the scatter of the gap)" if scatter else "ln closing") if is_of_closing else "the output"
-    words = {"motions": "the motions", "parameters": "the uncertain numbers", "interaction": "both together"}
-    words["parameters and interaction"] = "the uncertain numbers, alone and together with the motions"
-    ordered = sorted((name for name in words if name in share), key=lambda name: -share[name])
-    sources = ", ".join(f"{_share(share[name])} from {words[name]}" for name in ordered)
+    ordered = sorted((name for name in COMPONENTS if name in share), key=lambda name: -share[name])
+    sources = ", ".join(f"{_share(share[name])} from {COMPONENTS[name]}" for name in ordered)
     sources = sources.replace(" from", " comes from", 1)
     unit = str(interface["dispersion"].attrs["units"])
     total = f"{deviation['total']:.2g}" if unit == "1" else _said(deviation["total"], unit)

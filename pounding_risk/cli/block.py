@@ -63,7 +63,7 @@ OPTIONS: shared.Fields = {
     "least_facing": _of(
         str, 'Share of the shorter front over which neighbours face each other, "10 %".', absence="any"
     ),
-    "metres": _of(bool, "Coordinates are metres, not degrees.", False, flags=("--metres",)),
+    "metres": _of(bool, "Coordinates are metres east and north, not degrees.", False, flags=("--metres",)),
     "resolution": _of(
         str, 'Measured gaps are uniform within it, "0.5 m".', absence="what the file says, such as its last decimal"
     ),

@@ -12,8 +12,16 @@ from pounding_risk.figures.style import QUIET, Figure, beside, blank, legend_bel
 from pounding_risk.lab.accuracy_findings import EVENT, OUTPUTS, summed_up
 from pounding_risk.results.tolerance_check import COUNTED
 
-MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-COLOURS = ("#0072B2", "#D55E00", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9")
+# Colour and marker of each method, the same in every figure, whichever methods it has.
+LOOKS = {
+    EVENT: ("#0072B2", "o"),
+    "Newmark average acceleration": ("#D55E00", "s"),
+    "central difference": ("#E69F00", "^"),
+    "Runge-Kutta 4": ("#009E73", "D"),
+    "OpenSees": ("#56B4E9", "X"),
+    "SciPy DOP853": ("#CC79A7", "v"),
+    "SciPy Radau": ("#000000", "P"),
+}
 FLOOR = 1e-14  # where errors of zero are drawn
 WORST = 1e1  # and what is above: a motion that blew up
 
@@ -37,8 +45,8 @@ def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     solvers = [str(name) for name in dataset["solver"].values]
     for index, (output, words) in enumerate(OUTPUTS.items()):
         axis = axes.flat[index]
-        for number, solver in enumerate(solvers):
-            _draw(axis, dataset, (solver, output), (COLOURS[number], MARKERS[number]))
+        for solver in solvers:
+            _draw(axis, dataset, (solver, output), LOOKS[solver])
         _frame(axis, words, dataset.sel(output=output))
     worst = ", a case's that of its worst interface" if dataset.sizes.get("interface", 1) > 1 else ""
     cases = counted(dataset.sizes["case"], "case")
@@ -72,15 +80,15 @@ def _draw(axis: Any, dataset: xr.Dataset, which: tuple[str, str], style: tuple[s
 
 
 def _name_settings(axis: Any, settings: xr.Dataset, middle: np.ndarray, is_known: np.ndarray) -> None:
-    """Write the setting beside a few markers of the first panel."""
-    values = settings["parameter"].values
+    """Write the setting beside three tolerances of the first panel, and below the ends of a line of time steps."""
+    values, known = settings["parameter"].values, np.flatnonzero(is_known)
     tolerance = "rtol" in str(settings["setting"].values[0])
-    for target in (1e-3, 1e-6, 1e-9) if tolerance else (1e-2, 1e-3, 1e-4, 1e-5):
-        index = int(np.argmin(np.abs(np.log(values / target))))
-        if is_known[index] and np.isclose(values[index], target):
+    shift = (-6, -3) if tolerance else (0, -5)
+    ends = (1e-3, 1e-6, 1e-9) if tolerance else values[known[[0, -1]]] if known.size else ()
+    for index in (int(np.argmin(np.abs(np.log(values / end)))) for end in ends):
+        if is_known[index]:
             words = str(settings["setting"].values[index]).split(", ")[1]
-            place = settings["time"].values[index], max(middle[index], FLOOR)
-            beside(axis, words, place, (-6, -3) if tolerance else (6, 2), 7, va="baseline", color=QUIET)
+            beside(axis, words, (settings["time"].values[index], max(middle[index], FLOOR)), shift, 7, color=QUIET)
 
 
 def _frame(axis: Any, words: str, settings: xr.Dataset) -> None:

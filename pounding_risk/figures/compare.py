@@ -104,7 +104,8 @@ def _at_interface(dataset: xr.Dataset, interface: str | None) -> tuple[str, xr.D
     """Words on the interface that is drawn, and its part of a comparison at one place."""
     dataset = at_one_place(dataset, "the comparison")
     index = findings.place_of_interface(dataset, interface)
-    return findings.which_interface(dataset, index), findings.of_interface(dataset, index)
+    which = findings.which_interface(dataset, index)
+    return which and f"At {which}", findings.of_interface(dataset, index)
 
 
 def _laws(dataset: xr.Dataset) -> Laws:
@@ -380,7 +381,7 @@ def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str |
         panel.tick_params(labelsize=8.5)
     panels[0, 2].legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1.02), frameon=False, handlelength=3.4)
     runs = part["impact_count"].size // part.sizes["contact_model"] // part.sizes[axis.name]
-    where = f"interface {names[index]} of {len(names)}" if len(names) > 1 else ""
+    where = f"At interface {names[index]} of {len(names)}" if len(names) > 1 else ""
     caption = (
         f"{dataset.attrs['title']}; {counted(runs, 'case')} a law at each place; same {terms_words(dataset)} at each; "
         f"ratios to {baseline}: median, shaded {findings.LOW:g}-{100 - findings.LOW:g} % of the cases with contact"

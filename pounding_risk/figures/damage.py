@@ -88,8 +88,12 @@ def damage_figure(results: xr.Dataset, note: str = "", *, titled: bool = True) -
         ratios.set_xscale("log")
         logarithmic(ratios, "x", *ratios.get_xlim())
     if titled:
-        title(figure, plain(found), plain(damage_caption(results)).replace("F_E", "$F_E$"), note)
+        title(figure, plain(found), _of_scene(results, damage_caption(results)), note)
     return figure
+
+
+def _of_scene(results: xr.Dataset, words: str) -> str:
+    return plain(f"{results.attrs['title']}: {words}").replace("F_E", "$F_E$")
 
 
 def damage_caption(results: xr.Dataset) -> str:
@@ -146,8 +150,7 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
     left_out = f"; {counted(len(groups) - len(drawn), 'more demand')} not drawn" if len(groups) > len(drawn) else ""
     left_out += f"; no run has the demand of {', '.join(lacking)}" if lacking else ""
     lines = "thin: single motions; thick: 16, 50 and 84 % of the motions at each level, counted; dotted: thresholds"
-    case = plain(case_words(results)).replace("F_E", "$F_E$")
-    title(figure, plain(finding(results)), f"{case}; {lines}{left_out}", note)
+    title(figure, plain(finding(results)), _of_scene(results, f"{case_words(results)}; {lines}{left_out}"), note)
     return figure
 
 

@@ -70,11 +70,13 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     wide = ", and all where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
     several = dataset.sizes.get("interface", 1) > 1
     idle = [COMPARED[output] for output in PANELS if output not in panels]
-    left_out = f"; no panel, as above zero in no case: {', '.join(idle)}" if idle else ""
+    idle_words = f"; no panel, as above zero in no case: {', '.join(idle)}" if idle else ""
     dots = ", dots: a case at one interface, or of one building" if several else ""
+    infinite = any(np.isinf(changes(dataset, name, output)).any() for name in names[1:] for output in panels)
+    idle_words += "; from zero: nothing without effects" * infinite
     condition = (
         f"{dataset.attrs['title']}; shown: {int(yields.sum())} of {counted(yields.size, 'case')} that yield without "
-        f"effects{wide}; bars: middle two thirds, line: median{dots}{left_out}"
+        f"effects{wide}; bars: middle two thirds, line: median{dots}{idle_words}"
     )
     title(figure, dataset.attrs["finding"], condition, note)
     return figure
@@ -99,17 +101,24 @@ def _spread(axis: Any, row: int, values: np.ndarray, colour: str) -> None:
     # Points side by side at random, the same on any day.
     shifts = np.random.default_rng(row).uniform(-0.18, 0.18, values.size)
     axis.plot(values, row + shifts, ".", color=colour, markersize=4, alpha=0.5)
-    low, middle, high = np.quantile(np.minimum(values, axis.get_xlim()[1]), (0.16, 0.5, 0.84))
+    edge = axis.get_xlim()[1]
+    low, middle, high = np.quantile(np.minimum(values, edge), (0.16, 0.5, 0.84))
+    if np.quantile(values, 0.84, method="higher") > edge:  # the bar goes on beyond the panel
+        high = edge
+        axis.plot(edge, row, ">", color="black", markersize=9, clip_on=False, zorder=4)
     axis.plot([low, high], [row, row], color="black", linewidth=3, solid_capstyle="butt", alpha=0.6)
     axis.plot([middle, middle], [row - 0.28, row + 0.28], color="black", linewidth=2)
 
 
 def _beyond(axis: Any, row: int, values: np.ndarray, unit: str) -> None:
-    """How many values of a row lie outside the panel, and the farthest."""
+    """How many values of a row lie outside the panel, and the farthest; a change from zero is infinite."""
     left, right = axis.get_xlim()
-    for edge, beyond, side in ((left, values < left, "left"), (right, values > right, "right")):
-        if beyond.any():
-            far = values[beyond].min() if side == "left" else values[beyond].max()
-            words = f"{beyond.sum()} beyond, to {'∞' if np.isinf(far) else f'{far:+.0f}'} {unit}"
-            inside = 3 if side == "left" else -3
-            beside(axis, words, (edge, row + 0.42), (inside, 0), 8)
+    known = values[np.isfinite(values)]
+    for edge, beyond, inside in ((left, known[known < left], 3), (right, known[known > right], -3)):
+        words = []
+        if beyond.size:
+            far = f"{beyond[np.abs(beyond).argmax()]:+.0f}".replace("-", "−")
+            words.append(f"{beyond.size} beyond, to {far} {unit}")
+        if edge == right and np.isinf(values).any():
+            words.append(f"{np.isinf(values).sum()} from zero")
+        beside(axis, ", ".join(words), (edge, row + 0.42), (inside, 0), 8)

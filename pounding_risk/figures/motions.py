@@ -10,7 +10,7 @@ import numpy as np
 from pounding_risk.errors import PoundingError, RecordError
 from pounding_risk.figures.style import STYLES, Axes, Figure, beside, blank, joined, logarithmic, plain, styles, title
 from pounding_risk.motions.record import RAW, lowest_usable
-from pounding_risk.units import STANDARD_GRAVITY, rounded
+from pounding_risk.units import STANDARD_GRAVITY, rounded, say_in
 
 if TYPE_CHECKING:
     from pounding_risk.motions.motion import Motion
@@ -69,7 +69,7 @@ def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note
     axes[0, 0].set_title("before (grey) and after (blue), one scale", fontsize=10)
     axes[0, 1].set_title("after, its own scale, peaks marked", fontsize=10)
     _draw_amplitudes(joined(figure, axes[3]), before, after)
-    title(figure, f"{plain(after.name)} before and after processing", _conditions(before, after, new), note)
+    title(figure, _processed(before, after, old, new), _origin(after), note)
     return figure
 
 
@@ -107,21 +107,28 @@ def histories_figure(motions: Sequence[Motion], *, note: str = "") -> Figure:
         row[0].set_title(plain(motion.name), fontsize=9, loc="left", pad=2.0)
     for axis in axes[-1]:
         axis.set_xlabel("time [s]", fontsize=9)
-    condition = "acceleration a, velocity v and displacement d of the ground, from rest; above each its largest value"
+    condition = "Acceleration a, velocity v and displacement d of the ground, from rest; above each its largest value"
     who = f"{len(motions)} motions" if len(motions) > 1 else plain(motions[0].name)
-    title(figure, f"Histories of {who}", condition, note)
+    peaks = [say_in(motion.pga, "g", 3) for motion in sorted(motions, key=lambda motion: motion.pga)]
+    title(figure, f"{who}: PGA {' to '.join(dict.fromkeys((peaks[0], peaks[-1])))}", condition, note)
     return figure
 
 
-def _conditions(before: Motion, after: Motion, new: Sequence[History]) -> str:
-    """Event, date, station and component of a motion as far as they are known, its peaks, and whether it changed."""
-    record = after.record
-    facts = [str(record[key]) for key in ("event", "date", "station") if record.get(key)]
-    facts += [f"component {record['component']}"] if record.get("component") else []
-    peaks = (f"{rounded(np.abs(history.samples).max() / history.size, 3)} {history.unit}" for history in new)
-    words = ", ".join(f"{name} {peak}" for name, peak in zip(("PGA", "PGV", "PGD"), peaks, strict=True))
-    is_same = before.dt == after.dt and np.array_equal(before.acceleration, after.acceleration)
-    return "; ".join(filter(None, (", ".join(facts), words, "left as it is" if is_same else "")))
+def _processed(before: Motion, after: Motion, old: Sequence[History], new: Sequence[History]) -> str:
+    """What processing makes of the largest acceleration and displacement of a motion."""
+    if before.dt == after.dt and np.array_equal(before.acceleration, after.acceleration):
+        return f"Processing leaves {plain(after.name)} as it is"
+    changes = []
+    for name, was, now in (("PGA", old[0], new[0]), ("PGD", old[2], new[2])):
+        ends = [rounded(np.abs(history.samples).max() / now.size, 3) for history in (was, now)]
+        changes.append(f"{name} from {ends[0]} to {ends[1]} {now.unit}")
+    return f"Processing of {plain(after.name)} changes {' and '.join(changes)}"
+
+
+def _origin(motion: Motion) -> str:
+    """Event, date, station and component of a motion as far as they are known."""
+    facts = [str(motion.record[key]) for key in ("event", "date", "station") if motion.record.get(key)]
+    return ", ".join([*facts, f"component {motion.record['component']}"] if motion.record.get("component") else facts)
 
 
 def _histories(motion: Motion) -> tuple[History, History, History]:
@@ -285,12 +292,23 @@ def spectra_figure(
         _draw_target(axes[0, 0], target, periods)
     _draw_usable(axes[0, 0], motions)
     axes[0, 0].legend(fontsize=9, loc="lower left")
-    terms = f"damping {100.0 * damping:g} %"
+    terms = f"Damping {100.0 * damping:g} %"
     if len(motions) > 2:
         terms = f"{terms}; median and {percentiles[0]:g} to {percentiles[1]:g} % of the records at each period"
-    who = f"{len(motions)} records" if len(motions) > 1 else plain(motions[0].name)
-    title(figure, f"Response spectra of {who}{f' and {plain(target.name)}' if target else ''}", terms, note)
+    who = f"Median Sa of {len(motions)} records" if len(motions) > 1 else f"Sa of {plain(motions[0].name)}"
+    title(figure, _of_spectrum(who, periods, np.median(spectra, axis=0), target), terms, note)
     return figure
+
+
+def _of_spectrum(who: str, periods: Samples, spectrum: Samples, target: Target | None) -> str:
+    """Where a spectrum [m/s²] is largest, or over which range of ratios it follows a target where that is given."""
+    if target is not None and np.isfinite(ratios := spectrum / at_periods(target, periods)).any():
+        low, high = np.nanmin(ratios), np.nanmax(ratios)
+        ends = max(periods[0], target.periods[0]), min(periods[-1], target.periods[-1])
+        across = f"from {ends[0]:.3g} to {ends[1]:.3g} s"
+        return f"{who} is {low:.2f} to {high:.2f} times {plain(target.name)} {across}"
+    most = int(spectrum.argmax())
+    return f"{who} is largest at {periods[most]:.2g} s: {say_in(spectrum[most], 'g', 3)}"
 
 
 def draw_spectra(
@@ -399,7 +417,7 @@ def selection_figure(
     right.set_title(f"factor (×{limited}) and misfit of each", fontsize=10)
     right.set_xlabel("misfit, root mean square of ln(Sa / target) [1]")
     factors = [row.factor for row in rows]
-    terms = f"compared from {target.periods[0]:g} to {target.periods[1]:g} s; "
+    terms = f"Compared from {target.periods[0]:g} to {target.periods[1]:g} s; "
     terms += f"damping {100.0 * selection.target.damping:g} %; factors {min(factors):.2f} to {max(factors):.2f}"
     low, high = selection.median_ratio.min(), selection.median_ratio.max()
     finding = f"their geometric mean is {low:.2f} to {high:.2f} times {plain(selection.target.name)}"

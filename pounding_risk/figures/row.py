@@ -33,7 +33,9 @@ RAISED = style.STYLES[1][0]
 Rings = tuple[Array, ...]  # of one building, corners (n, 2) [m]
 Key = tuple[int, str]  # the row's number and the building's name
 NO_ROW = -1
-UPRIGHT = 12  # buildings; of more, names are written upright
+MANY = 12  # buildings; of more, the figure is wider
+LETTERS, LEAST_LETTERS = 7.5, 4.0  # points, in a footprint; where smaller ones had to be written, there is no name
+LINE, LETTER = 1.35, 0.62  # height of a line and width of a letter, of their size
 LABELLED = 150  # buildings; of more, as in a city, each is coloured and none has hatches, a name or a number
 DEPTH, ALLEY = 12.0, 6.0  # m, of a building and between rows, where no footprints are given
 PANELS = (("impact_count", "touches a neighbour"), ("yield_exceedance", "a contact of it reaches $F_E$"))
@@ -363,8 +365,9 @@ def plan_figure(
     flat = bool(span[0] > 2.6 * span[1])
     figure, axes = style.blank(*((2, 1) if flat else (1, 2)), _size(span, flat, count))
     picture: Any = None
+    labels: dict[Any, list[Any]] = {}
     for axis, (name, words) in zip(axes.flat, PANELS, strict=True):
-        picture = _draw_plan(axis, cases, corners, name)
+        picture, labels[axis] = _draw_plan(axis, cases, corners, name)
         axis.set_title(words, fontsize=10, loc="left")
         if footprints is not None:
             _scale_and_north(axis, every.min(axis=0), span)
@@ -384,8 +387,10 @@ def plan_figure(
             handles.append(Patch(label="–: has no $F_E$, or no run is complete", **look))
     if len(corners) > count:
         handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="in no row"))
+    figure.draw_without_rendering()  # which lays the panels out
+    all_written = all([_fit(axis, of_axis) for axis, of_axis in labels.items()])
     if handles:
-        style.legend_below(figure, handles, len(handles))
+        style.legend_below(figure, handles, len(handles), None if all_written else "no name: no room for letters")
     return figure
 
 
@@ -432,11 +437,12 @@ def _size(span: Array, flat: bool, count: int) -> tuple[float, float]:
     if flat:
         width = float(np.clip(0.09 * span[0], 8.0, 20.0))
         return width, 2.2 + 2.0 * (0.85 * width * ratio + 0.4)
-    width = 13.0 if count > UPRIGHT else 9.0  # of few buildings small enough for a page, where letters shrink with it
+    width = 13.0 if count > MANY else 9.0  # of few buildings small enough for a page, where letters shrink with it
     return width, 2.2 + min(0.43 * width * ratio, 9.0)
 
 
-def _draw_plan(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings], name: str) -> Any:
+def _draw_plan(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings], name: str) -> tuple[Any, list[Any]]:
+    """Draw the buildings of a panel; returns those in rows, with their colours, and the names written on them."""
     from matplotlib.collections import PathCollection
 
     shares = {
@@ -453,14 +459,13 @@ def _draw_plan(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings]
     drawn.set_array(np.ma.masked_invalid(list(shares.values())))
     drawn.set_clim(0.0, 1.0)
     axis.add_collection(drawn)
-    for who, share in shares.items() if labelled else ():
-        _label(axis, corners[who], who[1], share, len(shares) > UPRIGHT)
+    labels = [_label(axis, corners[who], who[1], share) for who, share in (shares.items() if labelled else ())]
     axis.set(aspect="equal", xticks=[], yticks=[])
     axis.autoscale_view()
     axis.grid(False)
     for side in axis.spines.values():
         side.set_visible(False)
-    return drawn
+    return drawn, labels
 
 
 def _area(rings: Rings) -> Any:
@@ -486,19 +491,44 @@ def _scale_and_north(axis: Any, low: Array, span: Array) -> None:
     axis.annotate("N", (foot[0] + 1.3 * length, foot[1]), xytext=(0, -24), ha="center", **arrow)
 
 
-def _label(axis: Any, rings: Rings, name: str, share: float, crowded: bool) -> None:
-    """Hatch a building by its class of shares and write its name and number, upright where the footprint is narrow."""
+def _label(axis: Any, rings: Rings, name: str, share: float) -> tuple[Any, Array]:
+    """Hatch a building by its class of shares and write its name and number along its walls; the text and its room [m].
+
+    The room is that in the direction of the lines, and across them.
+    """
     is_dark = share > DARK
     if np.isfinite(share):
         hatch = next(hatch for most, hatch in HATCHES if share <= most)
         ink = "#ffffff66" if is_dark else "#00000044"
         _fill(axis, rings, facecolor="none", hatch=hatch, edgecolor=ink, linewidth=0)
-    wide, deep = np.ptp(rings[0], axis=0)
+    edges = np.diff([*rings[0], rings[0][0]], axis=0)
+    along, up = edges[np.hypot(*edges.T).argmax()]
+    # The longest wall, or one square to it, from −45 to 45 degrees.
+    turn = float((np.degrees(np.arctan2(up, along)) + 45.0) % 90.0 - 45.0)
+    cosine, sine = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    walls = np.array([[cosine, sine], [-sine, cosine]])
+    of_walls = rings[0] @ walls.T
+    room = np.ptp(of_walls, axis=0)
+    middle = 0.5 * (of_walls.min(axis=0) + of_walls.max(axis=0)) @ walls
     words = f"{style.in_lines(name, style.NAME_LINE)}\n{'–' if np.isnan(share) else f'{100 * share:.0f} %'}"
     box = {"facecolor": "#1a2c4e" if is_dark else "#ffffff", "edgecolor": "none", "pad": 1.0, "alpha": 0.75}
     look: dict[str, Any] = {"color": "white" if is_dark else "black", "bbox": box, "ha": "center", "va": "center"}
-    turned = 90 if deep > (1.0 if crowded else 1.8) * wide else 0
-    axis.annotate(style.plain(words), rings[0].mean(axis=0), fontsize=7.5, rotation=turned, **look)
+    look |= {"rotation": turn, "rotation_mode": "anchor", "fontsize": LETTERS}
+    return axis.annotate(style.plain(words), middle, **look), room
+
+
+def _fit(axis: Any, labels: Sequence[tuple[Any, Array]]) -> bool:
+    """Turn texts where that gives them room, make letters as small as the rest needs, or none; whether all stay."""
+    a_metre = 0.95 * 72.0 / axis.figure.dpi * axis.transData.get_matrix()[0, 0]  # points; a legend takes the rest
+    for label, room in labels:
+        lines, turn = label.get_text().split("\n"), label.get_rotation()
+        box = LETTER * max(map(len, lines)), LINE * len(lines)
+        size, turned = (a_metre * float(np.min(sides / box)) for sides in (room, room[::-1]))
+        if turned > size < LETTERS:
+            size = turned
+            label.set_rotation(turn - 90.0 if 0.0 < turn < 180.0 else turn + 90.0)
+        label.set(fontsize=min(LETTERS, size), visible=size >= LEAST_LETTERS)
+    return all(label.get_visible() for label, _ in labels)
 
 
 def profiles_figure(

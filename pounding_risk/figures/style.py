@@ -117,19 +117,20 @@ def title(figure: Figure, headline: str, condition: str, note: str = "") -> None
     figure : matplotlib.figure.Figure
         With a constrained layout, which leaves room for both.
     headline : str
-        Clauses separated by "; "; those that two lines do not hold begin the caption.
+        Clauses separated by "; "; those that two lines do not hold begin the caption, after "Also: ".
     condition : str
         Conditions that the headline holds for.
     note : str
         Words of the user, such as what is assumed.
     """
     letters = int(figure.get_figwidth() * LETTERS_AN_INCH)
-    clauses = UNIT_OF_NUMBER.sub(TIE, headline.replace("\n", " ")).split("; ")
+    clauses = UNIT_OF_NUMBER.sub(TIE, headline.removesuffix(".").replace("\n", " ")).split("; ")
     count = 1
     while count < len(clauses) and len(wrap("; ".join(clauses[: count + 1]), letters)) <= 2:
         count += 1
     figure.suptitle(in_lines("; ".join(clauses[:count]), letters), fontsize=11, linespacing=1.25)
-    caption = [part for part in ("; ".join(clauses[count:]), condition, note) if part]
+    rest = f"Also: {'; '.join(clauses[count:])}" if clauses[count:] else ""
+    caption = [part for part in (rest, condition, note) if part]
     most = int(letters * 11.0 / CAPTION_SIZE)
     figure.supxlabel("\n".join(in_lines(part, most) for part in caption), fontsize=CAPTION_SIZE, linespacing=1.25)
 

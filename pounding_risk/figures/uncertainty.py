@@ -12,7 +12,7 @@ from pounding_risk.assessment.options import percent_words
 from pounding_risk.assessment.uncertain_words import OUTPUT_WORDS, gap_scatter, indices_words
 from pounding_risk.assessment.verdict import share_words
 from pounding_risk.figures.assess import VERDICT_WORDS
-from pounding_risk.figures.style import MEANING, QUIET, STYLES, Figure, blank, message, plain, title
+from pounding_risk.figures.style import MEANING, QUIET, STYLES, Figure, blank, legend_under, message, plain, title
 from pounding_risk.results.check import check_kind
 from pounding_risk.statistics.sobol import LEAST_SAMPLES
 from pounding_risk.units import say_in
@@ -21,6 +21,7 @@ BANDS = ((5.0, 95.0, 0.18), (16.0, 84.0, 0.32))  # percentiles over the samples,
 LEAST_SHOWN, MOST_SHOWN = -0.25, 1.25  # of shares, whose bounds may lie further out
 MOST_NUMBERS = 12  # that are drawn, those that matter most
 FIRST, TOTAL = STYLES[0][0], STYLES[5][0]
+LEAST_GAP = 1e-5  # m; no gap is built to less, and what a smaller one depends on says nothing
 
 
 def uncertainty_figure(results: xr.Dataset, note: str = "", *, titled: bool = True) -> Figure:
@@ -50,7 +51,7 @@ def uncertainty_figure(results: xr.Dataset, note: str = "", *, titled: bool = Tr
     has_tornado = "quantile" in results.dims
     columns = 3 if has_tornado else 2
     shape = (len(names), columns) if titled else (len(names) * columns, 1)
-    size = (4.6 * columns, 0.8 + 4.2 * len(names)) if titled else (7.2, 3.6 * shape[0])
+    size = (4.6 * columns, 0.8 + 4.8 * len(names)) if titled else (7.2, 3.8 * shape[0])
     figure, axes = blank(*shape, size)
     parts = [results.sel(interface=name) if "interface" in results.dims else results for name in names]
     for line, part, name in zip(axes.reshape(-1, columns), parts, names, strict=True):
@@ -101,7 +102,7 @@ def _draw_contact(axis: Any, part: xr.Dataset, name: str) -> None:
     axis.set_xlabel("nominal gap, without its scatter [mm]" if gap_scatter(part) > 0.0 else "gap [mm]")
     axis.set_ylabel("P(contact)")
     axis.set_title(f"contact{f', {plain(name)}' if name else ''}", fontsize=9.5)
-    axis.legend(fontsize=7.5, loc="upper right")
+    legend_under(axis, 2)
 
 
 def _ordered(values: Any) -> list[int]:
@@ -147,7 +148,7 @@ def _draw_indices(axis: Any, part: xr.Dataset) -> None:
     axis.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
     axis.set_xlabel("share of the variance over the samples")
     if len(kinds) > 1:
-        axis.legend(fontsize=8)
+        legend_under(axis, 2)
     which = "first-order and total shares" if len(kinds) > 1 else "first-order shares"
     axis.set_title(f"{which} of {words}, with bounds", fontsize=9.5)
 
@@ -167,9 +168,14 @@ def _draw_tornado(axis: Any, part: xr.Dataset) -> None:
     name = output if f"{output}_moved" in part else "required_gap"
     moved = part[f"{name}_moved"]
     values, unit = moved.values, str(moved.attrs["units"])
-    scale = 1e3 if unit == "m" else 1.0
+    scale, middle, words = 1e3 if unit == "m" else 1.0, float(values[0, 1]), OUTPUT_WORDS.get(name, name)
+    at = (say_in(middle, "mm", 3) if middle > LEAST_GAP else "less than 0.01 mm") if unit == "m" else f"{middle:.3g}"
+    at = f"{100 * middle:.3g} %" if name == "contact_probability" else at
+    if not np.ptp(values) > (LEAST_GAP if unit == "m" else 0.0):
+        axis.set(xticks=[], yticks=[])
+        return message(axis, f"each number alone leaves {words} at {at}")
     order = _ordered(np.ptp(values, axis=1))
-    middle = scale * values[0, 1]
+    middle *= scale
     for place, number in enumerate(order):
         # One above the other: both ends may lie on one side of the median.
         for end, above, colour, hatch in ((0, 0.18, STYLES[4][0], ""), (2, -0.18, STYLES[1][0], "///")):
@@ -182,11 +188,8 @@ def _draw_tornado(axis: Any, part: xr.Dataset) -> None:
     axis.margins(x=0.08)
     axis.locator_params(axis="x", nbins=5)
     axis.set_yticks(range(len(order)), [_short(part["uncertain_number"].values[place]) for place in order], fontsize=8)
-    words = OUTPUT_WORDS.get(name, name)
     axis.set_xlabel(f"{words} [mm]" if unit == "m" else words)
-    at = say_in(values[0, 1], "mm", 3) if unit == "m" else f"{values[0, 1]:.3g}"
     if name == "contact_probability":
         axis.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.3g} %")
-        at = f"{100 * values[0, 1]:.3g} %"
     axis.set_title(f"each number alone; all at their medians: {at}", fontsize=9.5)
-    axis.legend(fontsize=8)
+    legend_under(axis, 2)

@@ -56,8 +56,8 @@ def verification_figure(outcome: Any) -> Figure:
         for kind in kinds
     ]
     more = f"; {len(drawn)} of {len(curves)} curves" if len(curves) > len(drawn) else ""
-    condition = f"bars: uncertainty of the published values{more}"
-    title(figure, "Published points over our curves", condition)
+    condition = f"Bars: uncertainty of the published values{more}"
+    title(figure, outcome.finding(), condition)
     legend_below(figure, handles, len(handles))
     return figure
 

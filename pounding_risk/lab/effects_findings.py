@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pounding_risk._common.counted import counted
+from pounding_risk.units import signed_percent
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,17 +83,9 @@ def finding(dataset: xr.Dataset) -> str:
     change = changes(dataset, strongest, output)
     idle_words = f"; {' and '.join(without)} change no reported digit" if without else ""
     return (
-        f"{strongest} changes the {words} most: by {percent(change.min())} to {percent(change.max())}, in "
-        f"{changed_cases(dataset, strongest)} of {cases} ({yielding(dataset)} yield); {cost}"
-        f"{idle_words}."
+        f"{strongest} changes the {words} most: by {signed_percent(change.min())} to {signed_percent(change.max())} %, "
+        f"in {changed_cases(dataset, strongest)} of {cases} ({yielding(dataset)} yield); {cost}{idle_words}."
     )
-
-
-def percent(change: float) -> str:
-    """A relative change with its sign: to a tenth of a per cent where it is small."""
-    digits = 1 if abs(change) < 0.0995 else 0
-    # Adding zero takes the sign from a rounded −0.
-    return f"{round(100.0 * float(change), digits) + 0.0:+.{digits}f} %"
 
 
 def yielding(dataset: xr.Dataset) -> int:

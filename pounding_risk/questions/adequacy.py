@@ -13,7 +13,7 @@ from pounding_risk._common.order import evenly
 from pounding_risk._common.words import FIRST
 from pounding_risk.assessment.options import NO_BOUND, NO_LOWER, NO_UPPER
 from pounding_risk.assessment.sensitivity import NEVER, force_words
-from pounding_risk.assessment.separations.rules import FROM_MEMORY, ONE_GROUND, OWN_PEAKS, QUOTED_ONLY, RATIONAL, SHARED
+from pounding_risk.assessment.separations.rules import OWN_PEAKS, RATIONAL, SHARED
 from pounding_risk.assessment.separations.table import Comparison, short_in
 from pounding_risk.render.sheet import (
     KEPT,
@@ -50,7 +50,6 @@ if TYPE_CHECKING:
 
 GIVEN = 6  # digits of values that a user has given
 BOUNDS = "Bounds take every motion for independent; those by recording count components and polarities together."
-DOUBTS = (FROM_MEMORY, QUOTED_ONLY, ONE_GROUND)  # of code rules; stated above their table
 KEYS = {"yield_force": "F_E", "contact_model": "contact model", "polarity": "polarity"}
 
 
@@ -257,8 +256,8 @@ def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
     common = [clause for clause in clauses[0] if all(clause in others for others in clauses)] if clauses else []
     sentences = [
         short_in(one.separations, motions),
-        *(f"Everywhere {note}" for note in common if note not in DOUBTS),
-        *(SHARED[doubt] for doubt in DOUBTS if any(doubt in note for note in notes)),
+        *(f"Everywhere {note}" for note in common if note not in SHARED),
+        *(words for shared, words in SHARED.items() if any(shared in note for note in notes)),
         RATIONAL,
         "Insufficient for: motions that need more than the rule requires from them",
         "`separations` lists who quotes the clauses, and applies the rules to design displacements",
@@ -275,7 +274,7 @@ def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
 
 def _rule_cells(rule: Comparison, gap: float, motions: int, common: Sequence[str]) -> Row:
     row = rule.row
-    elsewhere = {*common, *DOUBTS}  # above the table, and in its column of texts
+    elsewhere = {*common, *SHARED}  # above the table, and in its column of texts
     note = "; ".join(clause for clause in row.note.split("; ") if clause not in elsewhere) or MISSING
     over = number((gap - rule.bumper) / rule.upper, digits=3) if rule.exceeded is not None and rule.upper else MISSING
     return [row.title, row.clause, row.verification, *compared(rule, motions), over, note]

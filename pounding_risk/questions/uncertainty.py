@@ -17,6 +17,7 @@ from pounding_risk.assessment.options import USUAL_CONFIDENCE, read_criterion
 from pounding_risk.assessment.uncertain import assessed
 from pounding_risk.assessment.uncertain_samples import ALL_MOTIONS, Request, Samples, opened_samples, sampled_scene
 from pounding_risk.assessment.uncertain_words import (
+    COMPONENTS,
     OUTPUT_WORDS,
     closing_words,
     gap_scatter,
@@ -45,6 +46,7 @@ from pounding_risk.render.sheet import (
     table,
     with_bounds,
 )
+from pounding_risk.results.amplitudes import intensity_words
 from pounding_risk.results.files import save
 from pounding_risk.scene.scene import Scene
 from pounding_risk.units import GAP, si
@@ -255,7 +257,8 @@ def _parts(pair: xr.Dataset) -> Block:
     rows: list[Row] = []
     for name in pair["component"].values:
         here = pair.sel(component=name)
-        rows.append([str(name), number(here["variance_share"], "%", 2), *with_bounds(here, "dispersion", unit, 4, 4)])
+        words = COMPONENTS.get(str(name), str(name)).removeprefix("the ")
+        rows.append([words, number(here["variance_share"], "%", 2), *with_bounds(here, "dispersion", unit, 4, 4)])
     heads = ["part", head("share", "%"), head("deviation", unit), head("bounds", unit)]
     return table(f"Parts of the variance of {whose}.", heads, rows)
 
@@ -271,7 +274,7 @@ def _fragilities(pair: xr.Dataset) -> Block:
         for of, unit in (("fragility_median", "m/s2"), ("fragility_dispersion", "1")):
             row += with_bounds(curve, of, unit, 3, 3)
         rows.append(row)
-    caption = f"Fragility of contact against {pair['fragility_intensity'].item()}."
+    caption = f"Fragility of contact against {intensity_words(str(pair['fragility_intensity'].item()))}."
     return table(caption, [*heads, "dispersion", "bounds"], rows)
 
 

@@ -60,7 +60,7 @@ class Rules:
     least_facing : float or str
         Share of the shorter front; two that face each other over less are no neighbours.
     metres : bool
-        Whether coordinates of footprints are in metres, not longitude and latitude.
+        Whether coordinates of footprints are metres east and north, not longitude and latitude.
     chain : {"typology", "hazus"}
         What storeys are made of: a typology, with the period of a code; or a type of Hazus, with its period, strengths
         and limits of damage.

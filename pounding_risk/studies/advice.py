@@ -41,7 +41,7 @@ from pounding_risk.scene.uncertain import stated
 from pounding_risk.studies.advice_stiffness import StiffnessRange, ms, stiffness_range
 from pounding_risk.studies.compare import USUAL_TERMS, comparable_models, on_equal_terms, with_damping_relation
 from pounding_risk.studies.impact import impact
-from pounding_risk.units import FLOOR_LENGTH, GAP, USUAL_FLOOR_LENGTH, YIELD_FORCE, say, shown, si
+from pounding_risk.units import FLOOR_LENGTH, GAP, USUAL_FLOOR_LENGTH, YIELD_FORCE, say, shown, si, signed_percent
 
 MOST_MOTIONS = 4  # records that are run, evenly spaced over those of the scene
 MULTIPLES = (0.01, 0.1, 1.0, 10.0, 100.0)  # of the scene's stiffness that are run
@@ -111,7 +111,7 @@ class Influence(ShortRepr):
     @property
     def range_words(self) -> str:
         """The median changes in per cent: "-60 to +151 %"."""
-        low, high = map(_change_words, self.ends)
+        low, high = map(signed_percent, self.ends)
         return "0 %" if low == high == "0" else f"{low} to {high} %"
 
     @property
@@ -128,12 +128,6 @@ class Influence(ShortRepr):
         yield "factor", self.factor
         yield "output", f"{OUTPUTS[self.output].words}, {self.place}"
         yield "verdict", self.words
-
-
-def _change_words(change: float) -> str:
-    """A relative change in per cent, with its sign; to a tenth below 10 %."""
-    percent = round(100.0 * change, 1 if abs(change) < 0.0995 else 0)
-    return "0" if percent == 0.0 else f"{percent:+g}".replace("-", "−")
 
 
 class Line(NamedTuple):
@@ -637,7 +631,7 @@ def _proposed_stiffness_words(influences: Sequence[Influence]) -> str:
     """What the proposed stiffness changes, each output where it changes most."""
     widest = _widest_influences(influences)
     changes = [
-        f"{OUTPUTS[influence.output].words} by {_change_words(influence.medians[0])} % ({influence.place})"
+        f"{OUTPUTS[influence.output].words} by {signed_percent(influence.medians[0])} % ({influence.place})"
         for influence in widest
         if influence.verdict != NOT
     ]

@@ -18,6 +18,7 @@ from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import Scene
 from pounding_risk.studies.impact import impact
 from pounding_risk.studies.simulate import simulate
+from pounding_risk.units import signed_percent
 
 STATED_TIME = (2.3, 2.5)  # s; "identical until 2.4 seconds" (Khatiwada et al. 2011, section 3)
 SEARCHED = np.linspace(100e3, 1.5e6, 281)  # N; yield forces tried, every 5 kN
@@ -116,8 +117,8 @@ def window_findings(fit: Window) -> list[str]:
         largest = changes_inside[np.abs(changes_inside).argmax()]
         lowered, raised = _percent(changes < -NOTABLE), _percent(changes > NOTABLE)
         by_polarity.append(
-            f"Record {name}: in that window yielding changes the peak by up to {100.0 * largest:+.0f} %; over all F_E "
-            f"tried it lowers the peak in {lowered}, raises it in {raised} (by more than 1 %)."
+            f"Record {name}: in that window yielding changes the peak by up to {signed_percent(largest)} %; over all "
+            f"F_E tried it lowers the peak in {lowered}, raises it in {raised} (by more than 1 %)."
         )
     return [
         f"The paper's statement holds for F_E from {fit.low / 1e3:.0f} to {fit.high / 1e3:.0f} kN "

@@ -245,7 +245,7 @@ def test_the_figure_has_the_motion_beside_the_numbers(of_scene):
 def test_what_is_printed_leaves_out_what_drawn_motions_do_not_tell(of_scene, capsys):
     print_sheet(sheet(of_scene))
     printed = capsys.readouterr().out
-    assert "the motion " in printed and "parameters and interaction" in printed
+    assert "the motion " in printed and "\nuncertain numbers, alone and together with the motions  " in printed
     assert "5 % of samples" not in printed and "motions alone" not in printed and "nan" not in printed
 
 

@@ -304,6 +304,19 @@ def test_the_figure_draws_the_dataset(of_scene, scanned, says):
     says(refusal(uncertainty_figure, scanned))
 
 
+@pytest.mark.parametrize(("output", "scale"), [("contact_probability", 0.0), ("required_gap", 1e-6)])
+def test_a_tornado_of_nothing_says_so(of_scene, output, scale):
+    """Fractions of a micrometre were drawn as bars; so was a probability that no number changes, without one."""
+    idle = of_scene.copy(deep=True)
+    for name in ("contact_probability", "required_gap"):
+        idle[f"{name}_moved"] *= scale if name == output else 1.0
+    idle["chosen_output"][:] = output
+    axis = uncertainty_figure(idle).axes[-1]
+    least = {"contact_probability": "P(contact) at 0 %", "required_gap": "the required gap at less than 0.01 mm"}
+    (words,) = (text.get_text().replace("\n", " ") for text in axis.texts)
+    assert words == f"each number alone leaves {least[output]}" and not axis.patches
+
+
 def test_results_are_written_and_replaced_by_their_own_kind_alone(of_scene, tmp_path, says):
     study = uncertain_pulses(samples=4)
     file = tmp_path / "u.nc"

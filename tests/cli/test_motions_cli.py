@@ -346,7 +346,7 @@ def test_a_set_is_listed_drawn_and_chosen_from():
     result = done("select", *words, "--spectrum", "geomean", "--count", "3")
     assert row(result.stdout, "chosen")[1] == "3 of 22 candidates, 3 requested"
     done("plot", *words, "--figure", "f.svg")
-    assert "Response spectra of 44 records" in Path("f.svg").read_text(encoding="utf-8")
+    assert "Median Sa of 44 records" in Path("f.svg").read_text(encoding="utf-8")
 
 
 # --- what is refused ---------------------------------------------------------------------------------------
@@ -441,7 +441,7 @@ def test_verticals_do_not_enter_a_median():
     """They are left out of spectra, and told; processed as any other; and drawn where they are asked for alone."""
     Path("quakes/AUP.AT2").write_text(at2("UP"))
     assert "note: excluded: AUP is vertical" in done("plot", "quakes", "--figure", "f.svg").stdout
-    assert "Response spectra of 2 records" in Path("f.svg").read_text(encoding="utf-8")
+    assert "Median Sa of 2 records" in Path("f.svg").read_text(encoding="utf-8")
     assert len(list_of_names(run("process", "quakes").stdout)) == 3
     done("plot", "quakes/AUP.AT2", "--spectra", "--figure", "f.svg")
 

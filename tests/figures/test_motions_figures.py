@@ -86,14 +86,15 @@ def test_peaks_are_marked_where_they_are(ridgecrest, processed):
         assert [text.get_text() for text in axes.texts] == [f"{abs(value):.3g} {unit} at {time:.4g} s"]
 
 
-def test_the_caption_has_origin_and_peaks(ridgecrest, processed):
+def test_the_title_has_peaks_and_the_caption_the_origin(ridgecrest, processed):
     headline, caption = words_of(processed).split("\n", 1)
-    assert headline == "CCC-HN1 before and after processing"
-    found = re.fullmatch(r"(.*)component HN1; PGA (.+) g, PGV (.+) cm/s, PGD (.+) cm", caption.replace("\n", " "))
-    samples = (ridgecrest[1].acceleration, *ridgecrest[1].velocity_displacement())
-    peaks = [np.abs(one).max() / size for one, size in zip(samples, (STANDARD_GRAVITY, 0.01, 0.01), strict=True)]
-    np.testing.assert_allclose([float(number) for number in found.groups()[1:]], peaks, rtol=5e-3)  # three digits
-    assert "Ridgecrest, California, 2019-07-06" in found[1]
+    pattern = r"Processing of CCC-HN1 changes PGA from (.+) to (.+) g and PGD from (.+) to (.+) cm"
+    changes = [float(number) for number in re.fullmatch(pattern, headline).groups()]
+    of_raw = ridgecrest[0].pga / STANDARD_GRAVITY, 100.0 * np.abs(ridgecrest[0].velocity_displacement()[1]).max()
+    np.testing.assert_allclose(changes[::2], of_raw, rtol=5e-3)
+    after = ridgecrest[1].pga / STANDARD_GRAVITY, 100.0 * np.abs(ridgecrest[1].velocity_displacement()[1]).max()
+    np.testing.assert_allclose(changes[1::2], after, rtol=5e-3)  # three digits
+    assert "Ridgecrest, California, 2019-07-06" in caption and caption.endswith("component HN1")
 
 
 def test_histories_of_motions_are_a_row_each(ensemble, says):
@@ -166,8 +167,8 @@ def test_a_window_stands_where_it_was_cut():
 
 @pytest.mark.complete
 def test_a_record_left_alone_is_stated():
-    caption = words_of(figures.processing_figure(made("R", 1.0), made("R", 1.0), note="assumed: all")).splitlines()[1:]
-    assert "PGA 0.19" in caption[0] and caption[0].endswith("; left as it is") and caption[1] == "assumed: all"
+    figure = figures.processing_figure(made("R", 1.0), made("R", 1.0), note="assumed: all")
+    assert words_of(figure).splitlines()[::2] == ["Processing leaves R as it is", "assumed: all"]
 
 
 # --- spectra -----------------------------------------------------------------------------------------------
@@ -189,7 +190,10 @@ def test_spectra_are_those_of_the_measures(ensemble):
     np.testing.assert_allclose(median.get_ydata(), np.median(alone, axis=0), rtol=1e-12)
     np.testing.assert_allclose(shares[0].get_ydata(), np.percentile(alone, 10.0, axis=0), rtol=1e-12)
     assert len(grey) == 1 and axes.get_xscale() == axes.get_yscale() == "log"
-    assert "damping 5 %" in words_of(figure) and "10 to 90 %" in words_of(figure)
+    ratios = np.median(alone, axis=0) * STANDARD_GRAVITY / at_periods(TARGET, periods)
+    found = re.match(r"Median Sa of 5 records is (.+) to (.+) times .* from 0.1 to 5 s", words_of(figure))
+    np.testing.assert_allclose([*map(float, found.groups())], [np.nanmin(ratios), np.nanmax(ratios)], atol=5e-3)
+    assert "Damping 5 %" in words_of(figure) and "10 to 90 %" in words_of(figure)
 
 
 def test_a_target_is_straight_on_logarithmic_scales():
@@ -218,7 +222,8 @@ def test_the_longest_usable_period_is_that_of_the_strictest_filter():
 def test_one_record_has_no_median():
     figure = figures.spectra_figure([made("R", 1.0)], damping=0.02)
     assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["the record"]
-    assert words_of(figure) == "Response spectra of R\ndamping 2 %"
+    # A sine of 1 Hz under a bell.
+    assert re.fullmatch(r"Sa of R is largest at (0.95|1) s: [0-9.]+ g\nDamping 2 %", words_of(figure))
 
 
 @pytest.mark.filterwarnings("error")
@@ -267,7 +272,7 @@ def test_the_words_of_a_selection(chosen):
     ratios = np.exp(np.log(chosen.spectra).mean(axis=0)) / TARGET.at(chosen.periods)
     assert words_of(figures.selection_figure(chosen, note="assumed: all")).splitlines() == [
         f"3 of 5 candidates: their geometric mean is {ratios.min():.2f} to {ratios.max():.2f} times a target",
-        f"compared from 0.3 to 1 s; damping 5 %; factors {min(factors):.2f} to {max(factors):.2f}",
+        f"Compared from 0.3 to 1 s; damping 5 %; factors {min(factors):.2f} to {max(factors):.2f}",
         "assumed: all",
     ]
 

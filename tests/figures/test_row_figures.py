@@ -197,6 +197,29 @@ def test_courts_of_footprints_stay_open_and_a_scale_and_the_north_are_drawn(case
     assert not plan_figure(case).axes[0].lines  # nominal widths have no scale
 
 
+@pytest.mark.parametrize("turned", [0.0, 33.0, 90.0])
+def test_names_stay_within_their_footprints_or_are_left_out(case, turned):
+    """However narrow a building is, and however its street lies; the legend says where a name is missing."""
+    cosine, sine = np.cos(np.radians(turned)), np.sin(np.radians(turned))
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    widths, walls = [1.0, 4.0, 6.0, 14.0, 30.0, 9.0], [0.0, 1.1, 5.2, 11.3, 25.4, 55.5]
+    given = {
+        each.name: (square * (wide, 13.0) + (wall, 0.0)) @ np.array([[cosine, sine], [-sine, cosine]])
+        for each, wide, wall in zip(STREET, widths, walls, strict=True)
+    }
+    figure = plan_figure(case, given)
+    figure.draw_without_rendering()
+    for axis in figure.axes[:2]:
+        names = [label for label in axis.texts if "\n" in label.get_text()]
+        assert [label.get_visible() for label in names] == [False, *5 * [True]]
+        for label, corners in zip(names[1:], list(given.values())[1:], strict=True):
+            middle = axis.transData.transform(0.5 * (corners.min(axis=0) + corners.max(axis=0)))
+            box, room = label.get_window_extent(), np.ptp(axis.transData.transform(corners), axis=0)
+            np.testing.assert_allclose(0.5 * (box.min + box.max), middle, atol=2.0)  # pixels
+            assert (box.size <= room).all()
+    assert figure.legends[0].get_title().get_text().startswith("no name")
+
+
 def test_profiles_are_percentiles_over_the_motions_that_touch(case, results):
     here = results.sel(HERE).isel(pga=1)
     touching = (here["impact_count"].isel(interface=0) > 0).values.ravel()  # the first building has one interface

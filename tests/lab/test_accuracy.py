@@ -261,6 +261,10 @@ def test_the_figure_shows_every_output_and_method(dataset):
     assert all("[s]" in axis.get_xlabel() and axis.get_ylabel() for axis in figure.axes)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert legend == [EVENT, *FIXED, *GENERAL]
+    # A method has its colour whichever others are there, as in a study without OpenSees.
+    lines = figure.legends[0].get_lines()
+    fewer = accuracy_figure(dataset.sel(solver=legend[2:])).legends[0].get_lines()
+    assert [line.get_color() for line in fewer] == [line.get_color() for line in lines[2:]]
     assert dataset.attrs["finding"].split(":")[0] in figure.get_suptitle().replace("\n", " ")
 
 

@@ -104,8 +104,11 @@ def test_contact_that_an_effect_brings_is_an_infinite_change_in_table_and_figure
     table = next(block for block in sheet(brought) if block["kind"] == "table")
     (cell,) = (row[6] for row in table["rows"] if row[0]["text"] == "wave_passage")
     assert cell["text"] == "-25 (-25 to ∞)" and "∞: nothing without effects" in table["caption"]
-    drawn = [text.get_text() for axis in figures.effects_figure(brought).axes for text in axis.texts]
-    assert "2 beyond, to ∞ %" in drawn
+    figure = figures.effects_figure(brought)
+    (axis,) = (axis for axis in figure.axes if "2 from zero" in [text.get_text() for text in axis.texts])
+    assert axis.get_title() == "impact count" and "from zero: nothing without effects" in words_of(figure)
+    # A bar that goes on beyond the panel ends in an arrow at its edge.
+    assert {line.get_xdata()[0] for line in axis.lines if line.get_marker() == ">"} == {axis.get_xlim()[1]}
 
 
 @pytest.mark.complete

@@ -88,11 +88,18 @@ def test_drifts_of_isolated_buildings_are_those_above_the_isolators(tmp_path):
     case = row_case(results)
     assert amplification(case, 1) == pytest.approx(raised, rel=1e-12)
     assert row.drift_finding(case).startswith(f"With contact the largest storey drift above isolators is {raised:.2f} ")
-    (rows,) = [each["rows"] for each in response.write(ReportData(results, assess(results), {}))[:1]]
+    data = ReportData(results, assess(results), {})
+    (rows,) = [each["rows"] for each in response.write(data)[:1]]
     (cells,) = [cells for cells in map(str, rows) if "peak storey drift above the isolators [mm]" in cells]
     assert "hospital" in cells
     title = profiles_figure(case).axes[0].get_title()
     assert title == "hospital (end)\n2 of 2 motions; storey 1: its isolators"
+    # Columns are explained where some are struck; what displacements are is written once, not in each rule's row.
+    assert "up the columns" not in str(row.write(data))
+    blocks = adequacy.write(data)
+    assert str(blocks).count("Displacements are the peaks of models whose storeys or isolators may yield") == 1
+    (rules,) = (block for block in blocks if "separations that rules require" in block.get("caption", ""))
+    assert "may yield" not in str([cells[-1] for cells in rules["rows"] if not cells[0]["text"].startswith("UBC")])
     told = explorer.page_model(results)["facts"]
     words = "Storey 1 of hospital is its isolators, which peak drift counts."
     assert words in told and words in summary(results).notes

@@ -413,9 +413,9 @@ def test_the_interface_shown_is_the_one_where_laws_differ_most(dataset, of_row, 
 def test_the_figures_of_a_row_are_of_one_interface(of_row):
     for interface, where in ((None, "left | right of 2, where"), ("right | wall", "right | wall of 2; ")):
         words = words_of(figures.agreement_figure(of_row, interface=interface)).replace("\n", " ")
-        assert f"interface {where}" in words and "36 cases a law" in words
+        assert f"At interface {where}" in words and "36 cases a law" in words
         words = words_of(figures.reference_figure(of_row, interface=interface)).replace("\n", " ")
-        assert f"interface {where}" in words
+        assert f"At interface {where}" in words
 
 
 def test_equal_terms_are_those_of_each_interface():

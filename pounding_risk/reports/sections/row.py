@@ -121,7 +121,8 @@ def _points(case: RowCase, where: str) -> sheet.Block:
         place = [point.name, *floors, point.kind, sheet.number(point.level)]
         rows.append([*place, *_touch(point.touch)])
     most = sorted(range(len(rows)), key=lambda at: -np.nan_to_num(case.points[at].touch.contact))[: sheet.KEPT]
-    caption = f"Contact points, {where}. Floor 2.4 is 0.4 up the columns of storey 3."
+    columns = " Floor 2.4 is 0.4 up the columns of storey 3." * any(point.kind == "column" for point in case.points)
+    caption = f"Contact points, {where}.{columns}"
     return sheet.table(caption, [*heads, *OF_TOUCH], rows, keep=sorted(most), note="those with most contact")
 
 

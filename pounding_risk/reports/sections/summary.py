@@ -80,7 +80,7 @@ def _caveats(data: ReportData) -> list[str]:
         sentences.append(f"{assessment.sensitive} of the {runs} recomputed are sensitive to the tolerance.")
     if not assessment.checked:
         sentences.append("No run was recomputed at a tighter tolerance: how exact the numbers are was not measured.")
-    sentences += assessment.notes
+    sentences += [f"{note.removesuffix('.')}." for note in assessment.notes]
     if data.facts("flags", {}):
         sentences.append("There are doubts about some records; they stand with the records.")
     if data.facts("left_out", []):
