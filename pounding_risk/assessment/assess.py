@@ -318,10 +318,8 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     response = responses_at(results.at_level(level).dataset, yield_gap, isolated_buildings(results.scene))
     sensitivity = _influences(results, contact, yields[:, level], response, criterion)
     motions = _contact_motions(results, every, options.shaking.intensity)
-    fragility = (
-        *(motions.curve(share.gap) for share in contact.shares),
-        *_yield_curves(results, every, yield_gap, yields, motions),
-    )
+    of_contact = (motions.curve(share.gap) for share in contact.shares)
+    fragility = (*of_contact, *_yield_curves(results, every, yield_gap, yields, motions))
     rates, gaps_for_rates, by_rate = _by_rate(motions, fragility, contact, options)
     levels = options.shaking.events(results)
     counts = results.run_counts | {"unpushed": results.unpushed, "collapsed": results.fallen}

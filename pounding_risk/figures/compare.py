@@ -433,24 +433,23 @@ def _draw_ratios_along(panels: Any, part: xr.Dataset, labels: xr.Dataset, axis: 
         ranges = [findings.furthest(one, output, findings.comparable_laws(one) or list(looks)) for one in every_place]
         return max(ranges, key=lambda one: findings.reach(*one[1:]))
 
-    outputs, shaded = [], {}
+    shaded = {}  # laws by output
     for words in PANELS:
         known = [str(name) for name in part["output"].values if str(name).partition(",")[0] == words]
         output = max(known, key=lambda name: findings.reach(*most(name)[1:]))
-        outputs.append(output)
         shaded[output] = [name for name in looks if name in equal] if shades_all else [most(output)[0]]
     # A law with terms of its own may lie beyond the scale.
     medians = (
         part["ratio_median"]
         .isel(contact_model=~findings.with_terms_of_its_own(part))
-        .sel(output=outputs)
+        .sel(output=list(shaded))
         .values.ravel()
     )
     ranges = [part.sel(output=output, contact_model=laws) for output, laws in shaded.items()]
     lows, highs = ([one[f"ratio_{end}"].values.ravel() for one in ranges] for end in ("low", "high"))
     limits = ratio_limits(np.concatenate([medians, *lows]), np.concatenate([medians, *highs]))
     places, _ = shown_values(labels, axis)
-    for panel, output in zip(panels, outputs, strict=True):
+    for panel, output in zip(panels, shaded, strict=True):
         panel.axhspan(1.0 - findings.NOTABLE, 1.0 + findings.NOTABLE, color="#e4e4e4", linewidth=0.0, zorder=0)
         panel.axhline(1.0, color="black", linewidth=1.6, label=f"{part.attrs['baseline']}, the baseline")
         beyond = []

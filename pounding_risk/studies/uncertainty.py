@@ -391,19 +391,9 @@ def dataset_of(
     ):
         variable = xr.Variable((axis.name, *axes, of), values, described("m", long_name)).isel(one_place)
         dataset = dataset.assign({name: variable})
-    differing: dict[str, Any] = {}  # coordinates of what differs from sample to sample
-    for name, (unit, long_name) in FACTS.items():
-        values = facts.buildings[name]
-        if (values != values[0]).any():
-            unknown = values == 0.0 if name == "height" else periods == 0.0
-            about = described(unit, long_name)
-            differing[f"building_{name}"] = ((axis.name, "building"), np.where(unknown, np.nan, values), about)
-    if (facts.gaps != facts.gaps[0]).any():
-        about = described("m", "clear distance at rest of each interface in each sample")
-        differing["sample_gap"] = ((axis.name, "interface"), facts.gaps, about)
     varied = of_varied_masses(base.buildings, facts.buildings["mass"], facts.buildings["period"])
     of_samples = {} if study.uncertain is None else study.uncertain.attributes()
-    dataset = dataset.assign_coords(axis_coordinates((axis,), of_samples) | differing)
+    dataset = dataset.assign_coords(axis_coordinates((axis,), of_samples) | _differing(facts, axis))
     lists = {"left_out": list(ensemble.left_out), "copies": list(ensemble.copies)}
     dataset.attrs = {
         "Conventions": labels.CONVENTIONS,
@@ -429,3 +419,18 @@ def pushed_notes(study: Scene) -> list[str]:
         "the motion without contact leaves open, or hold it back from one that it closes; what is said of contact from "
         "this motion alone is of each gap as if the others were not closed"
     ]
+
+
+def _differing(facts: Facts, axis: SceneAxis) -> dict[str, Any]:
+    """Coordinates of what differs from sample to sample."""
+    differing: dict[str, Any] = {}
+    for name, (unit, long_name) in FACTS.items():
+        values = facts.buildings[name]
+        if (values != values[0]).any():
+            unknown = values == 0.0 if name == "height" else facts.buildings["period"] == 0.0
+            about = described(unit, long_name)
+            differing[f"building_{name}"] = ((axis.name, "building"), np.where(unknown, np.nan, values), about)
+    if (facts.gaps != facts.gaps[0]).any():
+        about = described("m", "clear distance at rest of each interface in each sample")
+        differing["sample_gap"] = ((axis.name, "interface"), facts.gaps, about)
+    return differing
