@@ -145,16 +145,16 @@ class Place(NamedTuple):
 def usual_place(assessed: xr.Dataset) -> Place:
     """The place of the scene's own values; along axes without them, that which needs the widest gap."""
     axes = [str(dim) for dim in assessed.dims if dim != "interface"]
-    own = {name: int(place) for name, place in json.loads(assessed.attrs[OWN]).items() if name in axes}
-    others = [axis for axis in axes if axis not in own]
-    places = dict(own)
+    own_at = {name: int(place) for name, place in json.loads(assessed.attrs[OWN]).items() if name in axes}
+    others = [axis for axis in axes if axis not in own_at]
+    places = dict(own_at)
     if others:
-        needed = assessed["required_gap"].isel(own).transpose(*others, "interface").max("interface").values
+        needed = assessed["required_gap"].isel(own_at).transpose(*others, "interface").max("interface").values
         widest_at = np.unravel_index(int(needed.argmax()), needed.shape)
         places |= {axis: int(place) for axis, place in zip(others, widest_at, strict=True)}
     widest = "those that need the widest gap"
     listed = " and ".join(filter(None, [", ".join(others[:-1]), *others[-1:]]))
-    why = f"the scene's own values{f', and of {listed} {widest}' if others else ''}" if own else widest
+    why = f"the scene's own values{f', and of {listed} {widest}' if others else ''}" if own_at else widest
     return Place(places, ", ".join(value_words(assessed, axis, places[axis]) for axis in axes), why)
 
 
@@ -214,17 +214,17 @@ def kept_words(assessed: xr.Dataset) -> str:
     )
 
 
-def _where(assessed: xr.Dataset, kept: xr.DataArray) -> str:
+def _where(assessed: xr.Dataset, holds: xr.DataArray) -> str:
     """The places that are true, in words: from one value of the only axis on, or their number."""
-    if kept.all() or not kept.any():
-        return "everywhere" if kept.all() else "nowhere"
-    number = f"at {int(kept.sum())} of {kept.size} places"
-    if kept.ndim > 1:
+    if holds.all() or not holds.any():
+        return "everywhere" if holds.all() else "nowhere"
+    number = f"at {int(holds.sum())} of {holds.size} places"
+    if holds.ndim > 1:
         return number
-    axis = str(kept.dims[0])
-    is_number = kept[axis].dtype.kind in "if"
-    order = kept[axis].values.argsort() if is_number else np.arange(kept.size)
-    flags = kept.values[order]
+    axis = str(holds.dims[0])
+    is_number = holds[axis].dtype.kind in "if"
+    order = holds[axis].values.argsort() if is_number else np.arange(holds.size)
+    flags = holds.values[order]
     words = [value_words(assessed, axis, int(place)) for place in order[flags]]
     if is_number and (flags == np.sort(flags)).all():
         return f"where {words[0]} or more"

@@ -146,8 +146,8 @@ class Samples:
             dims = tuple("record" if dim == SAMPLE else dim for dim in variable.dims)
             variables[name] = type(variable)(dims, variable.values, variable.attrs)
         cases = [name for name, variable in one_sample.variables.items() if "record" in variable.dims]
-        own = {name: self.dataset.attrs[name] for name in OF_RECORDS if name in self.dataset.attrs}
-        bare = one_sample.drop_vars([*cases, *({"polarity"} & set(one_sample.variables))]).assign_attrs(own)
+        of_records = {name: self.dataset.attrs[name] for name in OF_RECORDS if name in self.dataset.attrs}
+        bare = one_sample.drop_vars([*cases, *({"polarity"} & set(one_sample.variables))]).assign_attrs(of_records)
         variables["polarity"] = type(variables["record"])("polarity", self.dataset["polarity"].values[:1])
         spectra = {name: variables.pop(name) for name in facts if name not in self.dataset.coords}
         return bare.assign_coords(variables).assign(spectra)

@@ -266,8 +266,8 @@ def _share(share: Any) -> str:
     return f"{100.0 * float(share):.0f} %"
 
 
-def _by_component(part: xr.Dataset, name: str) -> dict[str, float]:
-    return dict(zip(part["component"].values.tolist(), part[name].values.tolist(), strict=True))
+def _by_component(indices: xr.Dataset, name: str) -> dict[str, float]:
+    return dict(zip(indices["component"].values.tolist(), indices[name].values.tolist(), strict=True))
 
 
 def _said(deviation: float, unit: str) -> str:

@@ -320,7 +320,7 @@ def _unpickled(payload: bytes, key: JobKey) -> Any:
             "machine on all machines of the cluster"
         ) from None
     check_alike(
-        _address(), *({f"code of {name}": code[:SHOWN] for name, code in found.items()} for found in (laws, key.laws))
+        _address(), *({f"code of {name}": code[:SHOWN] for name, code in codes.items()} for codes in (laws, key.laws))
     )
     return scan_input
 

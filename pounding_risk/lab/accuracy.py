@@ -226,8 +226,8 @@ def _far_behind(bench: Bench, reference: np.ndarray, outcomes: dict[Setting, lis
     if setting.method in (EVENT, CHECK) or ratio < FAR:
         return ""
     errors = (_errors(bench, one, outcomes[one][0], reference) for one in (setting, TIGHTEST))
-    own, best = (np.fmax.reduce(of_cases, axis=0) for of_cases in errors)
-    if (own < best).any():  # false for NaN, an output that the method does not have
+    reached, best = (np.fmax.reduce(of_cases, axis=0) for of_cases in errors)
+    if (reached < best).any():  # false for NaN, an output that the method does not have
         return ""
     return f"{setting.words} takes {ratio:.0f} times as long as {TIGHTEST.words}, with no smaller error in any output"
 

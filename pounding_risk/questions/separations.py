@@ -155,20 +155,20 @@ def separations(
     return Beside(tuple((name, code.code_table(pair, share, site)) for name, pair in shown.items()))
 
 
-def check(given: Mapping[str, Any]) -> None:
+def check(options: Mapping[str, Any]) -> None:
     """Raise PoundingError for options that do not go together, and for numbers out of their range."""
-    if "percentile" in given:
-        percentile_of(given["percentile"])
-    height, behaviour, factor = (given.get(name) or () for name in ("height", "behaviour_factor", "factor"))
-    _site(height, behaviour, factor, given.get("ground"))
-    if given.get("results") is None:
-        if "figure" in given:
+    if "percentile" in options:
+        percentile_of(options["percentile"])
+    height, behaviour, factor = (options.get(name) or () for name in ("height", "behaviour_factor", "factor"))
+    _site(height, behaviour, factor, options.get("ground"))
+    if options.get("results") is None:
+        if "figure" in options:
             raise PoundingError("figure: needs a dataset to draw; name one, such as results.nc")
-        if "factor" in given and any(name in given for name in OF_GIVEN):
+        if "factor" in options and any(name in options for name in OF_GIVEN):
             raise PoundingError("factor: is of a dataset's displacements; of given ones write --behaviour-factor 3")
         return
     for name, instead in OF_GIVEN.items():
-        if name in given:
+        if name in options:
             raise PoundingError(
                 f"{name}: is for given displacements, without a dataset; leave the dataset out, or {instead}"
             )

@@ -312,9 +312,9 @@ def _with_drawn_gap(chosen: xr.Dataset) -> xr.Dataset:
 def _place_of_label(dataset: xr.Dataset, axis: SceneAxis, source: str) -> int:
     """The place along an axis whose labels the dataset has left."""
     labels = axis.labels()
-    own = {key: np.atleast_1d(dataset[key].values)[0] for key in axis.names if key in dataset.variables}
+    stated = {key: np.atleast_1d(dataset[key].values)[0] for key in axis.names if key in dataset.variables}
     for place in range(axis.size):
-        if all(_is_label(labels[key].values[place], label) for key, label in own.items()):
+        if all(_is_label(labels[key].values[place], label) for key, label in stated.items()):
             return place
     raise PoundingError(f"{source}: {axis.name} has a value that is none of the scan's: the dataset was changed")
 

@@ -203,8 +203,8 @@ class Table(BaseModel):
 
     def written(self) -> dict[str, Any]:
         """The keys that are given, as a scene file has them."""
-        given = ((name, key) for name, key in self.keys().items() if name in self.model_fields_set)
-        return {name: key.write(getattr(self, name)) for name, key in given}
+        stated = ((name, key) for name, key in self.keys().items() if name in self.model_fields_set)
+        return {name: key.write(getattr(self, name)) for name, key in stated}
 
     @classmethod
     def _sentences(cls, error: ValidationError) -> Iterator[str]:

@@ -361,13 +361,13 @@ class _Reader:
     def _path(self, at: int, name: Any) -> Any:
         if not isinstance(name, str) or not name.startswith(OF_PACKAGE):
             return name
-        package, _, rest = name.removeprefix(OF_PACKAGE).partition("/")
+        package, _, file = name.removeprefix(OF_PACKAGE).partition("/")
         spec = find_spec(package) if package.isidentifier() else None
         if spec is None or not spec.submodule_search_locations:
             sentence = f"{shown(name)}: no package {shown(package)} is installed; install it, or name a file"
             self._fault(sentence, "records", "files", at)
             return name
-        return str(Path(spec.submodule_search_locations[0]) / rest)
+        return str(Path(spec.submodule_search_locations[0]) / file)
 
     def _impact(self, keys: Section) -> Collision | None:
         if any(fault.path[:1] == ("impact",) for fault in self.faults):

@@ -125,7 +125,7 @@ def filtered(left: float, right: float) -> float:
 
     def carried(omega: float) -> float:
         rates = (2.0 * pi / period for period in (left, right))
-        first, second = (1.0 / (own**2 - omega**2 + 2j * DAMPING * own * omega) for own in rates)
+        first, second = (1.0 / (frequency**2 - omega**2 + 2j * DAMPING * frequency * omega) for frequency in rates)
         return density(omega) * (first * second.conjugate()).real
 
     ends = sorted({0.0, 2.0 * pi / left, 2.0 * pi / right, rate, 200.0})
@@ -214,7 +214,7 @@ def chi_square_bounds(degrees: float) -> tuple[float, float]:
 def double_difference_under(words: str, ground: tuple[float, float] | None) -> tuple[list[Reading], Panel, list[float]]:
     """Readings and panel under one noise, and mean peaks of u1 − u2 over the rule's combination of mean peaks."""
     pairs = [(PERIODS[0], period) for period in PERIODS[1:]]
-    products, (own, closing) = row_response(ground)
+    products, (peaks, closing) = row_response(ground)
     moments = [published(pair, ground) for pair in pairs]
     bounds = [chi_square_bounds(freedom(linear(pair, ground))) for pair in pairs]
     squares = [float(products[0, 0] + products[at, at] - 2.0 * products[0, at]) for at in range(1, len(PERIODS))]
@@ -228,7 +228,7 @@ def double_difference_under(words: str, ground: tuple[float, float] | None) -> t
     ]
     ratios = []
     for at, known in enumerate(moments, start=1):
-        rule = sqrt(own[0] ** 2 + own[at] ** 2 - 2.0 * known.correlation * own[0] * own[at])
+        rule = sqrt(peaks[0] ** 2 + peaks[at] ** 2 - 2.0 * known.correlation * peaks[0] * peaks[at])
         ratios.append(float(closing[at] / rule))
     # Standard deviation of u1 − u2 over SRSS against the ratio of periods, published and ours, and mean peaks.
     ratio = np.array([right / left for left, right in pairs])
@@ -239,7 +239,7 @@ def double_difference_under(words: str, ground: tuple[float, float] | None) -> t
         series("published: double difference", ratio, deviations),
         series("published: SRSS", ratio, np.ones_like(ratio)),
         series("standard deviation, ours", ratio, np.sqrt(squares) / srss, POINTS, (ends[0], ends[1])),
-        series("mean peak, ours", ratio, closing[1:] / np.hypot(own[0], own[1:]), POINTS),
+        series("mean peak, ours", ratio, closing[1:] / np.hypot(peaks[0], peaks[1:]), POINTS),
     )
     return readings, Panel(("ratio of the periods", "$u_1 - u_2$ over SRSS of $u_1$ and $u_2$"), drawn, words), ratios
 

@@ -102,11 +102,11 @@ def _facts(law: Any) -> Iterator[str]:
 
 def _methods(law: Any) -> Iterator[str]:
     for name, method in METHODS.items():
-        required, own = _arguments(method), getattr(law, name, None)
-        if not inspect.isfunction(own):
+        required, implemented = _arguments(method), getattr(law, name, None)
+        if not inspect.isfunction(implemented):
             yield f"verb {name} is missing; write def {name}{required}: {inspect.getdoc(method)}"
-        elif _arguments(own) != required:
-            yield f"verb {name} takes {_arguments(own)}; kernels call {name}{required}"
+        elif _arguments(implemented) != required:
+            yield f"verb {name} takes {_arguments(implemented)}; kernels call {name}{required}"
 
 
 def _arguments(function: Any) -> str:

@@ -116,8 +116,8 @@ def floor_shares(chain: Chain, level: float, across: float = inf) -> list[tuple[
         return []
     if not 0 <= above <= floors:
         raise ValueError(f"floor {level:g} is not one of a building of {floors} floors")
-    part = 1.0 if above == floor(level) else level - floor(level)
-    places = [(above - 1 + chain.foundations, part), (above - 2 + chain.foundations, 1.0 - part)]
+    share = 1.0 if above == floor(level) else level - floor(level)
+    places = [(above - 1 + chain.foundations, share), (above - 2 + chain.foundations, 1.0 - share)]
     return [(mass, share) for mass, share in places if mass >= 0 and share > 0.0]
 
 

@@ -66,12 +66,12 @@ def mean(samples: Samples, dt: float, *, of: str = PRE_EVENT) -> Done:
     """
     quiet = quiet_before(samples, dt)
     flags: tuple[str, ...] = ()
-    part, words = samples, "the whole record"
+    quiet_part, words = samples, "the whole record"
     if of == PRE_EVENT and quiet >= SHORTEST_PRE_EVENT:
-        part, words = samples[: round(quiet / dt)], f"the {quiet:.2f} s before the earthquake arrives"
+        quiet_part, words = samples[: round(quiet / dt)], f"the {quiet:.2f} s before the earthquake arrives"
     elif of == PRE_EVENT:
         flags = ("less than 1 s before the earthquake arrives: the mean of the whole record was taken",)
-    offset = float(part.mean())
+    offset = float(quiet_part.mean())
     return Done(samples - offset, f"mean: subtracted {offset:.6g} m/s², the mean of {words}", flags)
 
 
