@@ -65,8 +65,7 @@ class Fields:
                 f'--intensity, such as --intensity "{next(iter(self.levels))}"'
             )
         (low, below), (high, above) = around
-        period = _period(intensity)
-        share = np.log(period / low) / np.log(high / low)
+        share = np.log(_period(intensity) / low) / np.log(high / low)
         both = (below > 0.0) & (above > 0.0)
         safe = [np.where(both, field, 1.0) for field in (below, above)]
         return np.asarray(np.where(both, np.exp((1.0 - share) * np.log(safe[0]) + share * np.log(safe[1])), 0.0))

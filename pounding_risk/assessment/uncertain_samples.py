@@ -261,8 +261,7 @@ class Samples:
         if "peak_displacement_free" in dataset:
             # As `demands.motions_of`: the closing of a motion in which a storey collapses is that up to there.
             sides = dataset["peak_displacement_free"].isel(building=[index, index + 1])
-            moved = sides.max("building", skipna=False)
-            finite &= np.isfinite(_by_sample(moved, self.level(level)))
+            finite &= np.isfinite(_by_sample(sides.max("building", skipna=False), self.level(level)))
         alone = np.where(finite, closing, np.inf)
         if "impact_count" not in dataset or not self.is_inner(index):
             return alone

@@ -81,8 +81,7 @@ def offset_words(subject: Samples, index: int) -> str:
 
 def of_few(closings: CrossedClosings, criterion: Criterion) -> Iterator[str]:
     """Sentences where there are too few motions or samples for the target."""
-    fewest = closings.counted.without_contact
-    least = least_upper_bound(fewest, criterion.confidence)
+    least = least_upper_bound(closings.counted.without_contact, criterion.confidence)
     if least > criterion.target:
         needed = motions_to_show(criterion.target, criterion.confidence)
         each = "recordings, all with as many samples" if closings.is_drawn else "of each"

@@ -169,8 +169,7 @@ class ClusterRun:
     def start(self, job: Job, make: Make | None) -> None:
         """Submit the input, once for all chunks and as a task, which Dask repeats where its worker is lost."""
         payload = pickle.dumps(job.scan_input)
-        digest = hashlib.sha256(payload).hexdigest()
-        self.key = JobKey(digest, make, _versions(), _prepared(job), _laws(job.scan_input))
+        self.key = JobKey(hashlib.sha256(payload).hexdigest(), make, _versions(), _prepared(job), _laws(job.scan_input))
         with warnings.catch_warnings():
             # Records are large, and go to the scheduler once.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)

@@ -119,8 +119,7 @@ class RowJob(GridJob):
             response, under = respond_alone(model, motion)
             free = response.run
             # A response that fails is the result of its cases.
-            is_whole = free.status == COMPLETE
-            closed = (free.points[:, HIGHEST] - gaps).max(axis=1) if is_whole else np.zeros(len(gaps))
+            closed = (free.points[:, HIGHEST] - gaps).max(axis=1) if free.status == COMPLETE else np.zeros(len(gaps))
             if model.is_always_solved:
                 closed = np.maximum(closed, SOLVED)
             return closed, (response, under)
@@ -202,8 +201,7 @@ class RowJob(GridJob):
             answers.append(answered)
         run = stacked(runs)
         chunk[STATUS][slab.batches] = run.status
-        pga = self.free(slab.motion).pga
-        every = row_outputs.outputs(run, self.grid.yield_forces, pga, self.grid.frame)
+        every = row_outputs.outputs(run, self.grid.yield_forces, self.free(slab.motion).pga, self.grid.frame)
         for name, array in row_outputs.with_bumpers(every, self.grid.frame).items():
             chunk[name][slab.batches] = array
         return answers

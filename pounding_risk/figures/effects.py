@@ -111,5 +111,4 @@ def _beyond(axis: Any, row: int, values: np.ndarray, unit: str) -> None:
         if beyond.any():
             far = values[beyond].min() if side == "left" else values[beyond].max()
             words = f"{beyond.sum()} beyond, to {'∞' if np.isinf(far) else f'{far:+.0f}'} {unit}"
-            inside = 3 if side == "left" else -3
-            beside(axis, words, (edge, row + 0.42), (inside, 0), 8)
+            beside(axis, words, (edge, row + 0.42), (3 if side == "left" else -3, 0), 8)

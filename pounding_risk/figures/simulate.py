@@ -215,8 +215,7 @@ def _energies(axis: style.Axes, run: xr.Dataset) -> None:
     kinds = ("ground", "damping", "contact", "held")
     words = ("from the ground", "to structural damping", "to contact", "kinetic and strain")
     for (colour, dash), kind, word in zip(style.styles(4), kinds, words, strict=True):
-        values = run[f"energy_{kind}"] / 1e3
-        axis.plot(run["time"], values, color=colour, linestyle=dash, linewidth=1.1, label=word)
+        axis.plot(run["time"], run[f"energy_{kind}"] / 1e3, color=colour, linestyle=dash, linewidth=1.1, label=word)
     axis.set_ylabel("energy [kJ]")
     axis.legend(ncols=4, **ABOVE)
 

@@ -174,8 +174,7 @@ def run_settings(
         progress(number, len(runs))
         before, seconds = last.get(setting.method, (setting, 0.0))
         if number == len(RTOLS):
-            others = len(runs) - number
-            say(_time_words(bench, process_time() - begun, budget, others, bool(optional & set(GENERAL))))
+            say(_time_words(bench, process_time() - begun, budget, len(runs) - number, bool(optional & set(GENERAL))))
         expected = seconds * (before.value / setting.value if setting.method in STEPPED else 1.0)
         if expected > budget and setting != CONFIRMING:
             time = computing_time(expected)["text"]

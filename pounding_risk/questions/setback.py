@@ -127,8 +127,7 @@ def setbacks(
         weight = independent / finite.sum()
         # No setback is wide enough for a motion in which the building collapses.
         counted_ones = np.where(finite, moved, inf)[shaking]
-        percentiles = (*USUAL_PERCENTILES, criterion.percentile)
-        required = required_gaps(counted_ones, weight, percentiles, criterion.confidence)
+        required = required_gaps(counted_ones, weight, (*USUAL_PERCENTILES, criterion.percentile), criterion.confidence)
         at, every, lost = at_level.amplitude_words(), counted_ones.size, int((shaking & ~finite).sum())
         distances.append(Setback(name, at, every, weight * every, criterion.percentile, required, lost))
     return tuple(distances)

@@ -321,8 +321,7 @@ def written_axes(axes: Sequence[SceneAxis]) -> dict[str, Any]:
 
 def _is_axis(key: str, stated: Any) -> bool:
     """True for a key of [grid] that is an axis of numbers, or says of them which move together."""
-    grid_keys = Grid.model_fields.keys() - {AXES, ZIP}
-    return key not in grid_keys or (key in VARIED and isinstance(stated, Mapping))
+    return key not in (Grid.model_fields.keys() - {AXES, ZIP}) or (key in VARIED and isinstance(stated, Mapping))
 
 
 def without_axes(tables: Mapping[str, Any]) -> dict[str, Any]:

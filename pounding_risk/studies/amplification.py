@@ -89,13 +89,12 @@ def pair_scene(source: Any, mass_ratio: Any) -> Scene:
         raise PoundingError(f"{shown(source)} is neither a scene nor records; give a scene or pr.Records")
     request = source.request() if isinstance(source, Records) else source
     ratio = 1.0 if mass_ratio is None else si(mass_ratio, MASS_RATIO, "mass_ratio")
-    masses = ratio * USUAL_MASS, USUAL_MASS
     return scene_of(
         {
             "scene": {"name": "Two single masses"},
             "building": [
                 {"name": side, "mass": exact(mass, MASS), "period": exact(USUAL_PERIOD, PERIOD)}
-                for side, mass in zip(SIDES, masses, strict=True)
+                for side, mass in zip(SIDES, (ratio * USUAL_MASS, USUAL_MASS), strict=True)
             ],
             "interface": [{"gap": "10 mm", "contact_model": USUAL_MODEL, "restitution": USUAL_RESTITUTION}],
             "records": records_of(request).written(),

@@ -246,8 +246,7 @@ class OneByOne(FreeJob):
         """(1, 1, records, polarities, amplitudes, interfaces) and the same of buildings."""
         scene, motions, motion = self.scenes[number], self.motions, self._motion(self.places[number][0])
         if motion:
-            polarities = (scene.records.polarities[motion[1]],)
-            scene = scene.updated(records=scene.records._replace(polarities=polarities))
+            scene = scene.updated(records=scene.records._replace(polarities=(scene.records.polarities[motion[1]],)))
             motions = (motions[motion[0]],)
         free = grid_job_of(ScanInput(scene, motions)).free_values()
         return {"closing": free["peak_closing"][None, None], "peaks": free["peak_displacement"][None, None]}
@@ -268,8 +267,7 @@ def job_of(
     facts = facts_of_masses(study, axis)
     if facts is not None:
         periods = facts.buildings["period"]
-        shortest = periods[periods > 0.0].min(initial=np.inf)
-        if shortest >= LEAST_PERIOD * max(motion.dt for motion in motions):
+        if periods[periods > 0.0].min(initial=np.inf) >= LEAST_PERIOD * max(motion.dt for motion in motions):
             return facts, AtOnce(study, motions, facts, drawn)
     variants = Variants(study.updated(axes=(axis,)))
     scenes = [variants.scene(number) for number in range(axis.size)]

@@ -150,8 +150,7 @@ def law_digest(law: Any) -> str:
     Of what a method takes from outside the class, numbers count by their value and functions by their code; those of
     the package by their names. Lines, comments and the place where the class was written do not count.
     """
-    text = "\n".join(_law(law))
-    return hashlib.sha256(text.encode()).hexdigest()
+    return hashlib.sha256("\n".join(_law(law)).encode()).hexdigest()
 
 
 def _law(law: Any) -> Iterator[str]:

@@ -136,8 +136,7 @@ def _header(name: str, lines: list[str]) -> Header:
             '"NPTS= 4000, DT= .0100 SEC" there: restore that line, or fetch the file again'
         )
     count, dt = _count_and_step(f"{name}, line {at_count + 1}", head[at_count])
-    title = head[at_unit - 1].strip() if at_unit else ""
-    return Header(title, head[at_unit], count, dt, at_count + 1)
+    return Header(head[at_unit - 1].strip() if at_unit else "", head[at_unit], count, dt, at_count + 1)
 
 
 def _count_and_step(where: str, line: str) -> tuple[int, float]:
