@@ -19,11 +19,7 @@ from pounding_risk.scene.building_keys import OF_GROUND
 from pounding_risk.scene.buildings import structure_of
 from pounding_risk.scene.damage import DamageState
 from pounding_risk.scene.interface_checks import is_row
-from pounding_risk.scene.interfaces import (
-    Interface,
-    interface_name,
-    known_law,
-)
+from pounding_risk.scene.interfaces import Interface, interface_name, known_law
 from pounding_risk.scene.keys import Draft
 from pounding_risk.scene.levels import at_periods, relative_faults
 from pounding_risk.scene.records import Records

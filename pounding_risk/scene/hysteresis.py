@@ -8,17 +8,7 @@ from typing import Any
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.hysteresis import RULES, Hysteresis
-from pounding_risk.scene.keys import (
-    Key,
-    Number,
-    Several,
-    Table,
-    Unreadable,
-    inline,
-    list_of,
-    measured,
-    one_of,
-)
+from pounding_risk.scene.keys import Key, Number, Several, Table, Unreadable, inline, list_of, measured, one_of
 from pounding_risk.scene.not_modelled import RULES_ELSEWHERE
 from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import Quantity, shown

@@ -25,10 +25,7 @@ from pounding_risk.motions.levels import PEAK, Level, at_pga
 from pounding_risk.scene.assembly import assembled
 from pounding_risk.scene.axes import Placed, axes_in_text, axis_faults, keeping_axes, without_axes, written_axes
 from pounding_risk.scene.buildings import table_of
-from pounding_risk.scene.interfaces import (
-    known_law,
-    with_stiffness_unit,
-)
+from pounding_risk.scene.interfaces import known_law, with_stiffness_unit
 from pounding_risk.scene.keys import Table, in_text
 from pounding_risk.scene.overrides import ARRAYS
 from pounding_risk.scene.records import records_of
