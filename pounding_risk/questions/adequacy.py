@@ -206,14 +206,14 @@ def event_cells(one: Fragility | Rate | Scenario) -> Row:
     return [event, number(one.gap, "m", GIVEN), model_of(one), strength(one.yield_force)]
 
 
-def model_of(result: Share | Fragility | Rate | Scenario) -> str:
+def model_of(answer: Share | Fragility | Rate | Scenario) -> str:
     """The contact model of a result; contact itself depends on none."""
-    return name_of(result.contact_model) if result.contact_model else "any"
+    return name_of(answer.contact_model) if answer.contact_model else "any"
 
 
 def of_gap(one: InterfaceAssessment, results: Iterable[Fragility | Rate | Scenario]) -> list[int]:
     """Indices of the results on contact at the assessed gap, and on yielding."""
-    return [at for at, result in enumerate(results) if result.what == "yield" or result.gap == one.gap]
+    return [at for at, answer in enumerate(results) if answer.what == "yield" or answer.gap == one.gap]
 
 
 def fitted(one: InterfaceAssessment) -> list[Fragility]:

@@ -269,8 +269,8 @@ def _groups(zipped: Any, keys: Sequence[str], is_faulty: bool) -> tuple[list[lis
             continue
         names = [address_of(parts_of(name)) for name in group]
         unknown = [name for name in names if name not in keys]
-        others = {name for other in groups for name in other}
-        taken = [name for number, name in enumerate(names) if name in names[:number] or name in others]
+        grouped = {name for other in groups for name in other}
+        taken = [name for number, name in enumerate(names) if name in names[:number] or name in grouped]
         if unknown and not is_faulty:
             hint = nearest(unknown[0], keys)
             faults.append(Fault(("grid", ZIP, at), f"{shown(unknown[0])} is no axis of [grid]{hint}; write its values"))

@@ -181,14 +181,14 @@ def matrix_key(name: str, quantity: Quantity, words: str, unit: str, absent: str
         kinds = {"values": _rows, "unit": lambda cell: _scale(cell, quantity)}
         kinds |= {"file": lambda cell: file_name(cell, '"K.csv"')}
         first = "values" if "values" in value else "file"
-        table = options(
+        stated = options(
             value, kinds, (first, "unit"), lambda key: f"missing; write {in_file}", "it takes file or values, and unit"
         )
-        if "file" in table and "values" in table:
+        if "file" in stated and "values" in stated:
             raise Unreadable("file and values are both given; remove one of the two")
-        if "file" in table:
-            return MatrixFile(table["file"], table["unit"])
-        return tuple(tuple(table["unit"] * cell for cell in row) for row in table["values"])
+        if "file" in stated:
+            return MatrixFile(stated["file"], stated["unit"])
+        return tuple(tuple(stated["unit"] * cell for cell in row) for row in stated["values"])
 
     def write(value: Matrix | MatrixFile) -> Any:
         if isinstance(value, MatrixFile):

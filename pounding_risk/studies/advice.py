@@ -350,7 +350,7 @@ def _factor_trials(
         proposed = {band.interface: band.recommended or band.own for band in ranges}
         names_and_own = zip(study.interface_names, study.interfaces, strict=True)
         scene = _with_interface_values(
-            study, stiffness=[proposed.get(name, own.stiffness) for name, own in names_and_own]
+            study, stiffness=[proposed.get(name, interface.stiffness) for name, interface in names_and_own]
         )
         yield Trial(PROPOSED, ("as proposed",), (scene,), (True,))
 

@@ -146,11 +146,11 @@ class PairsJob(Batches):
     def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None:
         """Peaks of both buildings, touches and status of these batches; None where it was stopped."""
         chunks: list[Chunk] = []
-        for number, own, _ in by_scene(batches, self.each):
-            chunk = self.jobs[number].solve(own, stop)
+        for number, of_scene, _ in by_scene(batches, self.each):
+            chunk = self.jobs[number].solve(of_scene, stop)
             if chunk is None:
                 return None
-            outputs = self.jobs[number].writer().values(own, chunk)
+            outputs = self.jobs[number].writer().values(of_scene, chunk)
             chunks.append({name: outputs[name][:, 0] for name in (*PEAKS.values(), "impact_count", "status")})
         return joined(chunks)
 

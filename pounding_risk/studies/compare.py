@@ -355,11 +355,11 @@ def _compared_along_axes(equal: Scene, whole: xr.Dataset, baseline: str, reasons
         stack.add(number, {str(name): padded[name].values for name in padded.variables})
     variables: dict[str, Any] = {}
     for name, (along, stacked) in stack.reduced().items():
-        own = added[0][name]
+        first = added[0][name]
         if name in TABLES:
             along, stacked = tuple(range(len(axes))), np.stack([part[name].values for part in added])
-            stacked = stacked.reshape(*variants.shape, *own.shape)
-        variables[name] = ((*(axes[number].name for number in along), *own.dims), stacked, own.attrs)
+            stacked = stacked.reshape(*variants.shape, *first.shape)
+        variables[name] = ((*(axes[number].name for number in along), *first.dims), stacked, first.attrs)
     dataset = whole.assign(variables)
     about = json.loads(whole.attrs[VARIANTS])
     about["attributes"] += attributes.as_lists(whole=True)

@@ -129,8 +129,8 @@ def filtered(left: float, right: float) -> float:
         return density(omega) * (first * second.conjugate()).real
 
     ends = sorted({0.0, 2.0 * pi / left, 2.0 * pi / right, rate, 200.0})
-    parts = [quad(carried, *span, limit=400, epsrel=1e-10)[0] for span in pairwise(ends)]
-    return 2.0 * float(sum(parts) + quad(carried, ends[-1], inf, limit=400)[0])
+    integrals = [quad(carried, *span, limit=400, epsrel=1e-10)[0] for span in pairwise(ends)]
+    return 2.0 * float(sum(integrals) + quad(carried, ends[-1], inf, limit=400)[0])
 
 
 class Moments(NamedTuple):

@@ -136,8 +136,8 @@ def condensed_masses(
                 f"mass_matrix has mass in row {heavy[0] + 1}, which is no floor; name the rows that are displacements "
                 "along the row, floors and others, in along_rows: the ground's acceleration acts on the masses of these"
             )
-    result = moved.T @ masses @ moved
-    inertia = np.asarray(0.5 * (result + result.T))
+    condensed_mass = moved.T @ masses @ moved
+    inertia = np.asarray(0.5 * (condensed_mass + condensed_mass.T))
     check_masses(inertia)
     if given:
         return inertia, np.array(given)
