@@ -40,7 +40,7 @@ from pounding_risk.assessment.sensitivity import (
 from pounding_risk.assessment.separations.table import Comparison, separations_of
 from pounding_risk.assessment.verdict import Verdict, judge
 from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.attributes import collapses, isolated_buildings
+from pounding_risk.results.attributes import collapsed, collapses, isolated_buildings
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import open_scan
 from pounding_risk.results.opened import Results
@@ -322,7 +322,8 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     fragility = (*of_contact, *_yield_curves(results, every, yield_gap, yields, motions))
     rates, gaps_for_rates, by_rate = _by_rate(motions, fragility, contact, options)
     levels = options.shaking.events(results)
-    counts = results.run_counts | {"unpushed": results.unpushed, "collapsed": results.fallen}
+    fallen = collapsed(results.at_level(level).dataset, without=True)
+    counts = results.run_counts | {"unpushed": results.unpushed, "collapsed": int(fallen.sum())}
     verdict = judge(contact, criterion, sensitivity[0], counts, doubts)
     verdict = replace(
         verdict,
@@ -374,8 +375,9 @@ def _notes(name: str, results: Results, motions: ContactMotions, level: int | No
     """Sentences beside the evidence of an interface, empty ones among them; ``level`` is the requested amplitude."""
     yield _amplitude_note(results) if level is None else ""
     yield str(results.level_notes.get(name, ""))
-    if fallen := collapses(results.dataset):
-        yield f"Cases in which storeys collapse: {fallen}."
+    for words, without in (("Motions without contact", True), ("Cases", False)):
+        if storeys := collapses(results.dataset, without=without):
+            yield f"{words} in which storeys collapse: {storeys}."
     if lost := int(np.isinf(motions.closing).sum()):
         yield (
             f"Fragilities of contact and their rates count {lost} of {motions.closing.size} motions at all amplitudes "

@@ -19,7 +19,7 @@ from pounding_risk.assessment.demands import by_amplitude
 from pounding_risk.assessment.fragility import shown_as
 from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.attributes import collapsed, collapsible_buildings, finite, isolated_buildings
+from pounding_risk.results.attributes import collapsed, finite, isolated_buildings
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import METHODS, Capacities, Observed, capacities, expanded_tail
 from pounding_risk.statistics.fragility import Fit, fragility_curve, of_one_intensity
@@ -171,13 +171,11 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     jumps = bool(state.demand.interfaces) or state.demand.key == "link_spring_force"  # of springs that slip
     jumps = jumps or (state.demand.key == "storey_shear" and _may_yield(case, state))
     ratios = [np.where(np.isfinite(peaks), peaks, np.nan) / state.threshold for peaks in both]
-    # A building that the state is of may be the one that collapsed; of another nothing is known.
-    fragile = collapsible_buildings(Results(case).scene) if state.demand.of_structure else []
-    may_collapse = state.building in fragile if state.building else bool(fragile)
-    if may_collapse and (has_collapsed := by_amplitude(collapsed(case)).astype(bool)).any():
-        # Where no run without contact is known, the building has collapsed in it too: the cases take its status.
-        ratios = [np.where(has_collapsed & np.isnan(ratio), COLLAPSE, ratio) for ratio in ratios]
-        return Demands(ratios[0], ratios[1], True)
+    if state.demand.of_structure:  # of buildings beside the one that collapses nothing is known
+        fell = [by_amplitude(collapsed(case, without=without, building=state.building)) for without in (False, True)]
+        if any(one.any() for one in fell):
+            ratios = [np.where(one & np.isnan(ratio), COLLAPSE, ratio) for one, ratio in zip(fell, ratios, strict=True)]
+            return Demands(ratios[0], ratios[1], True)
     if jumps:  # a demand that is capped at the threshold may be less than it by rounding
         ratios = [np.where(np.isclose(ratio, 1.0, rtol=0.0, atol=ROUNDED), 1.0, ratio) for ratio in ratios]
     return Demands(ratios[0], ratios[1], jumps)
@@ -227,7 +225,7 @@ def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
         demands = demands.copy()
         demands[..., [names[place] in isolated for place in chosen], 0] = np.nan
     largest = np.fmax.reduce(demands, axis=(-2, -1))
-    if not np.isfinite(largest).any() and without:
+    if without and not (np.isfinite(largest).any() or collapsed(case, without=True, building=state.building).any()):
         repair = f"it has no storey {state.storey}" if state.storey else demand.absent or "every run failed"
         raise _lacking(state, repair)
     return np.asarray(largest)

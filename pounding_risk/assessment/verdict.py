@@ -213,7 +213,7 @@ def _evidence(
     yield _contact_elsewhere(contact)
     if basis.lost:
         fell = counts.get("collapsed", 0)
-        why = f"; in {counted(fell, 'case')} a storey collapses, for which no gap is wide enough" if fell else ""
+        why = f"; in {fell} of them a storey collapses, for which no gap is wide enough" if fell else ""
         yield f"Without a finite response, and counted against the verdict: {counted(basis.lost, 'motion')}{why}."
     if doubts:
         more = len(doubts) - NAMED_DOUBTS

@@ -25,7 +25,7 @@ from pounding_risk.results.labels import WITH_BUMPERS, kept_as
 from pounding_risk.results.layout import Slab
 from pounding_risk.results.tolerance_check import COUNTED, RELATIVE
 from pounding_risk.scene.scene import Scene
-from pounding_risk.solver.counters import COMPLETE, STATUS_SENTENCES
+from pounding_risk.solver.counters import COLLAPSED, COMPLETE, STATUS_SENTENCES
 from pounding_risk.solver.pair.grid import KNOWN, SIMULATED
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import outputs as row_outputs
@@ -120,7 +120,7 @@ class RowJob(GridJob):
             free = response.run
             # A response that fails is the result of its cases.
             closed = (free.points[:, HIGHEST] - gaps).max(axis=1) if free.status == COMPLETE else np.zeros(len(gaps))
-            if model.is_always_solved:
+            if model.is_always_solved or free.status == COLLAPSED:  # which a neighbour may prevent
                 closed = np.maximum(closed, SOLVED)
             return closed, (response, under)
 

@@ -40,6 +40,7 @@ FUNCTION = "studies.simulate"
 FIGURES = {"": "simulate.simulation_figure"}
 FILES = {"animation": File((".html",), "The run, moving", "reports.animation.animate")}
 OPTIONS = {"absolute": Option(kind=bool, help="The figure has displacements in space too.")}
+UNKNOWN = "Outputs are not known, as the run ended before the record; -o run.nc writes its histories up to there."
 MOST_CONTACTS = 60  # rows of the table of contacts on a terminal
 # Columns of the table of buildings: variable, head, unit, and of what it is; of the latter those with a value.
 OF_BUILDINGS = (
@@ -99,12 +100,15 @@ def sheet(run: xr.Dataset) -> list[Block]:
     notes += of_records(json.loads(attrs.get("flags", "{}")))
     if isolated := isolated_of(run):
         notes.append(f"{' and '.join(isolated)}: peak drift is that above the isolators, which are storey 1")
-    blocks = [
-        facts("", about),
-        listing(of_keys(attrs)),
+    outputs = [
         _outputs(run.isel(interface=0)) if is_one else _places(run, "interface"),
         *([_links(run)] if "peak_link_stretch" in run and not is_one else []),
         _buildings(run),
+    ]
+    blocks = [
+        facts("", about),
+        listing(of_keys(attrs)),
+        *([paragraph(UNKNOWN)] if failed(run) else outputs),
         _contacts(run),
         listing(notes),
     ]

@@ -139,17 +139,25 @@ def status_sentences(status: xr.DataArray) -> dict[int, str]:
     return words | {int(code): sentence for code, sentence in json.loads(status.attrs.get("sentences", "{}")).items()}
 
 
-def collapsed(case: xr.Dataset) -> xr.DataArray:
-    """Where a storey has collapsed in the run of a case."""
+def collapsed(case: xr.Dataset, *, without: bool = False, building: str = "") -> xr.DataArray:
+    """Where a storey, of a building if one is named, collapses in the runs of a case, or in its motion without contact.
+
+    Of datasets without `storey_collapse_time` all that is known is the status of the runs.
+    """
+    name = "storey_collapse_time" + "_free" * without
+    if name in case:
+        times = case[name].sel(building=building) if building else case[name]
+        return times.notnull().any([dim for dim in ("building", "storey") if dim in times.dims])
     status = case["status"]
     return status.isin([code for code, word in flags_of(status).items() if word.startswith("a_storey_collapsed")])
 
 
-def collapses(cases: xr.Dataset) -> str:
+def collapses(cases: xr.Dataset, *, without: bool = False) -> str:
     """Which storeys collapse, each with its time or, of several cases, with their number and the earliest time."""
-    if "storey_collapse_time" not in cases:
+    name = "storey_collapse_time" + "_free" * without
+    if name not in cases:
         return ""
-    times = cases["storey_collapse_time"].transpose(..., "building", "storey")
+    times = cases[name].transpose(..., "building", "storey")
     words = []
     for building, storey in product(times["building"].values, times["storey"].values):
         ends = times.sel(building=building, storey=storey).values
@@ -230,7 +238,7 @@ def yielding_buildings(scene: Mapping[str, Any]) -> list[str]:
 
 def no_response(dataset: xr.Dataset, of: str = "", at: str = "assessed") -> str:
     """A sentence for motions, ``at`` an amplitude, of which none can be assessed, ``of`` a building if it is of one."""
-    if "status" in dataset and bool(np.all(collapsed(dataset))):
+    if "status" in dataset and bool(np.all(collapsed(dataset, without=True))):
         return (
             f"in every motion {at} a storey collapses, for which no gap is wide enough; give it more strength, or "
             "assess a smaller amplitude"

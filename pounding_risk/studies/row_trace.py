@@ -21,7 +21,6 @@ from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.results.run_labels import Case, Trace
 from pounding_risk.scene.ground_motion import in_space
 from pounding_risk.scene.scene import Scene
-from pounding_risk.solver.counters import COMPLETE
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.cases import Cases, Driven, Limits
 from pounding_risk.solver.row.layout import RowLayout, nodes_of
@@ -45,18 +44,16 @@ def row_trace(study: Scene, case: Case) -> Trace:
     free = rows.free_response(row, under)
     cases = Cases(model, mechanics, Driven(under, case.motion.dt, peaks, free.run), study.rtol, lambda: free.motion)
     run = cases.in_full(Limits(model.gaps(np.array(case.gaps)), forces, forces))
-    end = _free_motion_ends(row, under, free.run.status)
     instants = instants_of(run.log, len(run.states), row.step)
     grounds = grounds_at(row, under, instants.every)
-    touches = [touch for touch in contacts_of(run.log, len(model.points), instants) if touch.facts[0] < end]
+    touches = contacts_of(run.log, len(model.points), instants)
     # A motion beyond all numbers is reported by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):
         states = motion_at(run.log, run.states, instants)
-    states[instants.every > end] = np.nan
     found = with_bumpers(outputs(run, forces, peaks, frame), frame)
     displacement = _by_storey(frame, states[:, 0])
-    beyond = np.where(instants.every > end, np.nan, 0.0)[:, None]
-    known = instants.every[np.isfinite(states).all(axis=(1, 2))]
+    is_known = np.isfinite(states).all(axis=(1, 2))
+    beyond = np.where(is_known, 0.0, np.nan)[:, None]  # of what is zero where nothing touches
     return Trace(
         instants.every,
         {
@@ -76,19 +73,8 @@ def row_trace(study: Scene, case: Case) -> Trace:
         {name: (output, found[name]) for name, output in RowJob.outputs(study).items()},
         run.status,
         mechanics.laws[0],
-        float(known.max(initial=0.0)),
+        float(instants.every[is_known].max(initial=0.0)),
     )
-
-
-def _free_motion_ends(row: RowLayout, under: Samples, status: int) -> float:
-    """Time up to which the motion without contact is known [s], inf where it is whole: a run rests on it throughout."""
-    if status == COMPLETE:
-        return inf
-    known = np.isfinite(rows.free_row(row, under, states=True).states).all(axis=(1, 2))
-    nodes = int(np.argmin(known)) - 1 if not known.all() else known.size - 1
-    phases = row.phases
-    offsets = 0.0 if row.arrivals is None else float(row.arrivals.offsets[nodes % phases])
-    return nodes // phases * row.step + offsets
 
 
 def _by_storey(frame: Frame, of_masses: Array) -> Array:

@@ -298,8 +298,8 @@ def test_a_pair_moves_too(tmp_path):
     assert "1 of 1 contact point touches, with up to 450 kN" in page
 
 
-def test_histories_end_where_the_motion_without_contact_does():
-    """A storey collapses without contact; a run, in which it need not, rests on that motion throughout."""
+def test_histories_go_on_where_a_storey_collapses_without_contact_alone():
+    """A wall holds it up: the other building is followed past the time at which the storey would collapse."""
     law = {"rule": "peak_oriented", "backbone": [[4.0, 1.1], [15.0, 0.2]]}
     scene = scene_text(
         single("B", "470 t", "0.6 s", height="3.2 m"),
@@ -310,17 +310,15 @@ def test_histories_end_where_the_motion_without_contact_does():
         records={"pga": "0.6 g", "window": ["0 s", "10 s"]},
     )
     run = pr.simulate(scene)
-    assert "a storey collapsed" in run.attrs["status"]
+    assert run.attrs["status"] == "complete"
+    alone = pr.scan(scene)["storey_collapse_time_free"].sel(building="A", storey=1)
+    assert 6.0 < float(alone.squeeze()) < 7.0
     time, moved = run["time"].values, run["displacement"].sel(building="B").values[:, 0]
-    known = np.isfinite(moved)
-    last = time[known].max()
-    assert 6.0 < last < 7.0 and known[time <= last].all()
+    assert time[-1] > 9.9 and np.isfinite(moved).all() and np.isfinite(run["contact_force"]).all()
     # The velocity explains every step but for the curvature of blows: 28 mm were not explained where this was missed.
-    speed = run["velocity"].sel(building="B").values[known, 0]
-    explained = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time[known])
-    assert np.abs(np.diff(moved[known]) - explained).max() < 1e-3
-    assert run["contact_start"].max() < last
-    assert np.isnan(run["contact_force"].values[~known]).all()
+    speed = run["velocity"].sel(building="B").values[:, 0]
+    explained = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
+    assert np.abs(np.diff(moved) - explained).max() < 1e-3
 
 
 def test_storey_forces_follow_the_turns_between_two_instants():

@@ -36,9 +36,9 @@ FREE = "_without_contact"  # added to the name of a table whose values are of mo
 def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     """Write a table for each kind of place of a dataset, with every case."""
     tables = ((f"{name}.csv", table(results, variables)) for name, variables in grouped(results).items())
-    fell = int(collapsed(results).sum()) if "status" in results else 0
-    cases = counted(fell, "case")
-    note = f"in {cases} a storey collapses: closings without contact of these motions are those up to there"
+    fell = int(collapsed(results, without=True).sum()) if "status" in results else 0
+    motions = counted(fell, "motion")
+    note = f"in {motions} a storey collapses without contact: what these close without contact is that up to there"
     return Written(write_folder(target, tables), (note,) if fell else ())
 
 

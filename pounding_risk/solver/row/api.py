@@ -19,8 +19,8 @@ from pounding_risk._jit.memory import by_address, column, set_column
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.hysteresis import _numbers as laws
 from pounding_risk.solver.counters import APPROACH as SPEED
+from pounding_risk.solver.counters import COLLAPSED, TALLIED
 from pounding_risk.solver.counters import PLASTIC as PLASTIC_ENERGY
-from pounding_risk.solver.counters import TALLIED
 from pounding_risk.solver.pair.laws import verbs_of
 from pounding_risk.solver.row.free_motion import march_free
 from pounding_risk.solver.row.ground import ArrivingRowGround, PlaneRowGround, UniformRowGround, row_ground
@@ -37,6 +37,7 @@ from pounding_risk.solver.row.workspace import (
     LINE_STATES,
     PLASTIC,
     SHEAR,
+    SOFT,
     START,
     STOREY_FORCE,
     VERBS,
@@ -99,8 +100,18 @@ def free_row(layout: RowLayout, acceleration: np.ndarray, *, states: bool = Fals
 
 
 def free_response(layout: RowLayout, acceleration: np.ndarray) -> FreeResponse:
-    """The row without any contact under a_g [m/s²], with all that runs of it have in common."""
-    return _respond(layout, acceleration, states=False)
+    """The row without any contact under a_g [m/s²], with all that runs of it have in common.
+
+    After a collapse, which a neighbour may prevent, runs need the motion of the buildings that never yield: that of the
+    row whose storeys stay elastic.
+    """
+    response = _respond(layout, acceleration, states=False)
+    if response.run.status != COLLAPSED:
+        return response
+    row, floors = layout.row, layout.row.floors.copy()
+    floors[LIMIT], floors[SOFT] = inf, 0.0
+    elastic = layout._replace(row=row._replace(floors=floors, storeys=np.zeros_like(row.storeys)))
+    return response._replace(motion=_respond(elastic, acceleration, states=False).motion)
 
 
 def _respond(layout: RowLayout, acceleration: np.ndarray, *, states: bool) -> FreeResponse:

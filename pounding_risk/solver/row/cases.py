@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.once import Shared
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.solver.counters import COMPLETE, DEMAND, ENERGY, FIRST_YIELD, RESIDUAL, YIELDS
+from pounding_risk.solver.counters import COLLAPSED, COMPLETE, DEMAND, ENERGY, FIRST_YIELD, RESIDUAL, YIELDS
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row.api import GREW_STATUS, HIGHEST, Contacts, RowRun
 from pounding_risk.solver.row.impulsive.api import jumps, run_jumps
@@ -144,8 +144,9 @@ class Cases:
 
         free, bounds = self.driven.free, self.model.body_bounds
         shut = free.points[:, HIGHEST] > limits.gaps
-        closed = [self.model.is_always_solved or bool(shut[start:stop].any()) for start, stop in pairwise(bounds)]
-        runs = solved_spans(tied(closed), solve) if free.status == COMPLETE else {}
+        is_solved = self.model.is_always_solved or free.status == COLLAPSED  # a storey, which a neighbour may hold up
+        closed = [is_solved or bool(shut[start:stop].any()) for start, stop in pairwise(bounds)]
+        runs = solved_spans(tied(closed), solve) if free.status in (COMPLETE, COLLAPSED) else {}
         return put_together(free, [(self._part(span), run) for span, run in runs.items()]), answers
 
     def _part(self, span: Span) -> Part:
@@ -231,6 +232,8 @@ def put_together(free: RowRun, parts: list[tuple[Part, RowRun]]) -> RowRun:
     """
     points, floors, rest = free.points.copy(), free.floors.copy(), free.rest.copy()
     status, steps = free.status, free.steps
+    if parts and status == COLLAPSED:  # without contact; with it the row's own run says
+        status = COMPLETE
     for part, run in parts:
         points[part.points] = run.points
         within = points[part.points]
@@ -238,6 +241,4 @@ def put_together(free: RowRun, parts: list[tuple[Part, RowRun]]) -> RowRun:
         floors[part.masses], rest[part.masses] = run.floors[part.own_masses], run.rest[part.own_masses]
         status = status if status != COMPLETE else run.status
         steps += run.steps
-    # After a collapse without contact no case is run: what is told of it is when, and of which storey.
-    rest = rest if free.status == COMPLETE else free.rest
     return free._replace(points=points, floors=floors, rest=rest, status=status, steps=steps)

@@ -143,11 +143,7 @@ OF_YIELDING = {
 OF_LAWS = {  # of storeys with hysteresis
     "storey_energy": Variable("J", "energy that the hysteresis of the storey has dissipated", AT_STOREYS),
     "storey_strength_left": Variable("1", "strength left in the weaker direction over that at first", AT_STOREYS),
-    "storey_collapse_time": Variable(
-        "s",
-        "time at which the storey collapsed, without contact where one collapses without; NaN where it has not",
-        AT_STOREYS,
-    ),
+    "storey_collapse_time": Variable("s", "time at which the storey collapsed; NaN where it has not", AT_STOREYS),
 }
 OF_RUNS = {
     "row_impulse": Variable("N s", "impulse of all contacts of the row", ()),

@@ -29,7 +29,7 @@ CLOSE = 1e-6  # of a node interval: instants nearer than this to a node are the 
 
 FACTS = {
     "start": ("s", "touch"),
-    "end": ("s", "parting, or the end of the record"),
+    "end": ("s", "parting, or the end of the histories"),
     "approach_speed": ("m/s", "relative speed at the touch"),
     "peak_force": ("N", "largest force transmitted"),
     "impulse": ("N s", "impulse of the contact force"),
