@@ -37,7 +37,7 @@ def solve_opensees_row(ops: Any, scene: RowScene, h: float) -> RowAnswer:
         points = [Point(interface, left, right, FLOOR, nan) for interface, left, right in scene.points]
         count = len(points)
         case = PointCase(0, (scene.law,) * count, (scene.restitution,) * count, np.full(count, scene.gap), np.empty(0))
-        contacts = build(ops, scene.chains, points, case, scene.acceleration, scene.dt)
+        contacts = build(ops, scene.chains, points, case, scene)
         reach, force = (os.path.join(folder, name) for name in ("reach", "force"))
         nodes = range(2, sum(chain.mass.size for chain in scene.chains) + 2)
         ops.recorder("EnvelopeNode", "-file", reach, "-precision", 17, "-node", *nodes, "-dof", 1, "disp")

@@ -95,6 +95,18 @@ def root() -> Path:
 
 
 @pytest.fixture
+def ops() -> Any:
+    """The module of OpenSees; where it is not installed a test is skipped, with the reason."""
+    from pounding_risk.errors import PoundingError
+    from pounding_risk.lab.accuracy_opensees import load
+
+    try:
+        return load()
+    except PoundingError as reason:
+        pytest.skip(str(reason))
+
+
+@pytest.fixture
 def small_disk(tmp_path) -> Iterator[Path]:
     """A file system of 300 kB, where this user may mount one."""
     place = tmp_path / "small"

@@ -32,14 +32,6 @@ def cases():
     return [sides.make_case(scene) for scene in moderate_scenes(600, (0.02,))]
 
 
-@pytest.fixture
-def ops():
-    try:
-        return load()
-    except PoundingError as reason:
-        pytest.skip(str(reason))
-
-
 def errors(answer, case):
     return np.array(sides.relative_errors(answer, case.truth))
 

@@ -227,8 +227,8 @@ def _aside(target: Path, ending: str) -> Path:
 def _asides(target: Path, ending: str) -> Iterator[Path]:
     """Paths beside a target with this ending, of any process on any machine."""
     names = os.listdir(target.parent) if target.parent.is_dir() else []
-    own = sorted(name for name in names if name.startswith(f".{target.name}."))  # few of a folder of thousands
-    return (target.with_name(name) for name in own if is_aside(name, re.escape(target.name), ending))
+    beside = sorted(name for name in names if name.startswith(f".{target.name}."))  # few of a folder of thousands
+    return (target.with_name(name) for name in beside if is_aside(name, re.escape(target.name), ending))
 
 
 def sync(path: Path) -> None:

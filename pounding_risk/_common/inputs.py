@@ -92,7 +92,7 @@ def _open_at_once(name: str, flags: int) -> int:
 def _is_piped_in(facts: os.stat_result) -> bool:
     """True for a pipe that is this process's standard input."""
     try:
-        own = os.fstat(sys.__stdin__.fileno() if sys.__stdin__ else 0)
+        standard_input = os.fstat(sys.__stdin__.fileno() if sys.__stdin__ else 0)
     except (OSError, ValueError):
         return False
-    return stat.S_ISFIFO(facts.st_mode) and os.path.samestat(facts, own)
+    return stat.S_ISFIFO(facts.st_mode) and os.path.samestat(facts, standard_input)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,13 +17,14 @@ from pounding_risk.assessment.options import USUAL_CONFIDENCE, percent_words, re
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.files import open_scan, opened_or_given
 from pounding_risk.results.opened import Results
-from pounding_risk.results.scene_axes import has_drawn_motions, open_axes, own_places, value_at
+from pounding_risk.results.scene_axes import has_drawn_motions, idle_axes, open_axes, own_places, value_at
 from pounding_risk.results.variables import described
-from pounding_risk.scene.scene_axis import SAMPLE
+from pounding_risk.scene.scene_axis import SAMPLE, SceneAxis
 from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.units import GAP, say, si
 
 OWN, IDLE = "own_places", "idle_axes"  # attributes: where the scene's own values stand, and axes without influence
+JUDGED = ("contact_probability", "required_gap", "assessed_gap")
 # What is known at each place and interface, with its unit and words.
 OUTPUTS = {
     "assessed_gap": ("m", "gap that is assessed"),
@@ -86,13 +88,7 @@ def assess_along(
     axes = open_axes(whole)
     if not axes:
         raise PoundingError(f"{whose}: has no axis of another number of the scene with several values; use assess")
-    if has_drawn_motions(whole) and SAMPLE in [axis.name for axis in axes]:
-        others = " ".join(f"--select '{axis.name}=...'" for axis in axes if axis.name != SAMPLE)
-        raise PoundingError(
-            f"{whose}: one motion is drawn with each sample, so that samples differ by their motions too: assess one "
-            f"sample, with --select 'sample=0', or all of them together"
-            + (f", at one value of what varies beside them: {others}" if others else ", with uncertainty")
-        )
+    _check_samples(whole, whose, axes)
     criterion = read_criterion(target, percentile, confidence)
     at_gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
     level = Results(whole).level(pga, intensity_level)
@@ -117,13 +113,20 @@ def assess_along(
         {name: (dims, columns[name], described(*about)) for name, about in OUTPUTS.items()},
         {name: coordinate.variable for name, coordinate in coords.items()},
     )
-    judged = [assessed[name] for name in ("contact_probability", "required_gap", "assessed_gap")]
-    idle = [  # axes along which nothing changes
-        axis.name for axis in axes if all((output == output.isel({axis.name: [0]}).values).all() for output in judged)
-    ]
     about = criterion._asdict() | {"title": str(whole.attrs.get("title", "")), "asked": criterion.words, "motions": at}
-    about |= {OWN: json.dumps(own_places(whole)), IDLE: json.dumps(idle)}
+    about |= {OWN: json.dumps(own_places(whole)), IDLE: json.dumps(idle_axes(assessed, axes, JUDGED))}
     return assessed.assign_attrs(about)
+
+
+def _check_samples(whole: xr.Dataset, whose: str, axes: Sequence[SceneAxis]) -> None:
+    """Raise PoundingError where samples differ by their motions too."""
+    if has_drawn_motions(whole) and SAMPLE in [axis.name for axis in axes]:
+        others = " ".join(f"--select '{axis.name}=...'" for axis in axes if axis.name != SAMPLE)
+        raise PoundingError(
+            f"{whose}: one motion is drawn with each sample, so that samples differ by their motions too: assess one "
+            f"sample, with --select 'sample=0', or all of them together"
+            + (f", at one value of what varies beside them: {others}" if others else ", with uncertainty")
+        )
 
 
 def is_along(assessed: Any) -> bool:
@@ -142,16 +145,16 @@ class Place(NamedTuple):
 def usual_place(assessed: xr.Dataset) -> Place:
     """The place of the scene's own values; along axes without them, that which needs the widest gap."""
     axes = [str(dim) for dim in assessed.dims if dim != "interface"]
-    own = {name: int(place) for name, place in json.loads(assessed.attrs[OWN]).items() if name in axes}
-    others = [axis for axis in axes if axis not in own]
-    places = dict(own)
+    own_at = {name: int(place) for name, place in json.loads(assessed.attrs[OWN]).items() if name in axes}
+    others = [axis for axis in axes if axis not in own_at]
+    places = dict(own_at)
     if others:
-        needed = assessed["required_gap"].isel(own).transpose(*others, "interface").max("interface").values
+        needed = assessed["required_gap"].isel(own_at).transpose(*others, "interface").max("interface").values
         widest_at = np.unravel_index(int(needed.argmax()), needed.shape)
         places |= {axis: int(place) for axis, place in zip(others, widest_at, strict=True)}
     widest = "those that need the widest gap"
     listed = " and ".join(filter(None, [", ".join(others[:-1]), *others[-1:]]))
-    why = f"the scene's own values{f', and of {listed} {widest}' if others else ''}" if own else widest
+    why = f"the scene's own values{f', and of {listed} {widest}' if others else ''}" if own_at else widest
     return Place(places, ", ".join(value_words(assessed, axis, places[axis]) for axis in axes), why)
 
 
@@ -211,17 +214,17 @@ def kept_words(assessed: xr.Dataset) -> str:
     )
 
 
-def _where(assessed: xr.Dataset, kept: xr.DataArray) -> str:
+def _where(assessed: xr.Dataset, holds: xr.DataArray) -> str:
     """The places that are true, in words: from one value of the only axis on, or their number."""
-    if kept.all() or not kept.any():
-        return "everywhere" if kept.all() else "nowhere"
-    number = f"at {int(kept.sum())} of {kept.size} places"
-    if kept.ndim > 1:
+    if holds.all() or not holds.any():
+        return "everywhere" if holds.all() else "nowhere"
+    number = f"at {int(holds.sum())} of {holds.size} places"
+    if holds.ndim > 1:
         return number
-    axis = str(kept.dims[0])
-    is_number = kept[axis].dtype.kind in "if"
-    order = kept[axis].values.argsort() if is_number else np.arange(kept.size)
-    flags = kept.values[order]
+    axis = str(holds.dims[0])
+    is_number = holds[axis].dtype.kind in "if"
+    order = holds[axis].values.argsort() if is_number else np.arange(holds.size)
+    flags = holds.values[order]
     words = [value_words(assessed, axis, int(place)) for place in order[flags]]
     if is_number and (flags == np.sort(flags)).all():
         return f"where {words[0]} or more"

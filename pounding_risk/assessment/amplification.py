@@ -64,8 +64,8 @@ def worst(results: xr.Dataset, stiffer: bool, output: str = "displacement", perc
     at = usual_percentile(results) if percentile is None else percentile
     amplified = results[f"{output}_amplification"].sel(percentile=at)
     periods = results["building_period"]
-    own, other = periods, periods.isel(building=[1, 0]).assign_coords(building=periods["building"])
-    of_kind = (own <= other) if stiffer else (own >= other)
+    here, across = periods, periods.isel(building=[1, 0]).assign_coords(building=periods["building"])
+    of_kind = (here <= across) if stiffer else (here >= across)
     chosen = amplified.where(of_kind).transpose("fixed_period", "period_ratio", gap_dim(results), "building")
     if not np.isfinite(chosen.values).any():
         return Worst(1.0, "", float("nan"), float("nan"), float("nan"))

@@ -314,38 +314,21 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     contact = contact_of(results, index, options.gap, options.level, criterion)
     gap, every, level, dataset = contact.gap, contact.every, contact.level, results.dataset
     columns = column_sentences(results, level, gap)
-    models, forces = tuple(map(str, dataset["contact_model"].values)), tuple(finite_forces(dataset).tolist())
     yield_gap, yields = yields_of(dataset, gap)
-    own_force, own_model = results.scene_force, results.scene_model
     response = responses_at(results.at_level(level).dataset, yield_gap, isolated_buildings(results.scene))
-    sensitivity = contact_influences(contact.motions, contact.touched, gap, criterion)
-    if own_force in forces:
-        yielding = Yielding(yields[:, level], every.polarities, models, forces)
-        sensitivity += yield_influences(yielding, own_force, criterion.target)
-    sensitivity += response_influences(response, own_model, own_force, bool(np.isinf(forces).any()))
+    sensitivity = _influences(results, contact, yields[:, level], response, criterion)
     motions = _contact_motions(results, every, options.shaking.intensity)
-    fragility = (
-        *(motions.curve(share.gap) for share in contact.shares),
-        *_yield_curves(results, every, yield_gap, yields, motions),
-    )
+    of_contact = (motions.curve(share.gap) for share in contact.shares)
+    fragility = (*of_contact, *_yield_curves(results, every, yield_gap, yields, motions))
     rates, gaps_for_rates, by_rate = _by_rate(motions, fragility, contact, options)
     levels = options.shaking.events(results)
     fallen = collapsed(results.at_level(level).dataset, without=True)
     counts = results.run_counts | {"unpushed": results.unpushed, "collapsed": int(fallen.sum())}
     verdict = judge(contact, criterion, sensitivity[0], counts, doubts)
-    notes = [_amplitude_note(results) if options.level is None else "", str(results.level_notes.get(name, ""))]
-    for words, without in (("Motions without contact", True), ("Cases", False)):
-        if storeys := collapses(dataset, without=without):
-            notes.append(f"{words} in which storeys collapse: {storeys}.")
-    if lost := int(np.isinf(motions.closing).sum()):
-        many = f"{lost} of {motions.closing.size} motions at all amplitudes together"
-        notes.append(
-            f"Fragilities of contact and their rates count {many}, without a finite response, as contact at every gap."
-        )
     verdict = replace(
         verdict,
         conclusion=(*columns, *verdict.conclusion, *(by_rate.conclusion if by_rate else ())),
-        evidence=(*verdict.evidence, *filter(None, notes)),
+        evidence=(*verdict.evidence, *filter(None, _notes(name, results, motions, options.level))),
     )
     return InterfaceAssessment(
         name=name,
@@ -353,8 +336,8 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
         amplitude=every.amplitudes[level],
         at=contact.at,
         yield_gap=yield_gap,
-        own_force=own_force,
-        own_model=own_model,
+        own_force=results.scene_force,
+        own_model=results.scene_model,
         closing=tuple(np.sort(contact.motions.closing[:, 0]).tolist()),
         contact=contact.shares,
         yielding=_yield_shares(dataset, level, contact.weight, confidence),
@@ -372,6 +355,34 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
         scenario=() if levels is None else tuple(scenario_of(levels, curve, confidence) for curve in fragility),
         columns=columns,
     )
+
+
+def _influences(
+    results: Results, contact: Contact, yields: Array, response: Sequence[Response], criterion: Criterion
+) -> tuple[Influence, ...]:
+    """What contact, yielding and the response of the motions hang on; that of the polarity on contact first."""
+    models, forces = tuple(map(str, results.dataset["contact_model"].values)), finite_forces(results.dataset).tolist()
+    sensitivity = contact_influences(contact.motions, contact.touched, contact.gap, criterion)
+    if results.scene_force in forces:
+        yielding = Yielding(yields, contact.every.polarities, models, tuple(forces))
+        sensitivity += yield_influences(yielding, results.scene_force, criterion.target)
+    return sensitivity + response_influences(
+        response, results.scene_model, results.scene_force, bool(np.isinf(forces).any())
+    )
+
+
+def _notes(name: str, results: Results, motions: ContactMotions, level: int | None) -> Iterator[str]:
+    """Sentences beside the evidence of an interface, empty ones among them; ``level`` is the requested amplitude."""
+    yield _amplitude_note(results) if level is None else ""
+    yield str(results.level_notes.get(name, ""))
+    for words, without in (("Motions without contact", True), ("Cases", False)):
+        if storeys := collapses(results.dataset, without=without):
+            yield f"{words} in which storeys collapse: {storeys}."
+    if lost := int(np.isinf(motions.closing).sum()):
+        yield (
+            f"Fragilities of contact and their rates count {lost} of {motions.closing.size} motions at all amplitudes "
+            "together, without a finite response, as contact at every gap."
+        )
 
 
 def _by_rate(

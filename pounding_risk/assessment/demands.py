@@ -147,9 +147,9 @@ def _may_yield(results: xr.Dataset) -> NDArray[np.bool_]:
     if "contact_point_yield_force" not in results.variables:
         return np.asarray(np.isfinite(results["yield_force"].values))
     # By the grid's yield force where floors meet; a column keeps its own.
-    own = results.variables["contact_point_yield_force"]
+    point_forces = results.variables["contact_point_yield_force"]
     sizes = {"yield_force": results.sizes["yield_force"], "contact_point": results.sizes["contact_point"]}
-    return np.asarray(np.isfinite(own.set_dims(sizes).transpose(*sizes).values).any(axis=1))
+    return np.asarray(np.isfinite(point_forces.set_dims(sizes).transpose(*sizes).values).any(axis=1))
 
 
 class Contact(NamedTuple):

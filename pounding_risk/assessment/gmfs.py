@@ -65,8 +65,7 @@ class Fields:
                 f'--intensity, such as --intensity "{next(iter(self.levels))}"'
             )
         (low, below), (high, above) = around
-        period = _period(intensity)
-        share = np.log(period / low) / np.log(high / low)
+        share = np.log(_period(intensity) / low) / np.log(high / low)
         both = (below > 0.0) & (above > 0.0)
         safe = [np.where(both, field, 1.0) for field in (below, above)]
         return np.asarray(np.where(both, np.exp((1.0 - share) * np.log(safe[0]) + share * np.log(safe[1])), 0.0))
@@ -198,13 +197,13 @@ def _site(table: Table, column: str, where: str) -> tuple[str, str]:
 def _mesh(path: Path) -> Table:
     """The table of sites beside a file of fields: the one of its calculation, or the only one."""
     number = re.search(r"_(\d+)$", path.stem)
-    own = path.parent / f"{MESH}_{number[1]}.csv" if number else path.parent / f"{MESH}.csv"
-    beside = [own] if own.is_file() else sorted(path.parent.glob(f"{MESH}*.csv"))
+    table = path.parent / f"{MESH}_{number[1]}.csv" if number else path.parent / f"{MESH}.csv"
+    beside = [table] if table.is_file() else sorted(path.parent.glob(f"{MESH}*.csv"))
     if len(beside) != 1:
         how_many = f"{len(beside)} are" if beside else "none is"
         raise PoundingError(
-            f"{path}: a site by its place needs the table of sites {own.name} beside it, and {how_many} there; copy it "
-            "there, or name the site by its id"
+            f"{path}: a site by its place needs the table of sites {table.name} beside it, and {how_many} there; copy "
+            "it there, or name the site by its id"
         )
     return read_table(beside[0], error=PoundingError, needed=("site_id", "lon", "lat"))
 

@@ -75,11 +75,11 @@ class HazardSpectrum:
         wanted = read_sa(intensity)
         if wanted is None:
             raise PoundingError(f"{self.source}: has no curve of {intensity}; {repair}")
-        own = sa_at(wanted.period, self.damping)
-        if not wanted.is_same(own):
+        given_measure = sa_at(wanted.period, self.damping)
+        if not wanted.is_same(given_measure):
             raise PoundingError(
                 f"{self.source}: has spectra of {100.0 * self.damping:g} % damping, and {intensity} is asked for; "
-                f'write --intensity "{own.intensity}"'
+                f'write --intensity "{given_measure.intensity}"'
             )
         first, last = float(self.periods[0]), float(self.periods[-1])
         if not first <= wanted.period <= last:

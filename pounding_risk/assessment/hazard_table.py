@@ -142,8 +142,7 @@ def read_hazard(path: str | Path) -> Hazard | HazardSpectrum:
 
 def _of_openquake(curves: Exported) -> Hazard | HazardSpectrum:
     """Annual rates from the probabilities of curves of one site."""
-    stated = Statement("probability", curves.years)
-    reading = " ".join((*curves.reading, stated.reading))
+    reading = " ".join((*curves.reading, Statement("probability", curves.years).reading))
     rates = [rate_of_probability(poe, curves.years) for poe in curves.probabilities]
     if len(rates) == 1:
         return Hazard(curves.intensities[0], curves.levels[0], rates[0], curves.name, reading)

@@ -234,39 +234,39 @@ def check_intensity(results: Results, intensity: str, curve: str) -> None:
             f"the hazard curve is one of {curve}, the fragility one against {intensity_words(intensity)}; write the "
             f"intensity that the curve is of{repair}"
         )
-    own, side = measure_of(results, intensity)
+    measure, side = measure_of(results, intensity)
     of_curve = read_measure(curve)
-    if own.name == "sa_avg":
-        _check_range(own, of_curve, curve)
+    if measure.name == "sa_avg":
+        _check_range(measure, of_curve, curve)
         return
     named = re.search(r"\d*\.?\d+", curve)
-    if own.name != "sa" or named is None:
+    if measure.name != "sa" or named is None:
         return
-    period = own.period
+    period = measure.period
     if abs(float(named[0]) - period) > NEAR * period:
         whose = ", the building's own period" if side is not None else ""
         raise PoundingError(
             f"the hazard curve is one of {curve}, the fragility one against Sa at {period:.6g} s{whose}; take the "
             "curve of that period, or the intensity that the curve is of"
         )
-    if of_curve is not None and abs(of_curve.damping - own.damping) > NEAR * of_curve.damping:
+    if of_curve is not None and abs(of_curve.damping - measure.damping) > NEAR * of_curve.damping:
         raise PoundingError(
             f"the hazard curve is one of {curve} at {100.0 * of_curve.damping:g} % damping, the fragility one against "
-            f"Sa at {100.0 * own.damping:g} %; write --intensity {shlex.quote(sa_at(period).intensity)}, or name "
-            f'the damping of the curve in its head, such as "sa({period:g} s, {100.0 * own.damping:g} %) [g]"'
+            f"Sa at {100.0 * measure.damping:g} %; write --intensity {shlex.quote(sa_at(period).intensity)}, or name "
+            f'the damping of the curve in its head, such as "sa({period:g} s, {100.0 * measure.damping:g} %) [g]"'
         )
 
 
-def _check_range(own: Measure, of_curve: Measure | None, curve: str) -> None:
+def _check_range(measure: Measure, of_curve: Measure | None, curve: str) -> None:
     """Raise PoundingError where a hazard curve is of no mean Sa over the same periods, at the same damping."""
     if of_curve is None:
         raise PoundingError(
-            f"the hazard curve is one of {curve}, whose periods cannot be read, the fragility one against {own.words}; "
-            f"write the head {own.intensity} [g]"
+            f"the hazard curve is one of {curve}, whose periods cannot be read, the fragility one against "
+            f"{measure.words}; write the head {measure.intensity} [g]"
         )
-    pairs = [*zip(own.periods, of_curve.periods, strict=True), (own.damping, of_curve.damping)]
+    pairs = [*zip(measure.periods, of_curve.periods, strict=True), (measure.damping, of_curve.damping)]
     if any(abs(one - other) > NEAR * one for one, other in pairs):
         raise PoundingError(
-            f"the hazard curve is one of {of_curve.words}, the fragility one against {own.words}; take the curve of "
-            f"these periods and damping, or write --intensity {shlex.quote(of_curve.intensity)}"
+            f"the hazard curve is one of {of_curve.words}, the fragility one against {measure.words}; take the curve "
+            f"of these periods and damping, or write --intensity {shlex.quote(of_curve.intensity)}"
         )

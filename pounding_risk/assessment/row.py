@@ -244,8 +244,8 @@ def any_of_building(case: RowCase, name: str, building: int) -> Array:
     """
     beside = [at for at in (building - 1, building) if 0 <= at < case.results.sizes["interface"]]
     if name == "yield_exceedance" and "contact_point_yield_force" in case.results.variables:
-        own = np.isin(case.results["contact_point_interface"].values, beside)
-        if not np.isfinite(case.results["contact_point_yield_force"].values[own]).any():
+        is_own = np.isin(case.results["contact_point_interface"].values, beside)
+        if not np.isfinite(case.results["contact_point_yield_force"].values[is_own]).any():
             return np.full(case.motions, np.nan)
     outputs = case.results.variables[name].isel(interface=beside).transpose("interface", "record", "polarity").values
     flat = outputs.reshape(len(beside), -1)

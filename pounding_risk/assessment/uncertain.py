@@ -56,13 +56,13 @@ def assessed(subject: Samples, request: Request) -> xr.Dataset:
     """The dataset of `uncertainty` from samples."""
     places = range(len(subject.interfaces))
     closings = [subject.closings(index, request.level) for index in places]
-    own = [subject.gap(index) for index in places]
-    judged = own if request.gap is None else [request.gap for _ in places]
+    own_gaps = [subject.gap(index) for index in places]
+    judged = own_gaps if request.gap is None else [request.gap for _ in places]
     largest = max(float(np.percentile(closing.rising, 99.5)) for closing in closings)
     most = max(largest, 1.2 * max(judged), 1e-6)
     finite = most if np.isfinite(most) else max(float(np.exp(closing.logs.max())) for closing in closings)
     finite = max(finite, 1.2 * max(judged), 1e-6)
-    gaps = np.unique([*np.linspace(0.0, finite, GAPS), *judged, *own])
+    gaps = np.unique([*np.linspace(0.0, finite, GAPS), *judged, *own_gaps])
     datasets = [_interface(subject, index, closings[index], judged[index], gaps, request) for index in places]
     names = xr.Variable("interface", list(subject.interfaces), {"long_name": "buildings on both sides of a gap"})
     labels = {}

@@ -146,8 +146,8 @@ class Samples:
             dims = tuple("record" if dim == SAMPLE else dim for dim in variable.dims)
             variables[name] = type(variable)(dims, variable.values, variable.attrs)
         cases = [name for name, variable in one_sample.variables.items() if "record" in variable.dims]
-        own = {name: self.dataset.attrs[name] for name in OF_RECORDS if name in self.dataset.attrs}
-        bare = one_sample.drop_vars([*cases, *({"polarity"} & set(one_sample.variables))]).assign_attrs(own)
+        of_records = {name: self.dataset.attrs[name] for name in OF_RECORDS if name in self.dataset.attrs}
+        bare = one_sample.drop_vars([*cases, *({"polarity"} & set(one_sample.variables))]).assign_attrs(of_records)
         variables["polarity"] = type(variables["record"])("polarity", self.dataset["polarity"].values[:1])
         spectra = {name: variables.pop(name) for name in facts if name not in self.dataset.coords}
         return bare.assign_coords(variables).assign(spectra)
@@ -261,8 +261,7 @@ class Samples:
         if "peak_displacement_free" in dataset:
             # As `demands.motions_of`: the closing of a motion in which a storey collapses is that up to there.
             sides = dataset["peak_displacement_free"].isel(building=[index, index + 1])
-            moved = sides.max("building", skipna=False)
-            finite &= np.isfinite(_by_sample(moved, self.level(level)))
+            finite &= np.isfinite(_by_sample(sides.max("building", skipna=False), self.level(level)))
         alone = np.where(finite, closing, np.inf)
         if "impact_count" not in dataset or not self.is_inner(index):
             return alone

@@ -87,8 +87,7 @@ def offset_words(subject: Samples, index: int) -> str:
 
 def of_few(closings: CrossedClosings, criterion: Criterion) -> Iterator[str]:
     """Sentences where there are too few motions or samples for the target."""
-    fewest = closings.counted.without_contact
-    least = least_upper_bound(fewest, criterion.confidence)
+    least = least_upper_bound(closings.counted.without_contact, criterion.confidence)
     if least > criterion.target:
         needed = motions_to_show(criterion.target, criterion.confidence)
         each = "recordings, all with as many samples" if closings.is_drawn else "of each"
@@ -270,8 +269,8 @@ def _share(share: Any) -> str:
     return f"{100.0 * float(share):.0f} %"
 
 
-def _by_component(part: xr.Dataset, name: str) -> dict[str, float]:
-    return dict(zip(part["component"].values.tolist(), part[name].values.tolist(), strict=True))
+def _by_component(indices: xr.Dataset, name: str) -> dict[str, float]:
+    return dict(zip(indices["component"].values.tolist(), indices[name].values.tolist(), strict=True))
 
 
 def _said(deviation: float, unit: str) -> str:

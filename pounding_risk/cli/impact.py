@@ -60,8 +60,8 @@ def impact(
     capacity = read_option("--yield-force", yield_force, YIELD_FORCE)
     rule = restitution_of(restitution)
     reduced_mass = 1.0 / (1.0 / masses[0] + 1.0 / masses[1])
-    given = (("--floor-length", floor_length), ("--other-floor-length", other_floor_length))
-    length, other = (read_optional(option, text, FLOOR_LENGTH) or 0.0 for option, text in given)
+    lengths = (("--floor-length", floor_length), ("--other-floor-length", other_floor_length))
+    length, other = (read_optional(option, text, FLOOR_LENGTH) or 0.0 for option, text in lengths)
     waves, is_wall = read_option("--wave-speed", wave_speed, WAVE_SPEED), masses[1] == inf
     force_table = _table(table, unloading_stiffness)
     collision = Collision(approach, reduced_mass, rule, (length, other), waves, is_wall, force_table)

@@ -169,8 +169,7 @@ class ClusterRun:
     def start(self, job: Job, make: Make | None) -> None:
         """Submit the input, once for all chunks and as a task, which Dask repeats where its worker is lost."""
         payload = pickle.dumps(job.scan_input)
-        digest = hashlib.sha256(payload).hexdigest()
-        self.key = JobKey(digest, make, _versions(), _prepared(job), _laws(job.scan_input))
+        self.key = JobKey(hashlib.sha256(payload).hexdigest(), make, _versions(), _prepared(job), _laws(job.scan_input))
         with warnings.catch_warnings():
             # Records are large, and go to the scheduler once.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
@@ -320,7 +319,7 @@ def _unpickled(payload: bytes, key: JobKey) -> Any:
             "machine on all machines of the cluster"
         ) from None
     check_alike(
-        _address(), *({f"code of {name}": code[:SHOWN] for name, code in found.items()} for found in (laws, key.laws))
+        _address(), *({f"code of {name}": code[:SHOWN] for name, code in codes.items()} for codes in (laws, key.laws))
     )
     return scan_input
 

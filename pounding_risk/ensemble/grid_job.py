@@ -162,10 +162,10 @@ class GridJob(Job):
         results = self.solved(batches, stop)
         if results is None:
             return None
-        chunk, own = results
+        chunk, is_own = results
         if self.scan_input.check_fraction == 0.0:
             return chunk
-        checked = self.checked(batches, chunk, drawn(batches, own, self.scan_input.check_fraction), stop)
+        checked = self.checked(batches, chunk, drawn(batches, is_own, self.scan_input.check_fraction), stop)
         return None if checked is None else chunk | checked
 
     def slabs(self, batches: range) -> list[Slab]:

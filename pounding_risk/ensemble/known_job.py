@@ -77,16 +77,16 @@ def with_known(study: Scene, model: RowModel, motion: Motion, free: RowRun) -> R
     """The motion of a row without contact, with that of its known buildings in place of what was computed of them."""
     if free.status != COMPLETE:
         return free
-    points, floors, rest = free.points.copy(), free.floors.copy(), free.rest.copy()
+    points, floors, rest_state = free.points.copy(), free.floors.copy(), free.rest.copy()
     paths = _paths(study, model, motion)
     for place, building in enumerate(study.buildings):
         if building.displacement_history:
-            own = slice(*model.firsts[place : place + 2])
+            dofs = slice(*model.firsts[place : place + 2])
             moved = paths[place].moved
             drifts = np.diff(moved, axis=1, prepend=0.0)
-            floors[own] = rest[own] = np.nan  # no shear, acceleration and plastic drift is known
-            floors[own, DISPLACEMENT], floors[own, DRIFT] = np.abs(moved).max(axis=0), np.abs(drifts).max(axis=0)
-            rest[own, AT_END] = drifts[-1]
+            floors[dofs] = rest_state[dofs] = np.nan  # no shear, acceleration and plastic drift is known
+            floors[dofs, DISPLACEMENT], floors[dofs, DRIFT] = np.abs(moved).max(axis=0), np.abs(drifts).max(axis=0)
+            rest_state[dofs, AT_END] = drifts[-1]
     layout = model.row(motion.dt).row
     for k, point in enumerate(model.points):
         sides = point.interface, point.interface + 1
@@ -98,9 +98,9 @@ def with_known(study: Scene, model: RowModel, motion: Motion, free: RowRun) -> R
             # Σ share u over both, until the first of them ends.
             times = np.unique(np.concatenate([path.times for path, _ in known_sides]))
             times = times[times <= min(path.times[-1] for path, _ in known_sides)]
-            pieces = zip(*(path.pieces(times, own) for path, own in known_sides), strict=True)
+            pieces = zip(*(path.pieces(times, dofs) for path, dofs in known_sides), strict=True)
             points[k, HIGHEST], points[k, LOWEST] = extremes(*(sum(one) for one in pieces))
-    return free._replace(points=points, floors=floors, rest=rest)
+    return free._replace(points=points, floors=floors, rest=rest_state)
 
 
 def _paths(study: Scene, model: RowModel, motion: Motion) -> list[Path]:
@@ -116,8 +116,8 @@ def _paths(study: Scene, model: RowModel, motion: Motion) -> list[Path]:
             moved[:, chain.foundations : chain.foundations + chain.floors] = known[place].floors
             paths.append(Path(known[place].times, moved))
         else:
-            own = slice(*model.firsts[place : place + 2])
-            paths.append(Path(times, states[:, 0, own], states[:, 1, own]))
+            dofs = slice(*model.firsts[place : place + 2])
+            paths.append(Path(times, states[:, 0, dofs], states[:, 1, dofs]))
     return paths
 
 

@@ -305,11 +305,11 @@ def _of_links(study: Scene) -> Iterator[str]:
 
 
 def _of_gaps(study: Scene) -> Iterator[str]:
-    own = [interface.gap for interface in study.interfaces]
+    gaps = [interface.gap for interface in study.interfaces]
     if any(study.bumpers):
         yield "gaps are those between the faces: closings and gaps required count the bumpers that stand in them"
-    yield from _unusual("gap", dict(zip(study.interface_names, own, strict=True)))
-    yield from _unusual("gap", {"grid.gap": max(study.grid.gaps)} if max(study.grid.gaps) > max(own) else {})
+    yield from _unusual("gap", dict(zip(study.interface_names, gaps, strict=True)))
+    yield from _unusual("gap", {"grid.gap": max(study.grid.gaps)} if max(study.grid.gaps) > max(gaps) else {})
 
 
 def _of_stiffnesses(study: Scene) -> Iterator[str]:
@@ -426,11 +426,11 @@ def _of_levels(grid: Axes, motions: tuple[Motion, ...]) -> Iterator[str]:
 
 def _of_own_records(study: Scene, motions: Sequence[Motion]) -> Iterator[str]:
     """A note for each record that stands below a building in several recordings: of it bounds know one alone."""
-    own = [building.name for building in study.buildings if building.support.records]
+    names = [building.name for building in study.buildings if building.support.records]
     keys = recordings_within([motion.record for motion in motions], [motion.name for motion in motions])
     above: dict[tuple[str, str], set[Hashable]] = {}
     for motion, (first, *_) in zip(motions, keys, strict=True):
-        for building, record in zip(own, motion.record.get("beside", ()), strict=False):
+        for building, record in zip(names, motion.record.get("beside", ()), strict=False):
             above.setdefault((building, record["name"]), set()).add(first)
     for (building, name), recordings in above.items():
         if len(recordings) > 1:

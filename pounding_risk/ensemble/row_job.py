@@ -119,8 +119,7 @@ class RowJob(GridJob):
             response, under = respond_alone(model, motion)
             free = response.run
             # A response that fails is the result of its cases.
-            is_whole = free.status == COMPLETE
-            closed = (free.points[:, HIGHEST] - gaps).max(axis=1) if is_whole else np.zeros(len(gaps))
+            closed = (free.points[:, HIGHEST] - gaps).max(axis=1) if free.status == COMPLETE else np.zeros(len(gaps))
             if model.is_always_solved or free.status == COLLAPSED:  # which a neighbour may prevent
                 closed = np.maximum(closed, SOLVED)
             return closed, (response, under)
@@ -173,11 +172,11 @@ class RowJob(GridJob):
             if answered is None:
                 return None
             answers.append(answered)
-        own = np.ones((len(batches), self.width), dtype=bool)
+        is_own = np.ones((len(batches), self.width), dtype=bool)
         if self.scan_input.screening:
-            own = np.array([_own(answered) for answered in answers]).reshape(own.shape)
+            is_own = np.array([_own(answered) for answered in answers]).reshape(is_own.shape)
             chunk |= _written(answers, self.width)
-        return chunk, own & (chunk[STATUS] == COMPLETE)
+        return chunk, is_own & (chunk[STATUS] == COMPLETE)
 
     def _empty(self, count: int) -> Chunk:
         """Arrays of zeros for so many batches."""
@@ -202,8 +201,7 @@ class RowJob(GridJob):
             answers.append(answered)
         run = stacked(runs)
         chunk[STATUS][slab.batches] = run.status
-        pga = self.free(slab.motion).pga
-        every = row_outputs.outputs(run, self.grid.yield_forces, pga, self.grid.frame)
+        every = row_outputs.outputs(run, self.grid.yield_forces, self.free(slab.motion).pga, self.grid.frame)
         for name, array in row_outputs.with_bumpers(every, self.grid.frame).items():
             chunk[name][slab.batches] = array
         return answers
@@ -266,11 +264,11 @@ class RowWriter:
                 self._count_parts(chunk[KEYS][place], chunk[ANSWERS][place], how[place])
         answers = {name: chunk[name] for name in (*row_outputs.variables(job.grid.frame), STATUS)} | {HOW: how}
         if job.check_names:
-            own = how == SIMULATED
+            is_own = how == SIMULATED
             for name, none in not_recomputed(how.shape).items():
                 # A run that an earlier batch has made may have been repeated here as well: it counts there.
-                answers[name] = np.where(own, chunk[name], none)
-            self._check.see(batches, own & (chunk[STATUS] == COMPLETE), answers[SENSITIVE])
+                answers[name] = np.where(is_own, chunk[name], none)
+            self._check.see(batches, is_own & (chunk[STATUS] == COMPLETE), answers[SENSITIVE])
         return answers
 
     def _count_parts(self, keys: NDArray[np.uint64], answers: NDArray[np.int8], how: NDArray[np.int8]) -> None:
@@ -293,12 +291,12 @@ class RowWriter:
 def _own(answered: list[list[Answered]]) -> list[bool]:
     """Which cases of a batch have a run that no larger yield force of the batch has."""
     seen: set[tuple[bytes, ...]] = set()
-    own = []
+    is_own = []
     for of_case in reversed(answered):
         keys = {key for key, _ in of_case}
-        own.append(not keys <= seen)
+        is_own.append(not keys <= seen)
         seen |= keys
-    return own[::-1]
+    return is_own[::-1]
 
 
 def _written(answers: list[list[list[Answered]]], width: int) -> Chunk:

@@ -145,18 +145,18 @@ class Scan:
         from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
 
         about = About(self.job.batches, self.job.width, self.study.name, self.command)
-        own, path = identity(self.job.scan_input, self.job.prepared), folder_of(target)
+        study, path = identity(self.job.scan_input, self.job.prepared), folder_of(target)
         if not new and isinstance(self.job, VariantJob) and self.study.uncertain is not None:
             from pounding_risk.ensemble.known_samples import known_samples
 
             # The cases of a finished scan of fewer samples of the same scene, where there is one.
-            self.job.known = known_samples(target, own, self.study.axes, self.job.shape[len(self.study.axes) :])
+            self.job.known = known_samples(target, study, self.study.axes, self.job.shape[len(self.study.axes) :])
             self.known = self.job.known_batches()
         # A scan that was allowed to replace the file when it began need not be allowed again.
-        if not self.known and not is_begun(path, own):
+        if not self.known and not is_begun(path, study):
             choice = {"choice": OTHER_NAME} if shared else {}
-            check_replaceable(target, "scan", own, new, **choice)
-        checkpoint = Checkpoint.open(path, own, about, new=new, shared=shared)
+            check_replaceable(target, "scan", study, new, **choice)
+        checkpoint = Checkpoint.open(path, study, about, new=new, shared=shared)
         if self.known:
             checkpoint.log("known", cases=self.job.width * sum(map(len, self.known)), file=target.name)
         return checkpoint

@@ -130,8 +130,8 @@ class VariantJob(Job):
 
     def solve(self, batches: range, stop: Callable[[], bool] = never) -> Chunk | None:
         chunks: list[Chunk] = []
-        for number, own, _ in by_scene(batches, self.each):
-            chunk = self.job(number).solve(own, stop)
+        for number, of_scene, _ in by_scene(batches, self.each):
+            chunk = self.job(number).solve(of_scene, stop)
             if chunk is None:
                 return None
             chunks.append(chunk)
@@ -155,9 +155,9 @@ class VariantJob(Job):
             dims = (*(names[axis] for axis in along), *motions, *own_dims(name))
             variable = Variable(dims, array, base.skeleton[name].attrs).isel(one_place)
             skeleton = skeleton.assign({name: variable})
-        own = self._first.coordinates(whole=True)
+        coordinates = self._first.coordinates(whole=True)
         for name, (along, array) in gathered.coords.differing().items():
-            dims, _, about = own[name]
+            dims, _, about = coordinates[name]
             variable = Variable((*(names[axis] for axis in along), *dims), array, about)
             skeleton = skeleton.assign_coords({name: variable.isel(one_place, missing_dims="ignore")})
         skeleton.attrs = self._attributes(dict(base.skeleton.attrs), gathered)
@@ -170,8 +170,8 @@ class VariantJob(Job):
         for number in range(self.variants.count):
             job = self.job(number)
             gathered.free.add(number, self._free(number, job))
-            own = job.coordinates(whole=True)
-            gathered.coords.add(number, {name: np.asarray(about[1]) for name, about in own.items()})
+            coordinates = job.coordinates(whole=True)
+            gathered.coords.add(number, {name: np.asarray(about[1]) for name, about in coordinates.items()})
             gathered.tables.add(number, _leaves(job.study))
             notes = of_input(job.study, job.scan_input.motions)
             noted = {"notes": as_text(list(notes))} if notes else {}
@@ -189,9 +189,9 @@ class VariantJob(Job):
 
     def _attributes(self, first: dict[str, Any], gathered: Gathered) -> dict[str, Any]:
         """The attributes of the whole dataset from those of the first scene; what differs is stated by place alone."""
-        own = _leaves(self.study)
+        of_study = _leaves(self.study)
         # What is the same in all scenes and unlike the study's own, which has none of their values, is stated too.
-        tables = [one for one in gathered.tables.as_lists(whole=True) if one[1] or own.get(one[0], one) != one[2]]
+        tables = [one for one in gathered.tables.as_lists(whole=True) if one[1] or of_study.get(one[0], one) != one[2]]
         variants = {"tables": tables, "attributes": gathered.attributes.as_lists()}
         differing = {name for name, *_ in variants["attributes"]}
         drawn = self.study.uncertain
@@ -239,19 +239,19 @@ class VariantWriter:
 
     def values(self, batches: range, chunk: Chunk) -> Chunk:
         written: list[Chunk] = []
-        for number, own, where in by_scene(batches, self._job.each):
+        for number, of_scene, where in by_scene(batches, self._job.each):
             if number != self._number:
                 self._close()
                 self._number, self._writer = number, self._job.job(number).writer()
             assert self._writer is not None, "opened just now"
-            written.append(self._writer.values(own, {name: values[where] for name, values in chunk.items()}))
+            written.append(self._writer.values(of_scene, {name: values[where] for name, values in chunk.items()}))
         return joined(written)
 
     def known(self, batches: range) -> Chunk:
         """Every case variable of these batches, whose scenes are known."""
         job, written = self._job, []
         assert job.known is not None, "asked of known batches alone"
-        for number, own, _ in by_scene(batches, job.each):
+        for number, of_scene, _ in by_scene(batches, job.each):
             places = job.places(number)
             if number != self._number:
                 self._close()
@@ -260,7 +260,7 @@ class VariantWriter:
                     self._parts.update(json.loads(counts))
                     self._counts.add(number, {PARTS: counts})
             whole = job.known.cases(places, job.template)
-            written.append({name: array[own.start : own.stop] for name, array in whole.items()})
+            written.append({name: array[of_scene.start : of_scene.stop] for name, array in whole.items()})
         return joined(written)
 
     def _close(self) -> None:

@@ -111,15 +111,15 @@ def _frame(axis: Any, stiffness_range: StiffnessRange) -> None:
     axis.set_yscale("log")
     axis.set_title(plain(stiffness_range.interface), fontsize=10, loc="left")
     unit, factor = SHOWN[stiffness_range.unit]
-    own = factor * stiffness_range.own
+    own_stiffness = factor * stiffness_range.own
     axis.set_xlabel(f"contact stiffness [{unit.replace('^1.5', '$^{1.5}$')}]")
     axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.yaxis.set_minor_formatter(NullFormatter())
-    axis.set_xlim(own / 200.0, own * 400.0)
+    axis.set_xlim(own_stiffness / 200.0, own_stiffness * 400.0)
     if not stiffness_range.is_empty:
         axis.axvspan(factor * stiffness_range.low, factor * stiffness_range.high, color=BAND, alpha=0.15, linewidth=0)
-    axis.axvline(own, color=QUIET, linestyle=":", linewidth=1.2)
+    axis.axvline(own_stiffness, color=QUIET, linestyle=":", linewidth=1.2)
     low, high = axis.get_xlim()
     for rule in stiffness_range.rules:
         if low < factor * rule.equivalent < high:

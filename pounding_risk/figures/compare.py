@@ -356,16 +356,16 @@ def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str |
     names = findings.interface_names(dataset)
     index = widest_along(dataset) if interface is None else findings.index_of_interface(names, interface)
     others = {one.name: 0 for one in axes_of(dataset) if one.name != axis.name and one.name in dataset.dims}
-    part = findings.of_interface(dataset.isel(others), index)
-    labels = part[list(axis.keys)]
+    shown = findings.of_interface(dataset.isel(others), index)
+    labels = shown[list(axis.keys)]
     labels = labels.drop_vars([name for name in labels.coords if name not in axis.keys])
     figure, panels = style.blank(2, 3, (14.5, 7.4))
-    shades_all = _draw_ratios_along(panels.flat[:4], part, labels, axis.name)
+    shades_all = _draw_ratios_along(panels.flat[:4], shown, labels, axis.name)
     baseline = str(dataset.attrs["baseline"])
     conclusion, words = JUDGED[0]
-    judged = part["judged"].sel(conclusion=conclusion)
-    share = 100.0 * part["flips"].sel(conclusion=conclusion) / judged.where(judged > 0)
-    for name, look in _looks_along(part, axis.name).items():
+    judged = shown["judged"].sel(conclusion=conclusion)
+    share = 100.0 * shown["flips"].sel(conclusion=conclusion) / judged.where(judged > 0)
+    for name, look in _looks_along(shown, axis.name).items():
         _draw_line(panels[1, 1], share.sel(contact_model=name), labels, look)
     panels[1, 1].set_ylim(0.0, 1.12 * max(10.0, float(share.max()) if share.notnull().any() else 0.0))
     panels[1, 1].set_title(words, fontsize=9.5)
@@ -380,7 +380,7 @@ def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str |
         label_side(panel, "x", labels, axis.name)
         panel.tick_params(labelsize=8.5)
     panels[0, 2].legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1.02), frameon=False, handlelength=3.4)
-    runs = part["impact_count"].size // part.sizes["contact_model"] // part.sizes[axis.name]
+    runs = shown["impact_count"].size // shown.sizes["contact_model"] // shown.sizes[axis.name]
     where = f"At interface {names[index]} of {len(names)}" if len(names) > 1 else ""
     caption = (
         f"{dataset.attrs['title']}; {counted(runs, 'case')} a law at each place; same {terms_words(dataset)} at each; "
@@ -393,15 +393,15 @@ def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str |
     return figure
 
 
-def _equal_along(part: xr.Dataset, axis: str) -> set[str]:
+def _equal_along(shown: xr.Dataset, axis: str) -> set[str]:
     """The laws that are on equal terms at any place."""
-    return {name for place in range(part.sizes[axis]) for name in findings.comparable_laws(part.isel({axis: place}))}
+    return {name for place in range(shown.sizes[axis]) for name in findings.comparable_laws(shown.isel({axis: place}))}
 
 
-def _looks_along(part: xr.Dataset, axis: str) -> dict[str, dict[str, Any]]:
+def _looks_along(shown: xr.Dataset, axis: str) -> dict[str, dict[str, Any]]:
     """Look of every law beside the baseline; that of one which cannot be on equal terms is thin."""
-    names = [str(name) for name in part["contact_model"].values if str(name) != part.attrs["baseline"]]
-    equal, looks = _equal_along(part, axis), {}
+    names = [str(name) for name in shown["contact_model"].values if str(name) != shown.attrs["baseline"]]
+    equal, looks = _equal_along(shown, axis), {}
     for number, (name, (colour, dash)) in enumerate(zip(names, style.styles(len(names)), strict=True)):
         marker = MARKERS[number // len(style.STYLES) % len(MARKERS)]
         width = 1.6 if name in equal else 0.8
@@ -420,43 +420,42 @@ def _draw_line(panel: Any, values: xr.DataArray, labels: xr.Dataset, look: dict[
     panel.plot(places, values, label=label, markersize=4, **look)
 
 
-def _draw_ratios_along(panels: Any, part: xr.Dataset, labels: xr.Dataset, axis: str) -> bool:
+def _draw_ratios_along(panels: Any, shown: xr.Dataset, labels: xr.Dataset, axis: str) -> bool:
     """Draw median ratios of the four outputs, and ranges of laws on equal terms; returns whether of all of these.
 
     Of an output known by building, that of the building where the laws go furthest.
     """
-    looks, equal = _looks_along(part, axis), _equal_along(part, axis)
+    looks, equal = _looks_along(shown, axis), _equal_along(shown, axis)
     shades_all = sum(name in equal for name in looks) <= MOST_SHADED
-    every_place = [part.isel({axis: place}) for place in range(part.sizes[axis])]
+    every_place = [shown.isel({axis: place}) for place in range(shown.sizes[axis])]
 
     def most(output: str) -> tuple[str, float, float]:
         """(Law, its range) where an output is moved furthest at any place, of the laws that the finding is about."""
         ranges = [findings.furthest(one, output, findings.comparable_laws(one) or list(looks)) for one in every_place]
         return max(ranges, key=lambda one: findings.reach(*one[1:]))
 
-    outputs, shaded = [], {}
+    shaded = {}  # laws by output
     for words in PANELS:
-        known = [str(name) for name in part["output"].values if str(name).partition(",")[0] == words]
+        known = [str(name) for name in shown["output"].values if str(name).partition(",")[0] == words]
         output = max(known, key=lambda name: findings.reach(*most(name)[1:]))
-        outputs.append(output)
         shaded[output] = [name for name in looks if name in equal] if shades_all else [most(output)[0]]
     # A law with terms of its own may lie beyond the scale.
     medians = (
-        part["ratio_median"]
-        .isel(contact_model=~findings.with_terms_of_its_own(part))
-        .sel(output=outputs)
+        shown["ratio_median"]
+        .isel(contact_model=~findings.with_terms_of_its_own(shown))
+        .sel(output=list(shaded))
         .values.ravel()
     )
-    ranges = [part.sel(output=output, contact_model=laws) for output, laws in shaded.items()]
+    ranges = [shown.sel(output=output, contact_model=laws) for output, laws in shaded.items()]
     lows, highs = ([one[f"ratio_{end}"].values.ravel() for one in ranges] for end in ("low", "high"))
     limits = ratio_limits(np.concatenate([medians, *lows]), np.concatenate([medians, *highs]))
     places, _ = shown_values(labels, axis)
-    for panel, output in zip(panels, outputs, strict=True):
+    for panel, output in zip(panels, shaded, strict=True):
         panel.axhspan(1.0 - findings.NOTABLE, 1.0 + findings.NOTABLE, color="#e4e4e4", linewidth=0.0, zorder=0)
-        panel.axhline(1.0, color="black", linewidth=1.6, label=f"{part.attrs['baseline']}, the baseline")
+        panel.axhline(1.0, color="black", linewidth=1.6, label=f"{shown.attrs['baseline']}, the baseline")
         beyond = []
         for name, look in looks.items():
-            cell = part.sel(output=output, contact_model=name)
+            cell = shown.sel(output=output, contact_model=name)
             ends = cell["ratio_low"], cell["ratio_high"]
             if name in shaded[output] and is_number(labels, axis):
                 panel.fill_between(places, *ends, color=look["color"], alpha=0.13, linewidth=0.0)

@@ -47,7 +47,7 @@ def damage_figure(results: xr.Dataset, note: str = "", *, titled: bool = True) -
         For a dataset of another call.
     """
     check_kind(results, "damage")
-    found, results = finding(results), _known(results)
+    finding_words, results = finding(results), _known(results)
     _, factor = intensity_shown(results.attrs["intensity"])
     figure, (above, below) = blank(2, 1, (8.5, 8.4) if titled else (7.2, 7.2), sharex=True, height_ratios=[3, 2])
     curves, ratios = above[0], below[0]
@@ -57,13 +57,13 @@ def damage_figure(results: xr.Dataset, note: str = "", *, titled: bool = True) -
     for place, (state, (colour, _)) in enumerate(zip(states, styles(results.sizes["state"]), strict=True)):
         one, mark = results.sel(state=state), MARKS[place % len(MARKS)]
         for side, dash, fill in (("with", "-", colour), ("without", "--", "white")):
-            part = one.sel(pounding=side)
-            curves.plot(im, part["probability"], dash, color=colour, linewidth=1.8)
+            curve = one.sel(pounding=side)
+            curves.plot(im, curve["probability"], dash, color=colour, linewidth=1.8)
             if has_levels:
-                runs = part["runs"].values
-                shares = np.divide(part["reached"].values, runs, out=np.full(runs.shape, np.nan), where=runs > 0)
+                runs = curve["runs"].values
+                shares = np.divide(curve["reached"].values, runs, out=np.full(runs.shape, np.nan), where=runs > 0)
                 look: dict[str, Any] = {"color": colour, "markerfacecolor": fill, "markersize": 5, "alpha": 0.8}
-                curves.plot(factor * part["level"].values, shares, mark, **look)
+                curves.plot(factor * curve["level"].values, shares, mark, **look)
         curves.plot([], [], "-", color=colour, marker=mark, label=plain(f"{state}: {one['state_words'].item()}"))
         shown = one["probability"].sel(pounding="without").values >= LEAST
         low, high = (one[f"probability_ratio_{end}"].values[shown] for end in ("low", "high"))
@@ -88,7 +88,7 @@ def damage_figure(results: xr.Dataset, note: str = "", *, titled: bool = True) -
         ratios.set_xscale("log")
         logarithmic(ratios, "x", *ratios.get_xlim())
     if titled:
-        title(figure, plain(found), _of_scene(results, damage_caption(results)), note)
+        title(figure, plain(finding_words), _of_scene(results, damage_caption(results)), note)
     return figure
 
 
@@ -169,16 +169,16 @@ def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[st
     most = widest
     sides: dict[str, np.ndarray] = {}
     for axis, side in zip(panels, ("with", "without"), strict=True):
-        part = first.sel(pounding=side)
-        ims = factor * part["motion_intensity"].values.reshape(-1, group.sizes["level"])
-        values = sides[side] = size * threshold * part["demand_ratio"].values.reshape(ims.shape)
+        of_side = first.sel(pounding=side)
+        ims = factor * of_side["motion_intensity"].values.reshape(-1, group.sizes["level"])
+        values = sides[side] = size * threshold * of_side["demand_ratio"].values.reshape(ims.shape)
         for im, value in list(zip(ims, values, strict=True))[:: max(1, len(ims) // LINES)]:
             axis.plot(np.append(0.0, value), np.append(0.0, im), color=QUIET, alpha=0.3, linewidth=0.6)
-        if "demand_percentile" in part:
-            for percentile, dash in zip(part["percentile"].values, ("--", "-", "-."), strict=True):
-                middle = size * threshold * part["demand_percentile"].sel(percentile=percentile).values
+        if "demand_percentile" in of_side:
+            for percentile, dash in zip(of_side["percentile"].values, ("--", "-", "-."), strict=True):
+                middle = size * threshold * of_side["demand_percentile"].sel(percentile=percentile).values
                 label = f"{percentile:g} %"
-                axis.plot(middle, factor * part["level"].values, dash, color="black", linewidth=2.0, label=label)
+                axis.plot(middle, factor * of_side["level"].values, dash, color="black", linewidth=2.0, label=label)
                 most = max(most, float(np.nanmax(middle, initial=0.0)))
         for place, (state, colour) in enumerate(zip(group["state"].values, colours, strict=True)):
             limit = size * float(group["state_threshold"].isel(state=place))

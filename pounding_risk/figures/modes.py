@@ -61,8 +61,7 @@ def _shapes(axis: Any, building: Modes) -> None:
     levels = building.levels if has_levels else np.ones(building.levels.size)
     if not has_levels:
         axis.set_yticks([0.0, 1.0], ["ground", "mass"])
-    shown = min(MOST_MODES, building.periods.size)
-    for mode, (colour, dash) in enumerate(styles(shown)):
+    for mode, (colour, dash) in enumerate(styles(min(MOST_MODES, building.periods.size))):
         shape = building.shapes[:, mode]
         # A building on soil moves at its foundation; any other stands still at the ground.
         grounded = levels[0] > 0.0

@@ -215,8 +215,7 @@ def _energies(axis: style.Axes, run: xr.Dataset) -> None:
     kinds = ("ground", "damping", "contact", "held")
     words = ("from the ground", "to structural damping", "to contact", "kinetic and strain")
     for (colour, dash), kind, word in zip(style.styles(4), kinds, words, strict=True):
-        values = run[f"energy_{kind}"] / 1e3
-        axis.plot(run["time"], values, color=colour, linestyle=dash, linewidth=1.1, label=word)
+        axis.plot(run["time"], run[f"energy_{kind}"] / 1e3, color=colour, linestyle=dash, linewidth=1.1, label=word)
     axis.set_ylabel("energy [kJ]")
     axis.legend(ncols=4, **ABOVE)
 
@@ -256,8 +255,8 @@ def hysteresis_figure(run: xr.Dataset, note: str = "") -> style.Figure:
         axis.axvline(0.0, color=style.QUIET, linewidth=0.6)
         axis.plot(drifts[:, building, storey], shears[:, building, storey], color=style.STYLES[0][0], linewidth=1.0)
         name = str(run["building"].values[building])
-        part = f"storey {storey + 1}" if storey or name not in isolated else "isolators"
-        axis.set_title(f"{style.plain(name)}, {part}: ductility {ductility[building, storey]:.3g}", fontsize=9)
+        storey_name = f"storey {storey + 1}" if storey or name not in isolated else "isolators"
+        axis.set_title(f"{style.plain(name)}, {storey_name}: ductility {ductility[building, storey]:.3g}", fontsize=9)
         axis.set_xlabel("drift [mm]")
         axis.set_ylabel("storey shear [kN]")
     yields = int((ductility[np.isfinite(ductility)] > 1.0).sum())

@@ -53,12 +53,12 @@ def uncertainty_figure(results: xr.Dataset, note: str = "", *, titled: bool = Tr
     shape = (len(names), columns) if titled else (len(names) * columns, 1)
     size = (4.6 * columns, 0.8 + 4.8 * len(names)) if titled else (7.2, 3.8 * shape[0])
     figure, axes = blank(*shape, size)
-    parts = [results.sel(interface=name) if "interface" in results.dims else results for name in names]
-    for line, part, name in zip(axes.reshape(-1, columns), parts, names, strict=True):
-        _draw_contact(line[0], part, name if len(names) > 1 else "")
-        _draw_indices(line[1], part)
+    interfaces = [results.sel(interface=name) if "interface" in results.dims else results for name in names]
+    for line, shown, name in zip(axes.reshape(-1, columns), interfaces, names, strict=True):
+        _draw_contact(line[0], shown, name if len(names) > 1 else "")
+        _draw_indices(line[1], shown)
         if has_tornado:
-            _draw_tornado(line[2], part)
+            _draw_tornado(line[2], shown)
     if not titled:
         return figure
     joint = ", " if "first_order_of_motions" in results else " × "
@@ -66,40 +66,40 @@ def uncertainty_figure(results: xr.Dataset, note: str = "", *, titled: bool = Tr
         f"{counted(results.sizes['sample'], 'sample')}{joint}{results.attrs['motions']}; bounds of "
         f"{percent_words(float(results.attrs['confidence']))} over recordings and samples"
     )
-    shares = " ".join(dict.fromkeys(filter(None, map(indices_words, parts))))
+    shares = " ".join(dict.fromkeys(filter(None, map(indices_words, interfaces))))
     condition = f"{condition}. {shares}" if shares else condition
-    title(figure, "; ".join(map(_finding, parts)), condition, note)
+    title(figure, "; ".join(map(_finding, interfaces)), condition, note)
     return figure
 
 
-def _finding(part: xr.Dataset) -> str:
+def _finding(shown: xr.Dataset) -> str:
     """The verdict on the gap of one interface, with P(contact)."""
-    name, word = plain(str(part["interface"].item())), str(part["verdict"].item())
-    gap, share = say_in(float(part["judged_gap"]), "mm", 3), share_words(float(part["judged_probability"]))
+    name, word = plain(str(shown["interface"].item())), str(shown["verdict"].item())
+    gap, share = say_in(float(shown["judged_gap"]), "mm", 3), share_words(float(shown["judged_probability"]))
     return f"{name}: {gap} is {VERDICT_WORDS.get(word, word)}, P(contact) over samples and motions {share}"
 
 
-def _draw_contact(axis: Any, part: xr.Dataset, name: str) -> None:
+def _draw_contact(axis: Any, shown: xr.Dataset, name: str) -> None:
     """Draw P(contact) against the gap: of the samples as bands, in all with bounds, and with all at their medians."""
-    gaps, colour = 1e3 * part["gap"].values, MEANING["motions"]
-    bands = BANDS if "contact_probability_of_samples" in part else ()  # none where each sample has one motion
+    gaps, colour = 1e3 * shown["gap"].values, MEANING["motions"]
+    bands = BANDS if "contact_probability_of_samples" in shown else ()  # none where each sample has one motion
     for low, high, depth in bands:
-        ends = [part["contact_probability_of_samples"].sel(sample_percentile=end).values for end in (low, high)]
+        ends = [shown["contact_probability_of_samples"].sel(sample_percentile=end).values for end in (low, high)]
         label = f"{low:g} to {high:g} % of samples"
         axis.fill_between(gaps, *ends, color=colour, alpha=depth, linewidth=0.0, label=label)
-    axis.plot(gaps, part["contact_probability"], "-", color=colour, linewidth=2.0, label="samples and motions")
+    axis.plot(gaps, shown["contact_probability"], "-", color=colour, linewidth=2.0, label="samples and motions")
     for end, label in (("_low", "bounds of these"), ("_high", "")):
-        axis.plot(gaps, part[f"contact_probability{end}"], ":", color=colour, linewidth=1.2, label=label)
-    if "closing_at_medians" in part:
-        closing = part["closing_at_medians"].values
-        at_medians = [(closing > gap).mean() for gap in part["gap"].values]
+        axis.plot(gaps, shown[f"contact_probability{end}"], ":", color=colour, linewidth=1.2, label=label)
+    if "closing_at_medians" in shown:
+        closing = shown["closing_at_medians"].values
+        at_medians = [(closing > gap).mean() for gap in shown["gap"].values]
         axis.plot(gaps, at_medians, "--", color=STYLES[1][0], linewidth=1.3, label="all numbers at their medians")
-    axis.axvline(1e3 * float(part["judged_gap"]), color=MEANING["gap"], linewidth=1.0, label="gap judged")
-    axis.axhline(float(part.attrs["target"]), color=MEANING["target"], linestyle="-.", linewidth=1.0, label="target")
+    axis.axvline(1e3 * float(shown["judged_gap"]), color=MEANING["gap"], linewidth=1.0, label="gap judged")
+    axis.axhline(float(shown.attrs["target"]), color=MEANING["target"], linestyle="-.", linewidth=1.0, label="target")
     axis.set_xlim(0.0, gaps[-1])
     axis.set_ylim(0.0, 1.0)
     axis.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
-    axis.set_xlabel("nominal gap, without its scatter [mm]" if gap_scatter(part) > 0.0 else "gap [mm]")
+    axis.set_xlabel("nominal gap, without its scatter [mm]" if gap_scatter(shown) > 0.0 else "gap [mm]")
     axis.set_ylabel("P(contact)")
     axis.set_title(f"contact{f', {plain(name)}' if name else ''}", fontsize=9.5)
     legend_under(axis, 2)
@@ -111,10 +111,10 @@ def _ordered(values: Any) -> list[int]:
     return [int(place) for place in order[::-1]]
 
 
-def _draw_indices(axis: Any, part: xr.Dataset) -> None:
+def _draw_indices(axis: Any, shown: xr.Dataset) -> None:
     """Draw first-order shares as bars, and total ones where they are known, with bounds."""
-    output = str(part["chosen_output"].item())
-    one = part.sel(output=output)
+    output = str(shown["chosen_output"].item())
+    one = shown.sel(output=output)
     if "first_order_of_motions" in one:  # beside the numbers, as one of them
         with_motion = {
             name: ("uncertain_number", np.append(one[name], one[name.replace("first_order", "first_order_of_motions")]))
@@ -126,12 +126,12 @@ def _draw_indices(axis: Any, part: xr.Dataset) -> None:
     if not np.isfinite(one["first_order"].values).any():
         axis.set(xticks=[], yticks=[])
         few = f"no shares of the variance from so few samples: {LEAST_SAMPLES} or more"
-        varies = float(part["output_deviation"].sel(output=output)) > 0.0
+        varies = float(shown["output_deviation"].sel(output=output)) > 0.0
         return message(axis, few if varies else f"{words} does not vary over the samples")
     names = one["uncertain_number"].values
     order = _ordered(one["first_order"].values)
     kinds = [("first_order", FIRST, "", "first-order")]
-    if "total_order" in part:
+    if "total_order" in shown:
         kinds.append(("total_order", TOTAL, "///", "total"))
     width = 0.8 / len(kinds)
     for number, (kind, colour, hatch, label) in enumerate(kinds):
@@ -155,18 +155,18 @@ def _draw_indices(axis: Any, part: xr.Dataset) -> None:
 
 def _short(name: Any) -> str:
     """An address on two lines where it is long: the table and its name on the first, the key on the second."""
-    parts = plain(str(name)).split(".")
-    of_table = min(len(parts) - 1, 2)
+    keys = plain(str(name)).split(".")
+    of_table = min(len(keys) - 1, 2)
     if len(str(name)) <= 16 or not of_table:
-        return ".".join(parts)
-    return ".".join(parts[:of_table]) + "\n" + ".".join(parts[of_table:])
+        return ".".join(keys)
+    return ".".join(keys[:of_table]) + "\n" + ".".join(keys[of_table:])
 
 
-def _draw_tornado(axis: Any, part: xr.Dataset) -> None:
+def _draw_tornado(axis: Any, shown: xr.Dataset) -> None:
     """Draw an output with each number alone from its 10 % to its 90 % quantile."""
-    output = str(part["chosen_output"].item())
-    name = output if f"{output}_moved" in part else "required_gap"
-    moved = part[f"{name}_moved"]
+    output = str(shown["chosen_output"].item())
+    name = output if f"{output}_moved" in shown else "required_gap"
+    moved = shown[f"{name}_moved"]
     values, unit = moved.values, str(moved.attrs["units"])
     scale, middle, words = 1e3 if unit == "m" else 1.0, float(values[0, 1]), OUTPUT_WORDS.get(name, name)
     at = (say_in(middle, "mm", 3) if middle > LEAST_GAP else "less than 0.01 mm") if unit == "m" else f"{middle:.3g}"
@@ -187,7 +187,7 @@ def _draw_tornado(axis: Any, part: xr.Dataset) -> None:
     axis.set_ylim(-0.6, len(order) - 0.4)
     axis.margins(x=0.08)
     axis.locator_params(axis="x", nbins=5)
-    axis.set_yticks(range(len(order)), [_short(part["uncertain_number"].values[place]) for place in order], fontsize=8)
+    axis.set_yticks(range(len(order)), [_short(shown["uncertain_number"].values[place]) for place in order], fontsize=8)
     axis.set_xlabel(f"{words} [mm]" if unit == "m" else words)
     if name == "contact_probability":
         axis.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.3g} %")

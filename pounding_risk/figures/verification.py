@@ -151,8 +151,8 @@ def property_figure(one: Any) -> Figure:
     figure, axes = blank(1, len(one.panels), (9.6, 4.4))
     handles: dict[str, Any] = {}
     for axis, panel in zip(axes.flat, one.panels, strict=True):
-        for number, item in enumerate(panel.series):
-            handles.setdefault(item.label, _draw_series(axis, item, number))
+        for number, drawn in enumerate(panel.series):
+            handles.setdefault(drawn.label, _draw_series(axis, drawn, number))
         axis.set(xlabel=panel.axes[0], ylabel=panel.axes[1])
         axis.set_title(panel.title, fontsize=9.5)
     title(figure, one.headline, one.condition)
@@ -160,23 +160,23 @@ def property_figure(one: Any) -> Figure:
     return figure
 
 
-def _draw_series(axis: Any, item: Any, number: int) -> Any:
+def _draw_series(axis: Any, drawn: Any, number: int) -> Any:
     """Draw a series, the one of this number in its panel; its entry for the legend."""
     colour = STYLES[number % len(STYLES)][0]
     # Where colours come a second time, a dash that no line has had.
     dash: Any = STYLES[number][1] if number < len(STYLES) else FURTHER_DASHES[number % len(FURTHER_DASHES)]
-    if item.look == "points":
-        spread = None if item.low is None else [item.y - item.low, item.high - item.y]
+    if drawn.look == "points":
+        spread = None if drawn.low is None else [drawn.y - drawn.low, drawn.high - drawn.y]
         look: dict[str, Any] = {
             "color": colour,
             "marker": POINT_MARKS[number % len(POINT_MARKS)],
             "markerfacecolor": "none",
         }
         look |= {"linestyle": "", "capsize": 3.0, "zorder": 3, "markersize": 6.0}
-        return axis.errorbar(item.x, item.y, yerr=spread, label=item.label, **look)
-    if item.look == "band":
-        axis.fill_between(item.x, item.low, item.high, color=colour, alpha=0.2, linewidth=0.0)
-    return axis.plot(item.x, item.y, color=colour, linestyle=dash, linewidth=1.5, label=item.label)[0]
+        return axis.errorbar(drawn.x, drawn.y, yerr=spread, label=drawn.label, **look)
+    if drawn.look == "band":
+        axis.fill_between(drawn.x, drawn.low, drawn.high, color=colour, alpha=0.2, linewidth=0.0)
+    return axis.plot(drawn.x, drawn.y, color=colour, linestyle=dash, linewidth=1.5, label=drawn.label)[0]
 
 
 def _shown_share(share: float) -> float:

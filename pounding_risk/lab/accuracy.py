@@ -174,8 +174,7 @@ def run_settings(
         progress(number, len(runs))
         before, seconds = last.get(setting.method, (setting, 0.0))
         if number == len(RTOLS):
-            others = len(runs) - number
-            say(_time_words(bench, process_time() - begun, budget, others, bool(optional & set(GENERAL))))
+            say(_time_words(bench, process_time() - begun, budget, len(runs) - number, bool(optional & set(GENERAL))))
         expected = seconds * (before.value / setting.value if setting.method in STEPPED else 1.0)
         if expected > budget and setting != CONFIRMING:
             time = computing_time(expected)["text"]
@@ -226,8 +225,8 @@ def _far_behind(bench: Bench, reference: np.ndarray, outcomes: dict[Setting, lis
     if setting.method in (EVENT, CHECK) or ratio < FAR:
         return ""
     errors = (_errors(bench, one, outcomes[one][0], reference) for one in (setting, TIGHTEST))
-    own, best = (np.fmax.reduce(of_cases, axis=0) for of_cases in errors)
-    if (own < best).any():  # false for NaN, an output that the method does not have
+    reached, best = (np.fmax.reduce(of_cases, axis=0) for of_cases in errors)
+    if (reached < best).any():  # false for NaN, an output that the method does not have
         return ""
     return f"{setting.words} takes {ratio:.0f} times as long as {TIGHTEST.words}, with no smaller error in any output"
 

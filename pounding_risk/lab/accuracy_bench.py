@@ -426,14 +426,14 @@ def driven_motions(study: Scene) -> list[Driven]:
 def thinned_grid(study: Scene, cases: int, motions: int) -> tuple[list[int], list[int]]:
     """Indices of as many gaps and yield forces as fit into so many cases, evenly spaced; of one alone the scene's."""
     grid, varied = study.grid, study.gridded_interface
-    own = study.interfaces[study.interface_names.index(varied) if varied else 0]
+    interface = study.interfaces[study.interface_names.index(varied) if varied else 0]
     most = max(1, cases // (motions * len(grid.contact_models)))
-    forces = _thinned(grid.yield_forces, max(1, int(most**0.5)) if len(grid.gaps) > 1 else most, own.yield_force)
-    return _thinned(grid.gaps, max(1, most // len(forces)), own.gap), forces
+    forces = _thinned(grid.yield_forces, max(1, int(most**0.5)) if len(grid.gaps) > 1 else most, interface.yield_force)
+    return _thinned(grid.gaps, max(1, most // len(forces)), interface.gap), forces
 
 
-def _thinned(levels: Sequence[float], most: int, own: float) -> list[int]:
-    """Indices of at most so many of the values, first and last among them; of one alone the nearest to ``own``."""
+def _thinned(levels: Sequence[float], most: int, level: float) -> list[int]:
+    """Indices of at most so many of the values, first and last among them; of one alone the nearest to ``level``."""
     if most == 1 < len(levels):
-        return [int(np.abs(np.nan_to_num(levels) - np.nan_to_num(own)).argmin())]
+        return [int(np.abs(np.nan_to_num(levels) - np.nan_to_num(level)).argmin())]
     return evenly(len(levels), most)

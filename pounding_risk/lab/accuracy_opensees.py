@@ -42,6 +42,7 @@ PLAIN = "ModifiedNewton"
 NEAREST = 1e-12  # m: the impact materials refuse a gap of zero
 TEST, ITERATIONS = 1e-12, 100  # m, and per step
 GROUND = 1  # node; mass i is node i + 2
+UNDAMPED = "-doRayleigh", 0
 MATERIALS = tuple(law.__name__ for law in (Jankowski, HertzDamp, KelvinVoigt))  # laws that OpenSees has
 FALLS = "it takes one e for every impact of a contact, not one that falls with the speed"
 ON_SPRINGS = "a building on a foundation that rotates or slides is not built here"
@@ -274,67 +275,73 @@ def unsaid_laws(bench: Bench) -> str:
     return ""
 
 
+class _Model:
+    """Nodes and elements of a row, numbered in the order in which they are added; a rigid building is the ground."""
+
+    def __init__(self, ops: Any) -> None:
+        self.ops, self.tag, self.masses = ops, GROUND, 0
+        self.nodes: dict[tuple[int, int], int] = {}  # by building and floor
+        ops.wipe()
+        ops.model("basic", "-ndm", 1, "-ndf", 1)
+        ops.node(GROUND, 0.0)
+        ops.fix(GROUND, 1)
+
+    def join(self, ends: Sequence[int], material: Sequence[Any], *options: Any) -> int:
+        """The element between two nodes with a material: its name, then its numbers."""
+        self.tag += 1
+        name, *numbers = material
+        self.ops.uniaxialMaterial(name, self.tag, *numbers)
+        self.ops.element("zeroLength", self.tag, *ends, "-mat", self.tag, "-dir", 1, *options)
+        return self.tag
+
+    def ends(self, place: Link | Point) -> tuple[int, int]:
+        """The nodes that a link or a contact joins."""
+        left, right = (place.interface, int(place.left_floor)), (place.interface + 1, int(place.right_floor))
+        return self.nodes.get(left, GROUND), self.nodes.get(right, GROUND)
+
+    def add_building(self, building: int, chain: Chain, materials: dict[int, Any]) -> None:
+        """Masses, springs and dashpots, and the ``materials`` of storeys that yield."""
+        self.nodes[building, 0] = GROUND
+        for floor, mass in enumerate(chain.mass.tolist(), start=1):
+            self.masses += 1
+            self.nodes[building, floor] = self.masses + 1
+            self.ops.node(self.masses + 1, 0.0)
+            self.ops.mass(self.masses + 1, mass)
+        for floor, material in materials.items():
+            self.join((self.nodes[building, floor - 1], self.nodes[building, floor]), material, *UNDAMPED)
+        springs = {(floor, floor + 1): spring for floor, spring in enumerate(beside(chain, materials))}
+        dashpots, others = joins(chain.damping), joins(chain.coupling)
+        for pair in {**springs, **others, **dashpots}:
+            spring = springs.get(pair, 0.0) + others.get(pair, 0.0)
+            nodes = [self.nodes[building, floor] for floor in pair]
+            self.join(nodes, ("Elastic", spring, dashpots.get(pair, 0.0)), *UNDAMPED)
+
+
 def build(
     ops: Any,
     chains: Sequence[Chain],
     points: Sequence[Point],
     case: PointCase,
-    acceleration: NDArray[Any],
-    dt: float,
+    motion: Any,
     links: Sequence[Link] = (),
     yielding: Sequence[dict[int, Any]] = (),
 ) -> list[int]:
     """Nodes, springs, dashpots, links, contacts, the ground motion and the method; returns the contacts' elements.
 
-    ``yielding`` are `storeys_of` each building.
+    A ``motion`` has its acceleration and ``dt``; ``yielding`` are `storeys_of` each building.
     """
-    ops.wipe()
-    ops.model("basic", "-ndm", 1, "-ndf", 1)
-    ops.node(GROUND, 0.0)
-    ops.fix(GROUND, 1)
-    tag, masses = GROUND, 0
-    nodes: dict[tuple[int, int], int] = {}
-
-    def join_by(one: int, other: int, material: str, *numbers: float) -> None:
-        nonlocal tag
-        tag += 1
-        ops.uniaxialMaterial(material, tag, *numbers)
-        ops.element("zeroLength", tag, one, other, "-mat", tag, "-dir", 1, "-doRayleigh", 0)
-
-    def ends(place: Link | Point) -> tuple[int, int]:
-        """The nodes that a link or a contact joins; a rigid building is the ground."""
-        left, right = (place.interface, int(place.left_floor)), (place.interface + 1, int(place.right_floor))
-        return nodes.get(left, GROUND), nodes.get(right, GROUND)
-
+    model = _Model(ops)
     for building, chain in enumerate(chains):
-        nodes[building, 0] = GROUND
-        for floor, mass in enumerate(chain.mass.tolist(), start=1):
-            masses += 1
-            nodes[building, floor] = masses + 1
-            ops.node(masses + 1, 0.0)
-            ops.mass(masses + 1, mass)
-        materials = yielding[building] if yielding else {}
-        for floor, material in materials.items():
-            join_by(nodes[building, floor - 1], nodes[building, floor], *material)
-        springs = {(floor, floor + 1): spring for floor, spring in enumerate(beside(chain, materials))}
-        dashpots, others = joins(chain.damping), joins(chain.coupling)
-        for pair in {**springs, **others, **dashpots}:
-            lower, upper = (nodes[building, floor] for floor in pair)
-            spring = springs.get(pair, 0.0) + others.get(pair, 0.0)
-            join_by(lower, upper, "Elastic", spring, dashpots.get(pair, 0.0))
+        model.add_building(building, chain, yielding[building] if yielding else {})
     for link in links:
-        join_by(*ends(link), *link_material(link))
-        join_by(*ends(link), *link_dashpot(link))
-    elements = []
-    for k, point in enumerate(points):
-        if point.kind == LINK:
-            continue
-        tag += 1
-        material, *numbers = impact_material(chains, point, (case.gaps[k], case.laws[k], case.rules[k]))
-        ops.uniaxialMaterial(material, tag, *numbers)
-        ops.element("zeroLength", tag, *ends(point), "-mat", tag, "-dir", 1)
-        elements.append(tag)
-    shake(ops, acceleration, dt, range(2, masses + 2))
+        model.join(model.ends(link), link_material(link), *UNDAMPED)
+        model.join(model.ends(link), link_dashpot(link), *UNDAMPED)
+    elements = [
+        model.join(model.ends(point), impact_material(chains, point, (case.gaps[k], case.laws[k], case.rules[k])))
+        for k, point in enumerate(points)
+        if point.kind != LINK
+    ]
+    shake(ops, motion.acceleration, motion.dt, range(2, model.masses + 2))
     ops.algorithm(algorithm(yielding, links))
     return elements
 
@@ -365,9 +372,8 @@ def solve(bench: Bench, case: PointCase, h: float) -> Peaks:
     ops, motion = load(), bench.motions[case.motion]
     duration = (len(motion.acceleration) - 1) * motion.dt
     with TemporaryDirectory() as folder, silenced():
-        numbers = case, motion.acceleration, motion.dt
         yielding = [storeys_of(bench, building) for building in range(len(bench.chains))]
-        elements = build(ops, bench.chains, bench.points, *numbers, bench.study.links, yielding)
+        elements = build(ops, bench.chains, bench.points, case, motion, bench.study.links, yielding)
         files = [os.path.join(folder, name) for name in ("reach", "force")]
         for file, response in zip(files, (("deformation",), ("material", 1, "stress")), strict=True):
             ops.recorder("EnvelopeElement", "-file", file, "-precision", 17, "-ele", *elements, *response)

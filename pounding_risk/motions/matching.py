@@ -132,10 +132,10 @@ def _replace(
         before = list(chosen)
         for place in range(n):
             others = [at for at in range(n) if at != place]
-            kept = np.array([logs[chosen[at]] + factors[at][chosen[at]] for at in others])
+            rows = np.array([logs[chosen[at]] + factors[at][chosen[at]] for at in others])
             mine = logs + factors[place][:, None]
-            mean = (kept.sum(axis=0) + mine) / n
-            square = ((kept - kept.mean(axis=0)) ** 2).sum(axis=0) + (1.0 - 1.0 / n) * (mine - kept.mean(axis=0)) ** 2
+            mean = (rows.sum(axis=0) + mine) / n
+            square = ((rows - rows.mean(axis=0)) ** 2).sum(axis=0) + (1.0 - 1.0 / n) * (mine - rows.mean(axis=0)) ** 2
             error = ((mean - aim.mean) ** 2 + (np.sqrt(square / (n - 1)) - aim.deviation) ** 2).sum(axis=1)
             error[~_allowed([chosen[at] for at in others], events, limits)] = np.inf
             best = int(np.argmin(error))

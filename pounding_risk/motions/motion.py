@@ -119,8 +119,8 @@ class Motion(ShortRepr):
         """
         prompt = self.reaching(0.0)
         beside = [*enumerate(prompt.own_grounds), (-1, prompt.across)]
-        own = [np.append(place, samples) for place, samples in beside if samples is not None]
-        return sha256(np.concatenate([prompt.acceleration, [self.dt], *own]).astype("<f8").tobytes()).hexdigest()
+        more = [np.append(place, samples) for place, samples in beside if samples is not None]
+        return sha256(np.concatenate([prompt.acceleration, [self.dt], *more]).astype("<f8").tobytes()).hexdigest()
 
     @property
     def drive(self) -> Samples:
@@ -175,13 +175,13 @@ class Motion(ShortRepr):
         """As `cut`, in seconds, without the flags of `checked`."""
         done = window(self.acceleration, self.dt, start=start, end=end)
         inside = float(np.abs(done.samples).max())
-        kept = replace(self, across=None).after(done)
+        motion = replace(self, across=None).after(done)
         if self.across is not None:
-            kept = replace(kept, across=window(self.across, self.dt, start=start, end=end).samples)
+            motion = replace(motion, across=window(self.across, self.dt, start=start, end=end).samples)
         if inside < WEAK_WINDOW * self.pga:
             share = f"{100.0 * inside / self.pga:.2g} % of the record's"
-            kept = kept.doubted((f"the window leaves the strong shaking out: its PGA is {share}",))
-        return kept
+            motion = motion.doubted((f"the window leaves the strong shaking out: its PGA is {share}",))
+        return motion
 
     def with_tail(self, seconds: float | str) -> Motion:
         """The motion followed by at least that duration [s] of zeros, in which the buildings vibrate freely.

@@ -64,21 +64,21 @@ def _laid(records: Sequence[Motion], dt: float) -> list[_Laid]:
     return [_Laid(record, _parts(record, dt, records), zeros) for record, zeros in zip(records, before, strict=True)]
 
 
-def set_beside(motion: Motion, own: Sequence[Motion | None]) -> Motion:
+def set_beside(motion: Motion, records: Sequence[Motion | None]) -> Motion:
     """The motion, scaled, with the records of single buildings beside it, on the samples of all of them.
 
-    ``own`` has a record by building, not scaled, None where it stands on ``motion``. Every record gets the factor of
+    ``records`` has one by building, not scaled, None where it stands on ``motion``. Every record gets the factor of
     the motion. Of unlike time steps one has to be a whole multiple of the other, else RecordError: the coarser record
     is then divided on the straight lines between its samples, which changes nothing of it. Zeros follow the records
     that end first. A record that is the motion itself, to the bit, is none of its own.
     """
-    others = [record for record in own if record is not None]
+    others = [record for record in records if record is not None]
     dt = min(record.dt for record in (motion, *others))
     laid = _laid([motion, *others], dt)
     main, count = laid[0], max(one.reach for one in laid)
     shared, factor = main.drawn(count), motion.record.get("factor", 1.0)
     drawn = iter([factor * one.drawn(count) for one in laid[1:]])
-    scaled = [None if record is None else next(drawn) for record in own]
+    scaled = [None if record is None else next(drawn) for record in records]
     own_samples = tuple(None if samples is None or np.array_equal(samples, shared) else samples for samples in scaled)
     for samples in own_samples:
         if samples is not None:

@@ -166,8 +166,8 @@ def open_source(source: Any, *, unit: str | None = None, dt: float | None = None
 
 def components(path: Path, *, unit: str | None = None, dt: float | None = None) -> tuple[Source, ...]:
     """Every component of a file, as `open_source` gives one."""
-    found = formats.read_components(path, unit=unit, dt=dt)
-    return tuple(_checked(_of_file(path, file_read), unit, dt) for file_read in found)
+    readings = formats.read_components(path, unit=unit, dt=dt)
+    return tuple(_checked(_of_file(path, file_read), unit, dt) for file_read in readings)
 
 
 def generated_sources(source: str | Recipe) -> tuple[Source, ...]:

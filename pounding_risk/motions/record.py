@@ -93,7 +93,7 @@ def recording_numbers(
     """
     keys: list[tuple[Hashable, ...]] = recordings_within(facts, names)
     if digests:
-        keys = [(*own, ("motion", digest)) for own, digest in zip(keys, digests, strict=True)]
+        keys = [(*of_record, ("motion", digest)) for of_record, digest in zip(keys, digests, strict=True)]
     return joined(keys)
 
 

@@ -197,12 +197,12 @@ def carried_spectra(name: str) -> CarriedSpectra:
             columns = _columns(opened["spectra/table"])
         for member in _members(file):
             is_own = (columns["record"] == member.number) & (columns["component"] == member.letter.encode())
-            own = np.flatnonzero(is_own)
-            own = own[np.argsort(columns["period"][own])]
-            periods = columns["period"][own] if periods is None else periods
-            if not np.array_equal(columns["period"][own], periods):
+            rows = np.flatnonzero(is_own)
+            rows = rows[np.argsort(columns["period"][rows])]
+            periods = columns["period"][rows] if periods is None else periods
+            if not np.array_equal(columns["period"][rows], periods):
                 raise RecordError(f"{file.name}: the spectrum of {member.id} is at other periods; {REPAIR}")
-            spectra.append(columns["pseudo_accel"][own])
+            spectra.append(columns["pseudo_accel"][rows])
     ids = tuple(member.id for member in members(name))
     return CarriedSpectra(ids, np.asarray(periods), np.array(spectra) * STANDARD_GRAVITY)
 

@@ -182,9 +182,9 @@ def _record(first: Motion, second: Motion, azimuth: float | None) -> dict[str, A
     one, other = first.record, second.record
     record = {key: one[key] for key in SHARED if key in one and one[key] == other.get(key)}
     for key in ("id", "file", "sha256", "component"):
-        parts = dict.fromkeys(str(facts[key]) for facts in (one, other) if facts.get(key))
-        if parts:
-            record[key] = " + ".join(parts)
+        both = dict.fromkeys(str(facts[key]) for facts in (one, other) if facts.get(key))
+        if both:
+            record[key] = " + ".join(both)
     if one.get("start") and other.get("start"):
         record["start"] = max(one["start"], other["start"])
     for key, stricter in NARROWER.items():

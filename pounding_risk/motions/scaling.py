@@ -209,7 +209,7 @@ def to_median(
     for motion, value in zip(motions, values, strict=True):
         _ratio(1.0, value, motion.name)  # names the motion that no factor scales
     means = {
-        label: _geometric_mean([value for value, own in zip(values, labels, strict=True) if own == label])
+        label: _geometric_mean([value for value, own_label in zip(values, labels, strict=True) if own_label == label])
         for label in labels
     }
     median = float(np.median(list(means.values())))

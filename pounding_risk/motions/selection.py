@@ -299,7 +299,7 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
     spectra_of = SPECTRA[criteria.spectrum]
     spectra = spectra_of(candidates, compared, target.damping) if candidates else np.empty((0, compared.size))
     rows = []
-    for parts, spectrum in zip(candidates, spectra, strict=True):
+    for components, spectrum in zip(candidates, spectra, strict=True):
         if not (np.isfinite(spectrum).all() and (spectrum > 0.0).all()):
             left_out["a spectrum of zero"] += 1
             continue
@@ -312,7 +312,7 @@ def select(motions: Iterable[Motion], target: Target, **choices: Any) -> Selecti
                 continue
         best = fit(spectrum, goal, limits)
         is_limited = best.limited and not at_pivot.size
-        rows.append(Row(parts, best.factor, best.misfit, is_limited, spectrum, _doubts(parts, criteria)))
+        rows.append(Row(components, best.factor, best.misfit, is_limited, spectrum, _doubts(components, criteria)))
     rows.sort(key=lambda row: (row.misfit, row.name))
     chosen = _first(rows, criteria, left_out) if target.deviation is None else _matched(rows, target, criteria)
     if not chosen:
@@ -342,26 +342,26 @@ def _candidates(motions: list[Motion], criteria: Criteria, left_out: Counter[str
     return [(group[0], group[1]) for group in groups.values() if len(group) == 2]
 
 
-def _known(parts: tuple[Motion, ...], key: str) -> Any:
+def _known(candidate: tuple[Motion, ...], key: str) -> Any:
     if key == "pga":
-        return max(motion.pga for motion in parts)
-    return next((motion.record[key] for motion in parts if motion.record.get(key) not in (None, "")), None)
+        return max(motion.pga for motion in candidate)
+    return next((motion.record[key] for motion in candidate if motion.record.get(key) not in (None, "")), None)
 
 
-def _passes(parts: tuple[Motion, ...], criteria: Criteria, left_out: Counter[str]) -> bool:
+def _passes(candidate: tuple[Motion, ...], criteria: Criteria, left_out: Counter[str]) -> bool:
     """True for a candidate that passes every filter; the first filter that it fails is counted."""
     for key in FILTERS:
         bounds = getattr(criteria, key)
         if bounds is None:
             continue
-        value = _known(parts, key)
+        value = _known(candidate, key)
         if value is None or not isfinite(float(value)):
             left_out[f"{key} unknown"] += 1
             return False
         if not bounds[0] <= float(value) <= bounds[1]:
             left_out[f"{key} outside {bounds[0]:g} to {bounds[1]:g}"] += 1
             return False
-    if criteria.per_event is not None and _known(parts, "event") is None:
+    if criteria.per_event is not None and _known(candidate, "event") is None:
         left_out["event unknown"] += 1
         return False
     return True
@@ -406,9 +406,9 @@ def _matched(rows: list[Row], target: Target, criteria: Criteria) -> list[Row]:
     return sorted(chosen, key=lambda row: (row.misfit, row.name))
 
 
-def _doubts(parts: tuple[Motion, ...], criteria: Criteria) -> tuple[str, ...]:
+def _doubts(candidate: tuple[Motion, ...], criteria: Criteria) -> tuple[str, ...]:
     """A flag for a record that is compared at periods beyond its usable ones."""
-    lowest = max(lowest_usable(motion.record) or 0.0 for motion in parts)
+    lowest = max(lowest_usable(motion.record) or 0.0 for motion in candidate)
     if criteria.periods[1] * lowest <= 1.0:
         return ()
     longest = f"{1.0 / lowest:.3g} s"

@@ -94,7 +94,7 @@ class Target:
     origin: str = ""
 
     def __post_init__(self) -> None:
-        periods, values = (np.array(given, dtype=np.float64) for given in (self.periods, self.acceleration))
+        periods, values = (np.array(ordinates, dtype=np.float64) for ordinates in (self.periods, self.acceleration))
         if periods.ndim != 1 or periods.shape != values.shape or periods.size < 2:
             raise RecordError(
                 f"{self.name}: {periods.size} periods and {values.size} ordinates; a target needs two or more of both"
@@ -103,12 +103,12 @@ class Target:
             raise RecordError(f"{self.name}: the periods do not rise; sort them, each once, from 0 s up")
         if not (np.isfinite(values).all() and (values > 0.0).all()):
             raise RecordError(f"{self.name}: an ordinate is not above zero and finite; correct or leave it out")
-        given = {"periods": periods, "acceleration": values}
+        ordinates = {"periods": periods, "acceleration": values}
         if self.deviation is not None:
-            given["deviation"] = spread = np.array(self.deviation, dtype=np.float64)
+            ordinates["deviation"] = spread = np.array(self.deviation, dtype=np.float64)
             if spread.shape != periods.shape or not (np.isfinite(spread).all() and (spread >= 0.0).all()):
                 raise RecordError(f"{self.name}: give a finite standard deviation of ln Sa, 0 or above, at each period")
-        for key, value in given.items():
+        for key, value in ordinates.items():
             value.flags.writeable = False
             object.__setattr__(self, key, value)
 
@@ -326,11 +326,11 @@ SHAPES: dict[str, tuple[Callable[..., Target], dict[str, Callable[[str], Any]], 
 def _shape(name: str, kind: str, parameters: str) -> Target:
     make, readers, example = SHAPES[kind]
     values: dict[str, Any] = {}
-    for part in parameters.split(","):
-        key, equals, value = (word.strip() for word in part.partition("="))
+    for setting in parameters.split(","):
+        key, equals, value = (word.strip() for word in setting.partition("="))
         if not equals or key.lower() not in readers or key.lower() in values:
             raise RecordError(
-                f'{name}: "{part.strip()}" is not one of {", ".join(readers)}, once each; write "{example}"'
+                f'{name}: "{setting.strip()}" is not one of {", ".join(readers)}, once each; write "{example}"'
             )
         try:
             values[key.lower()] = readers[key.lower()](value)

@@ -121,8 +121,8 @@ def yielding(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
     for share in shares:
         excluded = count(share.left_out) if share.left_out else MISSING
         rows.append([model_of(share), strength(share.yield_force), *share_cells(share), excluded])
-    own = [at for at, share in enumerate(shares) if share.contact_model == one.own_model]
-    keep = [own[at] for at in evenly(len(own), KEPT)]
+    of_own_model = [at for at, share in enumerate(shares) if share.contact_model == one.own_model]
+    keep = [of_own_model[at] for at in evenly(len(of_own_model), KEPT)]
     caption = f"{one.name}: probability of reaching F_E at a gap of {_yield_gap(one)}, motions {one.at}."
     columns = "F_E is that of floors that meet, or of columns where none meet; `validate` shows both of a scene. "
     return [
@@ -155,9 +155,9 @@ def response(one: InterfaceAssessment) -> list[Block]:
         shown = (of_force.get(output) for output in outputs)  # none where no motion has a finite value of an output
         rows.append([*row, *(MISSING if each is None else number(each.median, each.unit, 3) for each in shown)])
     caption = f"{one.name}: response against F_E, at a gap of {_yield_gap(one)}, under {name_of(one.own_model)}."
-    own = "Medians over the motions with contact, the larger of both buildings; the scene's own"
+    words = "Medians over the motions with contact, the larger of both buildings; the scene's own"
     heads = [head("F_E", "N"), "contact in", *outputs.values()]
-    return [table(caption, heads, rows), paragraph(f"{own}: {_own_force(one)}.")]
+    return [table(caption, heads, rows), paragraph(f"{words}: {_own_force(one)}.")]
 
 
 def influences(one: InterfaceAssessment) -> list[Block]:
@@ -205,14 +205,14 @@ def event_cells(one: Fragility | Rate | Scenario) -> Row:
     return [event, number(one.gap, "m", GIVEN), model_of(one), strength(one.yield_force)]
 
 
-def model_of(result: Share | Fragility | Rate | Scenario) -> str:
+def model_of(answer: Share | Fragility | Rate | Scenario) -> str:
     """The contact model of a result; contact itself depends on none."""
-    return name_of(result.contact_model) if result.contact_model else "any"
+    return name_of(answer.contact_model) if answer.contact_model else "any"
 
 
 def of_gap(one: InterfaceAssessment, results: Iterable[Fragility | Rate | Scenario]) -> list[int]:
     """Indices of the results on contact at the assessed gap, and on yielding."""
-    return [at for at, result in enumerate(results) if result.what == "yield" or result.gap == one.gap]
+    return [at for at, answer in enumerate(results) if answer.what == "yield" or answer.gap == one.gap]
 
 
 def fitted(one: InterfaceAssessment) -> list[Fragility]:

@@ -51,8 +51,8 @@ def _rules(one: StiffnessRange) -> Block:
     if one.is_column:
         caption += ". This is of floors that strike each other; columns, which are struck here, are not judged by it"
     heads = ["rule", "published", "equivalent stiffness", "contact lasts [ms]", "verdict", "source"]
-    own: Row = ["the scene's", "", amount(one.own, one.unit), milliseconds(one.duration)]
-    rows: list[Row] = [[*own, "–" if one.is_column else one.verdict or "–", ""]]
+    of_scene: Row = ["the scene's", "", amount(one.own, one.unit), milliseconds(one.duration)]
+    rows: list[Row] = [[*of_scene, "–" if one.is_column else one.verdict or "–", ""]]
     for rule in one.rules:
         row: Row = [rule.name, amount(rule.published, rule.unit, 3), amount(rule.equivalent, one.unit, 3)]
         verdict = "–" if one.is_column else rule.verdict or "–"

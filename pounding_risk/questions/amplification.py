@@ -195,8 +195,7 @@ def _reference(
     left, right = periods if stays == 1 else periods[::-1]
     sides = closings.Oscillators(left, dampings[0]), closings.Oscillators(right, dampings[1])
     name, percentile = of
-    peaks = closings.closings(shaking.motions, sides)
-    alone = closings.gap_dataset(shaking, sides, peaks, (percentile,), False)
+    alone = closings.gap_dataset(shaking, sides, closings.closings(shaking.motions, sides), (percentile,), False)
     chosen = alone["required_gap"] if name == REQUIRED else with_rules(alone)["separation"].sel(rule=name)
     return np.asarray(chosen.isel(percentile=0).values).reshape(-1)
 

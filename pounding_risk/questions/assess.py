@@ -63,10 +63,10 @@ def answer(results: Any, *, setback: bool = False, **options: Any) -> Any:
     return assess_along(results, **options)
 
 
-def check(given: Mapping[str, Any]) -> None:
+def check(options: Mapping[str, Any]) -> None:
     """Raise PoundingError for options that a setback does not take."""
-    for name in IDLE if given.get("setback") else ():
-        if name in given:
+    for name in IDLE if options.get("setback") else ():
+        if name in options:
             raise PoundingError(f"{name}: is not taken with --setback, which no neighbour enters; leave it out")
 
 

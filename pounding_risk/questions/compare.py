@@ -196,14 +196,14 @@ def _range(law: str, low: float, high: float) -> Cell | str:
     return "–" if isnan(high) else cell | {"text": f"{cell['text']} ({law})"}
 
 
-def check(given: Mapping[str, Any]) -> None:
+def check(options: Mapping[str, Any]) -> None:
     """Raise PoundingError for a figure that cannot be drawn, and for an interface that the scene has not."""
-    study = given["study"]
+    study = options["study"]
     if isinstance(study, Scene):
-        if "figure" in given:
+        if "figure" in options:
             check_drawn(study.axes, "--figure")
-        if "interface" in given:
-            index_of_interface(study.interface_names, given["interface"])
+        if "interface" in options:
+            index_of_interface(study.interface_names, options["interface"])
 
 
 def failed(comparison: xr.Dataset) -> bool:

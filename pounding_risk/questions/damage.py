@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Mapping
 from io import StringIO
 from math import isnan
 from pathlib import Path
@@ -125,30 +126,24 @@ def damage(
     from pounding_risk.scene.damage import read_states  # with pydantic
 
     chosen = read_states(states, list(map(str, dataset["building"].values)))
-    places = {axis: opened.scene_case[axis] for axis in ("gap", "contact_model", "yield_force")}
-    for axis, asked in (("gap", gap), ("contact_model", contact_model), ("yield_force", yield_force)):
-        if asked is not None:
-            places[axis] = place_of(axis, opened.values_along(axis), asked)
-    case = dataset.isel(places)
-    if unpushed := Results(case).unpushed:
-        raise PoundingError(
-            f"damage: {unpushed} of {case['status'].size} runs at a gap of {say(float(case['gap']), GAP)} are "
-            f"{NOT_RUN}, and curves of the others would be those of motions that do not collide; take a gap that no "
-            "motion closes, or compute the building in place of displacement_history"
-        )
+    case = _case_of(opened, {"gap": gap, "contact_model": contact_model, "yield_force": yield_force})
     shaking = shaking_of(opened, hazard, gmfs, intensity)
     word, fields = shaking.intensity, shaking.fields
     if shaking.hazard is not None:
         check_intensity(opened, word, shaking.hazard.name)
     motions = _motions(opened, word)
-    if method is None:
-        method = "stripes" if motions.ims.shape[1] > 1 else "cloud"
-    elif method not in METHODS:
+    if method is not None and method not in METHODS:
         meant = nearest(str(method), METHODS)
         raise PoundingError(f"method: {shown(method)} is none{meant}; write {', '.join(METHODS)}")
-    bounds, recordings = share(confidence, "confidence", low=0.5), int(motions.recordings.max(initial=0)) + 1
-    compared = None if at is None else si(at, intensity_quantity(word), "at")
-    options = Options(word, method, bounds, shaking.hazard, compared, recordings, shaking.events(opened))
+    options = Options(
+        intensity=word,
+        method=method or ("stripes" if motions.ims.shape[1] > 1 else "cloud"),
+        confidence=share(confidence, "confidence", low=0.5),
+        hazard=shaking.hazard,
+        at=None if at is None else si(at, intensity_quantity(word), "at"),
+        recordings=int(motions.recordings.max(initial=0)) + 1,
+        fields=shaking.events(opened),
+    )
     weights = bootstrap_weights(motions.recordings, DRAWS, SEED)
     curves = [curves_of(case, state, motions, options, weights) for state in chosen]
     if not any(one.is_known for one in curves):
@@ -167,6 +162,19 @@ def damage(
         **created("pounding_risk.damage"),
     }
     return answer
+
+
+def _case_of(opened: Results, asked: Mapping[str, Any]) -> xr.Dataset:
+    """The case of the scene, or at the requested places of its grid. Raises PoundingError where not every run is."""
+    along = {axis: place_of(axis, opened.values_along(axis), at) for axis, at in asked.items() if at is not None}
+    case = opened.dataset.isel({axis: opened.scene_case[axis] for axis in asked} | along)
+    if unpushed := Results(case).unpushed:
+        raise PoundingError(
+            f"damage: {unpushed} of {case['status'].size} runs at a gap of {say(float(case['gap']), GAP)} are "
+            f"{NOT_RUN}, and curves of the others would be those of motions that do not collide; take a gap that no "
+            "motion closes, or compute the building in place of displacement_history"
+        )
+    return case
 
 
 def _motions(results: Results, intensity: str) -> Motions:

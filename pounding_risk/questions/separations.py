@@ -155,20 +155,20 @@ def separations(
     return Beside(tuple((name, code.code_table(pair, share, site)) for name, pair in shown.items()))
 
 
-def check(given: Mapping[str, Any]) -> None:
+def check(options: Mapping[str, Any]) -> None:
     """Raise PoundingError for options that do not go together, and for numbers out of their range."""
-    if "percentile" in given:
-        percentile_of(given["percentile"])
-    height, behaviour, factor = (given.get(name) or () for name in ("height", "behaviour_factor", "factor"))
-    _site(height, behaviour, factor, given.get("ground"))
-    if given.get("results") is None:
-        if "figure" in given:
+    if "percentile" in options:
+        percentile_of(options["percentile"])
+    height, behaviour, factor = (options.get(name) or () for name in ("height", "behaviour_factor", "factor"))
+    _site(height, behaviour, factor, options.get("ground"))
+    if options.get("results") is None:
+        if "figure" in options:
             raise PoundingError("figure: needs a dataset to draw; name one, such as results.nc")
-        if "factor" in given and any(name in given for name in OF_GIVEN):
+        if "factor" in options and any(name in options for name in OF_GIVEN):
             raise PoundingError("factor: is of a dataset's displacements; of given ones write --behaviour-factor 3")
         return
     for name, instead in OF_GIVEN.items():
-        if name in given:
+        if name in options:
             raise PoundingError(
                 f"{name}: is for given displacements, without a dataset; leave the dataset out, or {instead}"
             )
@@ -290,17 +290,17 @@ def _in_force() -> list[tuple[str, str]]:
     return [(", ".join(names), words) for words, names in known.items()]
 
 
-def _of_given(given: Given) -> list[Block]:
+def _of_given(answer: Given) -> list[Block]:
     """Each rule's separation of given elastic design displacements, with its factor, level and clause."""
     heads = ["rule", head("separation", "m"), "factor is", "clause", "text", "ground motion of the clause", "note"]
-    plain = [replace(row, note="; ".join(_parts(row, (NOT_REDUCED,)))) for row in given.rows]
+    plain = [replace(row, note="; ".join(_parts(row, (NOT_REDUCED,)))) for row in answer.rows]
     rows: list[Row] = []
     for row in plain:
         rule = RULES[row.rule]
         cells: Row = [row.rule, length(row.separation), rule.factor or MISSING, row.clause, row.verification]
         rows.append([*cells, rule.level or MISSING, _own_note(row)])
-    left, right = (number(each, "m")["text"] for each in given.displacements)
-    factors = given.site.factors
+    left, right = (number(each, "m")["text"] for each in answer.displacements)
+    factors = answer.site.factors
     if factors == (1.0, 1.0):
         of_factors = "No --behaviour-factor is given: they are taken to be the design displacements of every rule."
     else:
@@ -308,7 +308,7 @@ def _of_given(given: Given) -> list[Block]:
     explained = [
         f"Of elastic design displacements of {left} mm and {right} mm, times {factors[0]:g} and {factors[1]:g}.",
         of_factors,
-        *_of_periods(given),
+        *_of_periods(answer),
         "Displacements belong to the ground motion of the clause, and to the height at which the two can touch.",
         *_footnotes(plain),
         "Factors and ground motions are from memory.",
@@ -320,13 +320,13 @@ def _of_given(given: Given) -> list[Block]:
     ]
 
 
-def _of_periods(given: Given) -> list[str]:
+def _of_periods(answer: Given) -> list[str]:
     """What the double difference was found from."""
-    if given.periods is None or given.dampings is None:
+    if answer.periods is None or answer.dampings is None:
         return []
-    correlation = white_noise_correlation(given.periods, given.dampings)
-    periods, ratios = (" and ".join(f"{each:g}" for each in pair) for pair in (given.periods, given.dampings))
-    taken = "" if given.dampings != (USUAL_DAMPING, USUAL_DAMPING) else f" {USUAL_DAMPING} is taken without --damping."
+    correlation = white_noise_correlation(answer.periods, answer.dampings)
+    periods, ratios = (" and ".join(f"{each:g}" for each in pair) for pair in (answer.periods, answer.dampings))
+    taken = "" if answer.dampings != (USUAL_DAMPING, USUAL_DAMPING) else f" {USUAL_DAMPING} is taken without --damping."
     return [
         f"The double difference (cqc) is of periods of {periods} s and damping ratios of {ratios}: a correlation of "
         f"{correlation:.3f} under white noise.{taken}"

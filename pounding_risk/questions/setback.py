@@ -127,26 +127,25 @@ def setbacks(
         weight = independent / finite.sum()
         # No setback is wide enough for a motion in which the building collapses.
         counted_ones = np.where(finite, moved, inf)[shaking]
-        percentiles = (*USUAL_PERCENTILES, criterion.percentile)
-        required = required_gaps(counted_ones, weight, percentiles, criterion.confidence)
+        required = required_gaps(counted_ones, weight, (*USUAL_PERCENTILES, criterion.percentile), criterion.confidence)
         at, every, lost = at_level.amplitude_words(), counted_ones.size, int((shaking & ~finite).sum())
         distances.append(Setback(name, at, every, weight * every, criterion.percentile, required, lost))
     return tuple(distances)
 
 
-def sheet(found: Sequence[Setback]) -> list[Block]:
+def sheet(answer: Sequence[Setback]) -> list[Block]:
     """Table of the setbacks by percentile, and what they take for granted."""
     heads = ["building", "sufficient for [%]", head("setback", "m")]
     heads += [head("bounds by recording", "m")]
-    every = [(one.building, required) for one in found for required in one.required]
+    every = [(one.building, required) for one in answer for required in one.required]
     rows = [[name, number(each.percentile), enough(each.gap), bounds_cell(each)] for name, each in every]
     lost = [
         f"{one.building} has no finite displacement in {counted(one.lost, 'motion')}: for these no setback is enough"
-        for one in found
+        for one in answer
         if one.lost
     ]
     return [
-        table(f"Setback from a property line, {found[0].motions} motions {found[0].at}.", heads, rows),
+        table(f"Setback from a property line, {answer[0].motions} motions {answer[0].at}.", heads, rows),
         *marks((each for _, each in every), NO_BOUND),
         listing([f"{sentence}." for sentence in (*lost, *ASSUMED)], mark=""),
     ]

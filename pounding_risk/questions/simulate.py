@@ -115,9 +115,9 @@ def sheet(run: xr.Dataset) -> list[Block]:
     return [block for block in blocks if block["kind"] != "list" or block["items"]]
 
 
-def check(given: Mapping[str, Any]) -> None:
+def check(options: Mapping[str, Any]) -> None:
     """Raise PoundingError for a panel without a figure."""
-    if given.get("absolute") and "figure" not in given:
+    if options.get("absolute") and "figure" not in options:
         raise PoundingError("absolute: adds a panel to the figure; write it with --figure run.png")
 
 

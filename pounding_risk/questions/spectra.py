@@ -140,9 +140,9 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
     return [paragraph(dataset.attrs["finding"]), _gaps(dataset), _rules(dataset), _facts(dataset), *notes_of(dataset)]
 
 
-def check(given: Mapping[str, Any]) -> None:
+def check(options: Mapping[str, Any]) -> None:
     """Raise PoundingError for rules of the figure that are not two of those of the table."""
-    rules, known = given.get("rules", ()), charted()
+    rules, known = options.get("rules", ()), charted()
     for rule in rules:
         if rule not in known:
             words = f'"{rule}" is none of the table{nearest(rule, known)}, which has {", ".join(known)}'

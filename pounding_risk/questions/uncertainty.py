@@ -234,8 +234,8 @@ def _required(pair: xr.Dataset) -> Block:
 def _contact(pair: xr.Dataset) -> Block:
     """P(contact) at a few gaps, the judged one and the scene's own among them."""
     gaps = pair["gap"].values
-    own = [int(np.abs(gaps - float(pair[name])).argmin()) for name in ("judged_gap", "scene_gap")]
-    places = sorted({*evenly(pair.sizes["gap"], GAP_ROWS), *own})
+    own_places = [int(np.abs(gaps - float(pair[name])).argmin()) for name in ("judged_gap", "scene_gap")]
+    places = sorted({*evenly(pair.sizes["gap"], GAP_ROWS), *own_places})
     nominal = gap_scatter(pair) > 0.0
     heads = [head("nominal gap" if nominal else "gap", "m"), head("P(contact)", "%")]
     more, cells = _over_samples(pair, "contact_probability_of_samples", "%")
@@ -296,10 +296,10 @@ def _indices(pair: xr.Dataset) -> Block:
     return table(f"Shares of the numbers in the variance of {output_words} over the samples.", heads, rows)
 
 
-def check(given: Mapping[str, Any]) -> None:
+def check(options: Mapping[str, Any]) -> None:
     """Raise PoundingError for a tornado of what has none."""
-    source = given["source"]
-    if not given.get("tornado"):
+    source = options["source"]
+    if not options.get("tornado"):
         return
     if isinstance(source, Path) and source.suffix.lower() == ".toml":
         return  # not opened yet

@@ -76,12 +76,7 @@ def draw(
     paths = {"elevation": elevation, "plan": plan, "profiles": profiles}
     targets = {name: check_target(path, FIGURES) for name, path in paths.items() if path is not None}
     moving = None if animation is None else check_target(animation, (".html",))
-    if not isinstance(figure, Mapping):
-        for one in figure:
-            if "=" not in one:
-                raise PoundingError(f'figure: "{one}" is not a name and a file; write one such as ratio=ratio.png')
-        figure = dict(one.split("=", 1) for one in figure)
-    named = {name: check_target(path, FIGURES) for name, path in figure.items()}
+    named = {name: check_target(path, FIGURES) for name, path in _files_by_name(figure).items()}
     if not targets and not named and moving is None:
         raise PoundingError("nothing to draw; name a file for elevation, plan, profiles, animation or a figure")
     listed = [results] if isinstance(results, str | Path) or not isinstance(results, Sequence) else list(results)
@@ -101,16 +96,33 @@ def draw(
         written.append(animate(opened[0], moving))
     if targets:
         case: dict[str, Any] = {"gap": gap, "contact_model": contact_model, "yield_force": yield_force}
-        cases = [row_case(one, **case, pga=pga, intensity_level=intensity_level) for one in opened]
-        footprints = footprints_of(street, cases) if isinstance(street, str | Path) and plan is not None else street
-        drawing = {
-            "elevation": lambda: figures.elevation_figure(cases[0]),
-            "plan": lambda: figures.plan_figure(cases, footprints),
-            "profiles": lambda: figures.profiles_figure(cases[0], building),
-        }
-        drawn = {name: drawing[name]() for name in targets}
-        written += [figures.write(drawn[name], target) for name, target in targets.items()]
+        cases = [row_case(row, **case, pga=pga, intensity_level=intensity_level) for row in opened]
+        written += _draw_rows(cases, targets, street, building)
     return tuple(written)
+
+
+def _files_by_name(figure: Mapping[str, str | Path] | Sequence[str]) -> Mapping[str, str | Path]:
+    """Files of figures by their names, which may be written as "ratio=ratio.png"."""
+    if isinstance(figure, Mapping):
+        return figure
+    for word in figure:
+        if "=" not in word:
+            raise PoundingError(f'figure: "{word}" is not a name and a file; write one such as ratio=ratio.png')
+    return dict(word.split("=", 1) for word in figure)
+
+
+def _draw_rows(
+    cases: Sequence[RowCase], targets: Mapping[str, Path], street: str | Path | Footprints | None, names: Sequence[str]
+) -> list[Path]:
+    """Write elevation, plan and profiles of rows; all are drawn before the first is written."""
+    footprints = footprints_of(street, cases) if isinstance(street, str | Path) and "plan" in targets else street
+    drawing = {
+        "elevation": lambda: figures.elevation_figure(cases[0]),
+        "plan": lambda: figures.plan_figure(cases, footprints),
+        "profiles": lambda: figures.profiles_figure(cases[0], names),
+    }
+    drawn = {name: drawing[name]() for name in targets}
+    return [figures.write(drawn[name], target) for name, target in targets.items()]
 
 
 def footprints_of(street: str | Path, cases: Sequence[RowCase]) -> dict[Any, tuple[Any, ...]]:

@@ -245,8 +245,8 @@ def _prepared(dataset: xr.Dataset) -> xr.Dataset:
 def _outputs(dataset: xr.Dataset, axes: Sequence[str]) -> list[str]:
     """Outputs of each case, whether there was contact first; then those of each motion without contact."""
     dims = {str(name): set(variable.dims) for name, variable in dataset.data_vars.items()}
-    of_cases = [name for name, own in dims.items() if set(MAP) <= own <= set(axes)]
-    without = [name for name, own in dims.items() if name.endswith("_free") and own and own <= set(axes) - set(NO_CASE)]
+    of_cases = [name for name, of in dims.items() if set(MAP) <= of <= set(axes)]
+    without = [name for name, of in dims.items() if name.endswith("_free") and of and of <= set(axes) - set(NO_CASE)]
     return ["contact", *(name for name in of_cases if name not in ("contact", *STATES)), *without]
 
 
@@ -339,14 +339,14 @@ def _facts(dataset: xr.Dataset) -> list[str]:
 
 def _facts_of_places(dataset: xr.Dataset) -> list[str]:
     sentences = []
-    own = dataset.get("interface_gap")
-    drawn = [dim for dim in axes_by_name(dataset) if own is not None and dim in own.dims]
+    of_gap = dataset.get("interface_gap")
+    drawn = [dim for dim in axes_by_name(dataset) if of_gap is not None and dim in of_gap.dims]
     if drawn:
         sentences.append(
             f"Each place along {', '.join(drawn)} has gaps of its own; the axis gap has those of the scene."
         )
-    elif own is not None:
-        gaps = own.transpose("gap", "interface").values
+    elif of_gap is not None:
+        gaps = of_gap.transpose("gap", "interface").values
         varied = [str(name) for name in dataset["interface"].values[np.ptp(gaps, axis=0) > 0.0]]
         whose = f"that of {varied[0]}; the others keep" if varied else "that of the first interface; each keeps"
         sentences.append(f"The gap is {whose} {'their' if varied else 'its'} own.")

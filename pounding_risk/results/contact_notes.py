@@ -105,8 +105,8 @@ def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[s
             continue
         end, count, deepest = parse(between["table"]["penetration"][-1], GAP), 0, 0.0
         closing = results["peak_closing"].isel(interface=place, contact_model=chosen)
-        own = "interface_gap" in results.variables
-        gaps = results["interface_gap"].isel(interface=place) if own else results["gap"]
+        has_own_gaps = "interface_gap" in results.variables
+        gaps = results["interface_gap"].isel(interface=place) if has_own_gaps else results["gap"]
         for at in range(results.sizes["gap"]):
             depth = (closing.isel(gap=at) - gaps.isel(gap=at)).values  # a drawn gap lies along the samples too
             count += int((depth > end).sum())

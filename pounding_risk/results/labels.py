@@ -374,8 +374,7 @@ def doubts_of(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tuple[str,
 
 def _unusual_factors(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tuple[str]]:
     """The flag of each motion that some amplitude of the grid scales beyond the usual factors: one for all of them."""
-    peaks = np.array([motion.pga for motion in motions])
-    grown = _felt(study, motions, peaks)[1]
+    grown = _felt(study, motions, np.array([motion.pga for motion in motions]))[1]
     factors = grown * np.array([motion.record.get("factor", 1.0) for motion in motions])[:, None]
     low, high = USUAL_FACTORS
     unusual = ((grown != 1.0) & ((factors < low) | (factors > high))).any(axis=1)  # of a motion as it is: its own flag

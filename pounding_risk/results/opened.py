@@ -208,10 +208,10 @@ class Results:
         `[[interface]]` stands once for all or once for each.
         """
         tables = self.scene["interface"]
-        own = parse(tables[min(interface, len(tables) - 1)]["gap"], GAP)
+        scene_gap = parse(tables[min(interface, len(tables) - 1)]["gap"], GAP)
         gridded = self.scene.get("grid", {}).get("gap", ())
         if len(gridded) < 2 or "gap" not in self.dataset.dims or self.dataset.sizes["gap"] > 1:
-            return own
+            return scene_gap
         return float(self.gaps.values[0, interface] if "interface" in self.dataset.dims else self.dataset["gap"][0])
 
     def has_link(self, interface: int) -> bool:

@@ -133,8 +133,7 @@ def run_variables(trace: Trace, point_names: Sequence[str]) -> dict[str, Any]:
         if name in trace.histories:
             history = np.asarray(trace.histories[name])
             if trace.status != COMPLETE and name not in GROUNDS:
-                known = trace.time <= trace.last
-                history = np.where(known.reshape(-1, *[1] * (history.ndim - 1)), history, np.nan)
+                history = np.where((trace.time <= trace.last).reshape(-1, *[1] * (history.ndim - 1)), history, np.nan)
             variables[name] = (dims, history, described(unit, words))
     for name, (output, amount) in trace.outputs.items():
         dims, dtype, about = labels.case_variable(name, output)

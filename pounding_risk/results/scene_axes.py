@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import deepcopy
 from functools import reduce
@@ -184,7 +184,12 @@ def own_places(dataset: xr.Dataset) -> dict[str, int]:
 
 def without_effect(dataset: xr.Dataset) -> tuple[str, ...]:
     """The axes along which no output of any case changes, by name; other draws for the tolerance check do not count."""
-    outputs = [name for name in dataset.data_vars if name not in CHECKED and not str(name).startswith("change_")]
+    outputs = [str(name) for name in dataset.data_vars if name not in CHECKED]
+    return idle_axes(dataset, open_axes(dataset), [name for name in outputs if not name.startswith("change_")])
+
+
+def idle_axes(dataset: xr.Dataset, axes: Iterable[SceneAxis], outputs: Collection[str]) -> tuple[str, ...]:
+    """Those of the axes along which none of these outputs changes, by name."""
 
     def changes(axis: str) -> Iterator[bool]:
         """Read until the first that does."""
@@ -192,10 +197,10 @@ def without_effect(dataset: xr.Dataset) -> tuple[str, ...]:
             if axis in dataset[name].dims:
                 first = dataset[name].isel({axis: 0}).values
                 for place in range(1, dataset.sizes[axis]):
-                    other = dataset[name].isel({axis: place}).values
-                    yield not np.array_equal(first, other, equal_nan=first.dtype.kind == "f")
+                    here = dataset[name].isel({axis: place}).values
+                    yield not np.array_equal(first, here, equal_nan=first.dtype.kind == "f")
 
-    return tuple(axis.name for axis in open_axes(dataset) if not any(changes(axis.name)))
+    return tuple(axis.name for axis in axes if not any(changes(axis.name)))
 
 
 def along_words(dataset: xr.Dataset) -> list[str]:
@@ -307,9 +312,9 @@ def _with_drawn_gap(chosen: xr.Dataset) -> xr.Dataset:
 def _place_of_label(dataset: xr.Dataset, axis: SceneAxis, source: str) -> int:
     """The place along an axis whose labels the dataset has left."""
     labels = axis.labels()
-    own = {key: np.atleast_1d(dataset[key].values)[0] for key in axis.names if key in dataset.variables}
+    stated = {key: np.atleast_1d(dataset[key].values)[0] for key in axis.names if key in dataset.variables}
     for place in range(axis.size):
-        if all(_is_label(labels[key].values[place], label) for key, label in own.items()):
+        if all(_is_label(labels[key].values[place], label) for key, label in stated.items()):
             return place
     raise PoundingError(f"{source}: {axis.name} has a value that is none of the scan's: the dataset was changed")
 

@@ -188,8 +188,7 @@ class OnDisk(Blockwise):
 
     def _translated(self, error: BaseException) -> PoundingError | None:
         # netCDF raises both where the disk is full.
-        is_of_disk = isinstance(error, OSError | RuntimeError)
-        return not_written(self.target, error, self._repair) if is_of_disk else None
+        return not_written(self.target, error, self._repair) if isinstance(error, OSError | RuntimeError) else None
 
     @abstractmethod
     def _begin(self) -> None: ...

@@ -47,9 +47,9 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         checked += int(again.sum())
         sensitive += int((piece["sensitive"] == 1).sum())
         for name, finite in changes.items():
-            found = piece[f"change_{name}"][again]
-            finite.append(found[np.isfinite(found)])
-            from_nothing[name] += int(np.isposinf(found).sum())
+            of_output = piece[f"change_{name}"][again]
+            finite.append(of_output[np.isfinite(of_output)])
+            from_nothing[name] += int(np.isposinf(of_output).sum())
         for name in COUNTED:
             moved[name] += int((np.nan_to_num(piece[f"change_{name}"]) > 0.0).sum())
     if not checked:
@@ -57,8 +57,8 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
     rtol = float(dataset.attrs["rtol"])
     moves = []
     for name, finite in changes.items():
-        if (found := np.concatenate(finite)).size:
-            median, largest = (rounded(float(change), 1) for change in (np.median(found), found.max()))
+        if (of_output := np.concatenate(finite)).size:
+            median, largest = (rounded(float(change), 1) for change in (np.median(of_output), of_output.max()))
             moves.append(f"{WORDS[name]} moves by {median} (median), {largest} (largest)")
         if from_nothing[name]:
             moves.append(f"{WORDS[name]} moves from or to 0 in {from_nothing[name]}")

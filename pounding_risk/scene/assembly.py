@@ -19,11 +19,7 @@ from pounding_risk.scene.building_keys import OF_GROUND
 from pounding_risk.scene.buildings import structure_of
 from pounding_risk.scene.damage import DamageState
 from pounding_risk.scene.interface_checks import is_row
-from pounding_risk.scene.interfaces import (
-    Interface,
-    interface_name,
-    known_law,
-)
+from pounding_risk.scene.interfaces import Interface, interface_name, known_law
 from pounding_risk.scene.keys import Draft
 from pounding_risk.scene.levels import at_periods, relative_faults
 from pounding_risk.scene.records import Records
@@ -53,7 +49,7 @@ def assembled(draft: Draft, usual_name: str) -> tuple[dict[str, Any], list[Fault
     if faults:
         return {}, faults
     interfaces, faults = resolved_interfaces(draft, buildings, grid, row)
-    own: Interface = Interface.from_values(draft.tables("interface")[0].values)
+    first: Interface = Interface.from_values(draft.tables("interface")[0].values)
     table: Records = Records.from_values(records.values)
     laws = dict.fromkeys(interface.contact_model for interface in interfaces)
     gridded = grid.interface or None
@@ -66,7 +62,7 @@ def assembled(draft: Draft, usual_name: str) -> tuple[dict[str, Any], list[Fault
         "records": table.request(),
         "grid": Axes(
             grid.gap or (interfaces[0].gap,),
-            grid.yield_force or (own.yield_force,),
+            grid.yield_force or (first.yield_force,),
             grid.contact_model or (tuple(laws) if len(laws) == 1 else (OF_EACH_INTERFACE,)),
             tuple(map(at_pga, grid.pga or ())) or at_periods(levels, buildings) or (at_pga(records.get("pga")),),
         ),

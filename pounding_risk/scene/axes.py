@@ -111,16 +111,16 @@ def addressed(
     ``what`` and ``example`` are for sentences: what it is, and how it is written. Raises Unreadable where no number may
     stand.
     """
-    parts = parts_of(text)
-    if len(parts) < 2:
+    path = parts_of(text)
+    if len(path) < 2:
         raise Unreadable(f"{shown(text or value)} is no key of the scene; write for example {example}")
-    section = parts[0]
+    section = path[0]
     if section in ELSEWHERE:
         raise Unreadable(f"no key of [{section}] is {what}: {ELSEWHERE[section]}")
     if section not in VARIED:
         sections = ", ".join(VARIED)
         raise Unreadable(f"there is no such section{nearest(section, VARIED)}; {what} is of one of {sections}")
-    key = address_of(parts)
+    key = address_of(path)
     if "/" in key:
         raise Unreadable('a dataset has no dimension with "/" in its name; write the number: building.1.period')
     scratch = copy.deepcopy({section: raw.get(section, {})})
@@ -129,17 +129,17 @@ def addressed(
     try:
         return key, tuple(override(scratch, f"{key}=0", known, ""))
     except SceneError as error:
-        raise Unreadable(error.faults[0].removeprefix(f"--set {'.'.join(parts)}: ")) from None
+        raise Unreadable(error.faults[0].removeprefix(f"--set {'.'.join(path)}: ")) from None
 
 
 def likely_target(address: str, known: Known) -> KeyPath:
     """What an address sets, without the tables of its scene: section and key; nothing where it names no key."""
-    parts = parts_of(address)
-    names = [part for part in parts[1:] if part in known.get(parts[0], {})] if parts else []
+    path = parts_of(address)
+    names = [part for part in path[1:] if part in known.get(path[0], {})] if path else []
     if not names:
         return ()
-    below = [int(part) - 1 if part.isdecimal() else part for part in parts[parts.index(names[0], 1) + 1 :]]
-    return (parts[0], names[0], *below)
+    below = [int(part) - 1 if part.isdecimal() else part for part in path[path.index(names[0], 1) + 1 :]]
+    return (path[0], names[0], *below)
 
 
 def reader_of(target: KeyPath, known: Known) -> Callable[[Any, Number], Any]:
@@ -202,12 +202,12 @@ def taken_axes(raw: dict[str, Any], outside: Sequence[KeyPath], known: Known) ->
             faults += [Fault(*fault) for fault in located(error, *path)]
     faults += _twice(entries)
     groups, wrong = _groups(zipped, [entry.key for entry in entries], bool(faults))
-    kept = {entry.key: entry for entry in entries if not set(entry.targets) <= set(outside)}
-    partly = [entry for entry in kept.values() if set(entry.targets) & set(outside)]
+    varied = {entry.key: entry for entry in entries if not set(entry.targets) <= set(outside)}
+    partly = [entry for entry in varied.values() if set(entry.targets) & set(outside)]
     faults += [Fault(entry.path, f"--set sets a part of what {entry.key} sets; set all of it") for entry in partly]
     placed: list[Placed] = []
     for group in groups:
-        members = [kept[key] for key in group if key in kept]
+        members = [varied[key] for key in group if key in varied]
         if members and len({len(member.values) for member in members}) > 1:
             counts = ", ".join(f"{len(member.values)} of {member.key}" for member in members)
             wrong.append(Fault(("grid", ZIP), f"values that move together are as many as each other, not {counts}"))
@@ -269,8 +269,8 @@ def _groups(zipped: Any, keys: Sequence[str], is_faulty: bool) -> tuple[list[lis
             continue
         names = [address_of(parts_of(name)) for name in group]
         unknown = [name for name in names if name not in keys]
-        others = {name for other in groups for name in other}
-        taken = [name for number, name in enumerate(names) if name in names[:number] or name in others]
+        grouped = {name for other in groups for name in other}
+        taken = [name for number, name in enumerate(names) if name in names[:number] or name in grouped]
         if unknown and not is_faulty:
             hint = nearest(unknown[0], keys)
             faults.append(Fault(("grid", ZIP, at), f"{shown(unknown[0])} is no axis of [grid]{hint}; write its values"))
@@ -311,18 +311,17 @@ def axes_in_text(grid: Mapping[str, Any], known: Known) -> dict[str, Any]:
 
 def written_axes(axes: Sequence[SceneAxis]) -> dict[str, Any]:
     """The axes as [grid] has them; samples of uncertain numbers are none of its."""
-    own = [axis for axis in axes if not axis.dimension]
+    of_numbers = [axis for axis in axes if not axis.dimension]
     written: dict[str, Any] = {
-        key: list(labels) for axis in own for key, labels in zip(axis.keys, axis.values, strict=True)
+        key: list(labels) for axis in of_numbers for key, labels in zip(axis.keys, axis.values, strict=True)
     }
-    together = [list(axis.keys) for axis in own if len(axis.keys) > 1]
+    together = [list(axis.keys) for axis in of_numbers if len(axis.keys) > 1]
     return written | ({ZIP: together} if together else {})
 
 
 def _is_axis(key: str, stated: Any) -> bool:
     """True for a key of [grid] that is an axis of numbers, or says of them which move together."""
-    own = Grid.model_fields.keys() - {AXES, ZIP}
-    return key not in own or (key in VARIED and isinstance(stated, Mapping))
+    return key not in (Grid.model_fields.keys() - {AXES, ZIP}) or (key in VARIED and isinstance(stated, Mapping))
 
 
 def without_axes(tables: Mapping[str, Any]) -> dict[str, Any]:
@@ -335,10 +334,10 @@ def without_axes(tables: Mapping[str, Any]) -> dict[str, Any]:
 def keeping_axes(overrides: Sequence[str]) -> tuple[str, ...]:
     """The overrides that write neither an axis of numbers nor uncertain ones."""
 
-    def sets_axis(parts: Sequence[str]) -> bool:
-        if parts[:1] == [UNCERTAIN]:
+    def sets_axis(path: Sequence[str]) -> bool:
+        if path[:1] == [UNCERTAIN]:
             return True
-        return len(parts) > 1 and parts[0] == "grid" and _is_axis(parts[1], {} if len(parts) > 2 else None)
+        return len(path) > 1 and path[0] == "grid" and _is_axis(path[1], {} if len(path) > 2 else None)
 
     return tuple(text for text in overrides if not sets_axis(parts_of(text.partition("=")[0])))
 
@@ -423,10 +422,10 @@ def axis_faults(
 
 def _without_effect(study: SceneValues, made: SceneValues) -> Iterator[str]:
     """What the interfaces have otherwise than in the scene, and the cases of the grid have not."""
-    own, others = ([between.gap for between in scene.interfaces] for scene in (study, made))
+    of_scene, of_variant = ([between.gap for between in scene.interfaces] for scene in (study, made))
     gaps = zip(study.grid.gaps, made.grid.gaps, strict=True)
-    if own != others and all(study.interface_gaps(gap) == made.interface_gaps(same) for gap, same in gaps):
+    if of_scene != of_variant and all(study.interface_gaps(gap) == made.interface_gaps(same) for gap, same in gaps):
         yield "gap"
-    own, others = ([between.yield_force for between in scene.interfaces] for scene in (study, made))
-    if own != others and len(study.grid.yield_forces) > 1:
+    of_scene, of_variant = ([between.yield_force for between in scene.interfaces] for scene in (study, made))
+    if of_scene != of_variant and len(study.grid.yield_forces) > 1:
         yield "yield_force"

@@ -216,9 +216,9 @@ class AnyBuilding(Table):
 
     def fields(self) -> dict[str, Any]:
         """The values of its keys under the names of a structure's fields."""
-        own = {key: getattr(self, key) for key in self.keys() if key not in self.implied}
-        support = Support(**{field: own.pop(key) for key, field in OF_GROUND.items()})
-        return {IN_STRUCTURES.get(key, key): setting for key, setting in own.items()} | {"support": support}
+        settings = {key: getattr(self, key) for key in self.keys() if key not in self.implied}
+        support = Support(**{field: settings.pop(key) for key, field in OF_GROUND.items()})
+        return {IN_STRUCTURES.get(key, key): setting for key, setting in settings.items()} | {"support": support}
 
     def structure(self) -> Building | Storeys:
         """The building as the solvers take it; raises PoundingError for numbers that no building has."""

@@ -7,14 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pounding_risk.models.contact.table import (
-    MOST_POINTS,
-    UNLOADING_STIFFNESS,
-    Points,
-    Table,
-    TableError,
-    table_of,
-)
+from pounding_risk.models.contact.table import MOST_POINTS, UNLOADING_STIFFNESS, Points, Table, TableError, table_of
 from pounding_risk.models.contact.table_file import COLUMNS, read_table
 from pounding_risk.scene.keys import Key, Number, Several, Unreadable, each, file_name, options
 from pounding_risk.units import Quantity, exact, shown

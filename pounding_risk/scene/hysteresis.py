@@ -8,17 +8,7 @@ from typing import Any
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.hysteresis import RULES, Hysteresis
-from pounding_risk.scene.keys import (
-    Key,
-    Number,
-    Several,
-    Table,
-    Unreadable,
-    inline,
-    list_of,
-    measured,
-    one_of,
-)
+from pounding_risk.scene.keys import Key, Number, Several, Table, Unreadable, inline, list_of, measured, one_of
 from pounding_risk.scene.not_modelled import RULES_ELSEWHERE
 from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import Quantity, shown
@@ -123,12 +113,12 @@ class HysteresisTable(Table):
 def _hysteresis(value: Any, number: Number) -> HysteresisTable:
     """A table whose backbone and parameters are those of its rule."""
     table: HysteresisTable = inline(HysteresisTable, "hysteresis", value, number, EXAMPLE)
-    own = ("rule", "backbone", "collapse_drift", *RULES[table.rule].OPTIONS)
+    keys_of_rule = ("rule", "backbone", "collapse_drift", *RULES[table.rule].OPTIONS)
     takers = {key: name for name, rule in RULES.items() for key in rule.OPTIONS}
     faults: list[tuple[KeyPath, str]] = [
         ((key,), f'rule = "{table.rule}" has no {key}; remove it, or write rule = "{takers[key]}"')
         for key in table.key_names()
-        if key not in own and getattr(table, key) != HysteresisTable.model_fields[key].default
+        if key not in keys_of_rule and getattr(table, key) != HysteresisTable.model_fields[key].default
     ]
     try:
         table.law()

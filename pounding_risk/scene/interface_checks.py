@@ -110,21 +110,21 @@ def interface_checks(draft: Draft) -> Iterator[Fault]:
         if first is None and "contact_model" not in grid and keys is interfaces[0]:
             sentence = f'missing; write contact_model = "jankowski", or another of {", ".join(CONTACT_MODELS)}'
             yield keys.fault("contact_model", sentence, absent=True)
-        own = keys.raw.get("contact_model", first)
+        written_models = keys.raw.get("contact_model", first)
         yield from _link(keys, varied(draft))
-        refused = is_row(draft) and _not_in_row(draft, own)  # which says what to choose instead
-        yield from _laws(keys, grid, None if refused else own)
+        refused = is_row(draft) and _not_in_row(draft, written_models)  # which says what to choose instead
+        yield from _laws(keys, grid, None if refused else written_models)
 
 
 def _link(keys: Section, along: set[Any]) -> Iterator[Fault]:
     """Keys of a link without what they are of, and keys that a link does not have together."""
     stated = {*keys.raw, *along}
-    for own, needed, sentence in (
+    for of_link, needed, sentence in (
         (OF_SPRING, {"link_stiffness"}, 'is of the spring of a link; write link_stiffness = "20 MN/m" beside it'),
         (OF_DAMPER, {"link_damping"}, 'is of the damper of a link; write link_damping = "500 kN s/m" beside it'),
         (("link_at",), OF_LINKS, 'joins nothing; write link_stiffness = "20 MN/m" or link_damping = "2 MN s/m"'),
     ):
-        yield from (keys.fault(key, sentence) for key in own if key in keys and not needed & stated)
+        yield from (keys.fault(key, sentence) for key in of_link if key in keys and not needed & stated)
     for key in (key for key in OF_SPRING if key in keys):
         words = f"a link has one law, here that of {key}; remove it, or {key}"
         yield from (keys.fault(damper, words) for damper in OF_DAMPER if damper in keys)
@@ -178,7 +178,7 @@ def _gridded(grid: Section, known: Sequence[str]) -> Iterator[Fault]:
 def _instant(draft: Draft) -> Iterator[Fault]:
     """Contact models whose velocities jump, in a row that they are not for."""
     gridded = as_list(draft.table("grid").raw.get("contact_model"))
-    own: list[tuple[KeyPath, Any]] = [
+    of_interfaces: list[tuple[KeyPath, Any]] = [
         ((*keys.path, "contact_model"), keys.raw["contact_model"])
         for keys in draft.tables("interface")
         if "contact_model" in keys
@@ -186,10 +186,10 @@ def _instant(draft: Draft) -> Iterator[Fault]:
     of_grid: list[tuple[KeyPath, Any]] = [
         (("grid", "contact_model", place), name) for place, name in enumerate(gridded)
     ]
-    for path, name in [*own, *of_grid]:
+    for path, name in [*of_interfaces, *of_grid]:
         if why := _not_in_row(draft, name):
             yield Fault(path, f"{why}; choose among {', '.join(LAWS)}")
-    kinds = {known in INSTANT_LAWS: (path, known) for path, name in own for known in known_models([name])}
+    kinds = {known in INSTANT_LAWS: (path, known) for path, name in of_interfaces for known in known_models([name])}
     if not gridded and len(kinds) == 2 and not _not_in_row(draft, kinds[True][1]):
         (path, name), other = kinds[True], kinds[False][1]
         why = f"a jump beside a contact of finite force, as {other} has it at another interface, is not computed"

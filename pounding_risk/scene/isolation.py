@@ -77,11 +77,11 @@ def _isolation(value: Any, number: Number) -> Isolation:
         if excess:
             raise Several(excess)
         return table
-    own = SLIDERS if has and set(has) <= set(SLIDERS) else BEARINGS
-    missing = next(key for key in own if key not in has)
-    others = "friction and radius, of pendulums" if own == BEARINGS else "strength and stiffness, of bearings"
+    needed = SLIDERS if has and set(has) <= set(SLIDERS) else BEARINGS
+    missing = next(key for key in needed if key not in has)
+    others = "friction and radius, of pendulums" if needed == BEARINGS else "strength and stiffness, of bearings"
     lacks = Isolation.keys()[missing].lacks(missing)
-    raise Several([((missing,), f"{lacks}; isolators have {' and '.join(own)}, or {others}")])
+    raise Several([((missing,), f"{lacks}; isolators have {' and '.join(needed)}, or {others}")])
 
 
 ISOLATION = Key(

@@ -203,8 +203,8 @@ class Table(BaseModel):
 
     def written(self) -> dict[str, Any]:
         """The keys that are given, as a scene file has them."""
-        given = ((name, key) for name, key in self.keys().items() if name in self.model_fields_set)
-        return {name: key.write(getattr(self, name)) for name, key in given}
+        stated = ((name, key) for name, key in self.keys().items() if name in self.model_fields_set)
+        return {name: key.write(getattr(self, name)) for name, key in stated}
 
     @classmethod
     def _sentences(cls, error: ValidationError) -> Iterator[str]:
@@ -362,20 +362,21 @@ def facts(quantity: Quantity) -> dict[str, str]:
 
 def text(words: str, example: str, absent: str = NOTHING, missing: str = "") -> Key:
     """Text that is not blank."""
+    refusal = f'is not a name; write text in quotes, such as "{example}"'
+    schema = {"type": "string"}
+    return Key(words, lambda value, number: text_from(value, refusal), f'"{example}"', absent, missing, schema=schema)
 
-    def read(value: Any, number: Number) -> str:
-        if not isinstance(value, str) or not value.strip():
-            raise Unreadable(f'{shown(value)} is not a name; write text in quotes, such as "{example}"')
-        return value
 
-    return Key(words, read, f'"{example}"', absent, missing, schema={"type": "string"})
+def text_from(value: Any, refusal: str) -> str:
+    """The value, text that is not blank; ``refusal`` is said of any other, with what may be written."""
+    if not isinstance(value, str) or not value.strip():
+        raise Unreadable(f"{shown(value)} {refusal}")
+    return value
 
 
 def file_name(value: Any, example: str) -> str:
     """The value, the name of a file beside the scene, such as the example."""
-    if not isinstance(value, str) or not value.strip():
-        raise Unreadable(f"{shown(value)} is not a file; write its name in quotes, such as {example}")
-    return value
+    return text_from(value, f"is not a file; write its name in quotes, such as {example}")
 
 
 def flag(name: str, words: str, absent: str = "false") -> Key:

@@ -58,8 +58,8 @@ def read_levels(value: Any, number: Number) -> tuple[Level, ...]:
         "damping": lambda text: number(text, DAMPING),
         "of": building,
     }
-    own = {"measure", "levels", *({PERIODS[name], "damping", "of"} if name in PERIODS else ())}
-    kinds = {key: reader for key, reader in kinds.items() if key in own}
+    keys_of_measure = {"measure", "levels", *({PERIODS[name], "damping", "of"} if name in PERIODS else ())}
+    kinds = {key: reader for key, reader in kinds.items() if key in keys_of_measure}
     examples = {"levels": f'["{EXAMPLES[quantity.unit]}"]', "period": '"0.5 s"', "periods": '["0.2 s", "2 s"]'}
     needed = [key for key in kinds if key not in ("measure", "damping", "of")]
     takes = f"the measure {name} takes {', '.join(kinds)}"

@@ -152,7 +152,7 @@ def interior_key(words: str, example: str, absent: str) -> Key:
 
     def read(value: Any, number: Number) -> tuple[float, ...]:
         masses = list_of(value, f"a mass for each interior mode, such as {example}")
-        return tuple(each(masses, lambda item: number(item, OF_MASSES)))
+        return tuple(each(masses, lambda entry: number(entry, OF_MASSES)))
 
     def write(masses: tuple[float, ...]) -> list[Any]:
         return [exact(mass, OF_MASSES) for mass in masses]
@@ -178,17 +178,17 @@ def matrix_key(name: str, quantity: Quantity, words: str, unit: str, absent: str
             value = {"values": value, "unit": quantity.unit}
         if not isinstance(value, Mapping):
             raise Unreadable(f"{shown(value)} is no matrix with its unit; write {in_file}, or {inline}")
-        kinds = {"values": _rows, "unit": lambda item: _scale(item, quantity)}
-        kinds |= {"file": lambda item: file_name(item, '"K.csv"')}
+        kinds = {"values": _rows, "unit": lambda cell: _scale(cell, quantity)}
+        kinds |= {"file": lambda cell: file_name(cell, '"K.csv"')}
         first = "values" if "values" in value else "file"
-        given = options(
+        stated = options(
             value, kinds, (first, "unit"), lambda key: f"missing; write {in_file}", "it takes file or values, and unit"
         )
-        if "file" in given and "values" in given:
+        if "file" in stated and "values" in stated:
             raise Unreadable("file and values are both given; remove one of the two")
-        if "file" in given:
-            return MatrixFile(given["file"], given["unit"])
-        return tuple(tuple(given["unit"] * item for item in row) for row in given["values"])
+        if "file" in stated:
+            return MatrixFile(stated["file"], stated["unit"])
+        return tuple(tuple(stated["unit"] * cell for cell in row) for row in stated["values"])
 
     def write(value: Matrix | MatrixFile) -> Any:
         if isinstance(value, MatrixFile):

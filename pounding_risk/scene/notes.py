@@ -99,12 +99,12 @@ def given_keys(study: Scene) -> dict[KeyPath, Any]:
     return stated
 
 
-def _interface_tables(given: Given) -> int:
+def _interface_tables(stated: Given) -> int:
     """How many [[interface]] tables the scene has: one for all neighbours, or one between each two."""
-    return 1 + max((path[1] for path in given if path[0] == "interface" and isinstance(path[1], int)), default=0)
+    return 1 + max((path[1] for path in stated if path[0] == "interface" and isinstance(path[1], int)), default=0)
 
 
-def _of_buildings(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
+def _of_buildings(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
     no_levels = "no building here has a height, so that there are no levels to compare"
     for index, building in enumerate(study.buildings):
         base = ("building", index)
@@ -145,19 +145,19 @@ def _of_buildings(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
             yield Unused((*base, "floor_depth"), "interface.tolerance stands in its place")
 
 
-def _of_interfaces(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
-    count, capped = _interface_tables(given), any(law.capped for law in laws.values())
+def _of_interfaces(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
+    count, capped = _interface_tables(stated), any(law.capped for law in laws.values())
     forces = [study.yield_force, *study.grid.yield_forces, *study.point_yield_forces()]
     for index in range(count):
         base, here = ("interface", index), study.interfaces if count == 1 else study.interfaces[index : index + 1]
         if not any(law.needs_restitution for law in laws.values()):
             yield Unused((*base, "restitution"), f"{_verb(laws, 'takes', 'take')} no restitution")
-        written = given.get((*base, "yield_force"))
+        written = stated.get((*base, "yield_force"))
         if written is not None and parse(written, YIELD_FORCE) < inf:
             path, gridded = (*base, "yield_force"), study.grid.yield_forces
             if all(map(is_instant, laws.values())):
                 yield Unused(path, f"velocities jump under {', '.join(laws)}, and no force acts")
-            elif study.is_row and ("grid", "yield_force") in given and len(gridded) == 1:
+            elif study.is_row and ("grid", "yield_force") in stated and len(gridded) == 1:
                 if gridded[0] != parse(written, YIELD_FORCE):
                     common = say(gridded[0], YIELD_FORCE)
                     yield Unused(path, f"grid.yield_force has the one value {common}, which holds at every interface")
@@ -197,7 +197,7 @@ def _of_links(base: KeyPath, here: Sequence[ResolvedInterface]) -> Iterator[Unus
             yield Unused((*base, key), "link_damping is 0 N s/m, so that the link has no damper")
 
 
-def _of_grid(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
+def _of_grid(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
     forces, path = study.grid.yield_forces, ("grid", "yield_force")
     if all(force == inf for force in forces):
         return
@@ -217,7 +217,7 @@ def _of_grid(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
             yield Unused(path, f"these yield at their own strength, {', '.join(places)}", where)
 
 
-def _of_effects(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
+def _of_effects(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
     forces = [study.yield_force, *study.grid.yield_forces, *study.point_yield_forces()]
     shears = [strength for building in study.buildings for strength in building.strengths]
     for effect in study.effects:
@@ -232,9 +232,9 @@ def _of_effects(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
             yield Unused(base, "over a distance of 0 m no building has the motion later")
 
 
-def _of_records(study: Scene, given: Given, laws: Laws) -> Iterator[Unused]:
+def _of_records(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
     """Keys of files that records do not need, and amplitudes that another key overrules."""
-    request, has_pga = study.records, ("grid", "pga") in given
+    request, has_pga = study.records, ("grid", "pga") in stated
     if has_pga and study.grid.levels != (request.pga,):  # not that of a scene whose every value is stated
         yield Unused(("records", "pga"), "grid.pga sets the amplitude of every motion")
     if request.names or request.set:

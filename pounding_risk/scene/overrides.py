@@ -27,12 +27,12 @@ def override(raw: dict[str, Any], text: str, known: Mapping[str, Container[str]]
 
     Raises SceneError where the path does not lead anywhere.
     """
-    parts, setting = _assignment(text, source)
-    label = f"--set {'.'.join(parts)}"
-    if len(parts) < 2:
+    path_parts, setting = _assignment(text, source)
+    label = f"--set {'.'.join(path_parts)}"
+    if len(path_parts) < 2:
         advice = 'write section.key=value, such as interface.gap="20 mm"'
         raise SceneError(source, [f"{label}: a section is not a value; {advice}"])
-    section, *keys = parts
+    section, *keys = path_parts
     if section not in known:
         advice = f"{nearest(section, known)}; sections are {', '.join(known)}"
         raise SceneError(source, [f'{label}: there is no section "{section}"{advice}'])

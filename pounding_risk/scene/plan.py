@@ -145,7 +145,7 @@ def plan_checks(draft: Draft) -> Iterator[Fault]:
         words = f"{name} moves across the row too (plan.eccentricity_along), under both horizontals of each recording"
         repair = 'write direction, that of the row, such as direction = "30 deg", or remove eccentricity_along'
         yield Fault(("records", "direction"), f"{words}; {repair}", absent=True)
-    own = [(keys.path, key) for keys in buildings for key in keys.raw if key.startswith("ground_")]
-    own += [(("effects",), "wave_passage")] if "wave_passage" in draft.table("effects").raw else []
-    for path, key in own:
+    given_keys = [(keys.path, key) for keys in buildings for key in keys.raw if key.startswith("ground_")]
+    given_keys += [(("effects",), "wave_passage")] if "wave_passage" in draft.table("effects").raw else []
+    for path, key in given_keys:
         yield Fault((*path, key), f"is not computed where a building moves across the row, as {name} does; remove it")

@@ -400,14 +400,14 @@ class Records(Table):
 
     def request(self) -> RecordRequest:
         """The request of ground motions that `motions.ensemble.read_ensemble` takes, in SI."""
-        own = [key for key in self.key_names() if key != INTENSITY]  # whose levels are the grid's
-        return RecordRequest(**{RENAMED.get(key, key): getattr(self, key) for key in own})
+        of_request = [key for key in self.key_names() if key != INTENSITY]  # whose levels are the grid's
+        return RecordRequest(**{RENAMED.get(key, key): getattr(self, key) for key in of_request})
 
 
 def records_of(request: RecordRequest, amplitudes: tuple[Level | None, ...] = ()) -> Records:
     """The table of a request, every value stated that is not absent; ``amplitudes`` are those of the grid."""
-    own = [key for key in Records.key_names() if key != INTENSITY]  # whose levels are the grid's
-    settings = {key: getattr(request, RENAMED.get(key, key)) for key in own}
+    of_request = [key for key in Records.key_names() if key != INTENSITY]  # whose levels are the grid's
+    settings = {key: getattr(request, RENAMED.get(key, key)) for key in of_request}
     settings["pause"] = settings["pause"] if request.aftershock else None
     settings[INTENSITY] = tuple(level for level in amplitudes if level is not None and level.measure.axis == LEVEL_AXIS)
     return Records.from_values({key: setting for key, setting in settings.items() if setting not in (None, "", ())})
@@ -462,8 +462,8 @@ def named_files(raw: Mapping[str, Any]) -> Iterator[tuple[KeyPath, str]]:
     names.append((("records", "aftershock"), following if isinstance(following, list) else [following]))
     for index, building in tables(raw, "building"):
         for key in ("ground_record", "displacement_history"):
-            own = building.get(key)
-            names.append((("building", index, key), own if isinstance(own, list) else [own]))
+            written = building.get(key)
+            names.append((("building", index, key), written if isinstance(written, list) else [written]))
     for path, patterns in names:
         for place, pattern in enumerate(patterns):
             if (

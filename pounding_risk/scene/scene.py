@@ -25,10 +25,7 @@ from pounding_risk.motions.levels import PEAK, Level, at_pga
 from pounding_risk.scene.assembly import assembled
 from pounding_risk.scene.axes import Placed, axes_in_text, axis_faults, keeping_axes, without_axes, written_axes
 from pounding_risk.scene.buildings import table_of
-from pounding_risk.scene.interfaces import (
-    known_law,
-    with_stiffness_unit,
-)
+from pounding_risk.scene.interfaces import known_law, with_stiffness_unit
 from pounding_risk.scene.keys import Table, in_text
 from pounding_risk.scene.overrides import ARRAYS
 from pounding_risk.scene.records import records_of
@@ -224,7 +221,7 @@ class Scene(SceneValues):
     def _grid(self) -> Grid:
         """The table [grid], every value stated."""
         forces = self.grid.yield_forces
-        own = {interface.yield_force for interface in self.interfaces}
+        interface_forces = {interface.yield_force for interface in self.interfaces}
         # An uncertain gap is that of the grid, which then has none of its own.
         draws_gap = self.uncertain is not None and has_gap(self.uncertain.keys)
         draws_gap = draws_gap and self.grid.gaps == (self.interfaces[0].gap,)
@@ -232,7 +229,7 @@ class Scene(SceneValues):
             "gap": () if draws_gap else self.grid.gaps,
             "interface": None if draws_gap else self.gridded_interface,
             # A grid of one yield force would be that of every interface; where they differ, each keeps its own.
-            "yield_force": forces if len(forces) > 1 or len(own) < 2 else (),
+            "yield_force": forces if len(forces) > 1 or len(interface_forces) < 2 else (),
             "contact_model": self._gridded_models,
             "pga": tuple(level.value for level in self.grid.amplitudes if level and level.measure == PEAK),
         }
@@ -350,8 +347,8 @@ class Scenes:
 
 def own_amplitude(scene: Scene) -> Level | None:
     """The amplitude of the grid that [records] gives too, or the largest; None where the grid has none."""
-    own = at_pga(scene.records.pga)
-    return own if own in scene.grid.amplitudes else scene.grid.amplitudes[-1]
+    of_records = at_pga(scene.records.pga)
+    return of_records if of_records in scene.grid.amplitudes else scene.grid.amplitudes[-1]
 
 
 def own_laws(scene: Scene) -> dict[str, str]:

@@ -116,9 +116,8 @@ def key_lines(text: str) -> dict[KeyPath, int]:
 def _statement(rows: list[str], start: int) -> tuple[dict[str, Any], int]:
     """The statement that starts on a row, and how many rows it takes; nothing where it is not understood."""
     for end in range(start + 1, len(rows) + 1):
-        last = rows[end - 1]
         # Only a closing bracket or triple quotes can end a statement of several rows.
-        if end > start + 1 and not re.search(r"[]}]|\"\"\"|'''", last):
+        if end > start + 1 and not re.search(r"[]}]|\"\"\"|'''", rows[end - 1]):
             continue
         try:
             return tomllib.loads("\n".join(rows[start:end])), end - start

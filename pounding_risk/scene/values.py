@@ -213,8 +213,8 @@ class SceneValues(ShortRepr):
     @property
     def model_names(self) -> tuple[str, ...]:
         """The contact models of the interfaces, which `simulate` runs, and of the grid."""
-        own = (interface.contact_model for interface in self.interfaces)
-        return tuple(dict.fromkeys((*own, *self._gridded_models)))
+        own_models = (interface.contact_model for interface in self.interfaces)
+        return tuple(dict.fromkeys((*own_models, *self._gridded_models)))
 
     def models_of(self, *labels: str) -> tuple[str, ...]:
         """The contact models that labels of the dataset's contact models stand for, each once."""
@@ -270,8 +270,8 @@ class SceneValues(ShortRepr):
 
     def column_force(self, point: Point) -> float:
         """The force at which the struck column of a contact point yields [N]: its building's, or the interface's."""
-        own = self.own_column_force(point)
-        return self.interfaces[point.interface].column_yield_force if own == inf else own
+        own_force = self.own_column_force(point)
+        return self.interfaces[point.interface].column_yield_force if own_force == inf else own_force
 
     def own_column_force(self, point: Point) -> float:
         """The column strength of the building that is struck at a contact point [N]; infinite where it has none."""
@@ -329,9 +329,9 @@ class SceneValues(ShortRepr):
             sentence = f"{name} needs a stiffness in {unit}, and the scene gives none; write it in [[interface]]"
             raise SceneError(self.source, [sentence])
         if stiffness is None and self._other_family(name):
-            unit, own = stiffness_quantity(law).unit, stiffness_quantity(known_law(self.stiff_name)).unit
+            unit, own_unit = stiffness_quantity(law).unit, stiffness_quantity(known_law(self.stiff_name)).unit
             sentence = (
-                f"{name} takes a stiffness in {unit}, the scene gives one in {own} for {self.stiff_name}; "
+                f"{name} takes a stiffness in {unit}, the scene gives one in {own_unit} for {self.stiff_name}; "
                 f"write equal_terms = {EQUAL_TERMS_EXAMPLE} in [[interface]], from which it follows"
             )
             raise SceneError(self.source, [sentence])
@@ -381,8 +381,8 @@ class SceneValues(ShortRepr):
     @property
     def stiff_name(self) -> str:
         """The contact model whose stiffness the scene gives: its own, or the grid's first that takes one."""
-        own = self.interfaces[0].contact_model
-        return stiff_model(own, self._gridded_models) or own
+        own_name = self.interfaces[0].contact_model
+        return stiff_model(own_name, self._gridded_models) or own_name
 
     @property
     def folder(self) -> Path:

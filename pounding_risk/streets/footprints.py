@@ -47,9 +47,9 @@ def rings(footprint: Geometry, *, with_courts: bool = False) -> tuple[Array, ...
     import shapely
     from shapely.geometry.polygon import orient
 
-    parts = shapely.get_parts(footprint)
-    outer = shapely.get_exterior_ring(parts)
-    every = shapely.get_rings([orient(part) for part in parts]) if with_courts else outer
+    polygons = shapely.get_parts(footprint)
+    outer = shapely.get_exterior_ring(polygons)
+    every = shapely.get_rings([orient(polygon) for polygon in polygons]) if with_courts else outer
     return tuple(shapely.get_coordinates(ring)[:-1] for ring in every)
 
 

@@ -58,8 +58,8 @@ def with_inventory(table: Table, path: Path) -> Table:
 def _buildings(path: Path) -> tuple[Sequence[Building], list[str]]:
     """The buildings of an inventory, or of a street's table, and notes on what is not read."""
     if path.suffix.lower() == ".csv" and inventory_format(path, file_text(path)) is None:
-        own = read_table(path)
-        return [Building(entry.place, entry.values) for entry in own.entries], own.left_out
+        table = read_table(path)
+        return [Building(entry.place, entry.values) for entry in table.entries], table.left_out
     inventory = read_inventory(path)
     notes = [f"{path.name}: read as {inventory.kind}", *(f"{path.name}, {note}" for note in inventory.left_out)]
     return inventory.entries, notes

@@ -94,9 +94,9 @@ def dialect_of(tables: Sequence[Mapping[str, Any]]) -> Dialect:
 
 def with_other_tags(table: Mapping[str, Any]) -> dict[str, Any]:
     """The properties of a feature; of tags that GDAL writes into one column each by itself."""
-    own = dict(table)
-    tags = own.pop("other_tags", None)
-    return dict(OTHER_TAGS.findall(tags)) | own if isinstance(tags, str) else own
+    properties = dict(table)
+    tags = properties.pop("other_tags", None)
+    return dict(OTHER_TAGS.findall(tags)) | properties if isinstance(tags, str) else properties
 
 
 def notes_of(dialect: Dialect, tables: Sequence[Mapping[str, Any]], places: Sequence[str]) -> Iterator[str]:

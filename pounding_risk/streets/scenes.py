@@ -213,7 +213,7 @@ def horizontal_records() -> list[str]:
 
 def _building(house: House) -> dict[str, Any]:
     """The table of a building: of a typology, or with its storeys by Hazus."""
-    rest = {"damping": house.damping, "floor_depth": written(house.floor_depth, GAP)}
+    more = {"damping": house.damping, "floor_depth": written(house.floor_depth, GAP)}
     if (chain := house.chain) is not None:
         return {
             "name": house.name,
@@ -222,7 +222,7 @@ def _building(house: House) -> dict[str, Any]:
             "storey_heights": written(house.height / house.storeys, GAP),
             "storey_strengths": [written(strength, STOREY_STRENGTH) for strength in chain.strengths],
             "storeys": house.storeys,
-            **rest,
+            **more,
         }
     return {
         "name": house.name,
@@ -231,7 +231,7 @@ def _building(house: House) -> dict[str, Any]:
         "typology": house.typology,
         "floor_mass": written(house.floor_mass, MASS),
         **({} if house.period is None else {"period": written(house.period, PERIOD)}),
-        **rest,
+        **more,
     }
 
 

@@ -331,7 +331,26 @@ def _factor_trials(
     scenes = [study.updated(restitution=constant(e), restitution_words=f"{e!r}") for e in RESTITUTIONS]
     yield Trial(RESTITUTION, tuple(f"{e:g}" for e in RESTITUTIONS), tuple(scenes), (True,) * len(scenes))
 
-    # Multiples of the scene's yield forces; where it has none, shares of the median peak force of each interface.
+    yield _force_trial(study, base)
+    if fastest is not None:
+        grid = study.grid._replace(yield_forces=(inf,))
+        elastic = _with_column_strengths(study, inf).updated(yield_force=inf, column_yield_force=inf, grid=grid)
+        terms = None, None if study.equal_terms else fastest
+        alike, _ = with_damping_relation(on_equal_terms(elastic, _other_contact_laws(elastic), None, terms), None)
+        names = tuple(name for name in alike.grid.contact_models if name != study.contact_model)
+        yield Trial(LAW, names, (alike,), (True,) * len(names))
+
+    if any(band.recommended not in (None, band.own) for band in ranges):
+        proposed = {band.interface: band.recommended or band.own for band in ranges}
+        names_and_own = zip(study.interface_names, study.interfaces, strict=True)
+        scene = _with_interface_values(
+            study, stiffness=[proposed.get(name, interface.stiffness) for name, interface in names_and_own]
+        )
+        yield Trial(PROPOSED, ("as proposed",), (scene,), (True,))
+
+
+def _force_trial(study: Scene, base: xr.Dataset) -> Trial:
+    """Multiples of the scene's yield forces; where it has none, shares of the median peak force of each interface."""
     floors, columns = ([getattr(one, key) for one in study.interfaces] for key in ("yield_force", "column_yield_force"))
     strengths = [building.column_strength for building in study.buildings]
     multiples: tuple[float, ...] = FORCE_MULTIPLES
@@ -350,23 +369,7 @@ def _factor_trials(
             column_yield_force=[multiple * force for force in columns],
         )
         scenes.append(scene.updated(grid=scene.grid._replace(yield_forces=(scene.interfaces[0].yield_force,))))
-    yield Trial(FORCE, tuple(tried), tuple(scenes), (True,) * len(scenes))
-
-    if fastest is not None:
-        grid = study.grid._replace(yield_forces=(inf,))
-        elastic = _with_column_strengths(study, inf).updated(yield_force=inf, column_yield_force=inf, grid=grid)
-        terms = None, None if study.equal_terms else fastest
-        alike, _ = with_damping_relation(on_equal_terms(elastic, _other_contact_laws(elastic), None, terms), None)
-        names = tuple(name for name in alike.grid.contact_models if name != study.contact_model)
-        yield Trial(LAW, names, (alike,), (True,) * len(names))
-
-    if any(band.recommended not in (None, band.own) for band in ranges):
-        proposed = {band.interface: band.recommended or band.own for band in ranges}
-        names_and_own = zip(study.interface_names, study.interfaces, strict=True)
-        scene = _with_interface_values(
-            study, stiffness=[proposed.get(name, own.stiffness) for name, own in names_and_own]
-        )
-        yield Trial(PROPOSED, ("as proposed",), (scene,), (True,))
+    return Trial(FORCE, tuple(tried), tuple(scenes), (True,) * len(scenes))
 
 
 def _with_column_strengths(study: Scene, multiple: float) -> Scene:

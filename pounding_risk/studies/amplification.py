@@ -89,13 +89,12 @@ def pair_scene(source: Any, mass_ratio: Any) -> Scene:
         raise PoundingError(f"{shown(source)} is neither a scene nor records; give a scene or pr.Records")
     request = source.request() if isinstance(source, Records) else source
     ratio = 1.0 if mass_ratio is None else si(mass_ratio, MASS_RATIO, "mass_ratio")
-    masses = ratio * USUAL_MASS, USUAL_MASS
     return scene_of(
         {
             "scene": {"name": "Two single masses"},
             "building": [
                 {"name": side, "mass": exact(mass, MASS), "period": exact(USUAL_PERIOD, PERIOD)}
-                for side, mass in zip(SIDES, masses, strict=True)
+                for side, mass in zip(SIDES, (ratio * USUAL_MASS, USUAL_MASS), strict=True)
             ],
             "interface": [{"gap": "10 mm", "contact_model": USUAL_MODEL, "restitution": USUAL_RESTITUTION}],
             "records": records_of(request).written(),
@@ -147,11 +146,11 @@ class PairsJob(Batches):
     def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None:
         """Peaks of both buildings, touches and status of these batches; None where it was stopped."""
         chunks: list[Chunk] = []
-        for number, own, _ in by_scene(batches, self.each):
-            chunk = self.jobs[number].solve(own, stop)
+        for number, of_scene, _ in by_scene(batches, self.each):
+            chunk = self.jobs[number].solve(of_scene, stop)
             if chunk is None:
                 return None
-            outputs = self.jobs[number].writer().values(own, chunk)
+            outputs = self.jobs[number].writer().values(of_scene, chunk)
             chunks.append({name: outputs[name][:, 0] for name in (*PEAKS.values(), "impact_count", "status")})
         return joined(chunks)
 

@@ -355,11 +355,11 @@ def _compared_along_axes(equal: Scene, whole: xr.Dataset, baseline: str, reasons
         stack.add(number, {str(name): padded[name].values for name in padded.variables})
     variables: dict[str, Any] = {}
     for name, (along, stacked) in stack.reduced().items():
-        own = added[0][name]
+        first = added[0][name]
         if name in TABLES:
             along, stacked = tuple(range(len(axes))), np.stack([part[name].values for part in added])
-            stacked = stacked.reshape(*variants.shape, *own.shape)
-        variables[name] = ((*(axes[number].name for number in along), *own.dims), stacked, own.attrs)
+            stacked = stacked.reshape(*variants.shape, *first.shape)
+        variables[name] = ((*(axes[number].name for number in along), *first.dims), stacked, first.attrs)
     dataset = whole.assign(variables)
     about = json.loads(whole.attrs[VARIANTS])
     about["attributes"] += attributes.as_lists(whole=True)
@@ -401,22 +401,7 @@ def _reference_variables(study: Scene, dataset: xr.Dataset, known: Known) -> dic
         calibrated.append([stiffnesses.get(name, nan) for name in names])
         masses.append(here.striking_mass)
         impacts.append(_reference_impacts_once(here, stiffnesses, known))
-    units, dissipates, capped = [], [], []
-    for label, of_law in zip(names, zip(*impacts, strict=True), strict=True):
-        each = [interface.contact_model for interface in study.interfaces] if label == OF_EACH_INTERFACE else [label]
-        laws = [known_law(name) for name in each]
-        of_each = [stiffness_quantity(law).unit if "stiffness" in law._fields else "" for law in laws]
-        units.append(of_each[0] if len(set(of_each)) == 1 else findings.APART.join(of_each))
-        dissipates.append(not all(blow.restitution > 1.0 - ELASTIC for blow in of_law))
-        answers = {int(law.capped) for law in laws}
-        capped.append(answers.pop() if len(answers) == 1 else findings.AT_SOME)
-    elastic = {"long_name": "0 where the law is elastic, and without yielding returns all energy"}
-    acts = {"long_name": "1 where the yield force acts in the law, -1 where at some interfaces only"}
-    variables: dict[str, Any] = {
-        "stiffness_unit": ("contact_model", units, {"long_name": "unit of stiffness, several by interface"}),
-        "dissipates": ("contact_model", np.array(dissipates, np.int8), elastic),
-        "capped": ("contact_model", np.array(capped, np.int8), acts),
-    }
+    variables = _facts_of_laws(study, impacts)
     axes = ("interface",) if "interface" in dataset.dims else ()
 
     def add(name: str, dims: tuple[str, ...], by_interface: list[Any], attributes: dict[str, str]) -> None:
@@ -438,6 +423,26 @@ def _reference_variables(study: Scene, dataset: xr.Dataset, known: Known) -> dic
         about = described(unit, f"{words}, reference impact; NaN after the parting")
         add(f"impact_{name}", ("contact_model", "impact_step"), list(curves), about)
     return variables
+
+
+def _facts_of_laws(study: Scene, impacts: Sequence[Sequence[Impact]]) -> dict[str, Any]:
+    """Unit of the stiffness of each law, whether it dissipates and whether F_E acts in it; impacts by interface."""
+    units, dissipates, capped = [], [], []
+    for label, of_law in zip(study.grid.contact_models, zip(*impacts, strict=True), strict=True):
+        each = [interface.contact_model for interface in study.interfaces] if label == OF_EACH_INTERFACE else [label]
+        laws = [known_law(name) for name in each]
+        of_each = [stiffness_quantity(law).unit if "stiffness" in law._fields else "" for law in laws]
+        units.append(of_each[0] if len(set(of_each)) == 1 else findings.APART.join(of_each))
+        dissipates.append(not all(blow.restitution > 1.0 - ELASTIC for blow in of_law))
+        answers = {int(law.capped) for law in laws}
+        capped.append(answers.pop() if len(answers) == 1 else findings.AT_SOME)
+    elastic = {"long_name": "0 where the law is elastic, and without yielding returns all energy"}
+    acts = {"long_name": "1 where the yield force acts in the law, -1 where at some interfaces only"}
+    return {
+        "stiffness_unit": ("contact_model", units, {"long_name": "unit of stiffness, several by interface"}),
+        "dissipates": ("contact_model", np.array(dissipates, np.int8), elastic),
+        "capped": ("contact_model", np.array(capped, np.int8), acts),
+    }
 
 
 def _reference_impacts_once(study: Scene, stiffnesses: dict[str, float], known: Known) -> list[Impact]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.scene_axes import axes_of, open_axes, value_at
+from pounding_risk.results.scene_axes import axes_of, idle_axes, open_axes, value_at
 from pounding_risk.scene.scene_axis import SceneAxis
 from pounding_risk.studies import compare_findings as findings
 from pounding_risk.studies.compare_findings import Moved, Verdict
@@ -44,19 +44,10 @@ def keys_along(dataset: xr.Dataset) -> list[str]:
     return [key for axis in open_axes(dataset) for key in axis.keys]
 
 
-def idle_axes(dataset: xr.Dataset) -> list[str]:
-    """The axes along which nothing changes that is compared."""
-    return [axis.name for axis in open_axes(dataset) if all(_is_same(dataset[name], axis.name) for name in COMPARED)]
-
-
-def _is_same(output: xr.DataArray, axis: str) -> bool:
-    first = output.isel({axis: [0]}).values
-    return bool(np.all((output.values == first) | (np.isnan(output.values) & np.isnan(first))))
-
-
 def places_along(dataset: xr.Dataset) -> Iterator[Place]:
     """Every place along the axes, the last axis fastest."""
-    axes, idle = open_axes(dataset), idle_axes(dataset)
+    axes = open_axes(dataset)
+    idle = idle_axes(dataset, axes, COMPARED)
     tables = dataset.drop_vars([name for name, variable in dataset.data_vars.items() if "record" in variable.dims])
     single = {axis.name: 0 for axis in axes_of(dataset) if dataset.sizes.get(axis.name) == 1}
     for places in np.ndindex(*(dataset.sizes[axis.name] for axis in axes)):
@@ -132,7 +123,7 @@ def along_finding(dataset: xr.Dataset) -> str:
         clauses += [*_moving(judged, baseline), *_flipping(judged)]
         asides = (findings.aside(place.part, outcome.names) for place, outcome in judged)
         clauses += dict.fromkeys(sentence for sentences in asides for sentence in sentences)
-    idle = idle_axes(dataset)
+    idle = idle_axes(dataset, open_axes(dataset), COMPARED)
     clauses += [f"nothing that is compared depends on {' or '.join(idle)}"] if idle else []
     sentence = "; ".join(clauses)
     return f"{sentence[0].upper()}{sentence[1:]}."

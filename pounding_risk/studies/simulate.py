@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import xarray as xr
@@ -13,7 +14,7 @@ from pounding_risk.ensemble.limits import check_memory
 from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import COLUMN
-from pounding_risk.motions.levels import PEAK, Level, at_pga, driven
+from pounding_risk.motions.levels import PEAK, Level, Measure, at_pga, driven
 from pounding_risk.motions.record import AFTERSHOCK
 from pounding_risk.results.attributes import as_text
 from pounding_risk.results.contact_notes import of_run
@@ -89,32 +90,21 @@ def simulate(
         None if asked is None else si(asked, quantity, f"simulate: {name}")
         for name, asked, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA))
     )
-    measure, grid = study.grid.measure, study.grid
-    if intensity_level is not None and pga is not None:
-        raise PoundingError("simulate: pga and intensity_level both set the amplitude; give one of them")
-    chosen = at_pga(pga)  # None where the scene's own amplitude is taken
-    if intensity_level is not None:
-        chosen = Level(measure, si(intensity_level, measure.quantity, "simulate: intensity_level"))
+    grid, chosen = study.grid, _chosen_level(study.grid.measure, pga, intensity_level)
     level = chosen or own_amplitude(study)
     motions = {motion.name: motion for motion in motions_of(study)}
     name = _chosen("record", record, tuple(motions))
     sense = _chosen("polarity", polarity, study.records.polarities)
     check_memory(study, (motions[name],), histories=True)
-    if yield_force is not None and all(point.kind == COLUMN for point in study.points):
-        raise PoundingError(
-            "simulate: yield_force is that of floors, and in this row floors meet columns only; these yield at "
-            "column_strength of their building, or column_yield_force of their interface: change it in the scene "
-            "(--set on the command line)"
-        )
-    # A gap is that of all interfaces, but of the only one that the grid varies where it names one.
-    varied = study.gridded_interface if len(grid.gaps) > 1 else None
-    own_gaps = {place: interface.gap for place, interface in zip(study.interface_names, study.interfaces, strict=True)}
+    if yield_force is not None:
+        _check_floors(study)
+    gap_of_grid, gaps = _gaps(study, gap)
     case = Case(
         driven(motions[name], sense, level),
         law or study.contact_model,
-        own_gaps[study.gridded_interface or study.interface_names[0]] if gap is None else gap,
+        gap_of_grid,
         study.yield_force if yield_force is None else yield_force,
-        [here if gap is None or varied not in (None, place) else gap for place, here in own_gaps.items()],
+        gaps,
         study.point_yield_forces(yield_force),
     )
     run = run_of(study, case)
@@ -123,7 +113,6 @@ def simulate(
     if chosen is None and len(grid.amplitudes) > 1:
         *levels, own = (say(each.value, each.measure.quantity) for each in (*grid.amplitudes, level) if each)
         notes.append(f"Of the amplitudes {', '.join(levels)}, {own} is run: the scene's own, or else the largest.")
-    keys = unused_keys(study)
     if shock := motions[name].record.get(AFTERSHOCK):
         run = run.assign_attrs({AFTERSHOCK: shock["name"]})
     if level is not None and level.measure != PEAK:
@@ -133,7 +122,7 @@ def simulate(
         polarity=sense,
         notes=as_text(notes),
         **flags_of(narrowed, (motions[name],)),
-        **({"unused_keys": as_text(keys)} if keys else {}),
+        **({"unused_keys": as_text(keys)} if (keys := unused_keys(study)) else {}),
         Conventions=CONVENTIONS,
         source="pounding_risk: event-driven solver, one run with its histories",
         **created("pounding_risk.simulate"),
@@ -147,6 +136,33 @@ def run_of(study: Scene, case: Case) -> xr.Dataset:
     """
     check_computed(study, "a run")
     return run_dataset(study, case, TRACES[job_kind(study).solver](study, case))
+
+
+def _chosen_level(measure: Measure, pga: float | None, intensity_level: float | str | None) -> Level | None:
+    """The requested amplitude; None where the scene's own is taken."""
+    if intensity_level is None:
+        return at_pga(pga)
+    if pga is not None:
+        raise PoundingError("simulate: pga and intensity_level both set the amplitude; give one of them")
+    return Level(measure, si(intensity_level, measure.quantity, "simulate: intensity_level"))
+
+
+def _check_floors(study: Scene) -> None:
+    """Raise PoundingError where no floors meet, whose yield force could be set."""
+    if all(point.kind == COLUMN for point in study.points):
+        raise PoundingError(
+            "simulate: yield_force is that of floors, and in this row floors meet columns only; these yield at "
+            "column_strength of their building, or column_yield_force of their interface: change it in the scene "
+            "(--set on the command line)"
+        )
+
+
+def _gaps(study: Scene, gap: float | None) -> tuple[float, Sequence[float]]:
+    """The gap of a case as the grid counts it, and by interface: of all, or of the only one that the grid varies."""
+    own_gaps, named = [interface.gap for interface in study.interfaces], study.gridded_interface
+    if gap is None:
+        return own_gaps[study.interface_names.index(named) if named else 0], own_gaps
+    return gap, study.interface_gaps(gap) if len(study.grid.gaps) > 1 else [gap] * len(own_gaps)
 
 
 def _chosen(noun: str, name: str | None, names: tuple[str, ...]) -> str:

@@ -246,8 +246,7 @@ class OneByOne(FreeJob):
         """(1, 1, records, polarities, amplitudes, interfaces) and the same of buildings."""
         scene, motions, motion = self.scenes[number], self.motions, self._motion(self.places[number][0])
         if motion:
-            polarities = (scene.records.polarities[motion[1]],)
-            scene = scene.updated(records=scene.records._replace(polarities=polarities))
+            scene = scene.updated(records=scene.records._replace(polarities=(scene.records.polarities[motion[1]],)))
             motions = (motions[motion[0]],)
         free = grid_job_of(ScanInput(scene, motions)).free_values()
         return {"closing": free["peak_closing"][None, None], "peaks": free["peak_displacement"][None, None]}
@@ -268,8 +267,7 @@ def job_of(
     facts = facts_of_masses(study, axis)
     if facts is not None:
         periods = facts.buildings["period"]
-        shortest = periods[periods > 0.0].min(initial=np.inf)
-        if shortest >= LEAST_PERIOD * max(motion.dt for motion in motions):
+        if periods[periods > 0.0].min(initial=np.inf) >= LEAST_PERIOD * max(motion.dt for motion in motions):
             return facts, AtOnce(study, motions, facts, drawn)
     variants = Variants(study.updated(axes=(axis,)))
     scenes = [variants.scene(number) for number in range(axis.size)]
@@ -391,19 +389,9 @@ def dataset_of(
     ):
         variable = xr.Variable((axis.name, *axes, of), values, described("m", long_name)).isel(one_place)
         dataset = dataset.assign({name: variable})
-    differing: dict[str, Any] = {}  # coordinates of what differs from sample to sample
-    for name, (unit, long_name) in FACTS.items():
-        values = facts.buildings[name]
-        if (values != values[0]).any():
-            unknown = values == 0.0 if name == "height" else periods == 0.0
-            about = described(unit, long_name)
-            differing[f"building_{name}"] = ((axis.name, "building"), np.where(unknown, np.nan, values), about)
-    if (facts.gaps != facts.gaps[0]).any():
-        about = described("m", "clear distance at rest of each interface in each sample")
-        differing["sample_gap"] = ((axis.name, "interface"), facts.gaps, about)
     varied = of_varied_masses(base.buildings, facts.buildings["mass"], facts.buildings["period"])
     of_samples = {} if study.uncertain is None else study.uncertain.attributes()
-    dataset = dataset.assign_coords(axis_coordinates((axis,), of_samples) | differing)
+    dataset = dataset.assign_coords(axis_coordinates((axis,), of_samples) | _differing(facts, axis))
     lists = {"left_out": list(ensemble.left_out), "copies": list(ensemble.copies)}
     dataset.attrs = {
         "Conventions": labels.CONVENTIONS,
@@ -429,3 +417,18 @@ def pushed_notes(study: Scene) -> list[str]:
         "the motion without contact leaves open, or hold it back from one that it closes; what is said of contact from "
         "this motion alone is of each gap as if the others were not closed"
     ]
+
+
+def _differing(facts: Facts, axis: SceneAxis) -> dict[str, Any]:
+    """Coordinates of what differs from sample to sample."""
+    differing: dict[str, Any] = {}
+    for name, (unit, long_name) in FACTS.items():
+        values = facts.buildings[name]
+        if (values != values[0]).any():
+            unknown = values == 0.0 if name == "height" else facts.buildings["period"] == 0.0
+            about = described(unit, long_name)
+            differing[f"building_{name}"] = ((axis.name, "building"), np.where(unknown, np.nan, values), about)
+    if (facts.gaps != facts.gaps[0]).any():
+        about = described("m", "clear distance at rest of each interface in each sample")
+        differing["sample_gap"] = ((axis.name, "interface"), facts.gaps, about)
+    return differing

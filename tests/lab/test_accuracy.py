@@ -18,17 +18,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.lab import accuracy_findings as findings
 from pounding_risk.lab.accuracy import FAR, FIXED, GENERAL, OPENSEES, RTOLS, TIGHTEST, Setting, _reference_words
 from pounding_risk.lab.accuracy_bench import bench_of, thinned_grid
-from pounding_risk.lab.accuracy_findings import (
-    COUNT,
-    EVENT,
-    FIRST,
-    FORCE,
-    GAP,
-    LEVELS,
-    OUTPUTS,
-    REACH,
-    YIELDS,
-)
+from pounding_risk.lab.accuracy_findings import COUNT, EVENT, FIRST, FORCE, GAP, LEVELS, OUTPUTS, REACH, YIELDS
 from pounding_risk.lab.accuracy_opensees import opensees_outcome, unsaid
 from pounding_risk.lab.baselines.solve_ivp import GaveUp
 from pounding_risk.scene.reader import parse_scene

@@ -221,7 +221,7 @@ def test_a_matrix_has_the_modes_of_scipy_and_its_damping_in_each(kind, masses):
     assert mass.tolist() == masses.tolist() and building.masses == pytest.approx(masses.sum(axis=1), rel=1e-14)
     rayleigh = kind(damping_rule="rayleigh").structure()
     ratios = np.diag(forms.T @ rayleigh.matrices()[1] @ forms) / (2.0 * frequencies)
-    assert ratios[[place - 1 for place in rayleigh.damped_modes()]] == pytest.approx(0.05, rel=1e-12)
+    assert ratios[[0, rayleigh._second_mode() - 1]] == pytest.approx(0.05, rel=1e-12)
 
 
 def test_the_damping_of_a_building_is_that_of_the_first_mode_of_its_damping_matrix():

@@ -16,8 +16,7 @@ import pytest
 from scipy.linalg import eigh
 
 import pounding_risk as pr
-from pounding_risk.errors import PoundingError
-from pounding_risk.lab.accuracy_opensees import load, silenced
+from pounding_risk.lab.accuracy_opensees import silenced
 
 ROOT = Path(__file__).resolve().parents[2]
 TABLES = ROOT / "tests" / "data" / "other_programs"
@@ -103,11 +102,7 @@ def test_scenes_of_the_page_are_that_frame(tmp_path, section):
 
 
 @pytest.fixture
-def opensees(tables) -> Any:
-    try:
-        ops = load()
-    except PoundingError as reason:
-        pytest.skip(str(reason))
+def opensees(tables, ops) -> Any:
     yield ops
     ops.wipe()
 

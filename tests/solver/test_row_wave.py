@@ -27,7 +27,8 @@ from pounding_risk.solver.counters import COMPLETE, COUNT, PEAK_FORCE
 from pounding_risk.solver.row import api as rows
 from pounding_risk.solver.row import trace_reader
 from pounding_risk.solver.row.api import HIGHEST
-from pounding_risk.solver.row.layout import lay_out
+from pounding_risk.solver.row.ground import PULL, SPREAD
+from pounding_risk.solver.row.layout import lay_out, nodes_of
 from pounding_risk.solver.row.model import RowModel
 
 LAW, HALF = ViscousElastoplastic(2.75e9), constant(0.5)
@@ -184,10 +185,10 @@ def test_histories_are_those_of_the_masses():
     for point, peak in enumerate(run.points[:, PEAK_FORCE]):
         assert max(each.facts[3] for each in contacts if each.point == point) == peak > 0.0
     row = lay_out(chains, points_of(meetings), STEP, arrivals(*lags))
-    pulls, widened = rows.ground_histories(row, GROUND)
+    grounds = arriving(nodes_of(row, GROUND), row.step, row.arrivals)[:: row.phases]
     late = np.interp(np.arange(400) * STEP - 0.0333, np.arange(400) * STEP, GROUND, left=0.0)
-    np.testing.assert_allclose(pulls[:-1, 1], late[:-1], atol=1e-12)
-    closing = run.states[:, 0, 0] - widened[:, 0]  # of the first mass and the rigid building
+    np.testing.assert_allclose(grounds[:-1, 1, PULL], late[:-1], atol=1e-12)
+    closing = run.states[:, 0, 0] - grounds[:, 1, SPREAD]  # of the first mass and the rigid building
     assert closing.max() == pytest.approx(run.points[0, HIGHEST], rel=1e-2) and closing.max() <= run.points[0, HIGHEST]
 
 

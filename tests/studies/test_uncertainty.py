@@ -76,14 +76,6 @@ AT_ONCE_SCENES = {
 }
 
 
-@pytest.mark.parametrize("name", AT_ONCE_SCENES)
-def test_single_masses_are_solved_at_once(name):
-    study = scene(*AT_ONCE_SCENES[name])
-    dataset = along(study)
-    assert dataset.attrs["free_motion"] == AT_ONCE
-    assert_that_of_a_scan(dataset, study)
-
-
 ONE_BY_ONE_SCENES = {
     "storeys": (PAIR + STOREYS, '"building.s.floor_masses.2" = ["190 t", "230 t"]'),
     "an own ground": (PAIR + 'ground_delay = "0.1 s"\n', TWO_KEYS),
@@ -92,11 +84,11 @@ ONE_BY_ONE_SCENES = {
 }
 
 
-@pytest.mark.parametrize("name", ONE_BY_ONE_SCENES)
-def test_other_scenes_are_solved_one_by_one(name):
-    study = scene(*ONE_BY_ONE_SCENES[name])
+@pytest.mark.parametrize("name", AT_ONCE_SCENES | ONE_BY_ONE_SCENES)
+def test_single_masses_are_solved_at_once_and_other_scenes_one_by_one(name):
+    study = scene(*(AT_ONCE_SCENES | ONE_BY_ONE_SCENES)[name])
     dataset = along(study)
-    assert dataset.attrs["free_motion"] == ONE_BY_ONE
+    assert dataset.attrs["free_motion"] == (AT_ONCE if name in AT_ONCE_SCENES else ONE_BY_ONE)
     assert_that_of_a_scan(dataset, study)
 
 

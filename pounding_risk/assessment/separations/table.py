@@ -332,9 +332,9 @@ def _with_notes(
     d_is = rules.OF_HISTORIES if has_histories(scene) else d_is
 
     def note_of(row: SeparationRow) -> str:
-        own = [note for note, holds in added.items() if holds and (note != rules.ISOLATED or row.rule == "cqc")]
-        own += [rules.OF_UBC97] if row.rule.startswith("ubc97") and d_is != rules.NOT_REDUCED else []
-        return "; ".join(filter(None, (row.note.replace(rules.NOT_REDUCED, d_is), *own)))
+        notes = [note for note, holds in added.items() if holds and (note != rules.ISOLATED or row.rule == "cqc")]
+        notes += [rules.OF_UBC97] if row.rule.startswith("ubc97") and d_is != rules.NOT_REDUCED else []
+        return "; ".join(filter(None, (row.note.replace(rules.NOT_REDUCED, d_is), *notes)))
 
     return tuple(replace(row, note=note_of(row)) for row in rows)
 

@@ -43,11 +43,11 @@ class Question:
     def __init__(self, declared: Declared):
         self.declared, self.name, self.outline = declared, declared.name, Outline(declared.source)
         self.function = Outline(declared.source_of_function())[self.name]
-        own, sheet = (getattr(self.outline, name, None) for name in ("answer", "sheet"))
-        functions = [function for function in (self.function, own) if function is not None]
-        if own is not None:
-            kinds = {each.kind for each in inspect.signature(own).parameters.values()}
-            functions = functions if Parameter.VAR_KEYWORD in kinds else [own]
+        answer, sheet = (getattr(self.outline, name, None) for name in ("answer", "sheet"))
+        functions = [function for function in (self.function, answer) if function is not None]
+        if answer is not None:
+            kinds = {each.kind for each in inspect.signature(answer).parameters.values()}
+            functions = functions if Parameter.VAR_KEYWORD in kinds else [answer]
         if passed := getattr(self.outline, "PASSED", ""):
             home, _, name = passed.rpartition(".")
             functions.insert(0, Outline(source_of(home))[name])
@@ -81,9 +81,9 @@ class Question:
                 fields |= self._of_parameter(name, None, "")
         if "hazard" in fields:
             fields["site"] = (shared.Site, None)
-        suffixes, own = self._suffixes(), self.files.get("out", File((), ""))
+        suffixes, out_file = self._suffixes(), self.files.get("out", File((), ""))
         if suffixes:
-            words, absence = own.description or "Write the answer", own.usual.format(self.first.upper())
+            words, absence = out_file.description or "Write the answer", out_file.usual.format(self.first.upper())
             fields["out"] = (Annotated[Path | None, out_option(words, *suffixes, absence=absence)], None)
         if ".nc" in suffixes and not self.writes:
             fields["new"] = (shared.New, False)
@@ -133,19 +133,19 @@ class Question:
 
     def _suffixes(self) -> tuple[str, ...]:
         """Kinds of files that the answer can be written to."""
-        own = self.files["out"].suffixes if "out" in self.files else ()
+        suffixes = self.files["out"].suffixes if "out" in self.files else ()
         if self.writes:
-            return own
+            return suffixes
         is_dataset = "out" in self.takes or "Dataset" in str(inspect.signature(self.function).return_annotation)
-        kinds = [*own] if ".nc" in own or not is_dataset else [".nc", *own]
+        kinds = [*suffixes] if ".nc" in suffixes or not is_dataset else [".nc", *suffixes]
         return tuple(dict.fromkeys([*kinds, ".csv", ".html"]))
 
     # ----------------------------------------------------------------------------------------------------- run
 
     def run(self, options: dict[str, Any]) -> None:
         """Answer the question, write the files that are asked for, and print the sheet."""
-        given = {name: option for name, option in options.items() if option not in EMPTY}
-        out: Path | None = given.get("out")
+        chosen = {name: option for name, option in options.items() if option not in EMPTY}
+        out: Path | None = chosen.get("out")
         dataset = out if out is not None and out.suffix.lower() == ".nc" else None
         if self.writes and "out" in self.files:
             dataset = out_or(out, self.files["out"].usual.format(options[self.first].stem))
@@ -155,12 +155,12 @@ class Question:
 
             check_replaceable(dataset, self.name, None, options["new"])
         flags = {name: self._flag(name) for name in options}
-        in_words = {flags[name].removeprefix("--").replace("-", " "): flags[name] for name in given}
+        in_words = {flags[name].removeprefix("--").replace("-", " "): flags[name] for name in chosen}
         with _named_by_option(self.name, in_words | flags):
             check = getattr(module, "check", lambda _: None)
-            check(given)
+            check(chosen)
             subject = {} if self.subject is None else {self.first: self.subject.open(options)}
-            check(given | subject)
+            check(chosen | subject)
             _join_site(options)
             function = getattr(module, "answer", None) or self.declared.function()
             answer = self._answered(function, _taken(self.takes, options | {"out": dataset}) | subject)
@@ -169,7 +169,7 @@ class Question:
                 blocks, written = [], [files] if isinstance(files, Path) else files
             else:
                 blocks = module.sheet(answer, **_taken(self.sheet_takes, options))
-                written = [*self._files(module, answer, blocks, given), *self._drawn(module, answer, options)]
+                written = [*self._files(module, answer, blocks, chosen), *self._drawn(module, answer, options)]
         from pounding_risk.render.terminal import print_sheet
 
         print_sheet(blocks)  # after the files: a reader of the first lines alone, such as `head`, ends the printing
@@ -190,11 +190,11 @@ class Question:
         with ProgressDisplay(self.name, getattr(self.outline, "UNIT", "cases")) as progress:
             return function(**arguments, progress=progress)
 
-    def _files(self, module: Any, answer: Any, blocks: Any, given: Mapping[str, Any]) -> Iterator[Path]:
+    def _files(self, module: Any, answer: Any, blocks: Any, chosen: Mapping[str, Any]) -> Iterator[Path]:
         """Write the answer to the files that are given; gives each that is written."""
         files = getattr(module, "FILES", {})
         for name in dict.fromkeys(("out", *files)):
-            target, file = given.get(name), files.get(name)
+            target, file = chosen.get(name), files.get(name)
             if target is None:
                 continue
             with writing(target):

@@ -80,14 +80,14 @@ def _records(arguments: dict[str, Any]) -> Any:
     return _of_words(source, request._replace(unit=facts["unit"] or "", dt=facts["dt"], tail=tail))
 
 
-def _refuse_beside_scene(source: Sequence[str], given: Sequence[str]) -> None:
+def _refuse_beside_scene(source: Sequence[str], flags: Sequence[str]) -> None:
     """Raise PoundingError for further words and for options of records beside a scene."""
     if len(source) > 1:
         raise PoundingError(f"{source[1]}: stands beside the scene {source[0]}, which names its records; leave one out")
-    if given:
+    if flags:
         example = "--set records.pga='0.5 g'"
         raise PoundingError(
-            f"{given[0]}: is of records, and {source[0]} states how its own are treated; write {example}"
+            f"{flags[0]}: is of records, and {source[0]} states how its own are treated; write {example}"
         )
 
 

@@ -317,8 +317,8 @@ def check_ours(folder: Path) -> None:
     if STUDY in names:
         read_study(folder)
         return
-    own = {name for name in names if name in OWN or files.is_aside(name, r"study\.json")}
-    strangers = sorted(names - own)
+    our_files = {name for name in names if name in OWN or files.is_aside(name, r"study\.json")}
+    strangers = sorted(names - our_files)
     # A scan that was killed as it began has left a lock at least.
     if strangers or (names and LOCK not in names):
         raise PoundingError(

@@ -256,13 +256,13 @@ def _restitution(study: Scene) -> str:
     return f"{study.restitution_words}: falls with the approach speed{held}{exact}"
 
 
-def _effect(effect: Effect, given: Given) -> str:
+def _effect(effect: Effect, written: Given) -> str:
     """An effect with its options; defaults are marked."""
     kind = EFFECTS[effect.name]
     values = {key: option_words(kind.options[key], value) for key, value in effect.options}
     values |= {key: words for key, words in kind.absent.items() if key not in values}
     values = {key: words for key, words in values.items() if not words.startswith("none")}
-    stated = {key for key in values if ("effects", effect.name, key) in given}
+    stated = {key for key in values if ("effects", effect.name, key) in written}
     options = ", ".join(f"{key} {value}{' (default)' * (key not in stated)}" for key, value in values.items())
     return f"{effect.name}: {options}" if options else effect.name
 
@@ -313,9 +313,9 @@ def _grid(study: Scene) -> list[tuple[str, str]]:
     gaps = f"gaps of {study.gridded_interface}" if study.gridded_interface else "gaps"
     axes = {gaps: (study.grid.gaps, units.GAP), "yield forces": (study.grid.yield_forces, units.YIELD_FORCE)}
     rows = [(name, _span(labels, quantity)) for name, (labels, quantity) in axes.items() if len(labels) > 1]
-    own = (("axis", f"{', '.join(axis.keys)}: {axis.words()}") for axis in study.axes if not axis.dimension)
+    of_numbers = (("axis", f"{', '.join(axis.keys)}: {axis.words()}") for axis in study.axes if not axis.dimension)
     drawn = () if study.uncertain is None else study.uncertain.described()
-    return [*own, *drawn, *rows]
+    return [*of_numbers, *drawn, *rows]
 
 
 def _span(labels: Sequence[float], quantity: Quantity) -> str:

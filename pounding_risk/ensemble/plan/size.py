@@ -35,8 +35,8 @@ def shape_of(study: Scene, records: int) -> dict[str, int]:
     grid = study.grid
     motions = (1, 1) if is_drawn(study) else (records, len(study.records.polarities))
     lengths = (*motions, *map(len, (grid.amplitudes, grid.contact_models)))
-    own = dict(zip(axes_by(grid.measure.axis), (*lengths, len(grid.gaps), len(grid.yield_forces)), strict=True))
-    return {axis.name: axis.size for axis in study.axes} | own
+    of_grid = dict(zip(axes_by(grid.measure.axis), (*lengths, len(grid.gaps), len(grid.yield_forces)), strict=True))
+    return {axis.name: axis.size for axis in study.axes} | of_grid
 
 
 def is_drawn(study: Scene) -> bool:

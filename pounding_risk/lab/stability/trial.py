@@ -58,10 +58,10 @@ def shaking(peak: float, dt: float = 0.01, duration: float = 5.0) -> Ground:
 def push(level: float, rise: float, hold: float, dt: float = 0.01, release: float = 0.0) -> Ground:
     """a_g that rises smoothly from 0 to ``level``, stays, and may fall to −``level`` over ``release`` [s]."""
     up = 0.5 * level * (1.0 - np.cos(np.linspace(0.0, np.pi, round(rise / dt) + 1)))
-    parts = [up, np.full(round(hold / dt), level)]
+    stages = [up, np.full(round(hold / dt), level)]
     if release > 0.0:
-        parts.append(level * np.cos(np.linspace(0.0, np.pi, round(release / dt) + 1)[1:]))
-    return np.concatenate(parts)
+        stages.append(level * np.cos(np.linspace(0.0, np.pi, round(release / dt) + 1)[1:]))
+    return np.concatenate(stages)
 
 
 class TrialScene(NamedTuple):

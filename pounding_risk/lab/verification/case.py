@@ -37,6 +37,8 @@ from pounding_risk.scene.keys import (
     one_of,
     read_section,
     text,
+    text_from,
+    whole_from,
 )
 from pounding_risk.scene.scene import Scene, scene_of
 from pounding_risk.scene.sections import KEYS as SCENE_KEYS
@@ -94,23 +96,13 @@ def printed(words: str, unit: str) -> Printed:
 
 def _quoted(words: str, example: str, absent: str) -> Key:
     """Text of a number with its unit, in which no digit is lost."""
-
-    def read(value: Any, number: Number) -> str:
-        if not isinstance(value, str) or not value.strip():
-            repair = 'write it as it is printed, such as "9950 N": its digits count'
-            raise Unreadable(f"{shown(value)} is not in quotes; {repair}")
-        return value
-
-    return Key(words, read, example, absent, schema={"type": "string"})
+    refusal = 'is not in quotes; write it as it is printed, such as "9950 N": its digits count'
+    return Key(words, lambda value, number: text_from(value, refusal), example, absent, schema={"type": "string"})
 
 
 def _whole(name: str, words: str, absent: str) -> Key:
-    def read(value: Any, number: Number) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise Unreadable(f"{shown(value)} is not a number that counts from 1; write {name} = 1, or remove it")
-        return value
-
-    return Key(words, read, "1", absent, schema={"type": "integer"})
+    refusal = f"is not a number that counts from 1; write {name} = 1, or remove it"
+    return Key(words, lambda value, number: whole_from(value, 1, inf, refusal), "1", absent, schema={"type": "integer"})
 
 
 def _factor(words: str) -> Key:
@@ -361,13 +353,13 @@ class _Reader:
     def _path(self, at: int, name: Any) -> Any:
         if not isinstance(name, str) or not name.startswith(OF_PACKAGE):
             return name
-        package, _, rest = name.removeprefix(OF_PACKAGE).partition("/")
+        package, _, file = name.removeprefix(OF_PACKAGE).partition("/")
         spec = find_spec(package) if package.isidentifier() else None
         if spec is None or not spec.submodule_search_locations:
             sentence = f"{shown(name)}: no package {shown(package)} is installed; install it, or name a file"
             self._fault(sentence, "records", "files", at)
             return name
-        return str(Path(spec.submodule_search_locations[0]) / rest)
+        return str(Path(spec.submodule_search_locations[0]) / file)
 
     def _impact(self, keys: Section) -> Collision | None:
         if any(fault.path[:1] == ("impact",) for fault in self.faults):

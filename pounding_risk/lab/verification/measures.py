@@ -174,8 +174,7 @@ def _mean_speed(solved: Solved, at: Mapping[str, Any]) -> float:
     """Mean size of a floor's velocity over a span of time [m/s]."""
     if solved.run is None:
         raise PoundingError("mean_speed: the scene was not run")
-    speed = abs(history(solved.run, "velocity", at))
-    within = speed.sel(time=slice(at["since"], at["time"]))
+    within = abs(history(solved.run, "velocity", at)).sel(time=slice(at["since"], at["time"]))
     return float(within.integrate("time") / (within.time[-1] - within.time[0]))
 
 

@@ -7,7 +7,7 @@ with the solver or with the generator.
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import chain, pairwise
 from math import inf, nan, pi, sqrt
 from typing import Any, NamedTuple
 
@@ -125,12 +125,12 @@ def filtered(left: float, right: float) -> float:
 
     def carried(omega: float) -> float:
         rates = (2.0 * pi / period for period in (left, right))
-        first, second = (1.0 / (own**2 - omega**2 + 2j * DAMPING * own * omega) for own in rates)
+        first, second = (1.0 / (frequency**2 - omega**2 + 2j * DAMPING * frequency * omega) for frequency in rates)
         return density(omega) * (first * second.conjugate()).real
 
     ends = sorted({0.0, 2.0 * pi / left, 2.0 * pi / right, rate, 200.0})
-    parts = [quad(carried, *span, limit=400, epsrel=1e-10)[0] for span in pairwise(ends)]
-    return 2.0 * float(sum(parts) + quad(carried, ends[-1], inf, limit=400)[0])
+    integrals = [quad(carried, *span, limit=400, epsrel=1e-10)[0] for span in pairwise(ends)]
+    return 2.0 * float(sum(integrals) + quad(carried, ends[-1], inf, limit=400)[0])
 
 
 class Moments(NamedTuple):
@@ -211,45 +211,48 @@ def chi_square_bounds(degrees: float) -> tuple[float, float]:
     return low, high
 
 
+def double_difference_under(words: str, ground: tuple[float, float] | None) -> tuple[list[Reading], Panel, list[float]]:
+    """Readings and panel under one noise, and mean peaks of u1 − u2 over the rule's combination of mean peaks."""
+    pairs = [(PERIODS[0], period) for period in PERIODS[1:]]
+    products, (peaks, closing) = row_response(ground)
+    moments = [published(pair, ground) for pair in pairs]
+    bounds = [chi_square_bounds(freedom(linear(pair, ground))) for pair in pairs]
+    squares = [float(products[0, 0] + products[at, at] - 2.0 * products[0, at]) for at in range(1, len(PERIODS))]
+    readings = [
+        Reading(
+            f"variance of u1 − u2 over the published, {words}, {pair[0]:g} s beside {pair[1]:g} s",
+            *(1.0, square / known.closing, low, high, ""),
+            "99.9 % of the samples of a correct program: chi-square",
+        )
+        for pair, known, square, (low, high) in zip(pairs, moments, squares, bounds, strict=True)
+    ]
+    ratios = []
+    for at, known in enumerate(moments, start=1):
+        rule = sqrt(peaks[0] ** 2 + peaks[at] ** 2 - 2.0 * known.correlation * peaks[0] * peaks[at])
+        ratios.append(float(closing[at] / rule))
+    # Standard deviation of u1 − u2 over SRSS against the ratio of periods, published and ours, and mean peaks.
+    ratio = np.array([right / left for left, right in pairs])
+    srss = np.array([sqrt(known.left + known.right) for known in moments])
+    deviations = np.array([sqrt(known.closing) for known in moments]) / srss
+    ends = np.sqrt(np.array(bounds).T) * deviations
+    drawn = (
+        series("published: double difference", ratio, deviations),
+        series("published: SRSS", ratio, np.ones_like(ratio)),
+        series("standard deviation, ours", ratio, np.sqrt(squares) / srss, POINTS, (ends[0], ends[1])),
+        series("mean peak, ours", ratio, closing[1:] / np.hypot(peaks[0], peaks[1:]), POINTS),
+    )
+    return readings, Panel(("ratio of the periods", "$u_1 - u_2$ over SRSS of $u_1$ and $u_2$"), drawn, words), ratios
+
+
 def double_difference() -> Property:
     """Variance and mean peak of the relative displacement against the double-difference combination.
 
     A rule for peaks takes them as proportional to standard deviations. Peaks of a few periods are not quite: those of
     u1 − u2, a slow beat where the periods are near, are smaller. That is of the rule, so no bound is set on them.
     """
-    readings: list[Reading] = []
-    panels: list[Panel] = []
-    ratios: list[float] = []
-    pairs = [(PERIODS[0], period) for period in PERIODS[1:]]
-    for words, ground in (("white noise", None), ("Kanai and Tajimi's noise", GROUND)):
-        products, (own, closing) = row_response(ground)
-        moments = [published(pair, ground) for pair in pairs]
-        bounds = [chi_square_bounds(freedom(linear(pair, ground))) for pair in pairs]
-        squares = [float(products[0, 0] + products[at, at] - 2.0 * products[0, at]) for at in range(1, len(PERIODS))]
-        for pair, known, square, (low, high) in zip(pairs, moments, squares, bounds, strict=True):
-            readings.append(
-                Reading(
-                    f"variance of u1 − u2 over the published, {words}, {pair[0]:g} s beside {pair[1]:g} s",
-                    *(1.0, square / known.closing, low, high, ""),
-                    "99.9 % of the samples of a correct program: chi-square",
-                )
-            )
-        # Mean peak of u1 − u2 over the double-difference combination of the mean peaks, for each pair.
-        for at, known in enumerate(moments, start=1):
-            rule = sqrt(own[0] ** 2 + own[at] ** 2 - 2.0 * known.correlation * own[0] * own[at])
-            ratios.append(float(closing[at] / rule))
-        # Standard deviation of u1 − u2 over SRSS against the ratio of periods, published and ours, and mean peaks.
-        ratio = np.array([right / left for left, right in pairs])
-        srss = np.array([sqrt(known.left + known.right) for known in moments])
-        deviations = np.array([sqrt(known.closing) for known in moments]) / srss
-        ends = np.sqrt(np.array(bounds).T) * deviations
-        drawn = (
-            series("published: double difference", ratio, deviations),
-            series("published: SRSS", ratio, np.ones_like(ratio)),
-            series("standard deviation, ours", ratio, np.sqrt(squares) / srss, POINTS, (ends[0], ends[1])),
-            series("mean peak, ours", ratio, closing[1:] / np.hypot(own[0], own[1:]), POINTS),
-        )
-        panels.append(Panel(("ratio of the periods", "$u_1 - u_2$ over SRSS of $u_1$ and $u_2$"), drawn, words))
+    grounds = ("white noise", None), ("Kanai and Tajimi's noise", GROUND)
+    readings, panels, ratios = zip(*(double_difference_under(words, ground) for words, ground in grounds), strict=True)
+    shares = list(chain.from_iterable(ratios))
     return Property(
         "double_difference",
         "Relative displacement of two buildings under stationary noise",
@@ -262,13 +265,13 @@ def double_difference() -> Property:
         "the coefficient is that of two oscillators under white noise, derived again with Lyapunov's equation",
         "variance of u1 − u2 = σ1² + σ2² − 2 ρ σ1 σ2, with ρ of the two periods and dampings; the rule takes it for "
         "peaks too",
-        tuple(readings),
+        tuple(chain.from_iterable(readings)),
         f"Variances of $u_1 - u_2$ are those of the double difference; mean peaks in {WINDOW:g} s are "
-        f"{min(ratios):.2f} to {max(ratios):.2f} of the rule's",
+        f"{min(shares):.2f} to {max(shares):.2f} of the rule's",
         f"buildings of {PERIODS[1]:g} to {PERIODS[-1]:g} s beside one of {PERIODS[0]:g} s, damping "
         f"{100.0 * DAMPING:g} %; {len(SEEDS)} motions of {LENGTH:g} s, seeds {SEEDS[0]} to {SEEDS[-1]}; bars: 99.9 % "
         "of the samples of a correct program",
-        tuple(panels),
+        panels,
     )
 
 
@@ -346,6 +349,25 @@ def shares_of_contacts(gaps: Array) -> Array:
     return np.concatenate(touched, axis=1).mean(axis=1)
 
 
+def passage_readings(ours: Array, of_gaps: Array, reference: Array, reach: Array) -> tuple[Reading, ...]:
+    """Shares of contacts by gap against the recursion, and the largest of them over the mean number of upcrossings."""
+    readings = [
+        Reading(
+            f"P(contact) in {PASSAGE_LENGTH:g} s, gap of {level:g} standard deviations of u1 − u2",
+            *(float(expected), float(share), float(expected - off), min(float(expected + off), 1.0), ""),
+            "99.9 % of the samples of a correct program: binomial, of ours and of the recursion",
+        )
+        for level, share, expected, off in zip(LEVELS, ours, reference, reach, strict=True)
+    ]
+    far = of_gaps < 1.0
+    bound = Reading(
+        "P(contact) over the mean number of upcrossings, largest where that is below 1",
+        *(nan, float((ours[far] / of_gaps[far]).max()), 0.0, 1.0, ""),
+        "an upcrossing is needed for a contact",
+    )
+    return (*readings, bound)
+
+
 def first_passage() -> Property:
     """P(contact) within a time under stationary noise, against an exact recursion and a bound of Rice's."""
     system = linear(PASSAGE_PERIODS, GROUND)
@@ -360,27 +382,11 @@ def first_passage() -> Property:
     moments = closing_moments(system, times)
     counts = np.array([upcrossings(moments, float(gap), times)[-1] for gap in fine])
     of_gaps = np.array([upcrossings(moments, float(gap), times)[-1] for gap in gaps])
-    readings = [
-        Reading(
-            f"P(contact) in {PASSAGE_LENGTH:g} s, gap of {level:g} standard deviations of u1 − u2",
-            *(float(expected), float(share), float(expected - off), min(float(expected + off), 1.0), ""),
-            "99.9 % of the samples of a correct program: binomial, of ours and of the recursion",
-        )
-        for level, share, expected, off in zip(LEVELS, ours, reference, reach, strict=True)
-    ]
     drawn = (
         series("upper bound: mean upcrossings (Rice)", fine / deviation, np.minimum(counts, 1.0)),
         series("upcrossings as a Poisson process", fine / deviation, 1.0 - np.exp(-counts)),
         series("exact recursion", LEVELS, reference, BAND, (reference - reach, reference + reach)),
         series("ours: share of motions with a contact", LEVELS, ours, POINTS),
-    )
-    far = of_gaps < 1.0
-    readings.append(
-        Reading(
-            "P(contact) over the mean number of upcrossings, largest where that is below 1",
-            *(nan, float((ours[far] / of_gaps[far]).max()), 0.0, 1.0, ""),
-            "an upcrossing is needed for a contact",
-        )
     )
     return Property(
         "first_passage",
@@ -394,7 +400,7 @@ def first_passage() -> Property:
         "the abstract alone was reached: in kind, with parameters of ours; Rice's formula derived again",
         "pounding is the first passage of u1 − u2 beyond the gap; its probability is at most the mean number of "
         "upcrossings",
-        tuple(readings),
+        passage_readings(ours, of_gaps, reference, reach),
         f"P(contact) falls from {100.0 * ours[0]:.2g} to {100.0 * ours[-1]:.2g} % along the gap as an exact recursion "
         "of the linear pair has it",
         f"periods {PASSAGE_PERIODS[0]:g} and {PASSAGE_PERIODS[1]:g} s, damping {100.0 * DAMPING:g} %, at rest at "

@@ -284,16 +284,16 @@ def compared(case: Case) -> tuple[list[Check], list[Curve]]:
     checks = []
     for number, value in enumerate(case.published, start=1):
         try:
-            ours = tuple(_ours(value, result) for result in results)
+            ours = tuple(_ours(value, solved) for solved in results)
         except PoundingError as error:
             raise PoundingError(f"published.{number}: {error}") from None
         checks.append(_check(case, value, ours))
     return checks, list(_curves(case, results[-1]))
 
 
-def _ours(value: Published, result: Any) -> float:
+def _ours(value: Published, solved: Any) -> float:
     """Our value on the axis of the source."""
-    return value.factor * value.measure.of(result, value.at) + value.offset
+    return value.factor * value.measure.of(solved, value.at) + value.offset
 
 
 def _results(case: Case) -> list[Any]:
@@ -342,27 +342,27 @@ def _words(value: Published) -> str:
 # ------------------------------------------------------------------------------------------------ curves
 
 
-def _curves(case: Case, result: Any) -> Iterable[Curve]:
+def _curves(case: Case, solved: Any) -> Iterable[Curve]:
     """A curve for each history or force-penetration curve of which the case has published points."""
     groups: dict[Any, list[Published]] = {}
     for value in case.published:
         along = next((key for key in ("time", "penetration") if key in value.at), None)
         if along is not None and "since" not in value.at:
-            places = tuple(item for item in value.at.items() if item[0] != along)
+            places = tuple(selector for selector in value.at.items() if selector[0] != along)
             groups.setdefault((along, value.quantity, places, value.factor, value.offset), []).append(value)
     for (along, quantity, places, factor, offset), values in groups.items():
-        x, y = _line(result, quantity, dict(places))
+        x, y = _line(solved, quantity, dict(places))
         unit = values[0].measure.unit
         points = [
-            Point(one.at[along], one.printed.value, one.uncertainty, one.kind, _ours(one, result)) for one in values
+            Point(one.at[along], one.printed.value, one.uncertainty, one.kind, _ours(one, solved)) for one in values
         ]
         axes, units = (along, quantity.replace("_", " ")), ("s" if along == "time" else "m", unit)
         about = case.name, case.about.title, case.about.source
         yield Curve(*about, axes, units, x, factor * y + offset, tuple(points))
 
 
-def _line(result: Any, quantity: str, places: Mapping[str, Any]) -> tuple[Any, Any]:
-    if isinstance(result, Solved) and result.run is not None:
-        values = history(result.run, quantity, places)
+def _line(solved: Any, quantity: str, places: Mapping[str, Any]) -> tuple[Any, Any]:
+    if isinstance(solved, Solved) and solved.run is not None:
+        values = history(solved.run, quantity, places)
         return values.time.values, values.values
-    return force_curve(result)
+    return force_curve(solved)

@@ -102,11 +102,11 @@ def _facts(law: Any) -> Iterator[str]:
 
 def _methods(law: Any) -> Iterator[str]:
     for name, method in METHODS.items():
-        required, own = _arguments(method), getattr(law, name, None)
-        if not inspect.isfunction(own):
+        required, implemented = _arguments(method), getattr(law, name, None)
+        if not inspect.isfunction(implemented):
             yield f"verb {name} is missing; write def {name}{required}: {inspect.getdoc(method)}"
-        elif _arguments(own) != required:
-            yield f"verb {name} takes {_arguments(own)}; kernels call {name}{required}"
+        elif _arguments(implemented) != required:
+            yield f"verb {name} takes {_arguments(implemented)}; kernels call {name}{required}"
 
 
 def _arguments(function: Any) -> str:
@@ -150,8 +150,7 @@ def law_digest(law: Any) -> str:
     Of what a method takes from outside the class, numbers count by their value and functions by their code; those of
     the package by their names. Lines, comments and the place where the class was written do not count.
     """
-    text = "\n".join(_law(law))
-    return hashlib.sha256(text.encode()).hexdigest()
+    return hashlib.sha256("\n".join(_law(law)).encode()).hexdigest()
 
 
 def _law(law: Any) -> Iterator[str]:

@@ -116,8 +116,8 @@ def supports_of(
     wave = wave_of(effects)
     if wave is not None:
         late = wave.arrivals(len(supports)).tolist()
-        supports = [own._replace(delay=own.delay + time) for own, time in zip(supports, late, strict=True)]
-    return tuple(supports) if any(own != SHARED for own in supports) else ()
+        supports = [support._replace(delay=support.delay + time) for support, time in zip(supports, late, strict=True)]
+    return tuple(supports) if any(support != SHARED for support in supports) else ()
 
 
 def building_effects(effects: Iterable[tuple[str, Iterable[tuple[str, Any]]]]) -> tuple[Any, ...]:

@@ -63,12 +63,12 @@ class Condensation(NamedTuple):
 
         None where all are within 2 %; NaN is that of a mode which the condensed model lacks.
         """
-        found = [
+        differing = [
             (inf if isnan(here) else abs(here / period - 1.0), period, here)
             for period, here in zip(self.periods, self.here, strict=True)
             if period >= SHORTEST_SHAKEN
         ]
-        worst = max(found, default=(0.0, 0.0, 0.0))
+        worst = max(differing, default=(0.0, 0.0, 0.0))
         return worst[1:] if worst[0] > FAR_OFF else None
 
 
@@ -148,8 +148,8 @@ def _condensed_dashpots(model: Model, motions: Array) -> Array:
         raise PoundingError(
             f"damping_matrix has {counted(len(model.dashpots), 'row')}; give those of the {rows}, in the same order"
         )
-    result = motions.T @ model.dashpots @ motions
-    return np.asarray(0.5 * (result + result.T))
+    dashpots = motions.T @ model.dashpots @ motions
+    return np.asarray(0.5 * (dashpots + dashpots.T))
 
 
 def _interior_shapes(model: Model, moved: Array, count: int) -> Array:
@@ -158,12 +158,12 @@ def _interior_shapes(model: Model, moved: Array, count: int) -> Array:
     if not count:
         return np.zeros((size, 0))
     masses = model.masses if model.masses.size else np.zeros((size, size))
-    rest = np.setdiff1d(np.arange(size), np.array(model.floors) - 1)
-    if not rest.size:
+    interior = np.setdiff1d(np.arange(size), np.array(model.floors) - 1)
+    if not interior.size:
         raise PoundingError("interior_modes: floor_rows names every row, and no other is left to have modes; remove it")
-    _, within = slowest(masses[np.ix_(rest, rest)], model.stiffness[np.ix_(rest, rest)])
+    _, within = slowest(masses[np.ix_(interior, interior)], model.stiffness[np.ix_(interior, interior)])
     shapes = np.zeros((size, within.shape[1]))
-    shapes[rest] = within
+    shapes[interior] = within
     joins = np.column_stack([moved, model.driven])  # what moves with each floor, and with the ground
     heavy = np.einsum("ij,ik,kj->j", joins, masses, joins)
     cosines = (joins.T @ masses @ shapes) ** 2 / np.where(heavy > 0.0, heavy, np.inf)[:, None]
@@ -219,5 +219,5 @@ def _largest(columns: Array) -> Array:
     return np.asarray(np.take_along_axis(columns, np.abs(columns).argmax(axis=0)[None], axis=0)[0])
 
 
-def _bordered(of_floors: Array, beside: Array, own: Array) -> Array:
-    return np.block([[of_floors, beside], [beside.T, own]])
+def _bordered(of_floors: Array, beside: Array, of_modes: Array) -> Array:
+    return np.block([[of_floors, beside], [beside.T, of_modes]])

@@ -151,8 +151,8 @@ def floor_number(words: str) -> float | None:
         return None
     if match[3] is None:
         return float(match[2])
-    part = float(match[3])
-    return int(match[2]) - 1 + part if LOWEST <= part <= 1.0 - LOWEST else None
+    share = float(match[3])
+    return int(match[2]) - 1 + share if LOWEST <= share <= 1.0 - LOWEST else None
 
 
 def floor_words(floor: float) -> str:

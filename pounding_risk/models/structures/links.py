@@ -116,8 +116,8 @@ def floor_shares(chain: Chain, level: float, across: float = inf) -> list[tuple[
         return []
     if not 0 <= above <= floors:
         raise ValueError(f"floor {level:g} is not one of a building of {floors} floors")
-    part = 1.0 if above == floor(level) else level - floor(level)
-    places = [(above - 1 + chain.foundations, part), (above - 2 + chain.foundations, 1.0 - part)]
+    share = 1.0 if above == floor(level) else level - floor(level)
+    places = [(above - 1 + chain.foundations, share), (above - 2 + chain.foundations, 1.0 - share)]
     return [(mass, share) for mass, share in places if mass >= 0 and share > 0.0]
 
 
@@ -155,6 +155,15 @@ def stretch(link: Link, chains: Sequence[Chain]) -> Array:
     return shares
 
 
+def _on_diagonal(blocks: Sequence[Array]) -> Array:
+    """The matrix with these along its diagonal."""
+    ends = np.cumsum([len(block) for block in blocks])
+    matrix = np.zeros((ends[-1], ends[-1]))
+    for block, end in zip(blocks, ends, strict=True):
+        matrix[end - len(block) : end, end - len(block) : end] = block
+    return matrix
+
+
 def _joined(chains: Sequence[Chain], links: Sequence[Link], first: int) -> Chain:
     """The chain of buildings side by side with the links at any of them; the first is number ``first`` of the row."""
     here = [link._replace(interface=link.interface - first) for link in links]
@@ -164,23 +173,18 @@ def _joined(chains: Sequence[Chain], links: Sequence[Link], first: int) -> Chain
     # A link to a rigid neighbour is one to the ground: that neighbour, of no mass, stands beside.
     rigid = chains[0]._replace(mass=np.zeros(0), foundations=0)
     row = [rigid, *chains, rigid]
-    sizes = [chain.mass.size for chain in chains]
-    damping, coupling = np.zeros((sum(sizes), sum(sizes))), np.zeros((sum(sizes), sum(sizes)))
-    starts = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
-    for chain, start in zip(chains, starts, strict=False):
-        dofs = slice(start, start + chain.mass.size)
-        damping[dofs, dofs] = chain.damping
-        coupling[dofs, dofs] = chain.coupling if chain.coupling.size else 0.0
+    damping = _on_diagonal([chain.damping for chain in chains])
+    coupling = _on_diagonal(
+        [chain.coupling if chain.coupling.size else np.zeros_like(chain.damping) for chain in chains]
+    )
     for link in at_ends:
         shares = stretch(link._replace(interface=link.interface + 1), row)
         damping += link.dashpot * np.outer(shares, shares)
         coupling += link.stiffness * np.outer(shares, shares)
     none, inertia = np.zeros(0), np.zeros((0, 0))
     if any(chain.inertia.size for chain in chains):
-        inertia = np.zeros(damping.shape)
-        for chain, start in zip(chains, starts, strict=False):
-            dofs = slice(start, start + chain.mass.size)
-            inertia[dofs, dofs] = chain.mass_matrix()
+        inertia = _on_diagonal([chain.mass_matrix() for chain in chains])
+    starts = np.cumsum([0, *(chain.mass.size for chain in chains)])
     hardening = [np.broadcast_to(chain.hardening, chain.mass.size) for chain in chains]
     rests = [chain.initial if chain.initial.size else np.zeros((2, chain.mass.size)) for chain in chains]
     mass, spring, shear, strength = (

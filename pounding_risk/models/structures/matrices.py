@@ -74,12 +74,12 @@ def condensed(stiffness: Array, rows: Sequence[int]) -> Array:
     K_ff − K_fr K_rr⁻¹ K_rf (Guyan 1965): exact where the other rows have neither mass nor damping.
     """
     floors = np.array(rows) - 1
-    rest = np.setdiff1d(np.arange(len(stiffness)), floors)
+    left_out = np.setdiff1d(np.arange(len(stiffness)), floors)
     of_floors = stiffness[np.ix_(floors, floors)]
-    if not rest.size:
+    if not left_out.size:
         return of_floors
-    result = of_floors + stiffness[np.ix_(rest, floors)].T @ followed(stiffness, rows)[rest]
-    return np.asarray(0.5 * (result + result.T))
+    stiff = of_floors + stiffness[np.ix_(left_out, floors)].T @ followed(stiffness, rows)[left_out]
+    return np.asarray(0.5 * (stiff + stiff.T))
 
 
 def followed(stiffness: Array, rows: Sequence[int]) -> Array:
@@ -88,11 +88,11 @@ def followed(stiffness: Array, rows: Sequence[int]) -> Array:
     T of (N, floors), with u = T u_f: 1 of the floors themselves, −K_rr⁻¹ K_rf of the others.
     """
     floors = np.array(rows) - 1
-    rest = np.setdiff1d(np.arange(len(stiffness)), floors)
+    left_out = np.setdiff1d(np.arange(len(stiffness)), floors)
     moved = np.zeros((len(stiffness), floors.size))
     moved[floors] = np.eye(floors.size)
     try:
-        moved[rest] = -np.linalg.solve(stiffness[np.ix_(rest, rest)], stiffness[np.ix_(rest, floors)])
+        moved[left_out] = -np.linalg.solve(stiffness[np.ix_(left_out, left_out)], stiffness[np.ix_(left_out, floors)])
     except np.linalg.LinAlgError:
         raise PoundingError(
             "stiffness_matrix: a row that is no floor moves without any force when the floors are held; leave out "
@@ -136,8 +136,8 @@ def condensed_masses(
                 f"mass_matrix has mass in row {heavy[0] + 1}, which is no floor; name the rows that are displacements "
                 "along the row, floors and others, in along_rows: the ground's acceleration acts on the masses of these"
             )
-    result = moved.T @ masses @ moved
-    inertia = np.asarray(0.5 * (result + result.T))
+    condensed_mass = moved.T @ masses @ moved
+    inertia = np.asarray(0.5 * (condensed_mass + condensed_mass.T))
     check_masses(inertia)
     if given:
         return inertia, np.array(given)
@@ -252,10 +252,10 @@ def assembled(
     rates = 2.0 * np.pi / np.array(table.periods)
     residual = 2.0 * np.pi / (residual_period or RESIDUAL_SHARE * min(table.periods))
     ratios = np.array(table.dampings or (damping,) * count)
-    rest = np.eye(floors) - shapes @ shapes.T if count < floors else np.zeros((floors, floors))
+    residual_part = np.eye(floors) - shapes @ shapes.T if count < floors else np.zeros((floors, floors))
     weights = np.outer(root, root)
-    stiffness = weights * ((shapes * rates**2) @ shapes.T + residual**2 * rest)
-    dashpots = weights * ((shapes * (2.0 * ratios * rates)) @ shapes.T + 2.0 * ratios[-1] * residual * rest)
+    stiffness = weights * ((shapes * rates**2) @ shapes.T + residual**2 * residual_part)
+    dashpots = weights * ((shapes * (2.0 * ratios * rates)) @ shapes.T + 2.0 * ratios[-1] * residual * residual_part)
     return 0.5 * (stiffness + stiffness.T), (0.5 * (dashpots + dashpots.T) if table.dampings else None)
 
 

@@ -101,11 +101,11 @@ class Chain(NamedTuple):
 
     def yielding(self, strengths: Sequence[float], hardening: float) -> Chain:
         """The chain whose storeys yield at these shears [N]; those that yield already stay as they are."""
-        own = np.isfinite(self.strength)
+        yields = np.isfinite(self.strength)
         strengths = [*strengths, *[np.inf] * self.interior]
         return self._replace(
-            strength=np.where(own, self.strength, strengths),
-            hardening=np.where(own, self.hardening, hardening) if own.any() else hardening,
+            strength=np.where(yields, self.strength, strengths),
+            hardening=np.where(yields, self.hardening, hardening) if yields.any() else hardening,
         )
 
     def by_laws(self, hysteresis: Hysteresis, heights: Sequence[float]) -> Chain:

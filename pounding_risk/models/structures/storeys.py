@@ -342,14 +342,6 @@ class Storeys:
         frequencies, shapes = self.vibration()
         return float(shapes[:, 0] @ np.array(self.damping_matrix) @ shapes[:, 0] / (2.0 * frequencies[0]))
 
-    def damped_modes(self) -> tuple[int, ...]:
-        """The modes, counted from 1, in which the damping rule gives the ratio asked for."""
-        if self.damping_rule == BY_MATRIX:
-            return ()
-        if self.damping_rule == "modal":
-            return tuple(range(1, self.inertias().size + len(self.interior_masses) + 1))
-        return (1,) if self.damping_rule == "stiffness" else (1, self._second_mode())
-
     def _second_mode(self) -> int:
         """Rayleigh's second mode, counted from 1; the first again where there is no other."""
         shapes = self.vibration().shapes

@@ -98,10 +98,10 @@ _KINDS: tuple[tuple[Any, ...], ...] = (
 def _both_codes() -> dict[str, Typology]:
     """Each kind with the period of ASCE 7, and under a name of its own with that of Eurocode 8."""
     kinds = []
-    for name, words, (coefficient, exponent), ec8, *rest in _KINDS:
-        kinds.append(Typology(name, words, CodePeriod(coefficient, exponent, inf, ASCE7, True, ASCE7_SOURCE), *rest))
+    for name, words, (coefficient, exponent), ec8, *more in _KINDS:
+        kinds.append(Typology(name, words, CodePeriod(coefficient, exponent, inf, ASCE7, True, ASCE7_SOURCE), *more))
         other = CodePeriod(ec8, 0.75, 40.0, EC8, False, EC8_SOURCE)
-        kinds.append(Typology(name + EUROPEAN, words, other, *rest))
+        kinds.append(Typology(name + EUROPEAN, words, other, *more))
     return {kind.name: kind for kind in (*kinds[::2], *kinds[1::2])}
 
 

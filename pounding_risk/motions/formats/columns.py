@@ -422,16 +422,16 @@ def _words(name: str, lines: Sequence[str], head: Head) -> list[list[str]]:
     return rows
 
 
-def _time_step(name: str, words: list[list[str]], head: Head, given: float | None) -> float:
+def _time_step(name: str, words: list[list[str]], head: Head, stated: float | None) -> float:
     """The time step [s] that the caller, a comment and a column of times agree upon."""
     statement = _stated_step(head)
-    if given is not None:
-        _text.check_step(f"{name}: dt as given", given, f"{given:g}", "dt")
-        if statement is not None and abs(statement.value - given) > TIGHTEST * given:
+    if stated is not None:
+        _text.check_step(f"{name}: dt as given", stated, f"{stated:g}", "dt")
+        if statement is not None and abs(statement.value - stated) > TIGHTEST * stated:
             raise RecordError(
-                f"{statement.place}: dt is {statement.value:g} s, as given it is {given:g} s; keep the right one"
+                f"{statement.place}: dt is {statement.value:g} s, as given it is {stated:g} s; keep the right one"
             )
-        statement = statement or Statement(given, f"{name}: dt as given")
+        statement = statement or Statement(stated, f"{name}: dt as given")
     if head.columns == 1:
         if statement is None:
             raise _unstated(name, "dt")

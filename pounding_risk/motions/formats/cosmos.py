@@ -259,8 +259,7 @@ def _trace(channel: Channel) -> Trace:
     magnitudes = (channel.real(number) for number in (13, 15, 14, 16))  # moment, local, surface, other
     if channel.samples.size and peak is not None:
         word, line_words = channel.peak
-        unit = words.partition(",")[0]
-        _text.check_peak(channel.samples, _text.stated_peak(word, unit, 1.0, line_words))
+        _text.check_peak(channel.samples, _text.stated_peak(word, words.partition(",")[0], 1.0, line_words))
     record = _text.record_facts(
         state=STATES[stage],
         units=f"units: {words}",

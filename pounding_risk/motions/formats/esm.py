@@ -195,9 +195,9 @@ def _time(header: Header, key: str) -> UTCDateTime | None:
     date = next(filter(None, (pattern.fullmatch(day) for pattern in _DAYS)), None)
     if date is None or (clock is None and key == FIRST_SAMPLE):
         raise RecordError(sentence)
-    hour, minute, second = (float(part) for part in clock.groups()) if clock else (0.0, 0.0, 0.0)
+    hour, minute, second = (float(digits) for digits in clock.groups()) if clock else (0.0, 0.0, 0.0)
     with _text.time_of_header(sentence):
-        return UTCDateTime(*(int(date[part]) for part in ("year", "month", "day")), int(hour), int(minute)) + second
+        return UTCDateTime(*(int(date[digits]) for digits in ("year", "month", "day")), int(hour), int(minute)) + second
 
 
 FORMAT = Format("ESM", "ESM and ITACA text (.asc)", (".asc",), _is_esm, _read_esm)

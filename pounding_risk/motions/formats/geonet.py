@@ -130,17 +130,9 @@ def _heading(name: str, lines: list[str], at: int) -> Heading:
                 "restore that line, or fetch the file again"
             )
     _check_unit(places, text)
-    integers, real = [], []
-    for row in range(TEXT_LINES, HEADING_LINES):
-        row_numbers, is_whole = _table_row(places[row], heading_lines[row]), row < TEXT_LINES + WHOLE_LINES
-        broken = [number for number in row_numbers if number != int(number)] if is_whole else []
-        if broken:
-            raise RecordError(
-                f"{places[row]}: has {broken[0]:g}, where all numbers are whole; restore that line of the heading, "
-                "or fetch the file again"
-            )
-        integers += [int(number) for number in row_numbers] if is_whole else []
-        real += [] if is_whole else row_numbers
+    rows = list(zip(places, heading_lines, strict=True))
+    integers = [number for row in rows[TEXT_LINES:-REAL_LINES] for number in _whole_row(*row)]
+    real = [number for row in rows[-REAL_LINES:] for number in _table_row(*row)]
     dt = _text.check_step(places[22], real[STEP], f"{real[STEP]:g}", "the time step (the sixth number)")
     counts, prepended = integers[COUNTS], integers[PREPENDED]
     if counts[0] < 2:
@@ -172,6 +164,16 @@ def _table_row(where: str, line: str) -> list[float]:
             "that line of the heading, or fetch the file again"
         )
     return numbers
+
+
+def _whole_row(where: str, line: str) -> list[int]:
+    numbers = _table_row(where, line)
+    if broken := [number for number in numbers if number != int(number)]:
+        raise RecordError(
+            f"{where}: has {broken[0]:g}, where all numbers are whole; restore that line of the heading, or fetch the "
+            "file again"
+        )
+    return [int(number) for number in numbers]
 
 
 def _check_unit(places: list[str], text: list[str]) -> None:

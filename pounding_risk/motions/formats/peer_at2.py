@@ -85,7 +85,7 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     at2 |= {key: corners[kind] for key, kind in (("high_pass", "HP"), ("low_pass", "LP")) if kind in corners}
     day = None
     with suppress(ValueError):  # two digits of a year are of the twentieth century
-        month, day_of_month, year = (int(part) for part in facts["date"].split("/"))
+        month, day_of_month, year = (int(digits) for digits in facts["date"].split("/"))
         day = UTCDateTime(year + 1900 if year < 100 else year, month, day_of_month)
     azimuth = COMPASS.get(facts["component"].upper())
     if re.fullmatch(r"\d{1,3}", facts["component"], re.ASCII) and int(facts["component"]) <= 360:
@@ -136,8 +136,7 @@ def _header(name: str, lines: list[str]) -> Header:
             '"NPTS= 4000, DT= .0100 SEC" there: restore that line, or fetch the file again'
         )
     count, dt = _count_and_step(f"{name}, line {at_count + 1}", head[at_count])
-    title = head[at_unit - 1].strip() if at_unit else ""
-    return Header(title, head[at_unit], count, dt, at_count + 1)
+    return Header(head[at_unit - 1].strip() if at_unit else "", head[at_unit], count, dt, at_count + 1)
 
 
 def _count_and_step(where: str, line: str) -> tuple[int, float]:

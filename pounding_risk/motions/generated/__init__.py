@@ -231,5 +231,4 @@ def _ordered(kind: Kind, options: Mapping[str, Any]) -> tuple[tuple[str, Any], .
 
 def _near(end: float, trace: Any, unit: str) -> str:
     """A value at the end, 0 where it is nothing beside the peak."""
-    peak = float(abs(trace).max())
-    return f"{0.0 if abs(end) <= 1e-4 * peak else end:.4g} {unit}"
+    return f"{0.0 if abs(end) <= 1e-4 * float(abs(trace).max()) else end:.4g} {unit}"

@@ -66,12 +66,12 @@ def mean(samples: Samples, dt: float, *, of: str = PRE_EVENT) -> Done:
     """
     quiet = quiet_before(samples, dt)
     flags: tuple[str, ...] = ()
-    part, words = samples, "the whole record"
+    quiet_part, words = samples, "the whole record"
     if of == PRE_EVENT and quiet >= SHORTEST_PRE_EVENT:
-        part, words = samples[: round(quiet / dt)], f"the {quiet:.2f} s before the earthquake arrives"
+        quiet_part, words = samples[: round(quiet / dt)], f"the {quiet:.2f} s before the earthquake arrives"
     elif of == PRE_EVENT:
         flags = ("less than 1 s before the earthquake arrives: the mean of the whole record was taken",)
-    offset = float(part.mean())
+    offset = float(quiet_part.mean())
     return Done(samples - offset, f"mean: subtracted {offset:.6g} m/s², the mean of {words}", flags)
 
 
@@ -243,16 +243,16 @@ class _Line(NamedTuple):
         return self.speed + self.slope * time
 
 
-def _bilinear(samples: Samples, dt: float, given: tuple[float | None, float | None]) -> Done:
-    shaking = _shaking(samples, dt, given[1])
+def _bilinear(samples: Samples, dt: float, asked: tuple[float | None, float | None]) -> Done:
+    shaking = _shaking(samples, dt, asked[1])
     line = _line(samples, dt, shaking.quiet_from)
     zero = -line.speed / line.slope if line.slope else -1.0
-    if given == (None, None) and shaking.arrival <= zero <= shaking.quiet_from:
+    if asked == (None, None) and shaking.arrival <= zero <= shaking.quiet_from:
         corrected = samples - line.slope * _unit_step(len(samples), dt, zero)
         words = f"offset of {line.slope:.4g} m/s² subtracted from {zero:.4g} s on"
         others = shaking.strong
     else:
-        start, end = (usual if time is None else time for time, usual in zip(given, shaking.strong, strict=True))
+        start, end = (usual if time is None else time for time, usual in zip(asked, shaking.strong, strict=True))
         if end <= start:
             raise RecordError(
                 f"offsets from {start:.4g} s to {end:.4g} s: the times do not rise; write an end after the start"

@@ -59,12 +59,12 @@ def table(results: xr.Dataset, names: list[str]) -> str:
     first = results[names[0]]
     dims = [str(dim) for dim in first.dims]
     # The gap of the grid is that of one interface: each row has its own.
-    own = [str(name) for name, coordinate in results.coords.items() if _is_of_places(coordinate, dims)]
-    units = ((name, str(results[name].attrs.get("units", "1"))) for name in (*dims, *own, *names))
+    of_places = [str(name) for name, coordinate in results.coords.items() if _is_of_places(coordinate, dims)]
+    units = ((name, str(results[name].attrs.get("units", "1"))) for name in (*dims, *of_places, *names))
     rows: list[list[Any]] = [[name if unit == "1" else f"{name} [{unit}]" for name, unit in units]]
     labels = [results[dim].values.tolist() for dim in dims]
-    columns = [results[name].broadcast_like(first).transpose(*dims).values.reshape(-1) for name in (*own, *names)]
-    flags = [flags_of(results[name]) for name in (*own, *names)]
+    columns = [results[name].broadcast_like(first).transpose(*dims).values.reshape(-1) for name in (*of_places, *names)]
+    flags = [flags_of(results[name]) for name in (*of_places, *names)]
     is_there = _places_there(first, [results[name].transpose(*dims).values for name in names])
     for row, where in enumerate(np.ndindex(*first.shape)):
         if is_there[row]:

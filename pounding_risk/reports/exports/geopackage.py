@@ -92,10 +92,9 @@ def _write(file: Path, layers: Iterable[Layer], crs: str | None, notes: Iterable
         options = {"DESCRIPTION": words} | ({"SRID": NO_SYSTEM} if crs is None else {})
         frame = frame_of(layer, crs)
         kinds[layer.name] = KINDS.get(frame.geom_type.iloc[0] if len(frame) else "LineString", "fill")
-        is_point = kinds[layer.name] == "marker"
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "'crs' was not provided", UserWarning)
-            kind = {"driver": "GPKG", "promote_to_multi": not is_point, "layer_options": options}
+            kind = {"driver": "GPKG", "promote_to_multi": kinds[layer.name] != "marker", "layer_options": options}
             write_dataframe(frame, file, layer=layer.name, **kind)
     with closing(sqlite3.connect(file)) as connection, connection:
         connection.execute(COLUMNS)

@@ -49,19 +49,19 @@ def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     return Written(written, tuple(notes))
 
 
-def document(found: Fragilities, model: Model, side: str, discrete: bool) -> str:
+def document(fragilities: Fragilities, model: Model, side: str, discrete: bool) -> str:
     """The text of a fragility model."""
     root = Xml.Element("nrml", xmlns=NAMESPACE)
     about = {"id": f"pounding_{model.identifier}"[:LONGEST_MODEL], "assetCategory": "buildings"}
     element = Xml.SubElement(root, "fragilityModel", about | {"lossCategory": "structural"})
-    Xml.SubElement(element, "description").text = _description(found, model, side)
+    Xml.SubElement(element, "description").text = _description(fragilities, model, side)
     Xml.SubElement(element, "limitStates").text = " ".join(model.states)
     for function in model.functions:
         form = {"format": "discrete"} if discrete else {"format": "continuous", "shape": "logncdf"}
         (_add_discrete if discrete else _add_continuous)(
             Xml.SubElement(element, "fragilityFunction", {"id": function.identifier, **form}),
             function,
-            found.measure.imt,
+            fragilities.measure.imt,
         )
     Xml.indent(root, " ")
     out = BytesIO()
@@ -91,15 +91,15 @@ def _add_discrete(element: Xml.Element, function: Function, imt: str) -> None:
         Xml.SubElement(element, "poes", {"ls": curve.state}).text = " ".join(f"{share:.8g}" for share in shares)
 
 
-def _description(found: Fragilities, model: Model, side: str) -> str:
+def _description(fragilities: Fragilities, model: Model, side: str) -> str:
     """What the curves are, each with its median and dispersion, and the motions that they are from."""
     from pounding_risk._common.dates import created
 
     each = "; ".join(
-        f"{function.identifier}, {curve.state}: {curve.words}, median {curve.median:.4g} {found.measure.unit} "
+        f"{function.identifier}, {curve.state}: {curve.words}, median {curve.median:.4g} {fragilities.measure.unit} "
         f"(standard error of its logarithm {curve.errors[0]:.2g}), dispersion {curve.dispersion:.3g} "
         f"({curve.errors[1]:.2g}), {curve.runs} runs"
         for function in model.functions
         for curve in function.curves
     )
-    return f"{found.title}{side}. {each}. {created('pounding_risk.export')['history']}"
+    return f"{fragilities.title}{side}. {each}. {created('pounding_risk.export')['history']}"

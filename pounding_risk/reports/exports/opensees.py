@@ -219,13 +219,13 @@ def write(study: Scene, target: Path, options: Options) -> Written:
     from pounding_risk.scene.scene import own_amplitude
 
     grid = study.grid
-    own = grid._replace(
+    own_case = grid._replace(
         gaps=(study.gap if options.gap is None else options.gap,),
         amplitudes=(at_pga(options.pga) or own_amplitude(study),),
         yield_forces=(study.yield_force,),
         contact_models=(study.contact_model,),
     )
-    bench = bench_of(study.updated(grid=own), 1)
+    bench = bench_of(study.updated(grid=own_case), 1)
     script = _script(study, bench)
     notes = tuple(_notes(script))
     motion, tables = next(iter(bench.motions)), _parts(script)

@@ -201,11 +201,11 @@ def _components(results: xr.Dataset, options: Options) -> tuple[Intensity | None
     for kind in kinds:
         for side in ("with", "without") if kind == "damage" else ("with",):
             # The amplitude of demands does not matter to curves of damage; a method is of these alone.
-            own: dict[str, Any] = {"method": None}
+            options_of_kind: dict[str, Any] = {"method": None}
             if kind == "damage":
-                own = {"without": side == "without", "pga": None, "intensity_level": None}
+                options_of_kind = {"without": side == "without", "pga": None, "intensity_level": None}
             try:
-                fitted = fragilities.fragilities_of(results, options._replace(of=kind, **own))
+                fitted = fragilities.fragilities_of(results, options._replace(of=kind, **options_of_kind))
             except PoundingError as error:
                 faults.append(error)
                 notes.append(f"{kind}{' without pounding' if side == 'without' else ''}: {error}")

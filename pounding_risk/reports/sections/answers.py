@@ -27,10 +27,9 @@ def _along(data: ReportData) -> list[Block]:
     assessed, place = data.along
     where = f"The other sections are of one place, {place.words}: {place.why}."
     alt = f"P(contact) and the gap required along the axes. {along_finding(assessed)}. The table has the numbers."
-    drawing = partial(along_figure, assessed, titled=False)
     return [
         paragraph(" ".join([*along.findings(assessed), where])),
-        figure("along-axes", drawing, f"{along_caption(assessed)}.", alt),
+        figure("along-axes", partial(along_figure, assessed, titled=False), f"{along_caption(assessed)}.", alt),
         along.places(assessed),
     ]
 
@@ -84,8 +83,7 @@ def _gaps_for_rates(data: ReportData, pair: Pair) -> list[Block]:
         f"{100.0 * assessment.confidence:g} % bounds carry nothing of the curve's own uncertainty"
     )
     alt = f"{sentence}; {known[-1].words} needs {enough(known[-1].gap, unit=True)['text']}."
-    drawing = partial(panel, draw_rates, assessment, one)
-    return [figure(f"{pair.anchor}-rates", drawing, f"{sentence}.", alt), *blocks]
+    return [figure(f"{pair.anchor}-rates", partial(panel, draw_rates, assessment, one), f"{sentence}.", alt), *blocks]
 
 
 def _effects(data: ReportData) -> list[Block]:

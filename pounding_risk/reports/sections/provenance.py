@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Iterator
 
 from pounding_risk.assessment.annual_rates import read_rate
+from pounding_risk.assessment.assess import Assessment
 from pounding_risk.assessment.options import USUAL_CONFIDENCE, USUAL_PERCENTILE
 from pounding_risk.motions.levels import PEAK
 from pounding_risk.render.sheet import MISSING, Block, facts, head, heading, listing, number, paragraph, source, table
@@ -52,23 +54,25 @@ def write(data: ReportData) -> list[Block]:
         listing(_by_record(steps, data, "processing")),
         source("The scene, every value stated.", str(attributes["scene_resolved"])),
     ]
-    assessment = data.assessment
-    if assessment.hazard_rows:
-        unit = intensity_unit(assessment.intensity)
-        heads = [head(intensity_words(assessment.intensity), unit), "exceeded a year"]
-        rows = [[number(im, unit), number(rate)] for im, rate in assessment.hazard_rows]
-        blocks.append(table(f"The hazard curve {assessment.hazard}.", heads, rows))
-        if assessment.hazard_reading:
-            blocks.append(paragraph(assessment.hazard_reading))
     written_from = [("results file, sha256", data.checksum)] if data.checksum else []
     written_from += [
         (f"{kind}: {other.attrs['file']}, sha256", str(other.attrs["sha256"]))
         for kind, other in data.others.items()
         if "file" in other.attrs
     ]
-    if written_from:
-        blocks.append(facts("This report was written from", written_from))
-    return blocks
+    source_files = [facts("This report was written from", written_from)] if written_from else []
+    return [*blocks, *_hazard_curve(data.assessment), *source_files]
+
+
+def _hazard_curve(assessment: Assessment) -> Iterator[Block]:
+    """The numbers of the hazard curve, where there is one, and how it was read."""
+    if assessment.hazard_rows:
+        unit = intensity_unit(assessment.intensity)
+        heads = [head(intensity_words(assessment.intensity), unit), "exceeded a year"]
+        rows = [[number(im, unit), number(rate)] for im, rate in assessment.hazard_rows]
+        yield table(f"The hazard curve {assessment.hazard}.", heads, rows)
+        if assessment.hazard_reading:
+            yield paragraph(assessment.hazard_reading)
 
 
 def _commands(data: ReportData) -> list[str]:

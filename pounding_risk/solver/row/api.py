@@ -16,7 +16,6 @@ import numpy as np
 from pounding_risk._jit.calls import numbers_of
 from pounding_risk._jit.compile import lowered
 from pounding_risk._jit.memory import by_address, column, set_column
-from pounding_risk.models.ground import arriving
 from pounding_risk.models.restitution import Restitution
 from pounding_risk.models.structures.hysteresis import _numbers as laws
 from pounding_risk.solver.counters import APPROACH as SPEED
@@ -24,14 +23,7 @@ from pounding_risk.solver.counters import COLLAPSED, TALLIED
 from pounding_risk.solver.counters import PLASTIC as PLASTIC_ENERGY
 from pounding_risk.solver.pair.laws import verbs_of
 from pounding_risk.solver.row.free_motion import march_free
-from pounding_risk.solver.row.ground import (
-    PULL,
-    SPREAD,
-    ArrivingRowGround,
-    PlaneRowGround,
-    UniformRowGround,
-    row_ground,
-)
+from pounding_risk.solver.row.ground import ArrivingRowGround, PlaneRowGround, UniformRowGround, row_ground
 from pounding_risk.solver.row.layout import RowLayout, nodes_of
 from pounding_risk.solver.row.run import WATCHED, march
 from pounding_risk.solver.row.workspace import (
@@ -93,19 +85,6 @@ class RowRun(NamedTuple):
     reached: np.ndarray  # (K, L) contacts in which it does
     states: np.ndarray  # (N, 2, D) u and v at the nodes, where asked for; NaN after a failure
     log: np.ndarray  # (lines, ...) as `trace` writes it, where asked for
-
-
-def ground_histories(layout: RowLayout, acceleration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The ground at nodes `RowLayout.step` apart: a_g under each building, and how much it widens each interface.
-
-    Returns arrays (nodes, buildings) [m/s²] and (nodes, interfaces) [m]; the latter is zero where all buildings have
-    the motion at once.
-    """
-    nodes, buildings = nodes_of(layout, acceleration), layout.row.frame.shape[1] - 1
-    if layout.arrivals is None:
-        return np.repeat(nodes.real[:, None], buildings, axis=1), np.zeros((nodes.shape[-1], buildings - 1))
-    table = arriving(nodes, layout.step, layout.arrivals)[:: layout.phases]
-    return table[..., PULL], table[:, 1:, SPREAD]
 
 
 class FreeResponse(NamedTuple):

@@ -72,7 +72,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
     """The buildings of a location file."""
     for head in filter(sheet.unit, READ):
         faults.append(f"head: {head} has a unit in brackets, which OED says by a code; write {head}Unit, and its code")
-    own, name = sheet.own(READ, notes, OWN), sheet.name_head("LocName", "LocNumber")
+    columns, name = sheet.own(READ, notes, OWN), sheet.name_head("LocName", "LocNumber")
     for line in sheet.lines:
         known = {key: cell for key, cell in line.cells.items() if cell.strip() not in BLANK}
         draft = Draft(line._replace(cells=known), faults, notes)
@@ -85,7 +85,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         year, taxonomy = draft.year("YearBuilt"), ""
         if draft.text("OrgConstructionScheme").upper().startswith("GEM") and draft.text("OrgConstructionCode"):
             taxonomy = put_taxonomy(draft, draft.text("OrgConstructionCode"), "OrgConstructionCode")
-        draft.own_columns(own)
+        draft.own_columns(columns)
         geometry = draft.wkt("Geom")
         if geometry is None and len(line.cells.get("geom", "")) >= LONGEST_GEOM:
             draft.fault("Geom", f"the field holds {LONGEST_GEOM} characters, at which its text may be cut off")

@@ -42,7 +42,7 @@ def recognises(heads: frozenset[str]) -> bool:
 def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Building]:
     """The buildings of an exposure."""
     heads = _heads(sheet)
-    own, name = sheet.own(heads.values(), notes), sheet.name_head(heads["id"])
+    columns, name = sheet.own(heads.values(), notes), sheet.name_head(heads["id"])
     unit = sheet.unit(heads["area"]) or str(sheet.facts.get("area unit", "")).strip()
     for line in sheet.lines:
         draft = Draft(line, faults, notes)
@@ -51,7 +51,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         taxonomy = _taxonomy(draft, heads["taxonomy"])
         draft.single(heads["number"])
         _area(draft, heads["area"], unit)
-        draft.own_columns(own)
+        draft.own_columns(columns)
         yield draft.building("", draft.point(heads["lon"], heads["lat"]), taxonomy=taxonomy, year=year_of(taxonomy))
 
 

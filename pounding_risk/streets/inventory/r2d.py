@@ -36,7 +36,7 @@ def recognises(heads: frozenset[str]) -> bool:
 
 def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Building]:
     """The buildings of a table of assets."""
-    own, name = sheet.own(READ, notes), sheet.name_head("id", "Building_ID")
+    columns, name = sheet.own(READ, notes), sheet.name_head("id", "Building_ID")
     length, unit_words = _run_unit(sheet.path)
     for line in sheet.lines:
         draft = Draft(line, faults, notes)
@@ -51,7 +51,7 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         if draft.values.get("floor area", LEAST_AREA) < LEAST_AREA:
             draft.note(f"its PlanArea is less than {LEAST_AREA:g} m²; check its unit")
         _kind(draft)
-        draft.own_columns(own)
+        draft.own_columns(columns)
         yield draft.building(footprint, _point(draft), year=draft.year("YearBuilt"))
 
 

@@ -99,8 +99,7 @@ def superposed(building: Building, ground: Ground, dt: float) -> Ground:
 
 def free_motion(trial: Trial, building: Building, ground: Ground, dt: float) -> float:
     """The response without contact at the samples, against the sum of ramp responses."""
-    pair = oscillators(building, WALL)
-    free = free_response(pair, ground, dt)
+    free = free_response(oscillators(building, WALL), ground, dt)
     nodes = (len(free.ground) - 1) // (len(ground) - 1)
     exact = superposed(building, ground, dt)
     return float(np.abs(free.states[::nodes, 0] - exact).max() / np.abs(exact).max())
