@@ -11,13 +11,14 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
-from opensees_pair import load, material, solve_opensees
+from opensees_pair import material, solve_opensees
 from pair_scenes import moderate_scenes
 from shortened import either
 from side_by_side import OUTPUTS, make_case, relative_errors
 
 from pounding_risk.figures import blank, styles, title, write
 from pounding_risk.figures.style import legend_below
+from pounding_risk.lab.accuracy_opensees import load
 
 SAMPLES, GAP = 600, 0.02  # of the record; m
 STEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5)[: either(8, 2)]  # s

@@ -40,36 +40,6 @@ class Answer(NamedTuple):
     seconds: float
 
 
-def load() -> Any:
-    """The module ``openseespy.opensees``.
-
-    Raises PoundingError, with the cause and the repair, where it is not installed or one of its libraries is missing.
-    """
-    try:
-        import openseespy.opensees as ops
-    except ModuleNotFoundError as error:
-        if not (error.name or "").startswith("openseespy"):
-            raise
-        raise PoundingError(
-            f'OpenSees is left out: {error}; `pip install ".[benchmark]"` brings it, and on Debian it needs '
-            "`apt-get install libblas3 liblapack3`"
-        ) from None
-    except (ImportError, OSError, RuntimeError) as error:
-        # openseespy wraps the loader's own words in a RuntimeError of its own, twice.
-        raise PoundingError(
-            f"OpenSees is left out: openseespy cannot be loaded ({_cause(error)}); on Debian it needs "
-            "`apt-get install libblas3 liblapack3`"
-        ) from None
-    return ops
-
-
-def _cause(error: BaseException) -> BaseException:
-    """The first error of a chain of exceptions."""
-    while (earlier := error.__cause__ or error.__context__) is not None:
-        error = earlier
-    return error
-
-
 def damper(building: Building) -> float:
     """c = 2 ζ ω m [N s/m]."""
     return 4.0 * pi * building.damping / building.period * building.mass

@@ -16,13 +16,13 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from opensees_pair import load
 from opensees_row import RowAnswer, errors_of, solve_opensees_row
 from row_scenes import RowScene, row_of_four, ten_and_eight, three_storey_pair
 from side_by_side import read_time
 from throughput import in_time, range_of
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.lab.accuracy_opensees import load
 from pounding_risk.models.structures.contact_points import FLOOR, Point
 from pounding_risk.solver.counters import PEAK_FORCE
 from pounding_risk.solver.row import api as rows
@@ -107,7 +107,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         ops = load()
     except PoundingError as reason:
-        print(reason, end="\n\n")
+        print(f"OpenSees is left out: {reason}", end="\n\n")
         ops = None
     scenes = [three_storey_pair, row_of_four, ten_and_eight]
     for make in scenes[:1] if asked.quick else scenes:

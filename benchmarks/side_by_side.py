@@ -18,7 +18,7 @@ from math import exp, log
 from typing import Any, NamedTuple
 
 import numpy as np
-from opensees_pair import Answer, bilinear_material, load, solve_opensees
+from opensees_pair import Answer, bilinear_material, solve_opensees
 from pair_scenes import Scene, all_scenes, moderate_scenes
 from rk4 import solve_rk4
 from scipy_pair import solve_scipy
@@ -26,6 +26,7 @@ from throughput import in_time, range_of
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures.style import STYLES, blank, title, write
+from pounding_risk.lab.accuracy_opensees import load
 from pounding_risk.solver.pair.api import free_response, oscillators, run, workspace_for
 from pounding_risk.solver.pair.grid import solve_grid
 from pounding_risk.solver.pair.outputs import COLUMNS, RUN, run_outputs
@@ -379,7 +380,7 @@ def opensees_or_reason() -> tuple[Any, str]:
     try:
         return load(), ""
     except PoundingError as reason:
-        return None, str(reason)
+        return None, f"OpenSees is left out: {reason}"
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 import side_by_side as sides
 from far_field import at2_text, file_name, write_set
-from opensees_pair import bilinear_material, free_motion, load, material, solve_opensees
+from opensees_pair import bilinear_material, free_motion, material, solve_opensees
 from pair_scenes import moderate_scenes
 
 from pounding_risk.errors import PoundingError
+from pounding_risk.lab.accuracy_opensees import load
 from pounding_risk.models.contact.laws import Bilinear, HertzDamp
 from pounding_risk.models.restitution import CONCRETE
 from pounding_risk.motions import record_sets
@@ -131,7 +132,7 @@ def test_without_opensees_the_other_rows_come_and_a_sentence_says_why(monkeypatc
     assert told.count("| this package, a run of a grid, rtol") == 7
     assert told.count("| RK4, steps of") == 3 and told.count("| SciPy, rtol") == 2
     assert "| RK4 | 1e-04, peak contact force |" in told and "| OpenSees" not in told
-    assert "OpenSees is left out: " in told and '`pip install ".[benchmark]"`' in told
+    assert "OpenSees is left out: " in told and '`pip install "pounding-risk[benchmark]"`' in told
     assert (tmp_path / "figure.png").stat().st_size > 10_000
 
 

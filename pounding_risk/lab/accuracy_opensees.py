@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from itertools import product
 from math import inf, log2
 from pathlib import Path
@@ -62,8 +62,12 @@ def load() -> Any:
     try:
         import openseespy.opensees as ops
     except (ImportError, OSError, RuntimeError) as error:
+        # openseespy wraps the loader's own words in errors of its own, twice.
+        cause: BaseException = error
+        while (earlier := cause.__cause__ or cause.__context__) is not None:
+            cause = earlier
         raise PoundingError(
-            f'openseespy cannot be loaded ({error}); `pip install "pounding-risk[benchmark]"` brings it, and on Debian '
+            f'openseespy cannot be loaded ({cause}); `pip install "pounding-risk[benchmark]"` brings it, and on Debian '
             "it needs `apt-get install libblas3 liblapack3`"
         ) from None
     return ops
@@ -431,16 +435,16 @@ def opensees_outcome(bench: Bench, dt: float) -> Outcome:
 
 @contextmanager
 def silenced() -> Iterator[None]:
-    """No output from compiled code: both streams go nowhere at the level of the operating system."""
+    """No output from compiled code, neither on the streams of Python, as in a notebook, nor on those of the system."""
     sys.stdout.flush()
     sys.stderr.flush()
-    streams, nowhere = (os.dup(1), os.dup(2)), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, 1)
-        os.dup2(nowhere, 2)
-        yield
-    finally:
-        os.dup2(streams[0], 1)
-        os.dup2(streams[1], 2)
-        for stream in (*streams, nowhere):
-            os.close(stream)
+    streams = os.dup(1), os.dup(2)
+    with open(os.devnull, "w") as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+        try:
+            os.dup2(nowhere.fileno(), 1)
+            os.dup2(nowhere.fileno(), 2)
+            yield
+        finally:
+            for number, stream in enumerate(streams, start=1):
+                os.dup2(stream, number)
+                os.close(stream)
