@@ -34,7 +34,10 @@ OUTPUTS = {
     "required_gap": ("m", "gap that the percentile of the motions needs"),
     "required_gap_low": ("m", "lower bound of the required gap, by recording"),
     "required_gap_high": ("m", "upper bound of the required gap; the largest seen where so few do not bound it"),
-    "required_gap_bounded": ("1", "1 where enough recordings bound the required gap from above"),
+    "required_gap_bounded": (
+        "1",
+        "1 with an upper bound of the required gap, 0 with too few recordings, -1 without a run of the row",
+    ),
     "motions_without_response": ("1", "motions without a finite response, for which no gap is wide enough"),
 }
 
@@ -73,7 +76,7 @@ def assess_along(
     xarray.Dataset
         Along the axes and ``interface``: ``assessed_gap`` [m], ``contact_probability`` and ``required_gap`` [m], the
         last two with bounds by recording (``..._low``, ``..._high``; without one from above where
-        ``required_gap_bounded`` is 0), and ``motions_without_response``, in which such
+        ``required_gap_bounded`` is not 1), and ``motions_without_response``, in which such
         as a storey collapses: no gap is wide enough for them. The attribute ``asked`` says what was asked,
         ``own_places`` at which place of each axis the scene's own value stands, ``idle_axes`` which axes change nothing
         here (both as JSON).
@@ -103,7 +106,8 @@ def assess_along(
             contact = contact_of(interface, index, at_gap, level, criterion)
             (share, need), at = contact.with_lost(criterion), contact.at
             shares = contact.gap, share.probability, share.low_recordings, share.high_recordings
-            numbers = *shares, need.gap, need.low, need.high, need.bounded, contact.lost
+            bounded = -1.0 if need.is_pushed else need.bounded
+            numbers = *shares, need.gap, need.low, need.high, bounded, contact.lost
             for name, number in zip(OUTPUTS, numbers, strict=True):
                 columns.setdefault(name, np.full((*sizes, len(names)), np.nan))[(*places, index)] = number
     dims = (*(axis.name for axis in axes), "interface")

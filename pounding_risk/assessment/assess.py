@@ -443,7 +443,8 @@ def _contact_motions(results: Results, motions: Motions, intensity: str) -> Cont
     ims, closing = intensities(results, intensity)[taken], closing[taken]
     is_own = measure is not None and amplitudes.measure.is_same(measure)
     method = STRIPES if is_own and len(amplitudes.values) > 1 else OWN
-    return ContactMotions(intensity, method, ims, closing, numbered(motions.recordings[taken]), linear)
+    who = numbered(motions.recordings[taken])
+    return ContactMotions(intensity, method, ims, closing, who, linear, motions.run_to)
 
 
 def _yield_curves(

@@ -51,6 +51,7 @@ class Motions(NamedTuple):
     closing: Array  # (motions, amplitudes) [m]
     finite: NDArray[np.bool_]  # (motions, amplitudes) False where the response is not finite, or the record is dead
     alone: Array | None = None  # of one interface of several: closing without contact anywhere, at most ``closing``
+    run_to: float = inf  # m, the widest gap at which pushes by others are known
 
 
 def is_linear(results: Results) -> bool:
@@ -70,7 +71,9 @@ def motions_of(results: Results) -> Motions:
     """The motions of one interface, a part of `Results.interfaces`, record by record and polarity by polarity.
 
     In a row what stands further along may push a building across a gap that the motion without contact leaves open:
-    ``closing`` is then the most that is closed, with the penetration, in such a run under any contact model and F_E.
+    ``closing`` is then the most that is closed in such a run under any contact model and F_E, with the penetration if
+    they touch. If they do not, that is the gap which this motion needs, as nothing happens there before they touch; at
+    gaps wider than ``run_to`` no run says so.
     """
     dataset = results.dataset
     records, polarities = (list(map(str, dataset[axis].values)) for axis in ("record", "polarity"))
@@ -88,12 +91,13 @@ def motions_of(results: Results) -> Motions:
         closing,
         finite & np.repeat(results.is_shaking, turns)[:, None],
         alone if is_pushed else None,
+        float(dataset["gap"].max()) if is_pushed else inf,
     )
 
 
 def pushed_closing(runs: xr.Dataset, gaps: xr.DataArray, axes: Collection[Hashable]) -> xr.DataArray:
-    """The most that is closed in runs that touch at a gap which is left open alone, along these axes; NaN without."""
-    reach = runs["peak_closing"].where((runs["impact_count"] > 0) & (runs["peak_closing_free"] <= gaps))
+    """The most that is closed in runs at gaps which are left open alone, along these axes; NaN without."""
+    reach = runs["peak_closing"].where((runs["impact_count"] != UNDEFINED) & (runs["peak_closing_free"] <= gaps))
     return reach.max([axis for axis in reach.dims if axis not in axes])
 
 
@@ -191,7 +195,13 @@ class Contact(NamedTuple):
         touched = np.pad(self.touched.astype(float), (0, self.lost), constant_values=nan)
         closing = np.pad(self.motions.closing[:, 0], (0, self.lost), constant_values=inf)
         (need,) = required_gaps(closing, self.weight, (criterion.percentile,), criterion.confidence)
-        return share_with_lost(touched[None], self.gap, self.weight, criterion.confidence), need
+        with_lost = share_with_lost(touched[None], self.gap, self.weight, criterion.confidence)
+        return _in_row(with_lost, self.every.run_to), need.in_row(self.every.run_to)
+
+
+def _in_row(share: Share, run_to: float) -> Share:
+    """A share that nothing bounds from above at a gap wider than those at which the row was run."""
+    return share if share.gap <= run_to + SAME_GAP else replace(share, high=1.0, high_recordings=1.0)
 
 
 def share_with_lost(touched: Array, gap: float, weight: float, confidence: float) -> Share:
@@ -243,6 +253,7 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
         every.closing[chosen],
         every.finite[chosen],
         None if every.alone is None else every.alone[chosen],
+        every.run_to,
     )
     closing = motions.closing[:, 0]
     independent = independent_motions(logs_of(closing), motions.recordings)
@@ -252,5 +263,7 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
     percentiles = (*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile)
     at, here = results.amplitude_words(every.amplitudes[level]), touched[:, gaps.index(gap)]
     of_gaps = shares(touched.astype(float), [{"gap": width} for width in gaps], weight, criterion.confidence)
-    required = {need.percentile: need for need in required_gaps(closing, weight, percentiles, criterion.confidence)}
+    of_gaps = tuple(_in_row(share, every.run_to) for share in of_gaps)
+    needs = required_gaps(closing, weight, percentiles, criterion.confidence)
+    required = {need.percentile: need.in_row(every.run_to) for need in needs}
     return Contact(gap, every, level, at, motions, independent, of_gaps, required, here)

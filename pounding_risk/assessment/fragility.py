@@ -7,6 +7,7 @@ of the motions. Where it is not, from who closes the gap at the intensities that
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from pounding_risk.statistics import fragility as curves
 from pounding_risk.statistics.fragility import Fit, Shown, Stripe, fragility_curve
 from pounding_risk.statistics.hazard import draws
 from pounding_risk.statistics.proportions import independent_motions
+from pounding_risk.units import GAP, say
 
 Array = NDArray[np.float64]
 
@@ -84,6 +86,7 @@ class ContactMotions(NamedTuple):
     """Motions with a finite response: their intensities, and how far each closes the gap.
 
     ``linear`` says that the closing is proportional to the motion: scaled by gap over closing it just closes a gap.
+    ``run_to`` is the widest gap [m] at which what neighbours push across it is known.
     """
 
     intensity: str
@@ -92,6 +95,7 @@ class ContactMotions(NamedTuple):
     closing: Array  # (motions, amplitudes) [m]
     recordings: NDArray[np.int64]  # (motions,) from 0 without gaps
     linear: bool
+    run_to: float = inf
 
     def curve(self, gap: float) -> Fragility:
         """The fragility of contact at a gap [m]; its ``fault`` says why there is none."""
@@ -104,6 +108,8 @@ class ContactMotions(NamedTuple):
             if curve.fault or not scaled.fault:
                 curve, method, note, factor = scaled, SCALED, curve.fault, times
                 independent = np.nan if curve.fault else self.independent
+        if gap > self.run_to:
+            curve, note, factor, independent = Fit(fault=not_run(self.run_to)), "", np.nan, np.nan
         about = "contact", gap, None, None, self.intensity, method
         stripes = curves.stripes_of(im, touching)
         return Fragility(*about, **asdict(curve), note=note, stripes=stripes, factor=factor, independent=independent)
@@ -127,6 +133,14 @@ class ContactMotions(NamedTuple):
             return fitted, np.nan
         factor, fault = out_of_scale(fitted, np.exp(np.log(reach).mean(axis=0)), shown_as(self.intensity))
         return (Fit(fault=fault), np.nan) if fault else (fitted, factor)
+
+
+def not_run(run_to: float) -> str:
+    """Sentence on a gap of a row that is wider than the widest at which the row was run [m]."""
+    return (
+        f"the row was run at gaps of up to {say(run_to, GAP, 3)} here, and neighbours may push the two together across "
+        "wider ones: scan such gaps"
+    )
 
 
 def out_of_scale(fitted: Fit, factors: Array, shown: Shown = curves.plain) -> tuple[float, str]:

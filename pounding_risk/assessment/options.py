@@ -21,10 +21,11 @@ USUAL_CONFIDENCE = 0.95
 HALF = 0.5  # of the motions: the most that a target accepts, the least that a gap is required for, or bounds hold
 LEAST = 1e-9  # a target, or what a percentile leaves, is larger
 SAME = 1e-10  # two shares that differ by less are one, rounded apart
-NO_LOWER, NO_UPPER = "–", "*"  # marks of a required gap's bounds that are none
+NO_LOWER, NO_UPPER, PUSHED = "–", "*", "†"  # marks of a required gap's bounds that are none
 NO_BOUND = {
     NO_LOWER: "no lower bound above 0: with so few recordings even a gap that all motions close may suffice",
     NO_UPPER: "the largest gap that a motion needs: with so few recordings there is no upper bound",
+    PUSHED: "no upper bound: across gaps wider than the row was run at, neighbours may push the two together",
 }
 
 

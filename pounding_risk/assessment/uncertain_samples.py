@@ -49,6 +49,10 @@ ONE_MOTION = (
     "uncertain numbers do alone is not separable from what they do together with the motions, and no sample has its "
     "own P(contact) over the motions."
 )
+AS_RUN = (
+    "What neighbours push across a gap of the row is known at the gaps that were run: wider required gaps, and "
+    "P(contact) there, are lower bounds."
+)
 CORRELATED = (
     "are correlated: their indices share what they have in common, and a tornado moves each by itself, which they "
     "hardly do."
@@ -406,6 +410,7 @@ def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
         "spread more evenly, so that bounds are wider than need be.",
         f"Every number but {', '.join(axis.keys)} is taken as known exactly.",
         *([ONE_MOTION] if has_drawn_motions(dataset) else []),
+        *([AS_RUN] if "impact_count" in dataset and "interior" in dataset["building_position"].values else []),
         *json.loads(dataset.attrs.get("notes", "[]")),
         *([f"{'; '.join(correlated)} {CORRELATED}"] if correlated else []),
     ]

@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.demands import Contact
+from pounding_risk.assessment.demands import SAME_GAP, Contact
+from pounding_risk.assessment.fragility import not_run
 from pounding_risk.assessment.options import Criterion, percent_words
 from pounding_risk.assessment.sensitivity import CONTACT, Influence
 from pounding_risk.statistics.proportions import exact_bounds, least_upper_bound, motions_to_show
@@ -89,6 +90,11 @@ class Basis(NamedTuple):
     hangs_on_polarity: bool
 
     @property
+    def is_unrun(self) -> bool:
+        """True where the row was not run at so wide a gap: what neighbours push across it is not known."""
+        return self.gap > self.required.run_to + SAME_GAP
+
+    @property
     def target(self) -> str:
         """Accepted probability of contact in percent, as sentences state it."""
         return percent_words(self.criterion.target)
@@ -130,9 +136,10 @@ def judge(
         hangs_on_polarity=polarity.what == CONTACT and polarity.turns,
     )
     answer = None if basis.hangs_on_polarity else basis.answer(basis.recordings)
+    answer = None if answer and basis.is_unrun else answer
     more: int | None = 0
     if answer is None:
-        in_all = None if basis.hangs_on_polarity else recordings_to_settle(basis)
+        in_all = None if basis.hangs_on_polarity or basis.is_unrun else recordings_to_settle(basis)
         more = None if in_all is None else in_all - basis.recordings
     word = DEPENDS if answer is None else ADEQUATE if answer else INADEQUATE
     governing = tuple(
@@ -160,7 +167,8 @@ def judge(
 def _finding(contact: Contact, criterion: Criterion) -> str:
     share = contact.at_gap
     one = share.count < 2
-    verb = ("closes" if one else "close") if contact.motions.alone is None else ("touches" if one else "touch") + " at"
+    in_row = contact.motions.alone is not None and contact.gap <= contact.every.run_to + SAME_GAP
+    verb = ("touches at" if one else "touch at") if in_row else ("closes" if one else "close")
     who = f"{share.count or 'none'} of {counted(share.runs, 'motion')} {contact.at} {verb}"
     low, high = share_words(share.low_recordings), share_words(share.high_recordings)
     bounds = f"{100 * criterion.confidence:g} % bounds {low} to {high}"
@@ -173,6 +181,8 @@ def _why(answer: bool | None, basis: Basis, polarity: Influence) -> str:
         return f", {'within' if answer else 'above'} {target} throughout."
     if polarity.turns:
         return f". Each polarity alone would answer otherwise to {target}: {polarity.words}."
+    if basis.is_unrun:
+        return f": {not_run(basis.required.run_to)}."
     if basis.lost:
         return f". The bounds, which {counted(basis.lost, 'failed motion')} widen, lie on both sides of {target}."
     least = least_upper_bound(basis.independent, basis.criterion.confidence)
@@ -222,11 +232,14 @@ def _evidence(
 
 def _margin(basis: Basis, required: RequiredGap) -> str:
     finite = " with a finite response" if basis.lost else ""
-    needs = f"{required.percentile:g} % of the motions{finite} need no more than {say(required.provided, GAP, 3)}"
+    amount = "at least" if required.at_least else "no more than"
+    needs = f"{required.percentile:g} % of the motions{finite} need {amount} {say(required.provided, GAP, 3)}"
     low, high = say(required.low, GAP, 3), say(rounded_up(required.high), GAP, 3)
     if required.low > 0.0:
         bounds = f"bounds {low} to {high}"
-        if not required.bounded:
+        if required.is_pushed:
+            bounds += ", the upper one without what neighbours push across gaps at which the row was not run"
+        elif not required.bounded:
             bounds += ", the upper one only the largest seen: so few recordings do not bound it"
     else:
         upper = f"upper bound {high}, " if required.bounded else f"largest seen {high}, no upper bound, "
@@ -325,18 +338,22 @@ def _provide(basis: Basis, answer: bool | None) -> str:
         share = percent_words(round(count / basis.motions, 3))
         still = f"{count} of the {basis.motions} motions ({share}) still close{'s' if count == 1 else ''} that gap"
     gap, low, high = (say(width, GAP, 3) for width in (required.gap, required.low, rounded_up(required.high)))
+    below = f"{confidence} bounds: at least {low}, and none from above" if required.low > 0.0 else "without bounds"
+    if required.is_pushed:
+        least, alone = ("at least ", ", pushed by none") if required.at_least else ("", "")
+        provide = f"Provide {least}{gap} for a probability of contact of {target} ({below}); {still}{alone}."
+        return f"{provide} No gap is shown to be enough: {not_run(required.run_to)}."
     if required.bounded:
         verb = f"Required is {gap}" if answer else f"Provide {gap}"
         return (
             f"{verb} ({confidence} bounds {low} to {high}) for a probability of contact of {target}; {still}. "
             f"At {high} the upper bound of that probability is within {target} too."
         )
-    bounds = f"{confidence} bounds: at least {low}, and none from above" if required.low > 0.0 else "without bounds"
     few = f"With {_recordings(basis.recordings)} no gap can be shown to meet {target} at {confidence} confidence"
     needed = recordings_to_settle(basis._replace(contacts=0, lost=0))
     if needed:
         few += f"; at least {needed} recordings without contact are needed"
-    return f"Provide at least {gap} for a probability of contact of {target}, an estimate ({bounds}); {still}. {few}."
+    return f"Provide at least {gap} for a probability of contact of {target}, an estimate ({below}); {still}. {few}."
 
 
 def _settle(basis: Basis) -> str:
@@ -344,6 +361,8 @@ def _settle(basis: Basis) -> str:
     gap, share = say(basis.gap, GAP, 3), percent_words(round(basis.contacts / basis.motions, 3))
     if basis.hangs_on_polarity:
         return "It depends on the polarity of the records, which more of them need not decide."
+    if basis.is_unrun:
+        return f"More recordings do not settle it: a scan with the gap of {gap} does."
     in_all = recordings_to_settle(basis)
     if in_all is None and basis.lost:
         return f"More recordings do not settle the gap of {gap} while so many motions have no finite response."

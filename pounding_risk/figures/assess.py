@@ -112,7 +112,7 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     axis.axvline(1e3 * one.gap, color=style.MEANING["gap"], linewidth=1.4, label=f"the gap, {own(one.gap, GAP)}")
     for gap, dash, height in zip(required, ("--", "-."), (1.04, 1.0), strict=False):
         bar = "bar: bounds" if gap.bounded else "bar: bounds, none above"
-        words = f"required by {gap.percentile:g} %: {say_in(gap.provided, 'mm', 3)} ({bar})"
+        words = f"required by {gap.percentile:g} %: {'at least ' * gap.at_least}{say_in(gap.provided, 'mm', 3)} ({bar})"
         axis.axvline(1e3 * gap.gap, color=REQUIRED, linestyle=dash, linewidth=1.4, label=words)
         ends = (1e3 * gap.low, 1e3 * gap.high)
         axis.plot(ends, (height, height), color=REQUIRED, linewidth=3.0, solid_capstyle="butt")

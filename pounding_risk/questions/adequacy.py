@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from pounding_risk._common.counted import counted
 from pounding_risk._common.order import evenly
 from pounding_risk._common.words import FIRST
-from pounding_risk.assessment.options import NO_BOUND, NO_LOWER, NO_UPPER
+from pounding_risk.assessment.options import NO_BOUND, NO_LOWER, NO_UPPER, PUSHED
 from pounding_risk.assessment.sensitivity import NEVER, force_words
 from pounding_risk.assessment.separations.rules import OWN_PEAKS, RATIONAL, SHARED
 from pounding_risk.assessment.separations.table import Comparison, short_in
@@ -59,11 +59,22 @@ def enough(gap: float, unit: bool = False) -> Cell:
     return cell(gap, "m") if isnan(gap) else cell(gap, "m") | {"text": cell(rounded_up(gap), "m")["text"]}
 
 
+def at_least(cell: Cell, is_least: bool) -> Cell:
+    """The cell of a number, with "at least" where it is only a lower bound."""
+    return {**cell, "text": f"at least {cell['text']}"} if is_least else cell
+
+
+def need(required: RequiredGap, unit: bool = False) -> Cell:
+    """A required gap, as a lower bound where neighbours may push the two together across it."""
+    return at_least(enough(required.gap, unit), required.at_least)
+
+
 def bounds_cell(required: RequiredGap) -> Cell:
     """The bounds of a required gap with the marks that `NO_BOUND` explains, in the unit of the column's head."""
     low = number(required.low, "m")["text"] if required.low > 0.0 else NO_LOWER
     high = number(rounded_up(required.high), "m")["text"]
-    text = f"{low} to {high}{'' if required.bounded else f' {NO_UPPER}'}"
+    mark = PUSHED if required.is_pushed else NO_UPPER
+    text = f"{low} to {high}{'' if required.bounded else f' {mark}'}"
     return {"text": text, "parts": [required.low, required.high]}
 
 
@@ -81,7 +92,7 @@ def required_gaps(one: InterfaceAssessment) -> list[Block]:
     rows: list[Row] = []
     for required in one.required:
         ratio = one.gap / required.gap if required.gap > 0.0 else float("nan")
-        row: Row = [number(required.percentile), enough(required.gap), bounds_cell(required)]
+        row: Row = [number(required.percentile), need(required), bounds_cell(required)]
         rows.append([*row, number(required.fitted, "m"), number(ratio, digits=3)])
     caption = f"{one.name}: required gaps, by the closings of {counted(len(one.closing), 'motion')}."
     return [table(caption, heads, rows), *marks(one.required, NO_BOUND)]

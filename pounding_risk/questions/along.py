@@ -7,21 +7,23 @@ from itertools import product
 import xarray as xr
 
 from pounding_risk.assessment.along import along_finding, idle_words, kept_words, lost_words
-from pounding_risk.assessment.options import NO_BOUND, NO_UPPER
+from pounding_risk.assessment.options import NO_BOUND, NO_UPPER, PUSHED
 from pounding_risk.questions.adequacy import GIVEN, enough
 from pounding_risk.render.sheet import KEPT, Block, Row, between, count, head, joined, number, paragraph, table
 from pounding_risk.units import SHOWN
 
+UNBOUNDED = {0.0: NO_UPPER, -1.0: PUSHED}  # marks by `required_gap_bounded`
 NAMES = ("contact_probability", "required_gap")
 
 
 def sheet(assessed: xr.Dataset) -> list[Block]:
     """Finding and table of what lies along the axes."""
+    bounded = assessed["required_gap_bounded"].values
     motions = f"Motions {assessed.attrs['motions']}; `--select` of one value along each axis gives the whole assessment"
     return [
         paragraph("\n".join([assessed.attrs["title"], assessed.attrs["asked"], *findings(assessed)])),
         places(assessed),
-        *([] if (assessed["required_gap_bounded"] > 0.0).all() else [paragraph(f"{NO_UPPER} {NO_BOUND[NO_UPPER]}.")]),
+        *(paragraph(f"{mark} {NO_BOUND[mark]}.") for code, mark in UNBOUNDED.items() if (bounded == code).any()),
         paragraph(f"{motions}, `-o` writes all places."),
     ]
 
@@ -54,8 +56,8 @@ def places(assessed: xr.Dataset) -> Block:
         share, need = ([float(cell[f"{name}{end}"]) for end in ("", "_low", "_high")] for name in NAMES)
         at = {key: cell[key].item() for key in keys}
         bounds = joined(number(need[1], "m"), enough(need[2]))
-        if not cell["required_gap_bounded"] > 0.0:
-            bounds |= {"text": f"{bounds['text']} {NO_UPPER}"}
+        if mark := UNBOUNDED.get(float(cell["required_gap_bounded"])):
+            bounds |= {"text": f"{bounds['text']} {mark}"}
         row: Row = [at[key] if isinstance(at[key], str) else number(at[key], shown[key], GIVEN) for key in keys]
         row += [str(cell["interface"].item())] if several else []
         row += [number(cell["assessed_gap"], "m", GIVEN), number(share[0], "%", 3), between(share[1], share[2], "%", 3)]

@@ -179,7 +179,7 @@ def row(assessment: Assessment) -> list[Block]:
     for one in assessment.interfaces:
         cells: adequacy.Row = [one.name, number(one.gap, "m", adequacy.GIVEN), one.verdict.word]
         here, required = one.contact_at_gap(), one.required_at(assessment.percentile)
-        cells += [count(here.count), count(here.runs), number(here.probability, "%", 3), adequacy.enough(required.gap)]
+        cells += [count(here.count), count(here.runs), number(here.probability, "%", 3), adequacy.need(required)]
         if assessment.target_rate is not None:
             by_rate = one.rate_verdict
             cells += [MISSING, MISSING] if by_rate is None else [by_rate.word, rates.gap_for_rate(by_rate.required)]

@@ -6,7 +6,7 @@ from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
 from pounding_risk.assessment.rates import SHAPE
-from pounding_risk.questions.adequacy import EVENT_HEADS, OF_GAP, Row, enough, event_cells, of_gap
+from pounding_risk.questions.adequacy import EVENT_HEADS, OF_GAP, Row, at_least, enough, event_cells, of_gap
 from pounding_risk.render.sheet import Block, Cell, amount, between, head, joined, listing, number, paragraph, table
 from pounding_risk.results.amplitudes import intensity_unit, intensity_words
 
@@ -95,8 +95,3 @@ def scenario(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
 def gap_for_rate(required: GapForRate) -> Cell:
     """A gap for a rate of contact, rounded up as other required gaps are; "–" where there is none."""
     return at_least(enough(required.gap), required.at_least)
-
-
-def at_least(cell: Cell, is_least: bool) -> Cell:
-    """The cell of a number, with "at least" where it is only a lower bound."""
-    return {**cell, "text": f"at least {cell['text']}"} if is_least else cell

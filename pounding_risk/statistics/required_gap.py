@@ -6,8 +6,8 @@ percentiles need no contact run.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import nan
+from dataclasses import dataclass, replace
+from math import inf, nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ class RequiredGap:
     ``bounded`` is False where so few recordings cannot bound the percentile from above at this confidence: then
     ``high`` is only the largest closing seen. ``fitted`` is that of a lognormal distribution with the motions' mean and
     deviation; NaN where a motion closes nothing. ``provided`` is the gap in the digits in which it is written.
+    ``run_to`` is the widest gap at which a row was run: what neighbours push across wider ones is in none of these.
     """
 
     percentile: float
@@ -37,6 +38,21 @@ class RequiredGap:
     high: float
     bounded: bool
     fitted: float
+    run_to: float = inf
+
+    @property
+    def at_least(self) -> bool:
+        """True where the gap is a lower bound: neighbours may push the two together across it."""
+        return self.gap > self.run_to
+
+    @property
+    def is_pushed(self) -> bool:
+        """True where that leaves it without an upper bound."""
+        return self.high > self.run_to
+
+    def in_row(self, run_to: float) -> RequiredGap:
+        """The same in a row that was run at gaps of up to ``run_to`` [m]: bounded from above within these alone."""
+        return replace(self, run_to=run_to, bounded=self.bounded and self.high <= run_to)
 
     @property
     def provided(self) -> float:

@@ -234,6 +234,7 @@ def _interface(row: Row, at: int) -> dict[str, Any]:
     weight, confidence = one.verdict.independent / one.verdict.motions, row.assessment.confidence
     closing = np.pad(np.array(one.closing), (0, int(np.isnan(row.closes[at]).sum())), constant_values=inf)
     required = required_gaps(closing, weight, tuple(map(float, PERCENTILES)), confidence)
+    run_to = one.required[0].run_to
     cells = [
         *(row.title, one.name, row.buildings[at], row.buildings[at + 1], one.gap),
         *(one.verdict.word, one.verdict.sentence),
@@ -241,7 +242,7 @@ def _interface(row: Row, at: int) -> dict[str, Any]:
         *(_yielding(one, force) if is_run else [nan] * 3),
         *(
             at if isfinite(at) else nan
-            for gap in required
+            for gap in (need.in_row(run_to) for need in required)
             for at in (gap.gap, gap.low, gap.high if gap.bounded else nan)
         ),
         *(one.own_model, force if isfinite(force) else nan),

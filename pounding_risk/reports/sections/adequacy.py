@@ -50,7 +50,7 @@ def _contact(data: ReportData, pair: Pair) -> list[Block]:
     """Figure and table of the probability of contact against the gap."""
     assessment, one = data.assessment, pair.assessed
     required = one.required_at(assessment.criterion.target_percentile)
-    target, gap = number(assessment.target, "%")["text"], question.enough(required.gap, unit=True)["text"]
+    target, gap = number(assessment.target, "%")["text"], question.need(required, unit=True)["text"]
     sentence = (
         f"{pair.name}: probability of contact against the gap{pair.at}: a step down at what each of the "
         f"{counted(len(one.closing), 'motion')} closes, known at every gap; its bounds by recording; the target of "

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pounding_risk._common.counted import counted
+from pounding_risk.assessment.options import PUSHED
 from pounding_risk.assessment.separations.rules import MEMORY, QUOTED
-from pounding_risk.questions.adequacy import bounds_cell, enough
+from pounding_risk.questions.adequacy import bounds_cell, need
 from pounding_risk.questions.assess import columns, row, verdict
 from pounding_risk.render.sheet import Block, Cell, amount, between, count, facts, heading, listing, number, paragraph
 from pounding_risk.reports.data import Pair, ReportData
@@ -44,7 +45,8 @@ def _numbers(data: ReportData, pair: Pair) -> list[tuple[str, Cell | str]]:
         required = one.required_at(percentile)
         ratio = one.gap / required.gap if required.gap > 0.0 else float("nan")
         no_bound = "" if required.bounded else " (* the largest seen, no bound)"
-        rows.append((f"gap that {percentile:g} % of the motions need", enough(required.gap, unit=True)))
+        no_bound = f" ({PUSHED} the row was not run so wide, no bound)" if required.is_pushed else no_bound
+        rows.append((f"gap that {percentile:g} % of the motions need", need(required, unit=True)))
         rows += [(f"its bounds [mm]{no_bound}", bounds_cell(required)), ("gap over that", number(ratio, digits=3))]
     if (by_rate := one.rate_verdict) is not None:
         gap = by_rate.required

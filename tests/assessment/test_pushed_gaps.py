@@ -1,0 +1,77 @@
+"""Gaps of a row across which neighbours push: runs at other gaps are the reference, and no run no assurance."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import pounding_risk as pr
+from pounding_risk.assessment.demands import motions_of
+from pounding_risk.results.opened import Results
+
+BESIDE, WIDE, NARROW = "20 mm", "500 mm", "10 mm"  # a gap that a tall building closes, and two of the one beside it
+RECORDS = ["RSN6-180", "RSN6-270", "RSN77-164", "RSN77-254", "RSN753-000", "RSN753-090"]
+RECORDS += ["RSN1690-090", "RSN1690-360", "CCC-HN1", "CCC-HN2", "NAPA-HNE", "NAPA-HNN"]
+HAZARD = "pga [g],annual rate [1/year]\n0.05,0.04\n0.1,0.015\n0.2,0.0042\n0.4,0.00085\n0.8,0.00012\n1.6,0.00001\n"
+
+
+def run(gap: str) -> xr.Dataset:
+    """A tall building that pushes a light one against its neighbour, 24 motions."""
+    masses = [("tall", "2000 t", "1.6 s"), ("mid", "100 t", "0.5 s"), ("right", "300 t", "0.25 s")]
+    buildings = [pr.SingleMass(name, mass=mass, period=period) for name, mass, period in masses]
+    law = pr.laws.Jankowski(stiffness="3e10 N/m^1.5")
+    interfaces = [pr.Interface(gap=width, law=law, restitution=0.65) for width in (BESIDE, gap)]
+    records = pr.Records(RECORDS, pga="0.4 g", polarity=["as recorded", "reversed"])
+    return pr.scan(pr.Scene(buildings, interfaces, records))
+
+
+@pytest.fixture(scope="module")
+def wide() -> xr.Dataset:
+    return run(WIDE)
+
+
+@pytest.fixture(scope="module")
+def narrow() -> xr.Dataset:
+    return run(NARROW)
+
+
+def test_a_run_at_a_wide_gap_says_who_touches_at_narrower_ones(wide):
+    """Until the two touch their gap plays no part: a motion that leaves it open needs the closing of that run.
+
+    A motion that closes the gap alone and is held back in the row counts as contact, by the rule of `touching`.
+    """
+    (_, _), (_, there) = Results(wide).interfaces
+    motions = motions_of(there)
+    assert motions.run_to == pytest.approx(0.5) and (motions.closing > 1.5 * motions.alone).any()
+    for gap in ("60 mm", "100 mm"):
+        touched = run(gap)["impact_count"].isel(interface=1).values.ravel() > 0
+        width = float(gap[:-3]) / 1e3
+        expected = motions.closing[:, 0] > width
+        held = (motions.alone[:, 0] > width) & ~touched
+        np.testing.assert_array_equal(touched, expected & ~held)
+        assert (touched & (motions.alone[:, 0] <= width)).any()  # some are pushed
+
+
+def test_a_gap_wider_than_those_run_is_not_shown_to_be_enough(narrow, tmp_path):
+    """Without the row's runs none of the motions closes it; a run there has contact in several."""
+    hazard = tmp_path / "hazard.csv"
+    hazard.write_text(HAZARD)
+    pushed = run("100 mm")["impact_count"].isel(interface=1).values
+    one = pr.assess(narrow, gap="100 mm", hazard=hazard, target_rate="475 years").interfaces[1]
+    share = one.contact_at_gap()
+    assert (share.count, share.high, share.high_recordings) == (0, 1.0, 1.0) and (pushed > 0).sum() > 2
+    assert one.verdict.word == one.rate_verdict.word == "depends"
+    assert "the row was run at gaps of up to 10 mm here" in one.verdict.sentence
+    assert "a scan with the gap of 100 mm does" in " ".join(one.verdict.conclusion)
+    assert all(need.at_least and not need.bounded for need in one.required)
+    assert any("Provide at least" in sentence and "scan such gaps" in sentence for sentence in one.verdict.conclusion)
+    assert all("the row was run at gaps of up to 10 mm" in gap.fault for gap in one.gaps_for_rates)
+    assert [curve.fault == "" for curve in one.fragility if curve.gap == 0.1] == [False]
+
+
+def test_what_the_row_was_run_at_is_bounded_as_before(wide):
+    """A required gap below the widest run, with its bounds, carries no mark; P(contact) there is counted."""
+    one = pr.assess(wide).interfaces[1]
+    median = one.required_at(50.0)
+    assert median.high <= 0.5 and not median.is_pushed and not median.at_least
+    assert one.contact_at_gap().high_recordings < 1.0 and "the row was run" not in one.verdict.sentence
+    assert one.required_at(95.0).run_to == pytest.approx(0.5)
