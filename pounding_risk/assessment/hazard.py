@@ -126,9 +126,10 @@ class Rate:
 
     ``low`` and ``high`` carry what the motions leave open of the fragility (`draws`), and nothing of the hazard's own
     uncertainty. ``below`` is P(failure) at the table's weakest intensity: weaker motions are left out, and how many
-    there are a table does not say. ``above`` is the rate of motions stronger than the table: they add at most that.
-    ``missing`` is the share of the failures that the table leaves out, were it continued at both ends at the slope of
-    its last rows; ``at_least`` is True where that is more than a twentieth: all numbers are then lower bounds.
+    there are a table does not say. ``above`` is the rate of motions stronger than the table, counted to fail as often
+    as at its last row: what they add beyond is at most that. ``missing`` is the share of the failures that is not
+    counted, were the table continued at both ends at the slope of its last rows; ``at_least`` is True where that is
+    more than a twentieth: all numbers are then lower bounds.
     """
 
     what: str

@@ -76,7 +76,7 @@ class RateOfGaps:
     def gap(self, target: AnnualRate) -> GapForRate:
         """The gap that keeps contact to a rate."""
         about = (target.rate, target.words)
-        most = float(self.hazard.rate[0] - self.hazard.rate[-1])
+        most = float(self.hazard.rate[0])
         if target.rate >= most:
             return GapForRate(
                 *about,
@@ -272,12 +272,12 @@ def _provide(required: GapForRate, criterion: RateCriterion) -> str:
     gap = say(rounded_up(required.gap), GAP, 3)
     least = "at least " if required.at_least else ""
     bounds = "none" if isnan(required.low) else f"at least {say(required.low, GAP, 3)}"
-    if isfinite(required.high):
+    if isfinite(required.high) and not required.at_least:
         bounds = f"{say(required.low, GAP, 3)} to {say(rounded_up(required.high), GAP, 3)}"
     sentence = f"Provide {least}{gap} for {aim} ({percent_words(criterion.confidence)} bounds {bounds})"
     sentence += f", as {TOO_SHORT}." if required.at_least else "."
     if not isnan(required.counted):
-        sentence += (
-            f" Counted motion by motion, without a lognormal curve, it is {say(rounded_up(required.counted), GAP, 3)}."
-        )
+        how = ", with the hazard curve continued at its last slope" if required.at_least else ""
+        counted_words = say(rounded_up(required.counted), GAP, 3)
+        sentence += f" Counted motion by motion, without a lognormal curve{how}, it is {counted_words}."
     return sentence

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pounding_risk.assessment.rates import GapForRate
 
 AT_LEAST = (
-    "At least: the hazard curve ends where failures do not, and the bounds count what it holds alone; give one that "
+    "At least: the hazard curve ends where failures do not, and no bound counts what lies beyond; give one that "
     "reaches further. "
 )
 
@@ -34,11 +34,12 @@ def annual_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Block
     curve, unit = assessment.hazard_rows, intensity_unit(assessment.intensity)
     weakest, strongest = (amount(im, unit)["text"] for im in (curve[0][0], curve[-1][0]))
     explained = (
-        f"Rates count motions from {weakest} to {strongest}, the range of the curve. "
+        f"Rates count motions from {weakest} to {strongest}, the range of the curve, and stronger ones to fail as "
+        f"often as at {strongest}. "
         f"{AT_LEAST * any(rate.at_least for rate in rates)}Beyond the curve is the "
-        "share of the failures past its ends, were it continued at the slope of its last rows; stronger motions add "
-        f"at most {number(curve[-1][1], digits=3)['text']} a year, and of weaker ones the curve says nothing. Bounds "
-        "carry the uncertainty of the fragility from so few motions, and nothing of the curve's own uncertainty."
+        "share of the failures that are not counted, were it continued at the slope of its last rows; stronger motions "
+        f"add at most {number(curve[-1][1], digits=3)['text']} a year, and of weaker ones the curve says nothing. "
+        "Bounds carry the uncertainty of the fragility from so few motions, and nothing of the curve's own uncertainty."
     )
     caption = f"{one.name}: annual rates under the hazard curve {assessment.hazard}."
     return [table(caption, heads, rows, keep=of_gap(one, rates), note=OF_GAP), paragraph(explained)]
@@ -56,7 +57,8 @@ def gaps_for_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Blo
         for gap in known:
             words = f"{gap.words}{', the target' if gap.rate == assessment.target_rate else ''}"
             row: Row = [words, number(gap.rate, digits=3), gap_for_rate(gap)]
-            row += [joined(number(gap.low, "m"), enough(gap.high)), enough(gap.counted)]
+            ends = number(gap.low, "m"), enough(gap.high)
+            row += [at_least(ends[0], True) if gap.at_least else joined(*ends), enough(gap.counted)]
             rows.append([*row, number(gap.missing, "%", 2)])
         blocks.append(table(f"{one.name}: gap that keeps contact to a rate under {assessment.hazard}.", heads, rows))
         explained = AT_LEAST * any(gap.at_least for gap in known)

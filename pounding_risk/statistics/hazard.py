@@ -44,7 +44,9 @@ def rate_of_probability(probability: Rates, years: float) -> Rates:
 
 
 def annual_rate(hazard: Curve, median: Array | float, dispersion: Array | float) -> Array:
-    """Annual rate of failure, ∫ Φ(ln(im/θ)/β) |dλ| over the table; arrays of θ and β give one rate each.
+    """Annual rate of failure, ∫ Φ(ln(im/θ)/β) |dλ|; arrays of θ and β give one rate each.
+
+    Over the table, and for the λ(last row) motions a year that are stronger as often as at that row: no fewer fail.
 
     Exact between two rows, where λ = A im^−k: [−λ Φ(z)] + A θ^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(im/θ)/β, each bracket
     its upper end less its lower one. Over all intensities that is Cornell's (1996) k₀ θ^−k exp(k²β²/2).
@@ -59,7 +61,8 @@ def annual_rate(hazard: Curve, median: Array | float, dispersion: Array | float)
     moved = steep * spread
     height = level[:-1] + steep * (log_im[:-1] - middle) + 0.5 * moved**2
     shifted = np.exp(height + _log_between(z[..., :-1] + moved, z[..., 1:] + moved))
-    return np.asarray(np.maximum(falls + shifted, 0.0).sum(axis=-1))
+    stronger = hazard.rate[-1] * ndtr(z[..., -1])
+    return np.asarray(np.maximum(falls + shifted, 0.0).sum(axis=-1) + stronger)
 
 
 def _log_between(low: Array, high: Array) -> Array:
@@ -73,10 +76,10 @@ def _log_between(low: Array, high: Array) -> Array:
 
 
 def missing_share(hazard: Curve, median: float, dispersion: float) -> float:
-    """The share of all failures that the table leaves out, were it continued at the slope of its last rows; 0 to 1.
+    """The share of all failures that `annual_rate` leaves out, were the table continued at the slope of its last rows.
 
-    Beyond a table's ends λ = A im^−k there. Over all im that is Cornell's k₀ θ^−k exp(k²β²/2), over a table's rows
-    `annual_rate`: the difference is what weaker and stronger motions add. Hazard curves flatten towards weak motions,
+    Beyond a table's ends λ = A im^−k there. Over all im that is Cornell's k₀ θ^−k exp(k²β²/2): the difference is what
+    weaker motions add, and stronger ones beyond what is counted of them. Hazard curves flatten towards weak motions,
     so that the share is more often too large than too small.
     """
     inside = float(annual_rate(hazard, median, dispersion))
@@ -86,10 +89,10 @@ def missing_share(hazard: Curve, median: float, dispersion: float) -> float:
 
 
 def _beyond(hazard: Curve, end: int, median: float, dispersion: float) -> float:
-    """The rate of failures by motions beyond one end of the table, 0 the weakest and −1 the strongest.
+    """The rate of failures beyond one end of the table that is not counted, 0 the weakest and −1 the strongest.
 
     With x the intensity at that end, λ its rate, k the slope and z = ln(x/θ)/β: below x
-    −λ Φ(z) + λ (x/θ)^k exp(k²β²/2) Φ(z + kβ), above it λ Φ(z) + λ (x/θ)^k exp(k²β²/2) [1 − Φ(z + kβ)].
+    −λ Φ(z) + λ (x/θ)^k exp(k²β²/2) Φ(z + kβ), above it λ (x/θ)^k exp(k²β²/2) [1 − Φ(z + kβ)] beside λ Φ(z).
     """
     from scipy.special import log_ndtr, ndtr
 
@@ -99,17 +102,17 @@ def _beyond(hazard: Curve, end: int, median: float, dispersion: float) -> float:
     z, side = away / dispersion, 1.0 if end == 0 else -1.0
     moved = steep * dispersion
     grown = steep * away + 0.5 * moved**2 + float(log_ndtr(side * (z + moved)))
-    return max(rate * (float(np.exp(min(grown, LARGEST))) - side * float(ndtr(z))), 0.0)
+    return max(rate * (float(np.exp(min(grown, LARGEST))) - (float(ndtr(z)) if end == 0 else 0.0)), 0.0)
 
 
 def median_at_rate(hazard: Curve, dispersion: Array | float, rate: float, halvings: int = HALVINGS) -> Array:
     """The median at which fragilities of these dispersions fail at an annual rate; arrays give one median each.
 
-    The rate falls from λ(first row) − λ(last row) to 0 as the median grows: found by ``halvings`` of the range of its
-    logarithm. Raises ValueError for a rate that no median has.
+    The rate falls from λ(first row) to 0 as the median grows: found by ``halvings`` of the range of its logarithm.
+    Raises ValueError for a rate that no median has.
     """
     spread = np.asarray(dispersion, dtype=float)
-    if not 0.0 < rate < hazard.rate[0] - hazard.rate[-1]:
+    if not 0.0 < rate < hazard.rate[0]:
         raise ValueError(f"no median fails at {rate} a year between the rows of the hazard curve")
     low = np.log(hazard.im[0]) - 40.0 * spread  # all fail
     high = np.log(hazard.im[-1]) + 40.0 * spread  # none does
