@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.assessment.annual_rates import AnnualRate, read_target_rate
-from pounding_risk.assessment.demands import Contact, Motions, contact_of, finite_forces, is_linear, yields_of
+from pounding_risk.assessment.demands import SAME_GAP, Contact, Motions, contact_of, finite_forces, is_linear, yields_of
 from pounding_risk.assessment.fragility import OWN, STRIPES, ContactMotions, Fragility, shown_as
 from pounding_risk.assessment.gmfs import Fields, Scenario, scenario_of
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, curve_doubts, rate_of
@@ -281,6 +281,7 @@ def assess(
     shaking = shaking_of(opened, hazard, gmfs, intensity)
     curve, fields = shaking.hazard, shaking.fields
     options, doubts = Options(gap, criterion, level, rate, shaking), opened.record_doubts
+    notes = [note for note in opened.notes if gap is None or note not in opened.nearest_notes]  # of the scene's own gap
     interfaces = tuple(
         _interface(name, interface, index, options, doubts) for index, (name, interface) in enumerate(opened.interfaces)
     )
@@ -295,7 +296,7 @@ def assess(
         hazard=curve.source or curve.name if curve else "",
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
         interfaces=interfaces,
-        notes=(*opened.notes, *curve_doubts(curve, [rate for each in interfaces for rate in each.rates])),
+        notes=(*notes, *curve_doubts(curve, [rate for each in interfaces for rate in each.rates])),
         unused_keys=opened.unused_keys,
         flags=opened.flags,
         left_out=opened.left_out,
@@ -315,6 +316,8 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     gap, every, level, dataset = contact.gap, contact.every, contact.level, results.dataset
     columns = column_sentences(results, level, gap)
     yield_gap, yields = yields_of(dataset, gap)
+    is_nearest = options.gap is not None and abs(yield_gap - gap) > SAME_GAP
+    where = f"Forces, yielding and struck columns are those at {say(yield_gap, GAP, 4)}, the nearest gap of the grid."
     response = responses_at(results.at_level(level).dataset, yield_gap, isolated_buildings(results.scene))
     sensitivity = _influences(results, contact, yields[:, level], response, criterion)
     motions = _contact_motions(results, every, options.shaking.intensity)
@@ -328,7 +331,10 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     verdict = replace(
         verdict,
         conclusion=(*columns, *verdict.conclusion, *(by_rate.conclusion if by_rate else ())),
-        evidence=(*verdict.evidence, *filter(None, _notes(name, results, motions, options.level))),
+        evidence=(
+            *verdict.evidence,
+            *filter(None, (where * is_nearest, *_notes(name, results, motions, options.level))),
+        ),
     )
     return InterfaceAssessment(
         name=name,

@@ -112,7 +112,7 @@ def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, resul
         f"drawn with replacement (seed {SEED}), widened for so few (Hesterberg 2015); each sample gives both curves."
     )
     if count < FEW:
-        yield f"{counted(count, 'recording')} are few: the bounds may be too narrow all the same."
+        yield f"With {counted(count, 'recording')} the bounds may be too narrow all the same."
     if "inelastic_storeys" not in results.scene.get("effects", {}):
         besides = ", but isolators do" if isolated_buildings(results.scene) else ""
         yield f"No storey yields in the runs{besides}: demands beyond yield are those of elastic buildings."

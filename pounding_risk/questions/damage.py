@@ -149,7 +149,8 @@ def damage(
     if not any(one.is_known for one in curves):
         raise PoundingError("\n".join(f"damage.{one.state.name}: {one.fits[0].fault}" for one in curves))
     answer = dataset_of(curves, motions, options, case)
-    notes = [*notes_of(curves, motions, options, opened), *([shaking.reading] if shaking.reading else [])]
+    notes = [*notes_of(curves, motions, options, opened), *(f"{note}." for note in opened.nearest_notes)]
+    notes += [*([shaking.reading] if shaking.reading else [])]
     if fields is not None:
         notes += [f"{fields.source}: {' '.join(fields.reading)}", EVENT_BOUNDS]
     answer.attrs |= {

@@ -35,7 +35,7 @@ from pounding_risk.results.check import check_scene, kind_of
 from pounding_risk.results.layout import amplitude_axis, axes_of_cases
 from pounding_risk.results.scene_axes import at_one_place
 from pounding_risk.results.variables import UNPUSHED
-from pounding_risk.units import DAMPING, GAP, LINK_DAMPING, LINK_STIFFNESS, PERIOD, PGA, SCALE, YIELD_FORCE, parse
+from pounding_risk.units import DAMPING, GAP, LINK_DAMPING, LINK_STIFFNESS, PERIOD, PGA, SCALE, YIELD_FORCE, parse, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,7 +71,25 @@ class Results:
         Raises PoundingError where the attributes with these notes, or with the scene, are damaged.
         """
         of_input = tuple(map(str, read_attribute(self.dataset, "notes", [])))
-        return (*of_input, *contact_notes.of_scan(self.dataset, self.scene))
+        return (*of_input, *self.nearest_notes, *contact_notes.of_scan(self.dataset, self.scene))
+
+    @property
+    def nearest_notes(self) -> tuple[str, ...]:
+        """Notes on the scene's own gap and F_E where the grid has others alone, of which the nearest is taken."""
+        if not self.scene.get("interface") or "gap" not in self.dataset.dims:
+            return ()
+        at, gaps = self.varied_interface, self.dataset["gap"].values
+        gaps = self.gaps.values[:, at] if "interface" in self.dataset.dims else gaps
+        force = parse(self.scene["interface"][0].get("yield_force", "inf"), YIELD_FORCE)
+        own = {"gap": (self.scene_gap(at), float(gaps[self.scene_place]), GAP)}
+        if self.dataset.sizes.get("yield_force", 1) > 1 and np.isfinite([force, self.scene_force]).all():
+            own["yield_force"] = force, self.scene_force, YIELD_FORCE
+        return tuple(
+            f"{key}: the scene's own, {say(stated, quantity, 4)}, is not in the grid; forces, yielding and damage are "
+            f"those at {say(run, quantity, 4)}, the nearest there: add it to {key} in [grid]"
+            for key, (stated, run, quantity) in own.items()
+            if abs(stated - run) > SAME * abs(stated)
+        )
 
     @property
     def unused_keys(self) -> tuple[str, ...]:

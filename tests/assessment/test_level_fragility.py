@@ -87,7 +87,7 @@ def test_sentences_have_the_unit_of_the_measure(along_pgv):
 
 
 def test_a_hazard_of_pgv_gives_the_rate(along_pgv, tmp_path):
-    """∫ P(contact) |dλ| summed here over a fine grid of the curve, straight in the logarithms."""
+    """∫ P(contact) |dλ| summed over a fine grid of the curve, straight in the logarithms, and what is stronger."""
     table = written(tmp_path / "pgv.csv", RATES)
     hazard = read_hazard(table)
     assert hazard.name == "pgv"
@@ -99,6 +99,7 @@ def test_a_hazard_of_pgv_gives_the_rate(along_pgv, tmp_path):
     rates = np.exp(np.interp(np.log(im), np.log(hazard.im), np.log(hazard.rate)))
     middle = np.sqrt(im[1:] * im[:-1])
     expected = (norm.cdf(np.log(middle / curve.median) / curve.dispersion) * -np.diff(rates)).sum()
+    expected += norm.cdf(np.log(1.6 / curve.median) / curve.dispersion) * hazard.rate[-1]
     assert rate.annual == pytest.approx(expected, rel=1e-5)
 
 

@@ -1,4 +1,4 @@
-"""Gaps of a row across which neighbours push: runs at other gaps are the reference, and no run no assurance."""
+"""Gaps at which nothing was run: those of a row across which neighbours push, and those that a grid passes over."""
 
 import numpy as np
 import pytest
@@ -75,3 +75,27 @@ def test_what_the_row_was_run_at_is_bounded_as_before(wide):
     assert median.high <= 0.5 and not median.is_pushed and not median.at_least
     assert one.contact_at_gap().high_recordings < 1.0 and "the row was run" not in one.verdict.sentence
     assert one.required_at(95.0).run_to == pytest.approx(0.5)
+
+
+def test_a_gap_and_a_force_that_the_grid_passes_over_are_named():
+    """Of the two nearest the answers are; P(contact) and required gaps are those of the gap itself."""
+    masses = [pr.SingleMass("left", mass="500 t", period="1 s"), pr.SingleMass("right", mass="800 t", period="0.5 s")]
+    law = pr.laws.ViscousElastoplastic(stiffness="2e11 N/m^1.5")
+    between = pr.Interface(gap="30 mm", law=law, restitution=0.65, yield_force="4 MN")
+    records = pr.Records(RECORDS[:4], pga="0.4 g")
+    grid = {"gap": ["0 mm", "40 mm"], "yield_force": ["3 MN", "inf"]}
+    state = {"name": "moved", "building": "left", "displacement": "60 mm"}
+    scanned = pr.scan(pr.Scene(masses, [between], records, grid=grid, damage=[state]))
+    named = [
+        "gap: the scene's own, 30 mm, is not in the grid; forces, yielding and damage are those at 40 mm, the nearest "
+        "there: add it to gap in [grid]",
+        "yield_force: the scene's own, 4000 kN, is not in the grid; forces, yielding and damage are those at 3000 kN, "
+        "the nearest there: add it to yield_force in [grid]",
+    ]
+    assert [note for note in pr.assess(scanned).notes if "not in the grid" in note] == named
+    assert all(note in pr.damage(scanned).attrs["assumptions"] for note in named)
+    asked = pr.assess(scanned, gap="10 mm")
+    assert not any("not in the grid" in note for note in asked.notes)
+    evidence = {gap: " ".join(pr.assess(scanned, gap=gap).interfaces[0].verdict.evidence) for gap in ("10 mm", "40 mm")}
+    assert "struck columns are those at 0 mm, the nearest gap of the grid" in evidence["10 mm"]
+    assert "nearest gap" not in evidence["40 mm"]
