@@ -10,7 +10,7 @@ from pounding_risk.motions.catalogue import is_file
 from pounding_risk.motions.formats import matching
 from pounding_risk.motions.generated import Recipe, Unfit, known_kind, made, motion_kinds, takes
 from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, Level
-from pounding_risk.motions.processing import known_steps, read_steps
+from pounding_risk.motions.processing import Step, known_steps, read_steps
 from pounding_risk.motions.request import (
     AS_RECORDED,
     INTENSITY,
@@ -19,7 +19,6 @@ from pounding_risk.motions.request import (
     SOURCES,
     RecordRequest,
     Spectral,
-    StepTable,
     conflicts,
 )
 from pounding_risk.motions.sites.places import Place
@@ -87,7 +86,7 @@ def _polarity(value: Any, number: Number) -> tuple[str, ...]:
     return tuple(each(senses, read, distinct=True))
 
 
-def _processing(value: Any, number: Number) -> str | tuple[StepTable, ...]:
+def _processing(value: Any, number: Number) -> str | tuple[Step, ...]:
     """ "auto", "none", or a list of step tables, whose options are text with a unit."""
     if isinstance(value, list) and value:
         return tuple(each(value, lambda step: _step(step, number)))
@@ -101,9 +100,10 @@ def _processing(value: Any, number: Number) -> str | tuple[StepTable, ...]:
     return str(value)
 
 
-def _step(step: Any, number: Number) -> StepTable:
+def _step(step: Any, number: Number) -> Step:
     """A step of a list; the faults of all its options at once."""
-    step = dict(step) if isinstance(step, StepTable) else step
+    if isinstance(step, Step):
+        return step
     known = isinstance(step, dict) and "step" in step
     if fault := _fault({"step": step["step"]} if known else step, number):
         raise Unreadable(fault)
@@ -111,8 +111,7 @@ def _step(step: Any, number: Number) -> StepTable:
     faults = [((key,), fault) for key, alone in single.items() if (fault := _fault(alone, number, key))]
     if faults:
         raise Several(list(faults))
-    (read,) = read_steps([step])
-    return StepTable({"step": read.name, **read.options})
+    return read_steps([step])[0]
 
 
 def _fault(step: Any, number: Number, key: str = "") -> str:
@@ -361,7 +360,7 @@ class Records(Table):
         write=list,
         schema={"anyOf": [{"enum": list(POLARITIES)}, _STRINGS]},
     ).defaults_to((AS_RECORDED,))
-    processing: str | tuple[StepTable, ...] = Key(
+    processing: str | tuple[Step, ...] = Key(
         "Steps from record to motion; auto processes raw records and leaves processed ones alone.",
         _processing,
         STEPS_EXAMPLE,

@@ -367,7 +367,7 @@ def plugins_of(scene: Scene) -> list[Plugin]:
         "laws": scene.model_names,
         "effects": [effect.name for effect in scene.effects],
         "motions": [recipe.kind for recipe in scene.records.generated],
-        "steps": [step["step"] for step in steps],
+        "steps": [step.name for step in steps],
     }
     pairs = dict.fromkeys((group, name) for group, names in used.items() for name in names)
     return [plugin for group, name in pairs if (plugin := plugin_of(group, name)) is not None]
