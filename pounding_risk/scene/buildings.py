@@ -14,11 +14,9 @@ from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys, gene
 from pounding_risk.models.structures.typologies import ELSEWHERE, TYPOLOGIES
 from pounding_risk.scene import building_keys
 from pounding_risk.scene.building_keys import AnyBuilding, MovingBuilding, WithFloors, wrong_initial, wrong_lengths
-from pounding_risk.scene.hysteresis import HysteresisTable
-from pounding_risk.scene.isolation import Isolation
+from pounding_risk.scene.building_tables import PLAN, HysteresisTable, Isolation, PlanTable, plans_of, tables_of
 from pounding_risk.scene.keys import Key, Section, measured, one_of, repeated_names
 from pounding_risk.scene.matrix_buildings import MatrixBuilding, ModalBuilding
-from pounding_risk.scene.plan import PLAN, PlanTable, plans_of, tables_of
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import FLOOR_LENGTH, STIFFNESS, WAVE_SPEED
 
