@@ -19,7 +19,7 @@ from pounding_risk._common.letters import without_mark
 from pounding_risk._common.words import listed
 from pounding_risk.streets.footprints import Geometry, last_decimal
 from pounding_risk.streets.geojson import FARTHEST, POLYGONS, no_polygon
-from pounding_risk.streets.map_files import IDS, METRES_HINT, Features, read_features
+from pounding_risk.streets.map_files import DEGREES, IDS, METRES_HINT, Features, Projection, read_features, system_of
 from pounding_risk.streets.map_tags import (
     MAPPED_FROM_IMAGES,
     Dialect,
@@ -28,7 +28,6 @@ from pounding_risk.streets.map_tags import (
     with_other_tags,
     without_parts,
 )
-from pounding_risk.streets.projection import DEGREES, Projection, system_of
 from pounding_risk.streets.table import (
     COLUMNS,
     DEGREE,
