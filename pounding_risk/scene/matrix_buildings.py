@@ -14,19 +14,9 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.condensation import Condensed, Model, condensation_of, condensed_model
 from pounding_risk.models.structures.matrices import assembled, symmetric
 from pounding_risk.models.structures.storeys import BY_MATRIX, DAMPING_RULES, Storeys
-from pounding_risk.scene import building_keys
+from pounding_risk.scene import building_keys, matrices
 from pounding_risk.scene.building_keys import WithFloors, wrong_initial, wrong_lengths
 from pounding_risk.scene.keys import Key, Section, measured, whole_from
-from pounding_risk.scene.matrices import (
-    MODES,
-    MOST_ROWS,
-    OF_DASHPOTS,
-    OF_MASSES,
-    OF_STIFFNESS,
-    interior_key,
-    matrix_key,
-    rows_key,
-)
 from pounding_risk.scene.toml import Fault
 
 
@@ -93,37 +83,37 @@ class MatrixBuilding(FlooredBuilding):
 
     repair = "a building with a stiffness_matrix takes no {key}; remove {key}, or stiffness_matrix"
 
-    stiffness_matrix: Any = matrix_key(
+    stiffness_matrix: Any = matrices.matrix_key(
         "K",
-        OF_STIFFNESS,
+        matrices.OF_STIFFNESS,
         "Stiffness matrix of its floors along the row, from the ground up, in place of storey_stiffnesses: a file "
         "beside the scene (a row a line, or an array of NumPy), or rows; with the unit of its numbers. With "
         "floor_rows it may have rows of other places too, which are condensed.",
         "kN/m",
         "storey springs",
     ).required()
-    floor_rows: tuple[int, ...] = rows_key(
+    floor_rows: tuple[int, ...] = matrices.rows_key(
         "Rows of stiffness_matrix that are floors, counted from 1, from the ground up; the others are condensed, "
         "which is exact where they carry neither mass nor damping.",
         "[3, 6]",
         "every row is a floor",
     ).defaults_to(())
-    damping_matrix: Any = matrix_key(
+    damping_matrix: Any = matrices.matrix_key(
         "C",
-        OF_DASHPOTS,
+        matrices.OF_DASHPOTS,
         "Damping matrix of its floors, or of the rows of stiffness_matrix, in place of damping and damping_rule.",
         "kN s/m",
         "damping by damping_rule",
     ).defaults_to(())
-    mass_matrix: Any = matrix_key(
+    mass_matrix: Any = matrices.matrix_key(
         "M",
-        OF_MASSES,
+        matrices.OF_MASSES,
         "Mass matrix of the rows of stiffness_matrix, where masses are not lumped at floors; floor_masses beside "
         "it are those by which the ground's acceleration acts.",
         "t",
         "masses lumped at floors",
     ).defaults_to(())
-    along_rows: tuple[int, ...] = rows_key(
+    along_rows: tuple[int, ...] = matrices.rows_key(
         "Rows of mass_matrix that are displacements along the row, floors and others: the ground's acceleration "
         "acts on their masses.",
         "[1, 3, 4, 6]",
@@ -133,13 +123,16 @@ class MatrixBuilding(FlooredBuilding):
         "How many modes of the rows that are no floors, with the floors held, move beside the static motion: the "
         "slowest (Craig and Bampton 1968).",
         lambda value, number: whole_from(
-            value, 0, MOST_ROWS, f"is no number of modes; write a whole one from 0 to {MOST_ROWS}, such as 4"
+            value,
+            0,
+            matrices.MOST_ROWS,
+            f"is no number of modes; write a whole one from 0 to {matrices.MOST_ROWS}, such as 4",
         ),
         "4",
         "0: these rows follow the floors as under a steady load (Guyan)",
         schema={"type": "integer"},
     ).defaults_to(0)
-    interior_masses: tuple[float, ...] = interior_key(
+    interior_masses: tuple[float, ...] = matrices.interior_key(
         "Masses by which the ground's acceleration acts on interior modes, of any sign, where the last rows of the "
         "matrices are such modes: of a model that has been condensed already.",
         '["12 t", "-4 t"]',
@@ -271,7 +264,7 @@ class ModalBuilding(FlooredBuilding):
 
     repair = "a building with modes takes no {key}; remove {key}, or modes"
 
-    modes: Any = MODES.required()
+    modes: Any = matrices.MODES.required()
     residual_period: float = measured(
         building_keys.BUILDING_PERIOD,
         "Period of all motion that its modes leave out: floors move in it when a neighbour strikes them.",
