@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import fields
+from collections.abc import Iterator
 from math import inf
 from typing import Any
 
@@ -83,7 +82,7 @@ class Isolation(Table):
 
     def isolators(self) -> Isolators:
         """The isolators as buildings of `models.structures` have them."""
-        return Isolators(**{key: getattr(self, key) for key in self.key_names()})
+        return Isolators(**vars(self))
 
 
 def _isolation(value: Any, number: Number) -> Isolation:
@@ -205,13 +204,12 @@ class HysteresisTable(Table):
     @classmethod
     def of(cls, hysteresis: Hysteresis) -> Any:
         """The table of a law, what differs from the defaults stated."""
-        usual = {field.name: field.default for field in fields(Hysteresis)}
-        parameters = {key: getattr(hysteresis, key) for key in cls.key_names()}
-        return cls.from_values({key: parameter for key, parameter in parameters.items() if parameter != usual[key]})
+        usual = {key: about.default for key, about in cls.model_fields.items()}
+        return cls.from_values({key: stated for key in usual if (stated := getattr(hysteresis, key)) != usual[key]})
 
     def law(self) -> Hysteresis:
         """The hysteresis as storeys of `models.structures` have it."""
-        return Hysteresis(**{key: getattr(self, key) for key in self.key_names()})
+        return Hysteresis(**vars(self))
 
 
 def _hysteresis(value: Any, number: Number) -> HysteresisTable:
@@ -306,17 +304,6 @@ class PlanTable(Table):
         """The plan as buildings of `models.structures` have it."""
         centre = 0.5 * sum(self.face) if self.centre is None else self.centre
         return Plan(**vars(self) | {"centre": centre})
-
-
-def plans_of(tables: Sequence[PlanTable], count: int) -> tuple[Plan, ...]:
-    """The plans of so many floors, from a table for each of them or one for all; none from none."""
-    plans = tuple(table.plan() for table in tables)
-    return plans * count if len(plans) == 1 else plans
-
-
-def tables_of(plans: Sequence[Plan]) -> tuple[PlanTable, ...]:
-    """A table for each plan, or one where all are equal."""
-    return tuple(PlanTable.of(plan) for plan in (plans[:1] if len(set(plans)) == 1 else plans))
 
 
 def _plans(value: Any, number: Number) -> tuple[PlanTable, ...]:

@@ -193,11 +193,7 @@ class MatrixBuilding(FlooredBuilding):
 
     def _model(self) -> Model:
         """The matrices of all rows, and which of these are what."""
-        matrix, masses, dashpots = (
-            symmetric(self.stiffness_matrix, "stiffness_matrix"),
-            np.zeros((0, 0)),
-            self.damping_matrix,
-        )
+        matrix, none = symmetric(self.stiffness_matrix, "stiffness_matrix"), np.zeros((0, 0))
         count = len(matrix) - len(self.interior_masses)
         if self.floor_rows and max(self.floor_rows) > len(matrix):
             raise PoundingError(f"floor_rows names row {max(self.floor_rows)} of {len(matrix)}")
@@ -206,12 +202,10 @@ class MatrixBuilding(FlooredBuilding):
                 f"interior_masses are {len(self.interior_masses)} of {len(matrix)} rows, and none is a floor"
             )
         rows = self.floor_rows or tuple(range(1, 1 + count))
-        if self.mass_matrix:
-            masses = self._masses(len(matrix), rows)
         return Model(
             matrix,
-            masses,
-            symmetric(dashpots, "damping_matrix") if dashpots else np.zeros((0, 0)),
+            self._masses(len(matrix), rows) if self.mass_matrix else none,
+            symmetric(self.damping_matrix, "damping_matrix") if self.damping_matrix else none,
             rows,
             self.along_rows,
             self.by_floor("floor_masses", len(rows)) if self.floor_masses else (),

@@ -6,11 +6,12 @@ from typing import Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.catalogue import is_file
-from pounding_risk.motions.formats import matching
+from pounding_risk.motions.catalogue import entries, is_file, similar
+from pounding_risk.motions.formats import matching, size_of_unit
 from pounding_risk.motions.generated import Recipe, Unfit, known_kind, made, motion_kinds, takes
 from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, Level
 from pounding_risk.motions.processing import Step, known_steps, read_steps
+from pounding_risk.motions.record_sets import SETS
 from pounding_risk.motions.request import (
     AS_RECORDED,
     INTENSITY,
@@ -53,8 +54,6 @@ GENERATED_EXAMPLE = '[{kind = "ricker", pga = "0.4 g", period = "0.8 s"}]'
 
 def catalogue_ids() -> list[str]:
     """The ids of the records that come with the project."""
-    from pounding_risk.motions.catalogue import entries
-
     return [record.id for record in entries()]
 
 
@@ -130,8 +129,6 @@ def _fault(step: Any, number: Number, key: str = "") -> str:
 
 def _record_name(value: Any, number: Number) -> str:
     """An id of the catalogue."""
-    from pounding_risk.motions.catalogue import similar
-
     known = catalogue_ids()
     if not isinstance(value, str) or value not in known:
         hint = nearest(value, known, 0.4)
@@ -147,8 +144,6 @@ def _record_name(value: Any, number: Number) -> str:
 
 def _record_set(value: Any, number: Number) -> str:
     """The name of a published record set."""
-    from pounding_risk.motions.record_sets import SETS
-
     if not isinstance(value, str) or value not in SETS:
         raise Unreadable(f"{shown(value)} is not a record set{nearest(value, SETS, 0.4)}; it may be {', '.join(SETS)}")
     return value
@@ -156,8 +151,6 @@ def _record_set(value: Any, number: Number) -> str:
 
 def read_unit(value: Any, number: Number = parse) -> str:
     """Reader of the unit of acceleration samples, such as "cm/s^2"."""
-    from pounding_risk.motions.formats import size_of_unit
-
     try:
         size_of_unit(value, "")
     except RecordError as error:
