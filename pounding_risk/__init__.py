@@ -41,7 +41,7 @@ _HOMES = {
     "MatrixBuilding": "scene.matrix_buildings",
     "ModalBuilding": "scene.matrix_buildings",
     "RigidWall": "scene.buildings",
-    "Isolation": "scene.isolation",
+    "Isolation": "scene.building_tables",
     "Interface": "scene.interfaces",
     "EqualTerms": "scene.interfaces",
     "Records": "scene.records",

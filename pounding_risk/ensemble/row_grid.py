@@ -13,9 +13,8 @@ from pounding_risk.errors import SceneError
 from pounding_risk.models.contact.impulsive import is_instant, only_in_pairs
 from pounding_risk.models.contact.law import snake_case
 from pounding_risk.models.structures.mdof import chain_of
-from pounding_risk.scene.assembly import between_walls
 from pounding_risk.scene.interfaces import known_law
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.scene import Scene, between_walls
 from pounding_risk.solver.row.cases import Mechanics, RowGrid
 from pounding_risk.solver.row.model import RowModel
 from pounding_risk.solver.row.outputs import frame_of

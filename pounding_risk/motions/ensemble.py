@@ -20,7 +20,7 @@ from pounding_risk.motions import read, record_sets, scaling
 from pounding_risk.motions.formats import is_record, matching, split_component
 from pounding_risk.motions.manifest import manifest_rows, source_of
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.processing import DEFAULT_CHAIN
+from pounding_risk.motions.processing import DEFAULT_CHAIN, Step, read_steps
 from pounding_risk.motions.processing.noise import NOISE, shared_corners
 from pounding_risk.motions.read import components, file_name, generated_sources, open_source
 from pounding_risk.motions.record import (
@@ -254,7 +254,7 @@ def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
     words: tuple[str, ...] = ()
     flags: tuple[str, ...] = ()
     if processing == "auto" and all(source.record["state"] == RAW for source in group):
-        processing = [{"step": step.name, **step.options} for step in DEFAULT_CHAIN]
+        processing = DEFAULT_CHAIN
     if not isinstance(processing, str):
         processing, words, flags = _one_band(group, processing)
     first, second = (read.processed(source, processing) for source in group)
@@ -267,14 +267,14 @@ def _in_direction(request: RecordRequest, group: tuple[Source, ...]) -> Motion:
 
 
 def _one_band(
-    pair: tuple[Source, ...], chain: Sequence[Mapping[str, Any]]
-) -> tuple[list[dict[str, Any]], tuple[str, ...], tuple[str, ...]]:
+    pair: tuple[Source, ...], chain: Sequence[Mapping[str, Any] | Step]
+) -> tuple[list[Step], tuple[str, ...], tuple[str, ...]]:
     """A chain with the stricter corners of both components, so that both keep the same frequencies.
 
     That is of the first band-pass that takes one from the noise. Returns the steps, a sentence that says why the
     corners are where they are, and flags.
     """
-    steps = [dict(step) for step in chain]
+    steps = list(read_steps(chain))
     at = next((place for place, step in enumerate(steps) if _is_open(step)), -1)
     if at < 0:
         return steps, (), ()
@@ -282,14 +282,14 @@ def _one_band(
     if before[0].dt != before[1].dt:  # `rotated` refuses them
         return steps, (), ()
     corners = shared_corners([motion.acceleration for motion in before], before[0].dt)
-    steps[at] = {"low": corners.low, "high": corners.high} | steps[at]
+    steps[at] = Step(steps[at].name, {"low": corners.low, "high": corners.high, **steps[at].options})
     return steps, (f"corners of the band-pass: {corners.words}",), corners.flags
 
 
-def _is_open(step: Mapping[str, Any]) -> bool:
+def _is_open(step: Step) -> bool:
     """Whether a step is a band-pass that takes a corner from the noise of its record."""
-    is_noise = step.get("corners", NOISE) == NOISE
-    return step["step"] == "bandpass" and is_noise and not {"low", "high"} <= set(step)
+    is_noise = step.options.get("corners", NOISE) == NOISE
+    return step.name == "bandpass" and is_noise and not {"low", "high"} <= set(step.options)
 
 
 def _distinct(motions: Sequence[Motion]) -> list[Motion]:

@@ -50,7 +50,7 @@ def read_motion(
     window: tuple[float | str, float | str] | None = None,
     pga: float | str | None = None,
     scale: float | str | None = None,
-    processing: str | Sequence[Mapping[str, Any]] = "auto",
+    processing: str | Sequence[Mapping[str, Any] | Step] = "auto",
     polarity: str = AS_RECORDED,
     tail: float | str = 0.0,
     unit: str | None = None,
@@ -250,7 +250,7 @@ def _facts(trace: Any) -> dict[str, Any]:
     return {**plain, **record, **start}
 
 
-def processed(source: Source, processing: str | Sequence[Mapping[str, Any]] = "auto") -> Motion:
+def processed(source: Source, processing: str | Sequence[Mapping[str, Any] | Step] = "auto") -> Motion:
     """A record after the steps of ``processing``, as in `read_motion`, before window, polarity, amplitude and tail."""
     record = {**source.record, "polarity": AS_RECORDED, "factor": 1.0}
     history = (*source.trace.stats.get("processing", []), source.units)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from typing import Any, NamedTuple
 
 from pounding_risk.motions.generated import Recipe
-from pounding_risk.motions.processing import known_steps
+from pounding_risk.motions.processing import Step
 from pounding_risk.motions.sites.places import Place
-from pounding_risk.units import DAMPING, PERIOD, PGA, Quantity, exact
+from pounding_risk.units import DAMPING, PERIOD, PGA, exact
 
 AS_RECORDED, REVERSED = "as recorded", "reversed"
 POLARITIES = (AS_RECORDED, REVERSED)
@@ -16,37 +16,6 @@ MEDIANS = ("pga", "pgv")  # what records can be brought to the ensemble's median
 SOURCES = ("names", "files", "set", "manifest", "generated", "sites")  # a request has one of them
 AMPLITUDES = ("manifest", "sites", "pga", "sa", "to_median")  # what sets the amplitude: one of them at most
 INTENSITY = "intensity"  # levels of the grid, which a request does not hold; they set it too
-
-
-class StepTable(Mapping[str, Any]):
-    """A processing step as `read_steps` takes it: ``step`` and its options in SI; immutable."""
-
-    def __init__(self, values: Mapping[str, Any]):
-        self._values = dict(values)
-
-    def __getitem__(self, key: str) -> Any:
-        return self._values[key]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._values)
-
-    def __len__(self) -> int:
-        return len(self._values)
-
-    def __hash__(self) -> int:
-        return hash(frozenset(self._values.items()))
-
-    def __repr__(self) -> str:
-        return f"StepTable({self._values!r})"
-
-    def written(self) -> dict[str, Any]:
-        """The table as a scene file has it: quantities as text, exact."""
-        options = known_steps()[self["step"]].options
-        kinds = {key: options.get(key) for key in self}
-        return {
-            key: exact(option, kind) if isinstance(kind := kinds[key], Quantity) else option
-            for key, option in self.items()
-        }
 
 
 class Spectral(NamedTuple):
@@ -71,7 +40,7 @@ class RecordRequest(NamedTuple):
     pga: float | None = None  # m/s²; None leaves the amplitude to the other ways of scaling
     scale: float | None = None  # factor; None where neither is given: as recorded
     polarities: tuple[str, ...] = (AS_RECORDED,)  # of POLARITIES
-    processing: str | tuple[StepTable, ...] = "auto"  # or "none", or the steps in their order
+    processing: str | tuple[Step, ...] = "auto"  # or "none", or the steps in their order
     tail: float = 0.0  # s of free vibration after the record, at least
     set: str = ""  # name of a record set
     manifest: str = ""  # a list of records with their factors, relative to the scene file's folder

@@ -15,12 +15,10 @@ from typing import Any, NamedTuple
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import SceneError
 from pounding_risk.models.effects import EFFECTS, read_option, written_option
-from pounding_risk.scene.hysteresis import HysteresisTable
+from pounding_risk.scene.building_tables import HysteresisTable, Isolation, PlanTable
 from pounding_risk.scene.interfaces import EqualTerms
-from pounding_risk.scene.isolation import Isolation
 from pounding_risk.scene.keys import Key, Number, Table, Unreadable, list_of, located, spaced
 from pounding_risk.scene.overrides import address_of, override, parts_of
-from pounding_risk.scene.plan import PlanTable
 from pounding_risk.scene.scene_axis import NO_UNIT, UNCERTAIN, SceneAxis, alone, has_gap, labels_of
 from pounding_risk.scene.tables import Grid
 from pounding_risk.scene.toml import Fault, KeyPath

@@ -12,8 +12,7 @@ from pounding_risk.models.ground import Support
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH
 from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import DAMPING_RULES, MOST_STOREYS, Storeys
-from pounding_risk.scene.hysteresis import HYSTERESIS, HysteresisTable
-from pounding_risk.scene.isolation import ISOLATION, Isolation
+from pounding_risk.scene.building_tables import HYSTERESIS, ISOLATION, HysteresisTable, Isolation
 from pounding_risk.scene.keys import (
     Key,
     Number,

@@ -14,11 +14,9 @@ from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys, gene
 from pounding_risk.models.structures.typologies import ELSEWHERE, TYPOLOGIES
 from pounding_risk.scene import building_keys
 from pounding_risk.scene.building_keys import AnyBuilding, MovingBuilding, WithFloors, wrong_initial, wrong_lengths
-from pounding_risk.scene.hysteresis import HysteresisTable
-from pounding_risk.scene.isolation import Isolation
+from pounding_risk.scene.building_tables import PLAN, HysteresisTable, Isolation, PlanTable
 from pounding_risk.scene.keys import Key, Section, measured, one_of, repeated_names
 from pounding_risk.scene.matrix_buildings import MatrixBuilding, ModalBuilding
-from pounding_risk.scene.plan import PLAN, PlanTable, plans_of, tables_of
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import FLOOR_LENGTH, STIFFNESS, WAVE_SPEED
 
@@ -94,7 +92,8 @@ class OfStoreys(WithFloors):
     def completed(self, bare: Storeys) -> Storeys:
         """The building on its isolators, with its initial state and the plans of its floors."""
         building = super().completed(bare)
-        return replace(building, plans=plans_of(self.plan, len(building.masses)))
+        plans = tuple(table.plan() for table in self.plan)  # one for all floors, or one for each
+        return replace(building, plans=plans * len(building.masses) if len(plans) == 1 else plans)
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -314,7 +313,8 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
     if isinstance(building, Storeys) and building.hysteresis is not None:
         stated["hysteresis"] = HysteresisTable.of(building.hysteresis)
     if isinstance(building, Storeys) and building.plans:
-        stated["plan"] = tables_of(building.plans)
+        plans = building.plans[:1] if len(set(building.plans)) == 1 else building.plans
+        stated["plan"] = tuple(map(PlanTable.of, plans))
     for key in set(kind.key_names()) - implied:
         if key in building_keys.OF_GROUND:
             setting = getattr(building.support, building_keys.OF_GROUND[key])

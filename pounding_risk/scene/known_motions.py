@@ -26,8 +26,8 @@ from pounding_risk._common.tables import csv_rows, split_unit, uneven
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.motions.request import REVERSED
 from pounding_risk.scene.building_keys import INITIAL, OF_GROUND
-from pounding_risk.scene.interface_checks import OF_LINKS
 from pounding_risk.scene.keys import Draft
+from pounding_risk.scene.resolved_interfaces import OF_LINKS
 from pounding_risk.scene.toml import Fault
 from pounding_risk.units import Quantity, QuantityError, parse_cell, say
 

@@ -14,19 +14,9 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.condensation import Condensed, Model, condensation_of, condensed_model
 from pounding_risk.models.structures.matrices import assembled, symmetric
 from pounding_risk.models.structures.storeys import BY_MATRIX, DAMPING_RULES, Storeys
-from pounding_risk.scene import building_keys
+from pounding_risk.scene import building_keys, matrices
 from pounding_risk.scene.building_keys import WithFloors, wrong_initial, wrong_lengths
 from pounding_risk.scene.keys import Key, Section, measured, whole_from
-from pounding_risk.scene.matrices import (
-    MODES,
-    MOST_ROWS,
-    OF_DASHPOTS,
-    OF_MASSES,
-    OF_STIFFNESS,
-    interior_key,
-    matrix_key,
-    rows_key,
-)
 from pounding_risk.scene.toml import Fault
 
 
@@ -93,37 +83,37 @@ class MatrixBuilding(FlooredBuilding):
 
     repair = "a building with a stiffness_matrix takes no {key}; remove {key}, or stiffness_matrix"
 
-    stiffness_matrix: Any = matrix_key(
+    stiffness_matrix: Any = matrices.matrix_key(
         "K",
-        OF_STIFFNESS,
+        matrices.OF_STIFFNESS,
         "Stiffness matrix of its floors along the row, from the ground up, in place of storey_stiffnesses: a file "
         "beside the scene (a row a line, or an array of NumPy), or rows; with the unit of its numbers. With "
         "floor_rows it may have rows of other places too, which are condensed.",
         "kN/m",
         "storey springs",
     ).required()
-    floor_rows: tuple[int, ...] = rows_key(
+    floor_rows: tuple[int, ...] = matrices.rows_key(
         "Rows of stiffness_matrix that are floors, counted from 1, from the ground up; the others are condensed, "
         "which is exact where they carry neither mass nor damping.",
         "[3, 6]",
         "every row is a floor",
     ).defaults_to(())
-    damping_matrix: Any = matrix_key(
+    damping_matrix: Any = matrices.matrix_key(
         "C",
-        OF_DASHPOTS,
+        matrices.OF_DASHPOTS,
         "Damping matrix of its floors, or of the rows of stiffness_matrix, in place of damping and damping_rule.",
         "kN s/m",
         "damping by damping_rule",
     ).defaults_to(())
-    mass_matrix: Any = matrix_key(
+    mass_matrix: Any = matrices.matrix_key(
         "M",
-        OF_MASSES,
+        matrices.OF_MASSES,
         "Mass matrix of the rows of stiffness_matrix, where masses are not lumped at floors; floor_masses beside "
         "it are those by which the ground's acceleration acts.",
         "t",
         "masses lumped at floors",
     ).defaults_to(())
-    along_rows: tuple[int, ...] = rows_key(
+    along_rows: tuple[int, ...] = matrices.rows_key(
         "Rows of mass_matrix that are displacements along the row, floors and others: the ground's acceleration "
         "acts on their masses.",
         "[1, 3, 4, 6]",
@@ -133,13 +123,16 @@ class MatrixBuilding(FlooredBuilding):
         "How many modes of the rows that are no floors, with the floors held, move beside the static motion: the "
         "slowest (Craig and Bampton 1968).",
         lambda value, number: whole_from(
-            value, 0, MOST_ROWS, f"is no number of modes; write a whole one from 0 to {MOST_ROWS}, such as 4"
+            value,
+            0,
+            matrices.MOST_ROWS,
+            f"is no number of modes; write a whole one from 0 to {matrices.MOST_ROWS}, such as 4",
         ),
         "4",
         "0: these rows follow the floors as under a steady load (Guyan)",
         schema={"type": "integer"},
     ).defaults_to(0)
-    interior_masses: tuple[float, ...] = interior_key(
+    interior_masses: tuple[float, ...] = matrices.interior_key(
         "Masses by which the ground's acceleration acts on interior modes, of any sign, where the last rows of the "
         "matrices are such modes: of a model that has been condensed already.",
         '["12 t", "-4 t"]',
@@ -200,11 +193,7 @@ class MatrixBuilding(FlooredBuilding):
 
     def _model(self) -> Model:
         """The matrices of all rows, and which of these are what."""
-        matrix, masses, dashpots = (
-            symmetric(self.stiffness_matrix, "stiffness_matrix"),
-            np.zeros((0, 0)),
-            self.damping_matrix,
-        )
+        matrix, none = symmetric(self.stiffness_matrix, "stiffness_matrix"), np.zeros((0, 0))
         count = len(matrix) - len(self.interior_masses)
         if self.floor_rows and max(self.floor_rows) > len(matrix):
             raise PoundingError(f"floor_rows names row {max(self.floor_rows)} of {len(matrix)}")
@@ -213,12 +202,10 @@ class MatrixBuilding(FlooredBuilding):
                 f"interior_masses are {len(self.interior_masses)} of {len(matrix)} rows, and none is a floor"
             )
         rows = self.floor_rows or tuple(range(1, 1 + count))
-        if self.mass_matrix:
-            masses = self._masses(len(matrix), rows)
         return Model(
             matrix,
-            masses,
-            symmetric(dashpots, "damping_matrix") if dashpots else np.zeros((0, 0)),
+            self._masses(len(matrix), rows) if self.mass_matrix else none,
+            symmetric(self.damping_matrix, "damping_matrix") if self.damping_matrix else none,
             rows,
             self.along_rows,
             self.by_floor("floor_masses", len(rows)) if self.floor_masses else (),
@@ -271,7 +258,7 @@ class ModalBuilding(FlooredBuilding):
 
     repair = "a building with modes takes no {key}; remove {key}, or modes"
 
-    modes: Any = MODES.required()
+    modes: Any = matrices.MODES.required()
     residual_period: float = measured(
         building_keys.BUILDING_PERIOD,
         "Period of all motion that its modes leave out: floors move in it when a neighbour strikes them.",

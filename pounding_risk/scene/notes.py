@@ -28,9 +28,8 @@ from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys
 from pounding_risk.motions.generated import motion_kinds
 from pounding_risk.motions.levels import FACTOR, PEAK, Measure
-from pounding_risk.scene.interface_checks import OF_DAMPER, OF_SPRING
 from pounding_risk.scene.interfaces import known_law
-from pounding_risk.scene.resolved_interfaces import ResolvedInterface
+from pounding_risk.scene.resolved_interfaces import OF_DAMPER, OF_SPRING, ResolvedInterface
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.toml import KeyPath, key_name
 from pounding_risk.scene.variants import Variants

@@ -6,11 +6,12 @@ from typing import Any
 
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.catalogue import is_file
-from pounding_risk.motions.formats import matching
+from pounding_risk.motions.catalogue import entries, is_file, similar
+from pounding_risk.motions.formats import matching, size_of_unit
 from pounding_risk.motions.generated import Recipe, Unfit, known_kind, made, motion_kinds, takes
 from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, Level
-from pounding_risk.motions.processing import known_steps, read_steps
+from pounding_risk.motions.processing import Step, known_steps, read_steps
+from pounding_risk.motions.record_sets import SETS
 from pounding_risk.motions.request import (
     AS_RECORDED,
     INTENSITY,
@@ -19,7 +20,6 @@ from pounding_risk.motions.request import (
     SOURCES,
     RecordRequest,
     Spectral,
-    StepTable,
     conflicts,
 )
 from pounding_risk.motions.sites.places import Place
@@ -54,8 +54,6 @@ GENERATED_EXAMPLE = '[{kind = "ricker", pga = "0.4 g", period = "0.8 s"}]'
 
 def catalogue_ids() -> list[str]:
     """The ids of the records that come with the project."""
-    from pounding_risk.motions.catalogue import entries
-
     return [record.id for record in entries()]
 
 
@@ -87,7 +85,7 @@ def _polarity(value: Any, number: Number) -> tuple[str, ...]:
     return tuple(each(senses, read, distinct=True))
 
 
-def _processing(value: Any, number: Number) -> str | tuple[StepTable, ...]:
+def _processing(value: Any, number: Number) -> str | tuple[Step, ...]:
     """ "auto", "none", or a list of step tables, whose options are text with a unit."""
     if isinstance(value, list) and value:
         return tuple(each(value, lambda step: _step(step, number)))
@@ -101,9 +99,10 @@ def _processing(value: Any, number: Number) -> str | tuple[StepTable, ...]:
     return str(value)
 
 
-def _step(step: Any, number: Number) -> StepTable:
+def _step(step: Any, number: Number) -> Step:
     """A step of a list; the faults of all its options at once."""
-    step = dict(step) if isinstance(step, StepTable) else step
+    if isinstance(step, Step):
+        return step
     known = isinstance(step, dict) and "step" in step
     if fault := _fault({"step": step["step"]} if known else step, number):
         raise Unreadable(fault)
@@ -111,8 +110,7 @@ def _step(step: Any, number: Number) -> StepTable:
     faults = [((key,), fault) for key, alone in single.items() if (fault := _fault(alone, number, key))]
     if faults:
         raise Several(list(faults))
-    (read,) = read_steps([step])
-    return StepTable({"step": read.name, **read.options})
+    return read_steps([step])[0]
 
 
 def _fault(step: Any, number: Number, key: str = "") -> str:
@@ -131,8 +129,6 @@ def _fault(step: Any, number: Number, key: str = "") -> str:
 
 def _record_name(value: Any, number: Number) -> str:
     """An id of the catalogue."""
-    from pounding_risk.motions.catalogue import similar
-
     known = catalogue_ids()
     if not isinstance(value, str) or value not in known:
         hint = nearest(value, known, 0.4)
@@ -148,8 +144,6 @@ def _record_name(value: Any, number: Number) -> str:
 
 def _record_set(value: Any, number: Number) -> str:
     """The name of a published record set."""
-    from pounding_risk.motions.record_sets import SETS
-
     if not isinstance(value, str) or value not in SETS:
         raise Unreadable(f"{shown(value)} is not a record set{nearest(value, SETS, 0.4)}; it may be {', '.join(SETS)}")
     return value
@@ -157,8 +151,6 @@ def _record_set(value: Any, number: Number) -> str:
 
 def read_unit(value: Any, number: Number = parse) -> str:
     """Reader of the unit of acceleration samples, such as "cm/s^2"."""
-    from pounding_risk.motions.formats import size_of_unit
-
     try:
         size_of_unit(value, "")
     except RecordError as error:
@@ -361,7 +353,7 @@ class Records(Table):
         write=list,
         schema={"anyOf": [{"enum": list(POLARITIES)}, _STRINGS]},
     ).defaults_to((AS_RECORDED,))
-    processing: str | tuple[StepTable, ...] = Key(
+    processing: str | tuple[Step, ...] = Key(
         "Steps from record to motion; auto processes raw records and leaves processed ones alone.",
         _processing,
         STEPS_EXAMPLE,

@@ -15,16 +15,16 @@ from pounding_risk._common.words import nearest
 from pounding_risk.models.effects import EFFECTS
 from pounding_risk.scene import buildings
 from pounding_risk.scene.axes import ADDRESS, INLINE, taken_axes
+from pounding_risk.scene.building_tables import plan_checks
 from pounding_risk.scene.buildings import building_checks
 from pounding_risk.scene.damage import DamageState, damage_checks, unknown_key
-from pounding_risk.scene.interface_checks import interface_checks
 from pounding_risk.scene.interfaces import Interface
 from pounding_risk.scene.keys import Draft, Key, Section, Several, Table, read_section
 from pounding_risk.scene.known_motions import known_motion_checks
 from pounding_risk.scene.not_modelled import instead_of
 from pounding_risk.scene.overrides import ARRAYS, override
-from pounding_risk.scene.plan import plan_checks
 from pounding_risk.scene.records import Records, missing_files, record_checks
+from pounding_risk.scene.resolved_interfaces import interface_checks
 from pounding_risk.scene.scene_axis import UNCERTAIN
 from pounding_risk.scene.tables import Grid, Solver, Title, effect_checks, effect_key
 from pounding_risk.scene.toml import Fault, KeyPath, sentences

@@ -17,18 +17,10 @@ import shapely
 
 from pounding_risk._common.letters import without_mark
 from pounding_risk._common.words import listed
+from pounding_risk.streets import map_tags
 from pounding_risk.streets.footprints import Geometry, last_decimal
 from pounding_risk.streets.geojson import FARTHEST, POLYGONS, no_polygon
-from pounding_risk.streets.map_files import IDS, METRES_HINT, Features, read_features
-from pounding_risk.streets.map_tags import (
-    MAPPED_FROM_IMAGES,
-    Dialect,
-    dialect_of,
-    notes_of,
-    with_other_tags,
-    without_parts,
-)
-from pounding_risk.streets.projection import DEGREES, Projection, system_of
+from pounding_risk.streets.map_files import DEGREES, IDS, METRES_HINT, Features, Projection, read_features, system_of
 from pounding_risk.streets.table import (
     COLUMNS,
     DEGREE,
@@ -242,8 +234,8 @@ def _repaired(polygon: Geometry) -> tuple[Geometry | None, str]:
 
 def _table(features: Features, projection: Projection | None, faults: list[str]) -> Table:
     """The buildings of a file whose coordinates can be read, with notes on what is not read, or repaired."""
-    tables = [with_other_tags(table) for table in features.properties]
-    dialect = dialect_of(tables)
+    tables = [map_tags.with_other_tags(table) for table in features.properties]
+    dialect = map_tags.dialect_of(tables)
     raw = tables
     if dialect.name:
         tables = [dialect.read(table) for table in tables]
@@ -260,9 +252,9 @@ def _table(features: Features, projection: Projection | None, faults: list[str])
     entries, resolution, more = _laid_flat(entries, projection, dialect, faults)
     if faults:
         return Table([], [])
-    notes = [*left_out, *notes_of(dialect, raw, features.places), *more]
+    notes = [*left_out, *map_tags.notes_of(dialect, raw, features.places), *more]
     if dialect.name:
-        entries, of_parts = without_parts(entries, dict(zip(features.places, raw, strict=True)))
+        entries, of_parts = map_tags.without_parts(entries, dict(zip(features.places, raw, strict=True)))
         # Buildings of one street that share a name, as shops do, get their place in the file beside it.
         keys = [(entry.values.get("street", ""), entry.values.get("name")) for entry in entries]
         shared = {key for key in repeated(keys) if key[1] is not None}
@@ -287,14 +279,14 @@ def outlined_table(source: Path, entries: Sequence[Entry], notes: Sequence[str])
     faults: list[str] = []
     features = Features([entry.place for entry in entries], [], [entry.footprint for entry in entries], [], DEGREES)
     if not faults:
-        flat, resolution, more = _laid_flat(entries, _projection(features, False, faults), Dialect(), faults)
+        flat, resolution, more = _laid_flat(entries, _projection(features, False, faults), map_tags.Dialect(), faults)
     if faults:
         raise BlockError(str(source), faults)
     return Table(flat, [*notes, *more], resolution)
 
 
 def _laid_flat(
-    entries: Sequence[Entry], projection: Projection | None, dialect: Dialect, faults: list[str]
+    entries: Sequence[Entry], projection: Projection | None, dialect: map_tags.Dialect, faults: list[str]
 ) -> tuple[list[Entry], Resolution, list[str]]:
     """Entries with sound footprints in metres, how finely their walls are known, and notes on both."""
     repairs: dict[str, list[str]] = {}
@@ -378,7 +370,7 @@ def _faults_of_extent(entries: Sequence[Entry], projection: Projection | None) -
 
 
 def _resolution(
-    outlines: Sequence[Geometry], projection: Projection | None, dialect: Dialect
+    outlines: Sequence[Geometry], projection: Projection | None, dialect: map_tags.Dialect
 ) -> tuple[Resolution, list[str]]:
     """How finely walls are known by the file itself, and a note where its last decimal is larger than gaps are."""
     unit = 1.0 if projection is None else projection.unit
@@ -389,6 +381,7 @@ def _resolution(
             f"coordinates have {decimals} decimals, {say(size, GAP, 2)} on the ground, and gaps between footprints are "
             "no finer; give gap [mm] where it was measured"
         ]
-    if dialect.name and not size > MAPPED_FROM_IMAGES:
-        return Resolution(MAPPED_FROM_IMAGES, f"assumed of outlines of {dialect.name}, which say nothing of it"), notes
+    if dialect.name and not size > map_tags.MAPPED_FROM_IMAGES:
+        words = f"assumed of outlines of {dialect.name}, which say nothing of it"
+        return Resolution(map_tags.MAPPED_FROM_IMAGES, words), notes
     return Resolution(size, "" if isnan(size) else "the last decimal of the coordinates"), notes

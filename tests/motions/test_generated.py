@@ -31,7 +31,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.motions import generated
 from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.generated import motion_kinds, recipe
-from pounding_risk.motions.generated._kind import AIM
+from pounding_risk.motions.generated._forms import AIM
 from pounding_risk.motions.generated.noise import normal_numbers, read_envelope
 from pounding_risk.motions.manifest import write_manifest
 from pounding_risk.motions.record import recording_numbers

@@ -14,8 +14,7 @@ from test_selection import noise
 
 from pounding_risk.errors import RecordError
 from pounding_risk.motions import record_sets
-from pounding_risk.motions.matching import Aim, Limits, correlation, match, simulated
-from pounding_risk.motions.selection import select
+from pounding_risk.motions.selection import Aim, Limits, correlation, match, select, simulated
 from pounding_risk.motions.target_spectra import GROUNDS, Target, asce7, eurocode8, read_conditional, read_target
 
 G = 9.80665

@@ -25,7 +25,7 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys, generated
 from pounding_risk.models.structures.typologies import ELSEWHERE, TYPOLOGIES
 from pounding_risk.scene import sections as scenario
-from pounding_risk.scene.hysteresis import OF_STOREYS
+from pounding_risk.scene.building_tables import OF_STOREYS
 from pounding_risk.scene.not_modelled import LAWS_ELSEWHERE, RULES_ELSEWHERE
 from pounding_risk.scene.notes import level_notes
 from pounding_risk.scene.reader import parse_scene

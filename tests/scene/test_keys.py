@@ -23,6 +23,7 @@ from pounding_risk.models.effects import EFFECTS
 from pounding_risk.models.structures.hysteresis import RULES, Hysteresis
 from pounding_risk.results.attributes import LINEAR_OF_LINKS
 from pounding_risk.results.variables import own_dims
+from pounding_risk.scene.building_tables import OF_STOREYS, HysteresisTable, Isolation, PlanTable
 from pounding_risk.scene.buildings import KINDS as BUILDING_KINDS
 from pounding_risk.scene.buildings import (
     MatrixBuilding,
@@ -33,12 +34,9 @@ from pounding_risk.scene.buildings import (
     TypologyBuilding,
     structure_of,
 )
-from pounding_risk.scene.hysteresis import OF_STOREYS, HysteresisTable
 from pounding_risk.scene.interfaces import EqualTerms
-from pounding_risk.scene.isolation import Isolation
 from pounding_risk.scene.keys import measured
 from pounding_risk.scene.not_modelled import BY_WORD, PAGE, SENTENCES
-from pounding_risk.scene.plan import PlanTable
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.scene.sections import KEYS, KINDS

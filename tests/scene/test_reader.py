@@ -200,7 +200,7 @@ def test_processing_may_be_a_list_of_steps(written):
     """The study carries them in SI, hashable, and as `read_motion` takes them."""
     found = parse_scene(SHORT + written + "\n")
     assert isinstance(found.records.processing, tuple)
-    assert [dict(step) for step in found.records.processing] == STEPS
+    assert [{"step": step.name, **step.options} for step in found.records.processing] == STEPS
     assert hash(found.records) == hash(parse_scene(found.to_toml()).records)
     assert read_steps(found.records.processing) == read_steps(STEPS)
     assert (
@@ -211,7 +211,7 @@ def test_processing_may_be_a_list_of_steps(written):
 
 def test_steps_may_be_set_from_outside():
     found = parse_scene(SHORT, overrides=['records.processing=[{step = "trend"}]'])
-    assert [dict(step) for step in found.records.processing] == [{"step": "trend"}]
+    assert [{"step": step.name, **step.options} for step in found.records.processing] == [{"step": "trend"}]
 
 
 def test_a_law_that_the_scene_cannot_give(says):

@@ -15,8 +15,8 @@ from sweeps import examples
 from pounding_risk.streets import footprints
 from pounding_risk.streets.defaults import House, Notes, Rules
 from pounding_risk.streets.footprints import Outline, close_pairs, faced, outline_of, shared_face
+from pounding_risk.streets.map_files import DEGREES, Projection, system_of
 from pounding_risk.streets.neighbours import Street
-from pounding_risk.streets.projection import DEGREES, Projection, system_of
 
 # WGS 84 once more, by its semi-axes, so that a slip in the module's numbers shows.
 LONG_AXIS, SHORT_AXIS = 6378137.0, 6356752.314245

@@ -20,10 +20,10 @@ from pounding_risk.models.structures.sdof import Building
 from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import FACTOR, PEAK, say_level
 from pounding_risk.motions.request import RecordRequest, Spectral
+from pounding_risk.scene.building_tables import ACROSS, GYRATION
 from pounding_risk.scene.interfaces import known_law, said_restitution
 from pounding_risk.scene.motions import request_of
 from pounding_risk.scene.notes import Given, given_keys, level_notes
-from pounding_risk.scene.plan import ACROSS, GYRATION
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.tables import Effect
 from pounding_risk.scene.values import OF_EACH_INTERFACE

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from pounding_risk.models.effects._effect import effect
+from pounding_risk.models.effects import effect
 from pounding_risk.units import Quantity
 
 ORDER = 50  # the first on buildings: p_delta takes its part off the stiffness of the yielding storey

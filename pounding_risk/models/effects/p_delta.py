@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.effects._effect import effect
+from pounding_risk.models.effects import effect
 from pounding_risk.models.structures.hysteresis import Hysteresis
 from pounding_risk.units import STANDARD_GRAVITY
 

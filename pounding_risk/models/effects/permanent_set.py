@@ -6,7 +6,7 @@ from math import inf
 from typing import Any, NamedTuple
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.effects._effect import bare, effect
+from pounding_risk.models.effects import bare, effect
 
 ORDER = 20  # inside unloading_stiffness, which acts on its indentations
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import inf, isnan, nan, pi
 from typing import Any
 
-from pounding_risk.models.effects._effect import effect
+from pounding_risk.models.effects import effect
 from pounding_risk.units import Quantity
 
 ORDER = 70  # the last on buildings: it puts the finished building on a foundation

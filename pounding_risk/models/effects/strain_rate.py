@@ -6,7 +6,7 @@ from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.effects._effect import effect
+from pounding_risk.models.effects import effect
 from pounding_risk.units import Quantity
 
 ORDER = 10  # the first to wrap a law: it is the yield force after hardening that leaves an indentation

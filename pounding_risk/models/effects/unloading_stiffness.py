@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 from typing import Any, NamedTuple
 
-from pounding_risk.models.effects._effect import effect
+from pounding_risk.models.effects import effect
 from pounding_risk.units import Quantity
 
 ORDER = 30  # around permanent_set, whose indentations it changes

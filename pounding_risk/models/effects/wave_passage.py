@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.models.effects._effect import PerInterface, effect
+from pounding_risk.models.effects import PerInterface, effect
 from pounding_risk.models.ground import Support
 from pounding_risk.units import Quantity
 

@@ -5,18 +5,9 @@ from __future__ import annotations
 from math import inf, pi
 from typing import Annotated, NamedTuple
 
+from pounding_risk import units
 from pounding_risk.models._discovery import documented
 from pounding_risk.models.ground import SHARED, Support
-from pounding_risk.units import (
-    DAMPING,
-    FLOOR_LENGTH,
-    HEIGHT,
-    INITIAL_DISPLACEMENT,
-    INITIAL_VELOCITY,
-    MASS,
-    PERIOD,
-    WAVE_SPEED,
-)
 
 # sqrt(E/ρ) of concrete C25/30 is 3490 m/s: E_cm = 31 GPa (EN 1992-1-1, Table 3.1), 25 kN/m³ (EN 1991-1-1, Table A.1).
 CONCRETE_WAVE_SPEED = 3500.0  # m/s
@@ -36,14 +27,14 @@ class Building(NamedTuple):
     """
 
     name: str
-    mass: Annotated[float, MASS]
-    period: Annotated[float, PERIOD]
-    damping: Annotated[float, DAMPING]
-    floor_length: Annotated[float, FLOOR_LENGTH] = 0.0
-    wave_speed: Annotated[float, WAVE_SPEED] = CONCRETE_WAVE_SPEED
-    height: Annotated[float, HEIGHT] = 0.0
-    initial_displacement: Annotated[float, INITIAL_DISPLACEMENT] = 0.0
-    initial_velocity: Annotated[float, INITIAL_VELOCITY] = 0.0
+    mass: Annotated[float, units.MASS]
+    period: Annotated[float, units.PERIOD]
+    damping: Annotated[float, units.DAMPING]
+    floor_length: Annotated[float, units.FLOOR_LENGTH] = 0.0
+    wave_speed: Annotated[float, units.WAVE_SPEED] = CONCRETE_WAVE_SPEED
+    height: Annotated[float, units.HEIGHT] = 0.0
+    initial_displacement: Annotated[float, units.INITIAL_DISPLACEMENT] = 0.0
+    initial_velocity: Annotated[float, units.INITIAL_VELOCITY] = 0.0
     support: Support = SHARED
     displacement_history: tuple[str, ...] = ()
 

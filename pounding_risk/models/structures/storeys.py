@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk import units
 from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.ground import SHARED, Support
@@ -33,20 +34,7 @@ from pounding_risk.models.structures.isolation import IsolatorLaw, Isolators
 from pounding_risk.models.structures.matrices import check_driven, check_masses, check_part, check_stiff, symmetric
 from pounding_risk.models.structures.plan import Plan, plan_inertias, plan_stiffness
 from pounding_risk.models.structures.typologies import known_typology
-from pounding_risk.units import (
-    DAMPING,
-    FLOOR_MASS,
-    INITIAL_DISPLACEMENT,
-    INITIAL_VELOCITY,
-    PERIOD,
-    STANDARD_GRAVITY,
-    STIFFNESS,
-    STOREY_HEIGHT,
-    STOREY_STRENGTH,
-    Quantity,
-    bounds,
-    shown,
-)
+from pounding_risk.units import STANDARD_GRAVITY, Quantity, bounds, shown
 
 Array = NDArray[np.float64]
 
@@ -141,11 +129,11 @@ class Storeys:
             self._check(key, getattr(self, field), quantity)
         if self.stiffness_matrix:
             self._take_matrices()
-        if not DAMPING.allows(self.damping):
+        if not units.DAMPING.allows(self.damping):
             repair = "check the unit of damping_matrix" if self.damping_matrix else "such as damping = 0.05"
             raise PoundingError(
-                f"{self.name}: a damping of {self.damping:g} is out of range; the ratio must be {bounds(DAMPING)}, "
-                f"{repair}"
+                f"{self.name}: a damping of {self.damping:g} is out of range; the ratio must be "
+                f"{bounds(units.DAMPING)}, {repair}"
             )
         if self.damping_rule not in ((BY_MATRIX,) if self.damping_matrix else DAMPING_RULES):
             raise PoundingError(
@@ -374,12 +362,12 @@ class Storeys:
 
 
 _LISTS = (
-    ("masses", "floor_masses", FLOOR_MASS),
-    ("stiffnesses", "storey_stiffnesses", STIFFNESS),
-    ("heights", "storey_heights", STOREY_HEIGHT),
-    ("strengths", "storey_strengths", STOREY_STRENGTH),
-    ("initial_displacement", "initial_displacement", INITIAL_DISPLACEMENT),
-    ("initial_velocity", "initial_velocity", INITIAL_VELOCITY),
+    ("masses", "floor_masses", units.FLOOR_MASS),
+    ("stiffnesses", "storey_stiffnesses", units.STIFFNESS),
+    ("heights", "storey_heights", units.STOREY_HEIGHT),
+    ("strengths", "storey_strengths", units.STOREY_STRENGTH),
+    ("initial_displacement", "initial_displacement", units.INITIAL_DISPLACEMENT),
+    ("initial_velocity", "initial_velocity", units.INITIAL_VELOCITY),
 )
 NEEDS_WEIGHT = (
     "is not computed with masses of rows that are no floors; lump them at the floors: write floor_masses in place of "
@@ -468,7 +456,7 @@ def generated(
             f"{name}: {shown(storeys)} is not a number of storeys, a whole one from 1 to {MOST_STOREYS}; "
             "write such as storeys = 5"
         )
-    for value, quantity in ((height, STOREY_HEIGHT), (floor_mass, FLOOR_MASS), (period, PERIOD)):
+    for value, quantity in ((height, units.STOREY_HEIGHT), (floor_mass, units.FLOOR_MASS), (period, units.PERIOD)):
         if value is not None and not quantity.allows(value):
             raise PoundingError(
                 f"{name}: {value:g} {quantity.unit} is out of range; a {quantity.words} must be {bounds(quantity)}"

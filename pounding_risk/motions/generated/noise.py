@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.motions.generated._kind import Form, Option, Sampled, Unfit, closed, largest_in_g, motion_kind
+from pounding_risk.motions.generated import Form, Option, Sampled, Unfit, motion_kind
+from pounding_risk.motions.generated._forms import closed, largest_in_g
 from pounding_risk.motions.processing.signals import Samples, velocity_displacement
 from pounding_risk.units import PGA, STANDARD_GRAVITY, Quantity
 

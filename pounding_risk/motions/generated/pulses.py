@@ -6,7 +6,7 @@ from math import pi, radians, sqrt
 
 import numpy as np
 
-from pounding_risk.motions.generated._kind import Option, Wave, motion_kind
+from pounding_risk.motions.generated import Option, Wave, motion_kind
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.units import PGA, Quantity
 

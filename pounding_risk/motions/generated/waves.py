@@ -6,7 +6,7 @@ from math import inf, isclose, log, pi, radians
 
 import numpy as np
 
-from pounding_risk.motions.generated._kind import Option, Unfit, Wave, motion_kind
+from pounding_risk.motions.generated import Option, Unfit, Wave, motion_kind
 from pounding_risk.motions.processing.signals import Samples, cosine_rise
 from pounding_risk.units import PGA, Quantity
 

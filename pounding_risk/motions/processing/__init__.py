@@ -18,7 +18,7 @@ from pounding_risk._common.plugins import Registry
 from pounding_risk._common.words import nearest
 from pounding_risk.errors import RecordError
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.units import Quantity, QuantityError, shown, si, unknown
+from pounding_risk.units import Quantity, QuantityError, exact, shown, si, unknown
 
 ORDER = Quantity("1", 1.0, 20.0, "order", example="5")
 DRIFT_OF_PEAK = 0.05  # |d_end|/PGD and |v_end|/PGV above this are flagged
@@ -42,14 +42,26 @@ class Done(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step as it is requested: its name and its options in SI."""
+    """A step as it is requested: its name and its options in SI, which never change."""
 
     name: str
-    options: dict[str, Any]
+    options: Mapping[str, Any]
+
+    def __hash__(self) -> int:
+        return hash((self.name, frozenset(self.options.items())))
 
     def apply(self, samples: Samples, dt: float) -> Done:
         """Apply the step to ``samples`` [m/s²] with the time step ``dt`` [s]."""
         return known_steps()[self.name].function(samples, dt, **self.options)
+
+    def written(self) -> dict[str, Any]:
+        """The table as a scene file has it: quantities as text, exact."""
+        kinds = known_steps()[self.name].options
+        written = {
+            key: exact(option, kind) if isinstance(kind := kinds[key], Quantity) else option
+            for key, option in self.options.items()
+        }
+        return {"step": self.name, **written}
 
 
 class Known(NamedTuple):
@@ -85,13 +97,13 @@ def known_steps() -> Mapping[str, Known]:
     return _REGISTRY
 
 
-def read_steps(tables: Sequence[Mapping[str, Any]]) -> tuple[Step, ...]:
+def read_steps(tables: Sequence[Mapping[str, Any] | Step]) -> tuple[Step, ...]:
     """Read the steps of a list of tables.
 
     Parameters
     ----------
-    tables : sequence of mapping
-        Tables with the key ``step``, and options as text with a unit or SI numbers.
+    tables : sequence of mapping or Step
+        Tables with the key ``step``, and options as text with a unit or SI numbers; a step is taken as it is.
 
     Returns
     -------
@@ -106,7 +118,9 @@ def read_steps(tables: Sequence[Mapping[str, Any]]) -> tuple[Step, ...]:
     return tuple(_read_step(f"processing, step {number}", table) for number, table in enumerate(tables, start=1))
 
 
-def _read_step(where: str, table: Mapping[str, Any]) -> Step:
+def _read_step(where: str, table: Mapping[str, Any] | Step) -> Step:
+    if isinstance(table, Step):
+        return table
     if not isinstance(table, Mapping) or "step" not in table:
         raise RecordError(f'{where}: {shown(table)} names no step; write a table such as {{step = "mean"}}')
     name, steps = table["step"], known_steps()

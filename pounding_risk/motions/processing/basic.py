@@ -9,16 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.processing import DRIFT_OF_PEAK, ORDER, Done, step, whole
-from pounding_risk.motions.processing.signals import (
-    Samples,
-    band_limited,
-    butterworth,
-    cosine_rise,
-    energy_time,
-    quiet_before,
-    velocity_displacement,
-)
+from pounding_risk.motions.processing import DRIFT_OF_PEAK, ORDER, Done, signals, step, whole
 from pounding_risk.units import TIME, Quantity
 
 PRE_EVENT, WHOLE = "pre-event", "whole"
@@ -38,7 +29,7 @@ SHORTEST_END = 10.0  # s after that from which an offset is read
 
 
 @step("window", start=TIME, end=TIME)
-def window(samples: Samples, dt: float, *, start: float = 0.0, end: float = inf) -> Done:
+def window(samples: signals.Samples, dt: float, *, start: float = 0.0, end: float = inf) -> Done:
     """Keep the samples from ``start`` to ``end`` [s], both included where they fall on a sample."""
     last = (len(samples) - 1) * dt
     if end <= start:
@@ -59,12 +50,12 @@ def window(samples: Samples, dt: float, *, start: float = 0.0, end: float = inf)
 
 
 @step("mean", of=(PRE_EVENT, WHOLE))
-def mean(samples: Samples, dt: float, *, of: str = PRE_EVENT) -> Done:
+def mean(samples: signals.Samples, dt: float, *, of: str = PRE_EVENT) -> Done:
     """Subtract the mean before the earthquake arrives, or of the whole record.
 
     The first is the instrument's offset; it falls back to the second, flagged, without a second of quiet.
     """
-    quiet = quiet_before(samples, dt)
+    quiet = signals.quiet_before(samples, dt)
     flags: tuple[str, ...] = ()
     quiet_part, words = samples, "the whole record"
     if of == PRE_EVENT and quiet >= SHORTEST_PRE_EVENT:
@@ -76,7 +67,7 @@ def mean(samples: Samples, dt: float, *, of: str = PRE_EVENT) -> Done:
 
 
 @step("trend", order=ORDER)
-def trend(samples: Samples, dt: float, *, order: float = 1) -> Done:
+def trend(samples: signals.Samples, dt: float, *, order: float = 1) -> Done:
     """Subtract the polynomial that fits the acceleration best (least squares): by default a straight line.
 
     It is fitted as a sum of Legendre polynomials over the record's length, which keeps order 20 as well-conditioned
@@ -93,7 +84,7 @@ def trend(samples: Samples, dt: float, *, order: float = 1) -> Done:
 
 
 @step("taper", lead=TIME, tail=TIME)
-def taper(samples: Samples, dt: float, *, lead: float | None = None, tail: float | None = None) -> Done:
+def taper(samples: signals.Samples, dt: float, *, lead: float | None = None, tail: float | None = None) -> Done:
     """Bring both ends to zero by half a cosine wave of ``lead`` and ``tail`` [s].
 
     By time and not by a percentage, which would reach into the shaking of a record that starts late (5 % of
@@ -102,7 +93,7 @@ def taper(samples: Samples, dt: float, *, lead: float | None = None, tail: float
     """
     duration = (len(samples) - 1) * dt
     if lead is None:
-        quiet = quiet_before(samples, dt)
+        quiet = signals.quiet_before(samples, dt)
         lead = min(LONGEST_LEAD, quiet / 2) if quiet >= SHORTEST_PRE_EVENT else 0.0
     if tail is None:
         tail = min(LONGEST_TAIL, duration / 10)
@@ -113,14 +104,14 @@ def taper(samples: Samples, dt: float, *, lead: float | None = None, tail: float
     time = np.arange(len(samples)) * dt
     weight = np.ones(len(samples))
     if lead > 0.0:
-        weight *= cosine_rise(time / lead)
+        weight *= signals.cosine_rise(time / lead)
     if tail > 0.0:
-        weight *= cosine_rise((duration - time) / tail)
+        weight *= signals.cosine_rise((duration - time) / tail)
     return Done(samples * weight, f"taper: cosine, first {lead:.3g} s and last {tail:.3g} s")
 
 
 @step("resample", dt=STEP, method=(LINEAR, FOURIER))
-def resample(samples: Samples, dt_before: float, *, dt: float = FINE, method: str = LINEAR) -> Done:
+def resample(samples: signals.Samples, dt_before: float, *, dt: float = FINE, method: str = LINEAR) -> Done:
     """Resample the motion to every ``dt`` [s], with an anti-alias filter for a longer step.
 
     "linear" draws straight lines, which is what a run assumes between samples: PGA stays, and every old sample where
@@ -160,14 +151,14 @@ def resample(samples: Samples, dt_before: float, *, dt: float = FINE, method: st
     return Done(resampled, words, tuple(flags), dt=dt)
 
 
-def _low_pass(samples: Samples, dt: float, corner: float) -> Samples:
+def _low_pass(samples: signals.Samples, dt: float, corner: float) -> signals.Samples:
     """The samples through a Butterworth low-pass without phase, padded so that the ends do not wrap round."""
     size = 1 << (len(samples) + ceil(2.0 * STEEPNESS / corner / dt)).bit_length()
-    gain = butterworth(np.fft.rfftfreq(size, dt), 0.0, corner, STEEPNESS)
+    gain = signals.butterworth(np.fft.rfftfreq(size, dt), 0.0, corner, STEEPNESS)
     return np.fft.irfft(np.fft.rfft(samples, size) * gain, size)[: len(samples)]
 
 
-def _band_limited(samples: Samples, before: float, after: float) -> Samples:
+def _band_limited(samples: signals.Samples, before: float, after: float) -> signals.Samples:
     """The band-limited motion at a time step in a ratio of whole numbers to the old one."""
     ratio = Fraction(before / after).limit_denominator(LARGEST_RATIO)
     if ratio == 0 or abs(float(ratio) * after / before - 1.0) > 1e-9:
@@ -175,12 +166,12 @@ def _band_limited(samples: Samples, before: float, after: float) -> Samples:
             f"the time steps {before:g} and {after:g} s are in no ratio of whole numbers up to {LARGEST_RATIO}; "
             'write one that is, or method = "linear"'
         )
-    return band_limited(samples, ratio.numerator, ratio.denominator)
+    return signals.band_limited(samples, ratio.numerator, ratio.denominator)
 
 
 @step("baseline", scheme=(POLYNOMIAL, BILINEAR), order=ORDER, start=TIME, end=TIME)
 def baseline(
-    samples: Samples,
+    samples: signals.Samples,
     dt: float,
     *,
     scheme: str = POLYNOMIAL,
@@ -216,7 +207,7 @@ def baseline(
     duration = (len(samples) - 1) * dt
     share = np.linspace(0.0, 1.0, len(samples))
     powers = np.arange(2, degree + 1)
-    _, displacement = velocity_displacement(samples, dt)
+    _, displacement = signals.velocity_displacement(samples, dt)
     fit = np.linalg.lstsq(share[:, None] ** powers, displacement, rcond=None)[0]
     bend = (share[:, None] ** (powers - 2)) @ (fit * powers * (powers - 1)) / duration**2
     corrected = samples - bend
@@ -243,7 +234,7 @@ class _Line(NamedTuple):
         return self.speed + self.slope * time
 
 
-def _bilinear(samples: Samples, dt: float, asked: tuple[float | None, float | None]) -> Done:
+def _bilinear(samples: signals.Samples, dt: float, asked: tuple[float | None, float | None]) -> Done:
     shaking = _shaking(samples, dt, asked[1])
     line = _line(samples, dt, shaking.quiet_from)
     zero = -line.speed / line.slope if line.slope else -1.0
@@ -265,7 +256,7 @@ def _bilinear(samples: Samples, dt: float, asked: tuple[float | None, float | No
     instead = samples - _offsets(len(samples), dt, line, others)
     quiet_end = slice(round(shaking.quiet_from / dt), None)
     displacement, otherwise = (
-        100.0 * float(velocity_displacement(trace, dt)[1][quiet_end].mean()) for trace in (corrected, instead)
+        100.0 * float(signals.velocity_displacement(trace, dt)[1][quiet_end].mean()) for trace in (corrected, instead)
     )
     other_words = f"{otherwise:.3g} cm with offsets from {others[0]:.4g} and {others[1]:.4g} s on"
     permanent = f"permanent displacement {displacement:.3g} cm ({other_words})"
@@ -274,10 +265,10 @@ def _bilinear(samples: Samples, dt: float, asked: tuple[float | None, float | No
     return Done(corrected, f"baseline: bilinear, {words}, {fitted}; {permanent}; {ends}", flags)
 
 
-def _shaking(samples: Samples, dt: float, end: float | None) -> _Shaking:
+def _shaking(samples: signals.Samples, dt: float, end: float | None) -> _Shaking:
     """The times of the shaking; the quiet end begins after the ``end`` of the offsets where that is given."""
-    arrival = quiet_before(samples, dt)
-    first, last = (energy_time(samples, dt, share) for share in STRONG)
+    arrival = signals.quiet_before(samples, dt)
+    first, last = (signals.energy_time(samples, dt, share) for share in STRONG)
     if not arrival < last > first:
         raise RecordError('the record has no shaking in which its baseline could shift; write scheme = "polynomial"')
     quiet_from = max(last + SETTLING * (last - arrival), end or 0.0)
@@ -290,32 +281,32 @@ def _shaking(samples: Samples, dt: float, end: float | None) -> _Shaking:
     return _Shaking(arrival, (first, last), quiet_from)
 
 
-def _line(samples: Samples, dt: float, quiet_from: float) -> _Line:
+def _line(samples: signals.Samples, dt: float, quiet_from: float) -> _Line:
     """The line through the velocity from ``quiet_from`` [s] to the end (least squares, about its middle)."""
-    velocity = velocity_displacement(samples, dt)[0][round(quiet_from / dt) :]
+    velocity = signals.velocity_displacement(samples, dt)[0][round(quiet_from / dt) :]
     time = np.arange(len(samples))[round(quiet_from / dt) :] * dt
     middle = float(time.mean())
     slope = float((time - middle) @ velocity / ((time - middle) @ (time - middle)))
     return _Line(float(velocity.mean()) - slope * middle, slope)
 
 
-def _offsets(count: int, dt: float, line: _Line, times: tuple[float, float]) -> Samples:
+def _offsets(count: int, dt: float, line: _Line, times: tuple[float, float]) -> signals.Samples:
     """The offsets [m/s²]: a_m between the two times and a_f after them."""
     middle = line.at(times[1]) / (times[1] - times[0])
     first, second = (_unit_step(count, dt, time) for time in times)
     return middle * first + (line.slope - middle) * second
 
 
-def _unit_step(count: int, dt: float, time: float) -> Samples:
+def _unit_step(count: int, dt: float, time: float) -> signals.Samples:
     """Zero before ``time`` and one after it, with a ramp of one step so that its integral is exact."""
     return np.clip(np.arange(count) - time / dt + 0.5, 0.0, 1.0)
 
 
-def _ends(samples: Samples, dt: float, at_rest: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:
+def _ends(samples: signals.Samples, dt: float, at_rest: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:
     """Peaks and last values of velocity and displacement in words; flags for those that do not end at rest."""
     flags, words = [], []
     for name, trace, unit in zip(
-        ("velocity", "displacement"), velocity_displacement(samples, dt), ("cm/s", "cm"), strict=True
+        ("velocity", "displacement"), signals.velocity_displacement(samples, dt), ("cm/s", "cm"), strict=True
     ):
         peak, last = 100.0 * float(np.abs(trace).max()), 100.0 * float(trace[-1])
         words.append(f"peak {name} {peak:.4g} {unit}, at the end {last:.3g}")
