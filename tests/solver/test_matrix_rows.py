@@ -18,7 +18,7 @@ from row_cases import CASES, EL_CENTRO, RIGID, Case, Shaking, by_solver, contact
 from scipy.integrate import solve_ivp
 from scipy.linalg import block_diag, eigh
 from sweeps import sweep
-from test_laws_of_links import ROWS as LINKED
+from test_links import OF_LAWS as LINKED
 from test_links import model as linked_row
 from test_links import run as run_linked
 from test_rows_against_scipy import differences
