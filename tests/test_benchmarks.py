@@ -1,7 +1,5 @@
 """Other ways to solve, which benchmarks/ times and sets side by side, give the same answers; no clock is read."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Docstrings of the public names have the sections of numpydoc, with the parameters of their signatures."""
 
-from __future__ import annotations
-
 import pytest
 from numpydoc.validate import validate
 

@@ -1,7 +1,5 @@
 """What is asked for and concluded: targets, percentiles, recordings that would settle a verdict, and setbacks."""
 
-from __future__ import annotations
-
 import doctest
 
 import numpy as np

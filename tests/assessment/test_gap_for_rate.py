@@ -1,7 +1,5 @@
 """The gap that keeps contact to an annual rate against Cornell's closed form, simulated coverage, rates by Poisson."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Annual rates against Cornell's closed form, hazard tables of every form, OpenQuake's, and levels of intensity."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

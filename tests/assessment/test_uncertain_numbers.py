@@ -1,7 +1,5 @@
 """What uncertain numbers mean: from the motion without contact, from a scan, and with one motion a sample."""
 
-from __future__ import annotations
-
 import json
 import re
 

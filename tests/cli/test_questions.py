@@ -1,7 +1,5 @@
 """Commands of questions: every file that one writes, motions of any source, samples, exports, faulty options."""
 
-from __future__ import annotations
-
 import csv
 import re
 import shlex

@@ -1,7 +1,5 @@
 """Chunks, threads and Ctrl-C: every batch once, the same bits in any chunk, nothing lost by an end at any moment."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Scans along levels of intensity and of sequences of shocks: a loop of scans, and calls that read them."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

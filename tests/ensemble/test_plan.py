@@ -1,7 +1,5 @@
 """What a scene asks for, told before anything runs, against the run itself; and what `--set` changes."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Axes of numbers of a scene: a scan of all places equals a loop of `--set`, and what the scenes share is made once."""
 
-from __future__ import annotations
-
 import json
 import pickle
 

@@ -1,7 +1,5 @@
 """Samples of uncertain numbers in a scan, with drawn motions, and added later: each is the scene that `--set` makes."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

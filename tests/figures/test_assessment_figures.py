@@ -1,7 +1,5 @@
 """Figures of assessments: along axes every number is that of `assess_along`; of damage; and what colours mean."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Hard cases, as `stability` prints them, keep their bounds; a run that cannot be made says so by its status."""
 
-from __future__ import annotations
-
 import ast
 import json
 import re

@@ -4,8 +4,6 @@ A model that is added fails here until it has an entry in FACTS; a law of force 
 every test by that entry alone. Each fact is a closed form (see closed_forms) or a sentence that says why there is none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import inf, isnan, sqrt
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Exact damping by choice: e achieved is e asked for; scenes, impacts and the command line say which relation."""
 
-from __future__ import annotations
-
 from decimal import Decimal, localcontext
 from functools import cache, partial
 from math import atan2, exp, inf, log, pi, sqrt

@@ -1,7 +1,5 @@
 """Models whose velocities jump, and floors as elastic bars: formulas, bounces, waves in steps, all commands."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import floor, inf, log, sqrt
 

@@ -1,7 +1,5 @@
 """The contact laws as formulas: what each returns for given numbers, before any motion."""
 
-from __future__ import annotations
-
 from math import inf, sqrt
 
 import closed_forms as exact

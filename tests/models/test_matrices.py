@@ -1,7 +1,5 @@
 """Buildings by matrices and modes: put together, condensed and refused, against SciPy and closed forms."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from math import pi

@@ -1,7 +1,5 @@
 """Buildings of storeys: modes against SciPy and closed forms, damping rules, and where the floors of two meet."""
 
-from __future__ import annotations
-
 from itertools import accumulate
 from math import inf, isnan, pi, sin, sqrt
 from typing import NamedTuple

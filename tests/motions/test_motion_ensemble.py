@@ -3,8 +3,6 @@
 A manifest of them comes back as it was, and says what is not as it was.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import re

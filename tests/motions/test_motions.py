@@ -3,8 +3,6 @@
 The names of `pounding_risk.motions` are found, imported late, and have documented parameters.
 """
 
-from __future__ import annotations
-
 import gzip
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Targets and selections: code spectra against their clauses, planted answers, SciPy's minimiser, a real set."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

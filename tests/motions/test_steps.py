@@ -1,7 +1,5 @@
 """Processing steps: offsets that a baseline finds again, another time step, noise of known spectra, its corners."""
 
-from __future__ import annotations
-
 import re
 import sys
 

@@ -1,7 +1,5 @@
 """The page of `view`, of pairs and rows, holds the dataset's numbers, fetches nothing, and shows what it holds."""
 
-from __future__ import annotations
-
 import base64
 import json
 import re

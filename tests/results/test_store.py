@@ -1,7 +1,5 @@
 """Datasets come to disk block by block: whole or not at all, the same bytes for the same values; their blocks."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re

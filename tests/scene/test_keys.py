@@ -1,7 +1,5 @@
 """Every key of a scene: from a file into the scene and back, its faults, its schema, and what is said of it."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from copy import deepcopy

@@ -4,8 +4,6 @@ Oracles: SciPy's modes of a stiffness matrix, of which the tables have been writ
 eigenvalues and by Newmark's rule, whose error has to fall as the square of its step.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Scenes written in Python: the same object as one read from a file, with its checks, and changed without a file."""
 
-from __future__ import annotations
-
 import pickle
 import re
 from math import inf

@@ -4,8 +4,6 @@ The oracle is the scan itself: two scenes that differ in a key alone give the sa
 listed. Every key and every option of an effect stands in a case here, or among those that a scene cannot do without.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Largest closings of all pairs, and of chosen ones, against SciPy's matrix exponential and the solver of one pair."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

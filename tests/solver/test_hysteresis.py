@@ -1,7 +1,5 @@
 """Storeys with laws of their own: loops against OpenSees and a formula, motions against integrators and energy."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise

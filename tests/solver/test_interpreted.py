@@ -1,7 +1,5 @@
 """Kernels compute the same numbers compiled and interpreted: expressions over modules of tests, evaluated in both."""
 
-from __future__ import annotations
-
 import json
 from importlib import import_module
 from pathlib import Path

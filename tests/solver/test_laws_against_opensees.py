@@ -1,7 +1,5 @@
 """Storeys, isolators and links with laws in OpenSees: its transient analysis comes to these runs as its step falls."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from math import inf, pi, sqrt
 from typing import Any

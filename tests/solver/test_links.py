@@ -4,8 +4,6 @@ Oracle: matrices that are put together here, with DOP853; the motion without con
 linear system.
 """
 
-from __future__ import annotations
-
 import re
 from itertools import pairwise
 from math import asin, inf, pi, sin, sqrt

@@ -4,8 +4,6 @@ Oracles: the integrator in physical coordinates by which chains are held, whose 
 when they are written as matrices; and SciPy's DOP853 on the equations of a bending frame, written down here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

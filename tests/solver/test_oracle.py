@@ -1,7 +1,5 @@
 """The reference integrator against what is known without it: closed forms and matrix exponentials."""
 
-from __future__ import annotations
-
 import ast
 import math
 from collections.abc import Callable

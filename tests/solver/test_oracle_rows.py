@@ -1,7 +1,5 @@
 """The reference integrator of rows against what is known without it: the pair's, closed forms, the ledger of energy."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

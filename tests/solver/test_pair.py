@@ -3,8 +3,6 @@
 Symmetries, limits and extremes one by one are the hard cases of tests/lab/test_hard_cases.py.
 """
 
-from __future__ import annotations
-
 from math import inf
 
 import numpy as np

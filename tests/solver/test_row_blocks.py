@@ -4,8 +4,6 @@ A run whose bounds of the free motion are infinite passes over nothing: it goes 
 buildings have been in contact.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from itertools import pairwise
 from math import inf

@@ -6,8 +6,6 @@ has changed. Peaks are never excused. What is: the time of the first touch of ne
 closed gap, a limit of 0/0, and with it the time spent in contact.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

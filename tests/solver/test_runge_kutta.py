@@ -1,7 +1,5 @@
 """The Runge-Kutta table checks itself, is SciPy's, and has the order it declares; linear equations against LAPACK."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fragilities against statsmodels, SciPy, closed forms and a known truth; first crossings by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from likelihoods import Lost, best_of, curvature_errors

@@ -1,7 +1,5 @@
 """Inventories of other tools: values in SI by each format's conventions, strings of the GEM taxonomy, refusals."""
 
-from __future__ import annotations
-
 import json
 import random
 

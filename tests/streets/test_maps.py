@@ -1,7 +1,5 @@
 """Files of maps: one street in many projections and formats, what is repaired and refused, and damaged files."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

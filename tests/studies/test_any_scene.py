@@ -1,7 +1,5 @@
 """What holds of every kind of scene: read back, screened, one run as in the scan, and a pair by either solver."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

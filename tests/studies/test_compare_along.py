@@ -1,7 +1,5 @@
 """A comparison of contact models along axes of numbers, and in a row whose interfaces have models of their own."""
 
-from __future__ import annotations
-
 import json
 import sys
 from importlib import import_module

@@ -1,7 +1,5 @@
 """A run of a pair and one of a row have one shape; columns have strengths of their own."""
 
-from __future__ import annotations
-
 from math import inf
 
 import numpy as np

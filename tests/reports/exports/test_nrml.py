@@ -1,7 +1,5 @@
 """Fragilities in NRML and for pelicun: what a reader of the file finds is the fitted curve."""
 
-from __future__ import annotations
-
 import csv
 import json
 from xml.etree import ElementTree as Xml
