@@ -100,6 +100,7 @@ def in_memory():
     return scan(parse_scene(pair_text(AXES)), check_fraction=0.1)
 
 
+@pytest.mark.complete
 def test_files_shards_threads_and_reruns_have_the_same_bits(in_memory, tmp_path):
     """A netCDF file made in three shards, a Zarr store, one thread, and the scan again from its file."""
     study = parse_scene(pair_text(AXES))

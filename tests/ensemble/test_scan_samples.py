@@ -113,13 +113,6 @@ def test_calls_of_one_scene_say_how_they_take_the_stated_values(says):
     says(note, [refusal(call, study) for call in (pr.compare, pr.effects, pr.accuracy)])
 
 
-@pytest.mark.complete
-def test_a_row_of_samples_counts_its_parts():
-    numbers = {"building.A.storey_stiffnesses": {"distribution": "lognormal", "dispersion": 0.2}}
-    whole = equals_the_loop(uncertain_row_text(numbers | {"interface.restitution": RESTITUTION}, 2), check_fraction=0.0)
-    assert sum(json.loads(whole.attrs["parts"]).values()) > 0
-
-
 def asked(samples, numbers=None, **more):
     return parse_scene(uncertain_text(numbers, samples=samples, **more))
 
@@ -147,16 +140,6 @@ def test_eight_and_eight_samples_are_sixteen(tmp_path, name, first, whole):
     at_once = scan(asked(whole), check_fraction=0.1)
     same_scan(scan(asked(whole), target, check_fraction=0.1), at_once)
     same_scan(open_results(target), at_once)
-
-
-@pytest.mark.complete
-def test_only_the_missing_samples_are_solved(tmp_path, solved):
-    target = tmp_path / "r.nc"
-    scan(asked(4), target, check_fraction=0.0)
-    solved.clear()
-    scan(asked(7), target, check_fraction=0.0)
-    assert sorted(set(solved)) == [4, 5, 6] and len(solved) == 3 * 2 * 2  # polarities and gaps
-    assert not list((tmp_path / "r.study" / "parts").iterdir())
 
 
 @pytest.mark.complete
@@ -189,6 +172,7 @@ def test_adding_goes_on_where_it_was_stopped(tmp_path, solved):
     solved.clear()
     added = scan(asked(4), target, check_fraction=0.0)
     assert len(solved) == 4 and set(solved) <= {2, 3}
+    assert not list((tmp_path / "r.study" / "parts").iterdir())
     same_scan(added, scan(asked(4), check_fraction=0.0))
 
 
@@ -201,14 +185,6 @@ def test_what_is_another_study_is_not_added_to(tmp_path, says):
     says([refusal(scan, other, tmp_path / "r.nc", check_fraction=0.0) for other in others])
     says(refusal(scan, asked(8), tmp_path / "r.nc", check_fraction=0.5))
     says(refusal(scan, asked(8), part, check_fraction=0.0))
-
-
-@pytest.mark.complete
-def test_a_latin_hypercube_cannot_be_added_to(tmp_path, says):
-    numbers, target = THREE | {"method": "latin hypercube"}, tmp_path / "r.nc"
-    scan(asked(2, numbers), target, check_fraction=0.0)
-    says(refusal(scan, asked(4, numbers), target, check_fraction=0.0))
-    assert scan(asked(4, numbers), target, check_fraction=0.0, new=True).sizes["sample"] == 4
 
 
 def test_ranges_are_parted_into_what_is_known_and_what_is_not():
@@ -282,14 +258,6 @@ def test_levels_and_axes_stand_beside_drawn_motions(tmp_path):
     same_scan(narrow(here), alone)
     scan(parse_scene(fewer), tmp_path / "r.nc", check_fraction=0.0)
     same_scan(scan(parse_scene(text), tmp_path / "r.nc", check_fraction=0.0), whole)
-
-
-def test_added_samples_equal_those_drawn_at_once(tmp_path):
-    target = tmp_path / "r.nc"
-    scan(parse_scene(drawn_text(4)), target, check_fraction=0.1)
-    at_once = scan(parse_scene(drawn_text(8)), check_fraction=0.1)
-    same_scan(scan(parse_scene(drawn_text(8)), target, check_fraction=0.1), at_once)
-    same_scan(open_results(target), at_once)
 
 
 @pytest.mark.complete

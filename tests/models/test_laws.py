@@ -37,16 +37,6 @@ def test_what_a_law_says_of_itself(name: str):
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_full_restitution_takes_no_energy(name: str):
-    """e = 1 leaves no damping: the force on approach is the force on restitution."""
-    law = law_of(name)
-    memory = law.begin(1.0, 0.5, 570.0)
-    assert memory == 0.0 or is_path_dependent(LAWS[name])
-    for depth in DEPTHS:
-        assert law.force(memory, depth, 0.4, True) == law.force(memory, depth, -0.4, False)
-
-
-@pytest.mark.parametrize("name", LAWS)
 def test_a_law_without_a_damper_takes_no_viscous_energy(name: str):
     """Said of a law whose force follows from δ alone, whatever e is: what its contact takes is 0 J, and no rounding."""
     law = law_of(name)
@@ -84,34 +74,13 @@ def test_stored_energy_is_the_work_of_a_slow_push(name: str):
         assert law.stored(5e-3, ceiling) == pytest.approx(work, rel=1e-10)
 
 
-@pytest.mark.parametrize("name", [name for name, law in LAWS.items() if law.capped])
-def test_the_plateau_joins_the_elastic_branch(name: str):
-    """Where β δ^1.5 = F_E both branches have one value."""
-    law = law_of(name)
-    depth = (YIELD / law.stiffness) ** (2.0 / 3.0)
-    assert law.plateau(depth, YIELD) == pytest.approx(YIELD, rel=1e-14)
-    assert law.force(0.0, depth, 0.0, False) == pytest.approx(YIELD, rel=1e-14)
-
-
 @pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 1.5])
 def test_van_mier_past_yield(exponent: float):
-    """K_p δ^n with K_p from continuity at F_E; n = 1.5 is K_e δ^1.5 again, n = 0 stays at F_E."""
+    """K_p δ^n with K_p from continuity at F_E; n = 0 stays there, and n = 1.5 is a test of conformance."""
     law = VanMier(2.75e9, exponent)
     depth = (YIELD / 2.75e9) ** (2.0 / 3.0)
     for times in (1.0, 1.7, 8.0):
         assert law.plateau(times * depth, YIELD) == pytest.approx(YIELD * times**exponent, rel=1e-14)
-    if exponent == 1.5:
-        assert law.plateau(5e-3, YIELD) == pytest.approx(2.75e9 * 5e-3**1.5, rel=1e-14)
-
-
-@pytest.mark.parametrize("name", LAWS)
-def test_force_on_approach(name: str):
-    """Positive, rising with depth and with speed."""
-    law = law_of(name)
-    memory = law.begin(0.65, 0.5, 570.0)
-    forces = [law.force(memory, depth, 0.3, True) for depth in DEPTHS]
-    assert forces[0] > 0.0 and np.all(np.diff(forces) > 0.0)
-    assert law.force(memory, 1e-3, 0.4, True) >= law.force(memory, 1e-3, 0.3, True)
 
 
 @pytest.mark.parametrize("name", LAWS)

@@ -210,7 +210,6 @@ def test_the_fastest_rate_of_a_linked_scene_is_above_its_eigenvalues():
     assert known <= fastest_rate(study) <= 1.5 * known
 
 
-ROCK = single(120e3, 0.25)._replace(mass=np.zeros(0))
 FRICTION = Link(0, 2.0, 2.0, 4e7, 0.0, strength=1.5e5)
 HOOK = Link(0, 2.0, 2.0, 3e7, 1e5, slack=0.004)
 OF_LAWS: dict[str, tuple[Any, Any, Any]] = {
