@@ -15,7 +15,7 @@ from scenes import rigid, scene_text, single
 from scipy.integrate import solve_ivp
 from sentences import refusal
 from sweeps import sweep
-from test_laws import law_of
+from test_conformance import law_of
 from typer.testing import CliRunner
 
 import pounding_risk as pr
