@@ -91,15 +91,6 @@ def test_levels_of_other_measures_are_scans_times_their_factors(scanned, name):
         assert_alike(scanned[name].sel(record=[record]).isel(intensity=1), one)
 
 
-@pytest.mark.complete
-def test_levels_of_pga_are_the_grid_of_pga():
-    levels = ["0.1 g", "0.4 g"]
-    one = pr.scan(scene(intensity={"measure": "pga", "levels": levels}), check_fraction=0.0)
-    other = pr.scan(scene({"pga": levels}), check_fraction=0.0)
-    xr.testing.assert_identical(one.drop_attrs(), other.drop_attrs())
-    assert one.attrs["scene_resolved"] == other.attrs["scene_resolved"]
-
-
 def test_a_row_along_levels_is_a_loop_of_scans():
     row = FOUR_IN_A_ROW.replace('pga = "0.5 g"\n', "").replace('["0.5 s", "5.5 s"]', '["0.5 s", "3.5 s"]')
     table = 'intensity = {measure = "sa", period = "0.9 s", levels = ["0.1 g", "0.3 g"]}'
