@@ -48,14 +48,14 @@ settings.load_profile("project")
 # kernels of pairs, the second with those of rows; what compiles none follows, until each finds the other's compiled.
 OF_PAIRS = (
     "models",
-    *(f"solver/test_{name}.py" for name in ("flight", "pair", "against_scipy", "grid", "closings", "listed_closings")),
+    *(f"solver/test_{name}.py" for name in ("flight", "pair", "against_scipy", "grid", "closings")),
     "lab/test_hard_properties.py",
 )
 OF_ROWS = (
-    "models/test_condensation.py",
+    "models/test_matrices.py",
     *(
         f"solver/test_{name}.py"
-        for name in ("rows_laws", "laws_of_links", "links", "isolated", "matrix_rows", "rotating_floors", "row_blocks")
+        for name in ("rows_laws", "links", "isolated", "matrix_rows", "rotating_floors", "row_blocks")
     ),
 )
 # Early as well: what both processes would else wait for at the end, the pages of the site and the notebooks.

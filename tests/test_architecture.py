@@ -1,7 +1,5 @@
 """The layers hold, registries are complete, and importing the package costs next to nothing."""
 
-from __future__ import annotations
-
 import ast
 import doctest
 import pkgutil

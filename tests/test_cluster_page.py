@@ -1,7 +1,5 @@
 """The page on clusters: scripts parse, Dask options exist, shards make a whole, the example runs."""
 
-from __future__ import annotations
-
 import os
 import re
 import runpy

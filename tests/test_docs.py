@@ -1,7 +1,5 @@
 """README and site: every key, output, command and model has its entry, examples run, and Sphinx gives no warning."""
 
-from __future__ import annotations
-
 import ast
 import json
 import os

@@ -1,7 +1,5 @@
 """Every notebook runs from top to bottom, in a copy, with the interpreter of the tests."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

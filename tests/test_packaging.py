@@ -1,7 +1,5 @@
 """What is built carries what is needed: records in the wheel, tests in the source archive, one version, one licence."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import re

@@ -1,7 +1,5 @@
 """Python calls take a quantity with its unit wherever they take a number that has one, and refuse what is none."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import asdict, is_dataclass
 

@@ -1,7 +1,5 @@
 """Text with units to SI and back: values exact, and every refusal in its own words."""
 
-from __future__ import annotations
-
 from math import inf, isnan
 
 import pytest

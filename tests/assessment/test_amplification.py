@@ -1,7 +1,5 @@
 """Amplification over period ratio and gap: against single scans, the reference integrator, NumPy, and its limits."""
 
-from __future__ import annotations
-
 import tomllib
 
 import numpy as np

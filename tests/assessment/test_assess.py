@@ -1,7 +1,5 @@
 """Assessments of made-up motions whose answers are known, and of a real scan case by case."""
 
-from __future__ import annotations
-
 import json
 import re
 

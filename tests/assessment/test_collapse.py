@@ -1,7 +1,5 @@
 """Motions in which a storey collapses: at the levels where they do, no gap is wide enough; nothing forgets them."""
 
-from __future__ import annotations
-
 import csv
 import sqlite3
 from math import inf

@@ -1,13 +1,24 @@
-"""How many more recordings would settle a verdict, held against the binomial distribution, and what is concluded."""
+"""What is asked for and concluded: targets, percentiles, recordings that would settle a verdict, and setbacks."""
 
-from __future__ import annotations
+import doctest
 
+import numpy as np
 import pytest
+import xarray as xr
+from scenes import BOTH, scene_text, single
 from scipy.stats import binom
+from sentences import refusal
 
-from pounding_risk.assessment.options import read_criterion
+import pounding_risk as pr
+from pounding_risk.assessment import options as assessment_options
+from pounding_risk.assessment.options import NO_LOWER, NO_UPPER, percentile_for, percentile_of, read_criterion
 from pounding_risk.assessment.verdict import Basis, conclusion, recordings_to_settle, sample_size
-from pounding_risk.statistics.required_gap import RequiredGap
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.motions import intensity as measures
+from pounding_risk.motions.read import read_motion
+from pounding_risk.questions.setback import sheet
+from pounding_risk.scene.reader import parse_scene
+from pounding_risk.statistics.required_gap import RequiredGap, target_left_by
 
 BOUNDED = RequiredGap(90.0, 0.092, 0.076, 0.115, True, 0.09)
 UNBOUNDED = RequiredGap(90.0, 0.092, 0.076, 0.1, False, 0.09)
@@ -113,3 +124,123 @@ def test_nothing_required_is_told():
 def test_a_verdict_that_hangs_on_the_polarity_is_not_settled_by_more():
     told = conclusion(basis(20, 40, hangs_on_polarity=True), None)
     assert "It depends on the polarity of the records, which more of them need not decide." in told
+
+
+def test_examples_in_docstrings_are_right():
+    assert doctest.testmod(assessment_options).failed == 0
+
+
+@pytest.mark.parametrize("value", [0.84, 84, "0.84", "84", "84 %", "84%"])
+def test_a_percentile_is_the_same_however_it_is_written(value):
+    assert read_criterion(percentile=value) == (0.16, 84.0, 0.95)
+
+
+@pytest.mark.parametrize("value", [0.1, 10, "0.1", "10", "10 %"])
+def test_a_target_asks_for_the_percentile_that_leaves_it(value):
+    assert read_criterion(target=value) == (0.1, 90.0, 0.95)
+    assert read_criterion(target=value).target_percentile == 90.0
+
+
+@pytest.mark.parametrize("value", [0.9, 90, "90 %"])
+def test_a_confidence_is_the_same_however_it_is_written(value):
+    assert read_criterion(confidence=value) == (0.16, 84.0, 0.9)
+
+
+def test_one_percent_less_than_all_is_no_rounding():
+    """Each percentile in thousandths leaves a target from which the same percentile follows."""
+    for thousandths in range(50_001, 100_000, 7):
+        percentile = thousandths / 1000
+        target = target_left_by(percentile)
+        assert percentile_for(target) == percentile_of(percentile) == percentile
+        assert read_criterion(target, percentile).agrees
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"percentile": "0.9 %"},
+        {"percentile": 10},
+        {"percentile": 50},
+        {"percentile": 100},
+        {"percentile": 1},
+        {"percentile": float("nan")},
+        {"target": 84},
+        {"target": 0.99},
+        {"target": 0},
+        {"target": -0.1},
+        {"target": 1e-12},
+        {"target": True},
+        {"target": "ten"},
+        {"target": [0.1]},
+        {"confidence": 0.3},
+        {"confidence": 1.0},
+    ],
+    ids=str,
+)
+def test_what_cannot_be_meant_is_refused(given, says):
+    says(refusal(read_criterion, **given))
+
+
+def test_a_refusal_says_what_the_number_is(says):
+    """A percentile in the target's place, and a target in the percentile's."""
+    says(refusal(read_criterion, target=84), refusal(read_criterion, percentile=16))
+
+
+def test_what_was_read_is_told_and_which_the_verdict_uses():
+    follows = read_criterion(target="10 %").words
+    assert "at most 10 % (the target); the gap required is that of 90 % of the motions; bounds of 95 %" in follows
+    both = read_criterion("10 %", 84)
+    assert not both.agrees and both.target_percentile == 90.0
+    assert "that of 84 % of the motions, which leaves 16 %: the verdict uses the target" in both.words
+    assert "the verdict uses" not in read_criterion(0.16, 84).words
+
+
+RECORDS = ["RSN6-180", "CCC-HN1", "NAPA-HNE"]
+
+
+@pytest.fixture(scope="module")
+def results() -> xr.Dataset:
+    """Three records in both polarities; no gap so wide is ever closed, so that nothing is simulated."""
+    sides = (single(name, "10 t", f"{period} s", damping=0.05) for name, period in (("left", 0.5), ("right", 0.8)))
+    records = {"names": RECORDS, "polarity": BOTH}
+    return scan(parse_scene(scene_text(*sides, law="linear", gap="9 m", records=records)), check_fraction=0.0)
+
+
+def peaks_of(period: float) -> np.ndarray:
+    """Spectral displacement of each record, from the motions alone."""
+    motions = [read_motion(name) for name in RECORDS]
+    return np.array(
+        [measures.response_spectra([one.acceleration], one.dt, [period]).displacement[0, 0] for one in motions]
+    )
+
+
+def test_a_setback_is_the_buildings_own_peak_displacement(results):
+    """Every motion stays within the setback of all: the largest spectral displacement, and polarity changes nothing."""
+    left, right = pr.setbacks(results, percentile="99 %")
+    for one, period in ((left, 0.5), (right, 0.8)):
+        largest = peaks_of(period).max()
+        assert one.motions == 6 and one.independent == pytest.approx(3.0)
+        # Both find the maximum between samples, each in its own way: 1e-9 apart, and the percentile may interpolate.
+        assert one.required[-1].high == pytest.approx(largest, rel=1e-7)
+        assert one.distance <= largest * (1.0 + 1e-7) and not one.required[-1].bounded
+    assert [one.building for one in (left, right)] == ["left", "right"]
+
+
+def test_a_rigid_building_needs_no_setback(results):
+    still = results.copy()
+    still["peak_displacement_free"] = results["peak_displacement_free"] * xr.DataArray([0.0, 1.0], dims="building")
+    assert [one.distance > 0.0 for one in pr.setbacks(still)] == [False, True]
+
+
+def test_marks_are_explained_in_a_paragraph_as_a_list_has_marks_of_its_own(results):
+    blocks = sheet(pr.setbacks(results))
+    assert [block["kind"] for block in blocks] == ["table", "paragraph", "list"]
+    assert blocks[1]["text"].startswith(NO_LOWER) and f" {NO_UPPER} " in blocks[1]["text"]
+    assert not any(item.startswith((NO_LOWER, NO_UPPER)) for item in blocks[2]["items"])
+
+
+def test_a_dataset_that_is_none_is_refused(results, says):
+    says(
+        refusal(pr.setbacks, results.drop_vars("peak_displacement_free")),
+        refusal(pr.setbacks, results.assign(peak_displacement_free=results["peak_displacement_free"] * np.nan)),
+    )

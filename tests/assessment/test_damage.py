@@ -1,7 +1,5 @@
 """Fragilities of damage states with pounding and without: closed forms, SciPy's fits, mirrored scenes, and refusals."""
 
-from __future__ import annotations
-
 import csv
 import json
 import tomllib

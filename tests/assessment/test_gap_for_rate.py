@@ -1,6 +1,4 @@
-"""The gap that keeps contact to an annual rate: against Cornell's closed form solved for it, and simulated coverage."""
-
-from __future__ import annotations
+"""The gap that keeps contact to an annual rate against Cornell's closed form, simulated coverage, rates by Poisson."""
 
 import re
 from pathlib import Path
@@ -11,12 +9,12 @@ from figure_words import words_of
 from made_hazard import written
 from scipy.integrate import quad
 from scipy.optimize import brentq
-from scipy.stats import norm
+from scipy.stats import norm, poisson
 from sentences import refusal
 from test_assess import in_a_row, lognormal, made_up
 
 from pounding_risk import assess
-from pounding_risk.assessment.annual_rates import read_rate
+from pounding_risk.assessment.annual_rates import read_rate, return_period_words
 from pounding_risk.assessment.fragility import ContactMotions
 from pounding_risk.assessment.hazard import Hazard, rate_of
 from pounding_risk.assessment.rates import RateOfGaps
@@ -24,9 +22,9 @@ from pounding_risk.figures.assess import assessment_figure
 from pounding_risk.questions.assess import sheet
 from pounding_risk.render.csv_text import csv_text
 from pounding_risk.render.terminal import print_sheet
-from pounding_risk.statistics.hazard import annual_rate
+from pounding_risk.statistics.hazard import annual_rate, in_years, rate_of_probability
 from pounding_risk.statistics.required_gap import rounded_up
-from pounding_risk.units import say_in
+from pounding_risk.units import QuantityError, say_in
 
 K0, K = 2e-3, 2.5
 TARGET = read_rate("2 % in 50 years")
@@ -349,3 +347,75 @@ def test_the_figure_has_the_rate_against_the_gap(tmp_path):
         [1e3 * one.rate_verdict.required.low, 1e3 * one.rate_verdict.required.high]
     )
     assert len(assessment_figure(assess(made_up(lognormal(20), pga=4.0))).axes) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "period"), [("10 % in 50 years", 475), ("2 % in 50 years", 2475), ("5% in 50yr", 975)]
+)
+def test_the_return_periods_of_codes(text, period):
+    """EN 1998-1, 2.1, and ASCE 7: 475, 2475 and 975 years, rounded there."""
+    assert 1.0 / read_rate(text).rate == pytest.approx(period, abs=0.7)
+
+
+@pytest.mark.parametrize("probability", [1e-12, 0.02, 0.5, 0.999])
+def test_a_probability_is_that_of_poissons_law(probability):
+    """SciPy's P(N ≥ 1) with the mean rate × years gives the probability back; as does the function's own inverse."""
+    rate = rate_of_probability(probability, 30.0)
+    assert poisson.sf(0, 30.0 * rate) == pytest.approx(probability, rel=1e-12)
+    assert in_years(rate, 30.0) == pytest.approx(probability, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "rate", "words", "years"),
+    [
+        ("0.01 in 100 years", -np.log(0.99) / 100.0, "1 % in 100 years", 100.0),
+        ("Probability of 1 % in 1 year", -np.log(0.99), "1 % in 1 year", 1.0),
+        ("2475 years", 1.0 / 2475.0, "once in 2475 years", 50.0),
+        ("return period of 475 yr", 1.0 / 475.0, "once in 475 years", 50.0),
+        ("once in 1e4 years", 1e-4, "once in 10000 years", 50.0),
+        ("4e-4 a year", 4e-4, "0.0004 a year", 50.0),
+        ("annual rate 0.002", 0.002, "0.002 a year", 50.0),
+        (".002 1/year", 0.002, "0.002 a year", 50.0),
+        (0.002, 0.002, "0.002 a year", 50.0),
+    ],
+)
+def test_a_rate_is_read_from_its_forms(text, rate, words, years):
+    found = read_rate(text)
+    assert found.rate == pytest.approx(rate, rel=1e-14)
+    assert (found.words, found.years) == (words, years)
+    assert read_rate(found.words).rate == pytest.approx(rate, rel=1e-5)  # the words are read again
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1 in 2475 years",
+        "10 in 50 years",
+        "100 % in 50 years",
+        "0 % in 50 years",
+        "1 % in 0 years",
+        "0 years",
+        "1e999 years",
+        "2475",
+        "0",
+        "-1e-4 a year",
+        "rarely",
+        "",
+        "1 % in 50",
+        float("nan"),
+        None,
+        [1.0],
+        "1e-300 % in 1e300 years",
+    ],
+    ids=repr,
+)
+def test_what_is_no_rate_is_refused_with_what_to_write(text, says):
+    says(refusal(read_rate, text, "target", kind=QuantityError))
+
+
+def test_a_return_period_in_words():
+    assert [return_period_words(1.0 / years) for years in (475.3, 12.34, 3e7)] == [
+        "once in 475 years",
+        "once in 12.3 years",
+        "once in 3e+07 years",
+    ]

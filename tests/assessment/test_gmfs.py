@@ -1,7 +1,5 @@
 """Ground-motion fields of OpenQuake: probabilities against the closed form, sites, events without a row, damage."""
 
-from __future__ import annotations
-
 import json
 
 import commands

@@ -1,24 +1,31 @@
-"""Annual rates against Cornell's closed form, hazard tables of every form, and those that cannot be used."""
-
-from __future__ import annotations
+"""Annual rates against Cornell's closed form, hazard tables of every form, OpenQuake's, and levels of intensity."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
+from damaged_tables import survey
 from made_hazard import fragility, site_file, written
-from scenes import scene_text, storeyed
-from scipy.integrate import quad
+from scenes import scene_text, single, storeyed
+from scipy.integrate import cumulative_trapezoid, quad
 from scipy.stats import chi2, kstest, norm
 from scipy.stats import t as student
 from sentences import refusal
 
+import pounding_risk as pr
+from pounding_risk.assessment import fragility as curves
 from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, rate_of, unusual
 from pounding_risk.assessment.hazard_table import read_hazard
+from pounding_risk.assessment.intensities import check_intensity
 from pounding_risk.ensemble.scan import scan
+from pounding_risk.motions.read import read_motion
+from pounding_risk.results.opened import Results
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.statistics.fragility import fit
 from pounding_risk.statistics.hazard import annual_rate, in_years, median_at_rate, missing_share
 
 K0, K = 2e-3, 2.5
@@ -364,3 +371,220 @@ def test_a_curve_from_which_no_rate_follows_is_told_at_the_top():
     curve = Hazard("pga", 9.80665 * np.array([0.05, 0.3, 0.9]), np.array([0.1, 0.01, 1e-3]), "haz.csv")
     (note,) = (one for one in assess(results, hazard=curve).notes if "hazard curve" in one)
     assert note.startswith("hazard curve haz.csv: no annual rate of contact follows: all motions have one intensity")
+
+
+YEARS = 50.0
+HEAD = "#,,,,\"generated_by='OpenQuake engine 3.15.0', checksum=7, kind='mean', investigation_time=50.0, imt='{imt}'\""
+OLDER = '# mean, investigation_time=50.0,imt="{imt}"'
+LEVELS = (0.05, 0.1, 0.2, 0.4)
+SITES = ((23.7, 38.0), (23.8, 38.1))
+
+
+def poe(level: float, k0: float = 1e-4) -> float:
+    """Probability of exceedance in the years of the file, of a rate k0 level^-2."""
+    return float(-np.expm1(-YEARS * k0 * level**-2))
+
+
+def curve_file(folder: Path, imt: str = "PGA", head: str = HEAD, factors: tuple[float, ...] = (1.0, 2.0)) -> Path:
+    lines = [head.format(imt=imt), "lon,lat,depth," + ",".join(f"poe-{level:.7f}" for level in LEVELS)]
+    for (longitude, latitude), factor in zip(SITES, factors, strict=False):
+        poes = ",".join(f"{poe(level, factor * 1e-4):.9E}" for level in LEVELS)
+        lines.append(f"{longitude:.5f},{latitude:.5f},0.00000,{poes}")
+    path = folder / f"hazard_curve-mean-{imt}_12.csv"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("head", [HEAD, OLDER])
+@pytest.mark.parametrize(
+    ("imt", "name", "unit"), [("PGA", "pga", G), ("SA(0.5)", "sa(0.5 s)", G), ("PGV", "pgv", 0.01)]
+)
+def test_a_curve_has_the_rates_of_its_probabilities(tmp_path, head, imt, name, unit):
+    path = curve_file(tmp_path, imt, head)
+    hazard = read_hazard(f"{path}#23.79,38.11")
+    assert isinstance(hazard, Hazard) and hazard.name == name
+    np.testing.assert_allclose(hazard.im, unit * np.array(LEVELS), rtol=1e-12)
+    np.testing.assert_allclose(hazard.rate, 2e-4 * np.array(LEVELS) ** -2, rtol=1e-6)
+    assert hazard.source == f"{path.name}#23.79,38.11"
+    assert "23.8, 38.1, 1.41 km from 23.79, 38.11" in hazard.reading and "-ln(1 - p)/50" in hazard.reading
+
+
+def test_one_site_needs_no_name_and_several_need_one(tmp_path, says):
+    assert "The site is at 23.7, 38." in read_hazard(curve_file(tmp_path, factors=(1.0,))).reading
+    says(refusal(read_hazard, curve_file(tmp_path)))
+
+
+def test_a_site_too_far_is_refused_unless_it_is_allowed(tmp_path, says):
+    path = curve_file(tmp_path)
+    says(refusal(read_hazard, f"{path}#24.2,38.3"))
+    assert read_hazard(f"{path}#24.2,38.3 within 50 km").rate[0] == pytest.approx(2e-4 / 0.05**2, rel=1e-6)
+    says(refusal(read_hazard, f"{path}#38.0,123.7"), refusal(read_hazard, f"{path}#Athens"))
+
+
+def test_a_pattern_joins_curves_of_several_periods(tmp_path, says):
+    for imt in ("PGA", "SA(0.5)", "SA(1.0)"):
+        curve_file(tmp_path, imt)
+    hazard = read_hazard(f"{tmp_path}/hazard_curve-mean-*.csv#23.7,38")
+    assert isinstance(hazard, HazardSpectrum) and hazard.periods.tolist() == [0.5, 1.0]
+    half = hazard.at("sa(0.7 s)")  # equal curves at both periods
+    level = np.exp(np.interp(np.log(3e-3), np.log(half.rate[::-1]), np.log(half.im[::-1])))
+    assert level == pytest.approx(G * (1e-4 / 3e-3) ** 0.5, rel=1e-6)
+    curve_file(tmp_path, "SA(2.0)", HEAD.replace("=50.0", "=1.0"))
+    says(refusal(read_hazard, f"{tmp_path}/hazard_curve-mean-*.csv#23.7,38"))
+
+
+def test_probabilities_of_0_and_1_and_repeated_ones_are_left_out_and_told(tmp_path):
+    path = tmp_path / "curve.csv"
+    columns = "lon,lat,depth," + ",".join(f"poe-{level}" for level in (0.01, 0.02, 0.05, 0.1, 0.2, 0.4))
+    path.write_text(f"{OLDER.format(imt='PGA')}\n{columns}\n0,0,0,1.0,0.9,0.5,0.5,0.1,0\n")
+    hazard = read_hazard(path)
+    np.testing.assert_allclose(hazard.im / G, [0.02, 0.1, 0.2])
+    assert "2 levels of pga with a probability of 0 or 1 left out." in hazard.reading
+    assert "1 level of pga left out, exceeded as often as the next one." in hazard.reading
+
+
+def test_uniform_hazard_spectra(tmp_path, says):
+    path = tmp_path / "hazard_uhs-mean_3.csv"
+    head = "lon,lat,0.1~PGA,0.1~SA(0.2),0.1~SA(1.0),0.02~PGA,0.02~SA(0.2),0.02~SA(1.0)"
+    path.write_text(f"# mean, investigation_time=50.0\n{head}\n23.7,38.0,0.1,0.25,0.1,0.2,0.5,0.2\n")
+    hazard = read_hazard(path)
+    np.testing.assert_allclose(1.0 / hazard.rate, [474.56, 2474.9], rtol=1e-4)
+    np.testing.assert_allclose(hazard.at("sa(0.2 s)").im, [0.25 * G, 0.5 * G])
+    np.testing.assert_allclose(hazard.at("pga").im, [0.1 * G, 0.2 * G])
+    assert "uniform hazard spectra" in hazard.reading
+    path.write_text("# mean, investigation_time=50.0\nlon,lat,0.1~PGA,0.02~PGA\n23.7,38.0,0.2,0.2\n")
+    says(refusal(read_hazard, path))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("investigation_time=50.0", "x=1"),
+        ("imt='PGA'", "imt='AvgSA'"),
+        ("imt='PGA'", "imt='\x1b[31mAvgSA'"),
+        ("poe-0.1000000", "poe-0.0100000"),
+        ("23.70000", "x"),
+        ("poe-", "PGA-"),
+    ],
+)
+def test_a_damaged_file_is_refused(tmp_path, old, new, says):
+    path = curve_file(tmp_path)
+    path.write_text(path.read_text().replace(old, new))
+    says(refusal(read_hazard, f"{path}#23.7,38.0"))
+
+
+def test_damaged_files_are_read_soundly_or_refused_by_name(tmp_path):
+    path = curve_file(tmp_path)
+
+    def check(hazard):
+        assert np.isfinite(hazard.rate).all() and (np.diff(hazard.rate) < 0).all() and (np.diff(hazard.im) > 0).all()
+
+    outcomes = survey(path, lambda: read_hazard(f"{path}#23.7,38.0"), check)
+    assert min(outcomes["read"], outcomes["refused"]) > 200
+
+
+GAP = 0.02
+RECORDS = ["RSN6-180", "RSN77-164", "RSN753-000", "RSN1690-090", "CCC-HN1", "NAPA-HNE"]
+RATES = "pgv [cm/s],annual rate [1/year]\n2,0.2\n10,0.02\n40,0.001\n160,0.00002\n"
+
+
+def scanned(**records) -> xr.Dataset:
+    text = scene_text(
+        single("left", "10 t", "0.6 s"),
+        single("right", "20 t", "0.3 s"),
+        records={"names": RECORDS, "window": ["0 s", "15 s"], **records},
+        grid={"gap": ["20 mm"], "yield_force": ["100 kN"]},
+        law="linear",
+        gap="20 mm",
+        yield_force="100 kN",
+    )
+    return pr.scan(parse_scene(text, "scene.toml"), check_fraction=0.0)
+
+
+@pytest.fixture(scope="module")
+def along_pgv() -> xr.Dataset:
+    return scanned(intensity={"measure": "pgv", "levels": ["5 cm/s", "15 cm/s", "30 cm/s"]})
+
+
+@pytest.fixture(scope="module")
+def eightfold() -> xr.Dataset:
+    """Strong enough that the gap is closed by motions scaled within the usual factors."""
+    return scanned(scale=8.0)
+
+
+def contact(dataset: xr.Dataset, **options):
+    (interface,) = pr.assess(dataset, **options).interfaces
+    return next(curve for curve in interface.fragility if curve.what == "contact" and curve.gap == GAP)
+
+
+def test_the_median_is_the_mean_capacity_in_m_per_s(along_pgv, eightfold):
+    """Linear: each motion closes the gap at its PGV times gap over closing, the PGV integrated here."""
+    capacities = []
+    for name in RECORDS:
+        motion = read_motion(name).cut("0 s", "15 s")
+        fast = 8.0 * np.abs(cumulative_trapezoid(motion.acceleration, dx=motion.dt)).max()
+        capacities.append(fast * GAP / float(eightfold["peak_closing_free"].sel(record=name).max()))
+    logs = np.log(capacities)
+    curve = contact(along_pgv)
+    assert (curve.intensity, curve.unit, curve.method) == ("pgv", "m/s", curves.SCALED)
+    assert curve.median == pytest.approx(np.exp(logs.mean()), rel=1e-3)  # the local maximum lies between samples
+    assert curve.dispersion == pytest.approx(logs.std(), rel=1e-2)
+    again = contact(eightfold, intensity="pgv")
+    assert again.median == pytest.approx(curve.median, rel=1e-9)
+    assert again.dispersion == pytest.approx(curve.dispersion, rel=1e-9)
+
+
+def test_yielding_is_counted_at_the_levels(along_pgv):
+    (interface,) = pr.assess(along_pgv).interfaces
+    curve = next(curve for curve in interface.fragility if curve.what == "yield")
+    assert curve.method == curves.STRIPES
+    assert [stripe.im for stripe in curve.stripes] == [0.05, 0.15, 0.3]
+    assert [stripe.runs for stripe in curve.stripes] == [6, 6, 6]
+
+
+def test_sentences_have_the_unit_of_the_measure(along_pgv):
+    alone = contact(along_pgv.isel(intensity=0), intensity="pgv")
+    assert alone.stripes[0].im == 0.05
+    fitted = fit(np.full(4, 0.05), np.array([True, False, True, False]), np.arange(4), curves.shown_as("pgv"))
+    assert "all motions have one intensity, 5 cm/s" in fitted.fault
+
+
+def test_a_hazard_of_pgv_gives_the_rate(along_pgv, tmp_path):
+    """∫ P(contact) |dλ| summed over a fine grid of the curve, straight in the logarithms, and what is stronger."""
+    table = written(tmp_path / "pgv.csv", RATES)
+    hazard = read_hazard(table)
+    assert hazard.name == "pgv"
+    assert hazard.im == pytest.approx([0.02, 0.1, 0.4, 1.6])
+    (interface,) = pr.assess(along_pgv, hazard=table).interfaces
+    rate = next(rate for rate in interface.rates if rate.what == "contact")
+    curve = contact(along_pgv)
+    im = np.geomspace(0.02, 1.6, 20001)
+    rates = np.exp(np.interp(np.log(im), np.log(hazard.im), np.log(hazard.rate)))
+    middle = np.sqrt(im[1:] * im[:-1])
+    expected = (norm.cdf(np.log(middle / curve.median) / curve.dispersion) * -np.diff(rates)).sum()
+    expected += norm.cdf(np.log(1.6 / curve.median) / curve.dispersion) * hazard.rate[-1]
+    assert rate.annual == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_hazard_of_mean_sa_is_joined_with_the_same_range(eightfold, tmp_path, says):
+    table = written(tmp_path / "avg.csv", "sa_avg(0.2 s-1 s) [g],annual rate [1/year]\n0.02,0.1\n0.2,0.01\n2,0.0001\n")
+    assessment = pr.assess(eightfold, hazard=table)
+    assert assessment.intensity == "sa_avg(0.2-1 s)"
+    assert next(rate for rate in assessment.interfaces[0].rates if rate.what == "contact").annual > 0.0
+    says(refusal(pr.assess, eightfold, hazard=table, intensity="sa_avg(0.2-2 s)"))
+
+
+def test_a_hazard_of_another_measure_is_refused(eightfold, says):
+    curves = {"pgv": "pga", "pga": "pgv", "sa(0.5 s)": "sa_avg(0.2-2 s)", "sa_avg(0.2-2 s)": "sa(0.5 s)"}
+    pairs = [*curves.items(), *(("sa(left)", curve) for curve in ("sa(1.0 s)", "sabotage", "pga"))]
+    says([refusal(check_intensity, Results(eightfold), *pair) for pair in pairs])
+
+
+def test_the_mean_of_sa_is_that_of_the_spectra(eightfold):
+    """Ten periods evenly in the logarithm, each between those of the spectrum by straight lines in the logarithms."""
+    spectra = eightfold["record_spectral_acceleration"].values
+    logs = np.log(eightfold["period"].values)
+    periods = np.log(0.2) + np.log(5.0) * np.arange(10) / 9.0
+    expected = [np.exp(np.mean(np.interp(periods, logs, np.log(row)))) for row in spectra]
+    values = pr.assess(eightfold, intensity="sa_avg(0.2-1 s)").interfaces[0].fragility[0].stripes
+    np.testing.assert_allclose([stripe.im for stripe in values], np.sort(expected), rtol=1e-12)

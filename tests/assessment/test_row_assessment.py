@@ -3,8 +3,6 @@
 The dataset is made, not solved (`made_row`): numbers are held against those of its arrays.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Combinations against Lyapunov's equation and simulated noise, rules against hand sums, and rules beside motions."""
 
-from __future__ import annotations
-
 import json
 import re
 from functools import partial

@@ -1,7 +1,5 @@
 """Spectra of required gaps: against scans of single pairs, NumPy's percentiles, rules pair by pair, and white noise."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 

@@ -1,7 +1,5 @@
 """Commands on a scene with axes of its numbers, and `--select` on its results."""
 
-from __future__ import annotations
-
 import json
 import re
 

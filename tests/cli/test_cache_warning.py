@@ -1,7 +1,5 @@
 """A damaged cache, a full disk, no home, a folder that cannot be written: a command runs, and says so in a sentence."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Iterator

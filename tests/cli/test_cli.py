@@ -1,7 +1,5 @@
 """The command line: what it prints, what it refuses and in which words, and that it can be stopped."""
 
-from __future__ import annotations
-
 import ast
 import importlib.util
 import inspect

@@ -1,7 +1,5 @@
 """Every variable says what it is without its neighbours: no pronoun stands for the variable above it."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

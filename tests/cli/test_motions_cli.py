@@ -1,7 +1,5 @@
 """The `records` commands: what they print and write, what they refuse and in which words."""
 
-from __future__ import annotations
-
 import pkgutil
 import shlex
 import shutil

@@ -1,7 +1,5 @@
 """Commands as real processes whose standard output is closed, full, or of an encoding without our characters."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

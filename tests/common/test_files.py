@@ -1,7 +1,5 @@
 """Files that are written aside: several together or none, and what killed processes leave."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Every file that a word of a user names: a regular one of bounded size, or a sentence, and never a wait."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

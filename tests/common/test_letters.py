@@ -1,7 +1,5 @@
 """Names that steer a terminal, mislead a reader or break a format: refused at the entry, escaped at the exit."""
 
-from __future__ import annotations
-
 import csv
 import subprocess
 import sys

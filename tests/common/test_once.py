@@ -1,7 +1,5 @@
 """Values that many threads ask for: made once, failures told to everyone, the oldest let go."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from threading import Event
 

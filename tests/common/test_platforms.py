@@ -1,7 +1,5 @@
 """What holds where the system has no locks on files, as on Windows."""
 
-from __future__ import annotations
-
 import sys
 
 from pounding_risk.ensemble.checkpoint.lock import Lock, running

@@ -1,7 +1,5 @@
 """Plug-ins: the example package installed and used, and what is told of those that are broken or clash."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """What a prompt and a notebook show of a result: a few lines with its facts, whatever its size."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ElementTree
 
 import pytest

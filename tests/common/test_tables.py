@@ -1,7 +1,5 @@
 """Every table in CSV has one reader: the same faults, by line, whatever the table holds."""
 
-from __future__ import annotations
-
 import doctest
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Bumpers in the gap: contact where the rest of the gap has closed, and gaps that count their length."""
 
-from __future__ import annotations
-
 from math import asin, pi
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The folder that keeps a study: nothing kept is lost by a kill, nothing half is taken, and nothing else is touched."""
 
-from __future__ import annotations
-
 import gc
 import json
 import os

@@ -1,7 +1,5 @@
 """A real cluster of two processes: the same bits, one input each, a worker killed without loss, and errors in words."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """The identity of a study: what changes it, what does not, and in which words a difference is told."""
 
-from __future__ import annotations
-
 import doctest
 import json
 import shutil

@@ -1,7 +1,5 @@
 """Buildings that move as files say: closings, gaps and P(contact) of a scan of the buildings that wrote the files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -3,8 +3,6 @@
 No clock is asserted: a limit on memory is what an allocation breaks.
 """
 
-from __future__ import annotations
-
 import json
 import resource
 import subprocess

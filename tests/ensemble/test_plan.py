@@ -1,16 +1,23 @@
-"""What a scene asks for: cases counted, records read, nothing run."""
+"""What a scene asks for, told before anything runs, against the run itself; and what `--set` changes."""
 
-from __future__ import annotations
-
+import json
+import shutil
+from dataclasses import replace
 from math import sqrt
+from pathlib import Path
 
+import numpy as np
 import pytest
-from scenes import BOTH, FRAME, rigid, scene_text, single
+from processes import compiled, output
+from scenes import BOTH, FOUR_IN_A_ROW, FRAME, rigid, scene_text, single
 from sentences import refusal
 
-from pounding_risk.ensemble.plan.plan import Plan, _scatter, validate
-from pounding_risk.ensemble.plan.plan import plan as planned_with_times
+from pounding_risk.ensemble.pair_job import PairJob
+from pounding_risk.ensemble.plan import cost as plan_work
+from pounding_risk.ensemble.plan.plan import Plan, _scatter, duration, plan, validate
 from pounding_risk.ensemble.scan import scan
+from pounding_risk.motions import catalogue
+from pounding_risk.motions.read import read_motion
 from pounding_risk.scene.reader import parse_scene
 
 SCENE = scene_text(
@@ -32,20 +39,20 @@ SCENE = scene_text(
 
 
 @pytest.fixture(scope="module")
-def plan() -> Plan:
+def checked() -> Plan:
     return validate(parse_scene(SCENE, "pair.toml"))
 
 
-def test_cases_are_the_product_of_the_dimensions(plan):
-    assert plan.shape == {"record": 2, "polarity": 2, "pga": 2, "contact_model": 2, "gap": 11, "yield_force": 3}
-    assert plan.cases == 2 * 2 * 2 * 2 * 11 * 3
+def test_cases_are_the_product_of_the_dimensions(checked):
+    assert checked.shape == {"record": 2, "polarity": 2, "pga": 2, "contact_model": 2, "gap": 11, "yield_force": 3}
+    assert checked.cases == 2 * 2 * 2 * 2 * 11 * 3
     # Each record lasts 6 s, its straight line to zero a step, and its tail 2 s.
-    assert plan.shaking == pytest.approx(plan.cases * 0.5 * (8.01 + 8.0 + plan.records[1].dt))
-    assert plan.batches == plan.cases // 3
+    assert checked.shaking == pytest.approx(checked.cases * 0.5 * (8.01 + 8.0 + checked.records[1].dt))
+    assert checked.batches == checked.cases // 3
 
 
-def test_records_are_read_as_the_runs_will_see_them(plan):
-    centro, ridgecrest = plan.records
+def test_records_are_read_as_the_runs_will_see_them(checked):
+    centro, ridgecrest = checked.records
     assert (centro.name, centro.state, centro.dt) == ("RSN6-180", "processed", 0.01)
     assert centro.duration == pytest.approx(8.01)
     assert (ridgecrest.name, ridgecrest.state) == ("CCC-HN1", "raw")
@@ -54,9 +61,9 @@ def test_records_are_read_as_the_runs_will_see_them(plan):
     assert any(step.startswith("baseline") for step in ridgecrest.processing)
 
 
-def test_summary_reads_like_the_scene(plan, says):
-    says([f"{what}: {words}" for what, words in plan.summary()[:13]])
-    lines = str(plan).splitlines()
+def test_summary_reads_like_the_scene(checked, says):
+    says([f"{what}: {words}" for what, words in checked.summary()[:13]])
+    lines = str(checked).splitlines()
     says(lines[1], lines[-2])
 
 
@@ -114,9 +121,169 @@ def test_longer_rows_with_laws_of_links_are_solved_whether_or_not_a_gap_closes(b
     row = [single(name, "500 t", period) for name, period in (("A", "0.5 s"), ("B", "1 s"), ("C", "0.7 s"))]
     keys = {"gap": "900 mm", "link_damping": "500 kN s/m", **exponent}
     study = parse_scene(scene_text(*row[:buildings], records=records, **keys))
-    planned = planned_with_times(study)
+    planned = plan(study)
     assert planned.batches - (planned.screened or 0) == solved
     known, whole = scan(study, check_fraction=0.0), scan(study, check_fraction=0.0, screening=False)
     assert int(known["simulated"].sum()) == solved
     for name in set(known.data_vars) - {"simulated"}:
         assert known[name].values.tobytes() == whole[name].values.tobytes(), name
+
+
+PAIR = scene_text(
+    FRAME,
+    rigid(),
+    law="viscous_elastoplastic",
+    stiffness="4.2e7 kN/m^1.5",
+    restitution="concrete",
+    records={"names": ["RSN6-180", "RSN1690-090"], "window": ["0 s", "12 s"], "polarity": BOTH},
+    grid={
+        "gap": {"start": "0 mm", "stop": "20 mm", "num": 21},
+        "yield_force": {"start": "50 kN", "stop": "1000 kN", "num": 20},
+        "contact_model": ["viscous_elastoplastic", "jankowski"],
+        "pga": ["0.2 g", "0.5 g"],
+    },
+)
+SCENES = {"pair": PAIR, "row": FOUR_IN_A_ROW}
+
+
+def known(dataset) -> np.ndarray:
+    """Lines none of whose cases touches or was run."""
+    touches = dataset["impact_count"]
+    beside = [dim for dim in touches.dims if dim not in dataset["simulated"].dims]
+    still = (touches.sum(beside) if beside else touches) == 0
+    return (still & (dataset["simulated"] == 0)).all("yield_force").values
+
+
+@compiled
+@pytest.mark.parametrize("name", SCENES)
+def test_a_plan_counts_what_the_run_makes(name):
+    study = parse_scene(SCENES[name])
+    made = plan(study, workers=2)
+    dataset = scan(study, check_fraction=0.02, workers=2)
+    assert made.cases == dataset["simulated"].size
+    assert (made.batches, made.screened) == (known(dataset).size, known(dataset).sum())
+    assert 0 < made.screened < made.batches
+    assert made.bytes == sum(variable.nbytes for variable in dataset.data_vars.values())
+
+
+@compiled
+def test_the_time_of_a_plan_is_that_of_the_run(monkeypatch):
+    """A clock on which a line takes a hundredth of a second for each of its contacts: the plan's time is that of all.
+
+    Within four standard errors, which are the plan's own: the sample is a random one.
+    """
+    study = parse_scene(PAIR)
+    touches = scan(study, check_fraction=0.0)["impact_count"].sum("yield_force").values.ravel() / 100.0
+    now, solve = [0.0], PairJob.solve
+
+    def timed(job, batches, stop):
+        now[0] += touches[batches.start : batches.stop].sum()
+        return solve(job, batches, stop)
+
+    monkeypatch.setattr(PairJob, "solve", timed)
+    monkeypatch.setattr(plan_work, "thread_time", lambda: now[0])
+    made = plan(study, workers=2)
+    assert made.seconds is not None
+    assert made.error is not None
+    assert 2 < made.sampled < made.batches, "a second is over before all batches are solved"
+    assert abs(2 * made.seconds - touches.sum()) < 4.0 * 2 * made.error
+    assert made.error < made.seconds
+    now[0] = 0.0
+    assert plan(study, workers=4).seconds == pytest.approx(0.5 * made.seconds, rel=1e-12)  # the same sample
+
+
+@compiled
+def test_what_is_validated_is_not_run():
+    """Cases, bytes and notes are those of the plan, and nothing of its runs is stated."""
+    study = parse_scene(PAIR)
+    planned, checked = plan(study), validate(study)
+    unknown = {"memory": None, "screened": None, "seconds": None, "error": None, "sampled": 0}
+    assert checked == replace(planned, **unknown, share=1.0)
+    words = dict(checked.summary())
+    assert words["time"] == "not known, since nothing is run; `scan --plan` times a sample, and states the memory"
+    assert "memory" not in words
+
+
+@pytest.fixture(scope="module")
+def changed() -> Plan:
+    overrides = (
+        "interface.gap=20 mm",
+        "interface.stiffness=4.20001e7 kN/m^1.5",
+        "building.frame.mass=50 t",
+        'records.polarity=["reversed"]',
+        "grid.pga=['0.2 g']",
+        "grid.gap={start='1 mm', stop='20 mm', num=9}",
+    )
+    return validate(parse_scene(PAIR), overrides)
+
+
+def test_what_set_changes_is_told_value_by_value(changed, says):
+    """In its order in the scene; a change in the fifth digit is not told as none; the cases that come of it last."""
+    says(changed.changes)
+    assert [words for what, words in changed.summary() if what == "changed"] == list(changed.changes)
+
+
+def test_a_value_set_to_what_it_is_changes_nothing(tmp_path):
+    assert validate(parse_scene(PAIR), ["interface.gap=10 mm"]).changes == ()
+    assert validate(parse_scene(PAIR)).changes == ()
+    # Each interface of a row, by its number; records count for the cases.
+    told = validate(parse_scene(FOUR_IN_A_ROW), ["interface.gap=30 mm", 'records.names=["RSN6-180"]']).changes
+    assert told[:3] == tuple(f"interface.{number}.gap: 20 mm -> 30 mm" for number in (1, 2, 3))
+    assert told[3:] == ("records.names: RSN6-180, RSN1690-090 -> RSN6-180", "cases: 36 -> 18")
+    # A scene that only does with the overrides has nothing to compare with.
+    scene = tmp_path / "scene.toml"
+    scene.write_text(PAIR.replace("44.36 t", "44.36 m"), encoding="utf-8")
+    assert validate(scene, ["building.frame.mass=50 t"]).changes == ()
+
+
+def test_a_unit_that_no_record_takes_is_told_and_no_change(tmp_path):
+    """A file of PEER states its own unit; columns that state none take the one that is given."""
+    before, after = PAIR.split('names = ["RSN6-180", "RSN1690-090"]')
+    shutil.copy(catalogue.path("RSN6-180"), tmp_path / "own.AT2")
+    study = parse_scene(f'{before}files = ["own.AT2"]{after}', str(tmp_path / "scene.toml"))
+    plan = validate(study, ['records.unit="cm/s^2"', 'records.dt="0.02 s"'])
+    idle = "(without effect: every motion stays the same)"
+    assert plan.changes == (f"records.unit: not given -> cm/s^2 {idle}", f"records.dt: not given -> 0.02 s {idle}")
+    assert plan.records[0].flags[:2] == (
+        'the unit "cm/s^2" that is given changes nothing: the record states its own (g, times 9.80665 m/s²)',
+        "the time step 0.02 s that is given changes nothing: the record states its own (0.01 s)",
+    )
+    np.savetxt(tmp_path / "own.csv", 100.0 * read_motion("RSN6-180").acceleration)
+    stated = 'unit = "cm/s^2"\ndt = "0.01 s"'
+    bare = parse_scene(f'{before}files = ["own.csv"]\n{stated}{after}', str(tmp_path / "scene.toml"))
+    assert not any("changes nothing" in flag for flag in validate(bare).records[0].flags)
+    (told,) = validate(bare, ['records.unit="mm/s^2"']).changes
+    assert told == "records.unit: cm/s^2 -> mm/s^2"
+
+
+def test_what_touches_is_not_known_before_a_plan(changed):
+    assert dict(changed.summary())["batches"].endswith(
+        "how many of them touch is not known yet, `scan --plan` finds it"
+    )
+
+
+def test_times_are_told_as_one_says_them():
+    told = [duration(seconds) for seconds in (0.0, 0.84, 9.6, 42.0, 719.0, 12000.0, 1e6)]
+    assert told == ["0.1 s", "0.8 s", "10 s", "42 s", "12 min", "3 h 20 min", "11.6 days"]
+
+
+MEMORY = """
+import json, sys
+from pounding_risk.ensemble.scan import scan
+from pounding_risk.ensemble.plan.plan import plan
+told = plan("scene.toml", workers=2).memory
+scan("scene.toml", "results.nc", workers=2)
+peak = next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM"))
+print(json.dumps([told, 1024 * int(peak)]))
+"""
+
+
+@compiled
+@pytest.mark.complete
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the peak of a process is read as Linux tells it")
+def test_the_memory_of_a_plan_is_that_of_the_run(tmp_path):
+    """Within a third: of some 300 MB two thirds are libraries, which a system may load in whole or in part."""
+    plan(parse_scene(PAIR))  # compiles, where the child finds it
+    (tmp_path / "scene.toml").write_text(PAIR, encoding="utf-8")
+    told, peak = json.loads(output("-c", MEMORY, cwd=tmp_path))
+    assert 0.75 * peak < told < 1.33 * peak

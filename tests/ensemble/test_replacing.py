@@ -1,7 +1,5 @@
 """Finished results are never replaced silently: only the same command of the same study writes over them unasked."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A row's grid: screened against simulated, a named interface's gap, what is known, and the labelled dataset."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Axes of numbers of a scene: a scan of all places equals a loop of `--set`, and what the scenes share is made once."""
 
-from __future__ import annotations
-
 import json
 import pickle
 
@@ -102,6 +100,7 @@ def in_memory():
     return scan(parse_scene(pair_text(AXES)), check_fraction=0.1)
 
 
+@pytest.mark.complete
 def test_files_shards_threads_and_reruns_have_the_same_bits(in_memory, tmp_path):
     """A netCDF file made in three shards, a Zarr store, one thread, and the scan again from its file."""
     study = parse_scene(pair_text(AXES))

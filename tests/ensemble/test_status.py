@@ -1,7 +1,5 @@
 """The state of a study: told from its folder alone, at any moment, and without holding anybody up."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

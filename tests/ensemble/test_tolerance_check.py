@@ -1,7 +1,5 @@
 """Runs made again at a tighter tolerance: which, how far they move, which are called sensitive, what is told."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Figures from made-up results: what they show comes from the data alone, and needs no solver."""
 
-from __future__ import annotations
-
 import json
 from importlib import import_module
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Figures of records: what is drawn is the motions' own data, and what captions say is true of it."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

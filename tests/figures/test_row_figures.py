@@ -3,8 +3,6 @@
 The dataset is made, not solved (`made_row`): what is checked is what is drawn of it.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every command on the shipped scenes says what its file says: the same words, the same numbers."""
 
-from __future__ import annotations
-
 import pytest
 import sentences
 from golden_commands import COMMANDS, FILES, differences, outputs

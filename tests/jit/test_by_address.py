@@ -1,7 +1,5 @@
 """Named tuples that kernels take by address, and arrays that kernels make."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numba

@@ -1,7 +1,5 @@
 """The compile cache is never stale, never in the way; compiled numbers are the interpreted ones, in bits."""
 
-from __future__ import annotations
-
 import ast
 import gc
 import importlib

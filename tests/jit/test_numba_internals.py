@@ -5,8 +5,6 @@ Numba promises nothing about these. Raise the bound in pyproject.toml, run this 
 it; what passes may still have changed its meaning, which the other two show.
 """
 
-from __future__ import annotations
-
 import ast
 import importlib
 import inspect

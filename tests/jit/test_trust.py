@@ -1,7 +1,5 @@
 """Cached code is loaded and run: only from where nobody else can have written it."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from itertools import product

@@ -1,7 +1,5 @@
 """Accuracy against time: errors that are errors, times of the same cases, sentences that follow from the numbers."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """Rival methods: fixed steps against matrix exponentials, contacts of all against the integrators of the tests."""
 
-from __future__ import annotations
-
 import ast
 from functools import cache
 from itertools import pairwise

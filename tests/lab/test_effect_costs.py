@@ -1,7 +1,5 @@
 """The `effects` command: what it switches on, what it says of changes, what it refuses, and its figure."""
 
-from __future__ import annotations
-
 import json
 
 import commands

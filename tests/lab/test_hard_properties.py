@@ -5,8 +5,6 @@ Two kinds of scenes: ordinary ones, where every run must complete and keep its t
 status that says why not, and then leaves no number behind.
 """
 
-from __future__ import annotations
-
 from math import inf, isnan, log10, nan
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Published cases: what ships agrees, the words of acceptance, the reader of case files, the command and the page."""
 
-from __future__ import annotations
-
 import errno
 import re
 from functools import partial

@@ -1,7 +1,5 @@
 """Published properties: what ships holds, the independent sides of each, that a wrong one fails, command and page."""
 
-from __future__ import annotations
-
 import re
 from functools import partial
 from math import exp, isnan, nan, pi, sqrt

@@ -1,7 +1,5 @@
 """Effects: closed forms, factors of the codes, an independent whole run, neutral parameters, refusals."""
 
-from __future__ import annotations
-
 import inspect
 import json
 from functools import cache

@@ -1,7 +1,5 @@
 """Chains: what a building is to the solver of rows, and the effects that act on buildings."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import pi, sqrt
 

@@ -1,7 +1,5 @@
 """A contact law of the user's own: the example of docs/own_law.md, what is refused, and never an old number."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

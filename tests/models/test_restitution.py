@@ -1,7 +1,5 @@
 """Restitution as a function of approach speed: the published cubic, held beyond its range; constants."""
 
-from __future__ import annotations
-
 from math import inf, nan
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The tabulated law: against closed forms, SciPy's curve and integrator, and what no cycle may give back."""
 
-from __future__ import annotations
-
 import copy
 import json
 import pathlib

@@ -3,8 +3,6 @@
 The FEMA P-695 sets against the tables, the spectra and the factors published with them.
 """
 
-from __future__ import annotations
-
 import shutil
 from hashlib import sha256
 from importlib import metadata

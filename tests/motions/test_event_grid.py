@@ -1,7 +1,5 @@
 """Motions of a grid of sites: the nearest site's, with factors, units, components and their facts; damaged tables."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

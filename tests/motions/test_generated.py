@@ -4,8 +4,6 @@ Velocity and displacement of the ground, and the response of oscillators, are th
 again, from the sources that the kinds name.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tomllib

@@ -1,7 +1,5 @@
 """Intensity measures and response spectra against closed forms, SciPy's `lsim` and published values."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Two components turned: closed forms, ObsPy's own rotation, energy, RotD."""
 
-from __future__ import annotations
-
 from math import cos, radians, sin
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One factor, by whatever aim or level: met to rounding, found by other means, told, and flagged where unusual."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

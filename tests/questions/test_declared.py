@@ -1,7 +1,5 @@
 """Commands made from questions: one file is a command, a Python call and a method of datasets."""
 
-from __future__ import annotations
-
 import csv
 import inspect
 import re

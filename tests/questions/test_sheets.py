@@ -1,7 +1,5 @@
 """Of every question: cells of its sheet are values of its answer, and all renderers show the same cells."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields, is_dataclass

@@ -1,7 +1,5 @@
 """Tables of the commands on a real terminal: whatever its width, no number and no word is cut."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import pty

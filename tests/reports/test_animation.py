@@ -1,7 +1,5 @@
 """The animation of a run holds the run, keeps the peaks of contacts, is small, fetches nothing, moves in a browser."""
 
-from __future__ import annotations
-
 import base64
 import re
 import zlib

@@ -1,7 +1,5 @@
 """The commands that draw, assess and separate a row, on a made dataset on disk."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 

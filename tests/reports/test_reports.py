@@ -3,8 +3,6 @@
 The datasets are made, not solved (`benchmarks/made_scan.py`): what is checked is what a report says of its dataset.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """The report of a row: a section on the row whose numbers are the dataset's, and nothing that assumes a pair."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """The accessor ``pounding`` of datasets: the public calls as methods, one case by its values, and what it shows."""
 
-from __future__ import annotations
-
 import inspect
 import tomllib
 import xml.etree.ElementTree as ElementTree

@@ -1,7 +1,5 @@
 """Attributes of datasets: versions of libraries."""
 
-from __future__ import annotations
-
 from importlib import metadata
 
 from pounding_risk.results.attributes import LIBRARIES, LINEAR_OF_LINKS, has_laws_of_links, versions, versions_of

@@ -1,7 +1,5 @@
 """Every dataset that a command writes keeps to the CF conventions that it declares, by the checker of IOOS."""
 
-from __future__ import annotations
-
 import json
 import re
 from datetime import UTC, datetime

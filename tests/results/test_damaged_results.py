@@ -5,8 +5,6 @@ dimension under another name, every axis with a label that cannot be. A sample o
 and a larger one by the complete tests.
 """
 
-from __future__ import annotations
-
 import random
 import re
 from collections.abc import Callable, Iterator

@@ -3,8 +3,6 @@
 Copies of a sound store are damaged by edits of its files, as the format has them: metadata as JSON, a file a piece.
 """
 
-from __future__ import annotations
-
 import json
 import random
 import re

@@ -1,7 +1,5 @@
 """What a scan's dataset says beside its runs: the gap each motion needs, spectra, buildings, the command."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

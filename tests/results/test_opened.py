@@ -3,8 +3,6 @@
 xarray itself is the oracle of axes: ``isel(gap=[0])`` keeps the axis that ``isel(gap=0)`` takes away.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """A dataset with axes of numbers of its scene: choosing a place, what refuses several, and what is told of them."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The numbers of the shipped scenes, variable by variable, are those of the program before its modules were moved."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """Datasets summed up and converted block by block: as the whole dataset in memory says, from either kind of file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 

@@ -1,7 +1,5 @@
 """A Zarr store from elsewhere runs no code: its metadata are read as plain JSON, and checked, before it is opened."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle

@@ -1,7 +1,5 @@
 """The [[damage]] tables of a scene: what is read and written, what is refused, and that no run depends on them."""
 
-from __future__ import annotations
-
 import tomllib
 
 import pytest

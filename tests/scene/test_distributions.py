@@ -1,7 +1,5 @@
 """Distributions, their points and their correlation, against `scipy.stats` and closed forms."""
 
-from __future__ import annotations
-
 from math import asin, inf, pi, sqrt
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Axes of numbers in [grid]: how they are read, refused and written, and that `--set` of their key ends them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from axes import AXES, pair_text

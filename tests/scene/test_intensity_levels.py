@@ -1,7 +1,5 @@
 """The key `intensity` of [records]: what is read, what is refused, and what a scene file says again."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Scenes of rows: the shipped one by hand, what makes a scene a row, every fault in words, and the round trip."""
 
-from __future__ import annotations
-
 import re
 from importlib import resources
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The key `isolation`: its faults, what it makes of a building, and what other questions say of such a building."""
 
-from __future__ import annotations
-
 import json
 import re
 from math import inf, pi, sqrt

@@ -1,7 +1,5 @@
 """Every key of a scene: from a file into the scene and back, its faults, its schema, and what is said of it."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from copy import deepcopy
@@ -64,7 +62,7 @@ BASE: dict[str, Any] = {
     "records": {"names": ["RSN6-180"]},
     "grid": {},
     "solver": {},
-    "uncertain": {"building.frame.period": SPREAD},
+    "uncertain": {"samples": 4, "building.frame.period": SPREAD},
     "damage": {"name": "slight", "drift": "0.5 %"},
 }
 BUILDINGS: dict[Any, dict[str, Any]] = {
@@ -119,7 +117,7 @@ BESIDE: dict[str, dict[str, Any]] = {
     "grid.interface": {"gap": ["10 mm", "20 mm"]},
     "grid.zip": {"building.frame.mass": ["40 t", "50 t"], "building.frame.period": ["0.2 s", "0.3 s"]},
     "uncertain.correlations": {"building.masonry.period": SPREAD},
-    "uncertain.points": {"building.frame.mass": SPREAD},
+    "uncertain.points": {"samples": None, "building.frame.mass": SPREAD},
     "uncertain.numbers": {"building.frame.period": None},
 }
 SPRING, DAMPER = {"link_stiffness": "20 MN/m"}, {"link_damping": "2 MN s/m"}

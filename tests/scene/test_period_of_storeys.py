@@ -1,7 +1,5 @@
 """T1 beside storeys: stiffnesses are scaled to the period, or those of a first mode in proportion to height."""
 
-from __future__ import annotations
-
 from math import pi, sin, sqrt
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Scene files: what is read, what is written back, and every refusal in its own words."""
 
-from __future__ import annotations
-
 from math import inf, pi, sqrt
 
 import pytest

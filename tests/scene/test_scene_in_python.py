@@ -1,7 +1,5 @@
 """Scenes written in Python: the same object as one read from a file, with its checks, and changed without a file."""
 
-from __future__ import annotations
-
 import pickle
 import re
 from math import inf
@@ -80,14 +78,6 @@ def test_a_scene_of_python_is_that_of_a_file():
     assert parse_scene(written.to_toml()) == written
     digests = [digest(identity(ScanInput(scene, motions_of(scene)))) for scene in (written, read)]
     assert digests[0] == digests[1]
-
-
-@pytest.mark.complete
-def test_its_dataset_is_the_same_to_the_bit():
-    one, other = (scene.scan(check_fraction=0.0) for scene in (in_python(), parse_scene(TEXT)))
-    assert int(one["impact_count"].sum()) > 0
-    for name in one.data_vars:
-        assert one[name].values.tobytes() == other[name].values.tobytes(), name
 
 
 def test_rows_of_every_kind_of_building():

@@ -1,7 +1,5 @@
 """Uncertain numbers of a scene: how they are read, refused and written, and the axis of their samples."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from axes import pair_text

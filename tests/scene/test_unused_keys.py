@@ -4,8 +4,6 @@ The oracle is the scan itself: two scenes that differ in a key alone give the sa
 listed. Every key and every option of an effect stands in a case here, or among those that a scene cannot do without.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -191,13 +189,13 @@ ALWAYS = {  # keys that act in every scene that may have them, by section, with 
     "name the buildings and the study": {"scene": "name", "building": "name"},
     "say what a building is": {"building": "stiffness rigid storeys typology floor_mass"},
     "is the motion itself (test_known_motions)": {"building": "displacement_history"},
-    "are the building itself, or the link (test_matrix_files, test_matrices, test_condensation, test_links)": {
+    "are the building itself, or the link (test_matrix_files, test_matrices, test_links)": {
         "building": "stiffness_matrix floor_rows damping_matrix mass_matrix along_rows modes residual_period plan "
         "interior_modes interior_masses",
         "interface": "link_stiffness link_damping link_at link_strength link_slack link_exponent link_breaking_force "
         "link_brace_stiffness",
     },
-    "say where floors meet (test_scene_row, test_contact_points, test_bumpers)": {
+    "say where floors meet (test_scene_row, test_storeys, test_bumpers)": {
         "interface": "contact tolerance bumper_length",
         "building": "floor_depth",
     },

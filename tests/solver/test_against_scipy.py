@@ -4,8 +4,6 @@ Peaks are never excused. What is: the time of the first touch of a pair that sta
 gap, a limit of 0/0 that moves by milliseconds for 1e-11 m, and with it the time spent in contact.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import NamedTuple

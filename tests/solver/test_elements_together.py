@@ -3,8 +3,6 @@
 Each is tested alone elsewhere. Here all act on each other, through a shock and its aftershock.
 """
 
-from __future__ import annotations
-
 from math import inf, sqrt
 
 import numpy as np

@@ -4,8 +4,6 @@ The witness is the closed form of an oscillator under a ground acceleration that
 extended precision and sampled densely, or a matrix exponential.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import ceil, inf, pi
 

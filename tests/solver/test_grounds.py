@@ -1,7 +1,5 @@
 """Buildings on grounds of their own: closed forms, an independent integrator, mirrors, limits; pairs and rows."""
 
-from __future__ import annotations
-
 from math import inf, nan, pi
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Storeys with laws of their own: loops against OpenSees and a formula, motions against integrators and energy."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -449,6 +447,7 @@ def test_others_are_followed_past_a_collapse_without_contact(law: dict[str, Any]
         assert values[0] == pytest.approx(values[1], rel=1e-12)
 
 
+@pytest.mark.complete  # ten seconds of the integrator
 def test_neighbours_hold_up_a_storey_that_collapses_alone():
     """Between walls at 20 mm it stays, as an integrator has it; rtol 1e-9, over a dozen blows."""
     weak = storeyed("weak", ["200 t"], "20 MN/m", ["3 m"], damping=0.0, storey_strengths="100 kN")
@@ -457,7 +456,8 @@ def test_neighbours_hold_up_a_storey_that_collapses_alone():
     effects: dict[str, Any] = {"inelastic_storeys": {"hardening": 0.0}, "p_delta": {}}
     records = {"names": ["RSN6-180"], "window": ["0 s", "12 s"]}
     study = parse_scene(scene_text(*between, records=records, effects=effects, solver={"rtol": 1e-9}, **contact))
-    dataset = pr.scan(study).squeeze(("record", "polarity", "contact_model", "gap", "yield_force"))
+    results = pr.scan(study)
+    dataset = results.squeeze(("record", "polarity", "contact_model", "gap", "yield_force"))
     assert float(dataset["storey_collapse_time_free"].sel(building="weak", storey=1)) < 12.0
     assert int(dataset["status"]) == 0 and np.isnan(dataset["storey_collapse_time"]).all()
     true = held_between_walls(motions_of(study)[0])
@@ -468,8 +468,8 @@ def test_neighbours_hold_up_a_storey_that_collapses_alone():
     assert run.attrs["status"] == "complete" and int(run["impact_count"].sum()) > 10
     assert float(run["displacement"].sel(building="weak")[-1, 0]) == pytest.approx(true[-1], abs=1e-6)
     with pytest.raises(PoundingError, match="in every motion as recorded a storey collapses"):
-        pr.assess(pr.scan(study))
-    demands = pr.damage(pr.scan(study), states=[pr.DamageState("severe", building="weak", drift=0.03)])["demand_ratio"]
+        pr.assess(results)
+    demands = pr.damage(results, states=[pr.DamageState("severe", building="weak", drift=0.03)])["demand_ratio"]
     with_walls, alone = (float(demands.sel(pounding=side).squeeze()) for side in ("with", "without"))
     assert with_walls == pytest.approx(np.abs(true).max() / 0.09, rel=1e-6) and alone > 1.0
 

@@ -1,7 +1,5 @@
 """Buildings that begin displaced or moving: closed forms, the reference integrators, and what scenes refuse."""
 
-from __future__ import annotations
-
 from math import pi, sqrt
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Kernels compute the same numbers compiled and interpreted: expressions over modules of tests, evaluated in both."""
 
-from __future__ import annotations
-
 import json
 from importlib import import_module
 from pathlib import Path
@@ -34,7 +32,7 @@ CASES = {
         1e-13,
     ),
     "listed closings": Case(
-        "test_listed_closings", "[part.tolist() for part in PairList(*drawn(3)).closings(noise(6, 150), 0.02)]", 1e-13
+        "test_closings", "[part.tolist() for part in PairList(*drawn(3)).closings(noise(6, 150), 0.02)]", 1e-13
     ),
     "a wave past a pair": Case(
         "test_wave_passage",
@@ -54,8 +52,8 @@ CASES = {
         1e-10,
     ),
     "links with laws": Case(
-        "test_laws_of_links",
-        "[run(model(*ROWS[name]), 0.006, GROUND[60:160], DT, 1e-6).floors.tolist()"
+        "test_links",
+        "[run(model(*OF_LAWS[name]), 0.006, GROUND[60:160], DT, 1e-6).floors.tolist()"
         " for name in ('friction', 'hook that breaks', 'damper', 'damper on a brace')]",
         1e-9,
     ),
@@ -80,7 +78,7 @@ CASES = {
         ("impact_count", 3.0),
     ),
     "floors as bars": Case(
-        "test_distributed_mass",
+        "test_impulsive",
         "[solve(SOFT, STIFF, Interface(0.003, law, ANY, 2e7), shaking(4.0)[:300], 0.01)"
         " for law in (FLOORS, DistributedMass(3.0, 80.0))]",
         1e-12,

@@ -3,8 +3,6 @@
 M ü + C u̇ + K u + e_1 V(u_1) = −M 1 a_g(t),     V elastic about its plastic offset, V = k_2 u ± Q_d past it
 """
 
-from __future__ import annotations
-
 from math import inf, pi, sqrt
 from typing import Any
 

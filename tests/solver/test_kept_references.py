@@ -1,7 +1,5 @@
 """The kept answers of the reference integrator are its own, and another question is not answered by one of them."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

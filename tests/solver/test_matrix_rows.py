@@ -4,8 +4,6 @@ Oracles: the integrator in physical coordinates by which chains are held, whose 
 when they are written as matrices; and SciPy's DOP853 on the equations of a bending frame, written down here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -18,7 +16,7 @@ from row_cases import CASES, EL_CENTRO, RIGID, Case, Shaking, by_solver, contact
 from scipy.integrate import solve_ivp
 from scipy.linalg import block_diag, eigh
 from sweeps import sweep
-from test_laws_of_links import ROWS as LINKED
+from test_links import OF_LAWS as LINKED
 from test_links import model as linked_row
 from test_links import run as run_linked
 from test_rows_against_scipy import differences

@@ -4,8 +4,6 @@ With e far below 0.1 the damper's time m/c is a millionth of what the buildings 
 equations of its own (`oracle_stiff`), and against the closed form of creep under a constant push.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Any

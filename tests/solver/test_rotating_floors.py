@@ -4,8 +4,6 @@ Oracle: DOP853 on matrices that are put together here, storey by storey from spr
 centre of stiffness and one of rotation about it; contact points at both ends of a face are springs.
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 

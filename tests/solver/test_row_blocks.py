@@ -1,12 +1,13 @@
-"""Blocks of nodes that a run of a row passes over: nothing in them is missed, and what is passed over is not read.
+"""Blocks of nodes that a run of a row passes over, groups that are solved together, and outputs of interfaces.
 
 A run whose bounds of the free motion are infinite passes over nothing: it goes from node to node, and searches wherever
 buildings have been in contact.
 """
 
-from __future__ import annotations
-
+from collections import Counter
+from itertools import pairwise
 from math import inf
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,9 +18,17 @@ from row_cases import CASES, EL_CENTRO, RIGID, contacts_of, meeting, points_of, 
 from scipy.linalg import expm
 
 from pounding_risk.models.effects.wave_passage import WavePassage
-from pounding_risk.solver.counters import COMPLETE, COUNT
+from pounding_risk.models.structures.links import Link
+from pounding_risk.results.layout import AXES
+from pounding_risk.results.variables import MOTION, VARIABLES
+from pounding_risk.solver.counters import APPROACH, COMPLETE, COUNT, PLASTIC, STATUS, TALLIED
+from pounding_risk.solver.pair.outputs import BUILDING, COLUMNS, RUN
 from pounding_risk.solver.row import api as rows
+from pounding_risk.solver.row import outputs
+from pounding_risk.solver.row.api import HIGHEST, LOWEST, POINT_COLUMNS
 from pounding_risk.solver.row.layout import lay_out
+from pounding_risk.solver.row.outputs import GATHERED, HIGH, LOW, OF_LINKS, POINT, Variable
+from pounding_risk.solver.row.partition import HELD, LEFTWARDS, RIGHTWARDS, Span, gathered, solved_spans, tied
 from pounding_risk.solver.row.workspace import GIVE, ROOT, SWAY
 
 ACCELERATION, DT = EL_CENTRO.samples()
@@ -199,3 +208,112 @@ def test_the_free_motion_stays_within_the_bounds_of_its_blocks():
     # Not much wider than the motion in its strongest blocks, or nothing would ever be passed over.
     strongest = motion.floor_bounds[:, 0].argmax(axis=0)
     assert (motion.floor_bounds[strongest, 0, range(4)] <= 1.1 * reached[strongest, 0, range(4)]).all()
+
+
+def test_every_counter_is_gathered_once():
+    """One that is in no group would be zero in every row, without an error."""
+    gathered = Counter(column for group, _ in GATHERED for column in group)
+    assert set(gathered) == {*range(TALLIED), HIGH, LOW} - {STATUS}
+    assert set(gathered.values()) == {1} and max(gathered) < COLUMNS
+
+
+def test_every_output_has_its_place_and_its_unit_in_a_dataset():
+    """One without a place would end in a KeyError; one of another unit would be read as a thousandth, or as a g."""
+    own = [value for value in vars(outputs).values() if isinstance(value, dict) and value]
+    of_rows = {name: each for table in own for name, each in table.items() if isinstance(each, Variable)}
+    of_rows |= {name: Variable(output.unit, "", ("interface",)) for name, output in RUN.items()}
+    of_rows |= {f"{POINT}{name}": Variable(RUN[name].unit, "", ("contact_point",)) for name in outputs.OF_POINTS}
+    of_rows |= {name: Variable(unit, "", ("building",)) for name, (unit, _, _) in BUILDING.items()}
+    for name, output in of_rows.items():
+        assert VARIABLES[name].dims == (*AXES, *output.dims) and VARIABLES[name].unit == output.unit, name
+    for name in (*outputs.OF_BUILDINGS, *outputs.OF_STOREYS, *outputs.OF_YIELDING, *outputs.OF_LAWS, *OF_LINKS):
+        assert VARIABLES[f"{name}_free"] == VARIABLES[name]._replace(dims=(*MOTION, *of_rows[name].dims)), name
+
+
+def test_every_output_of_links_is_that_of_its_links():
+    """A spring that has broken and a damper of a power law between the same two buildings, none between the others."""
+    links = [Link(1, 1.0, 1.0, 2e7, 0.0, breaking=1e5), Link(1, 1.0, 1.0, 0.0, 3e5, exponent=1.0)]
+    points = np.zeros((2, POINT_COLUMNS))
+    points[:, LOWEST], points[:, HIGHEST] = (-0.004, -0.006), (0.001, 0.002)
+    points[:, APPROACH], points[:, PLASTIC] = (0.0, 0.2), (250.0, 40.0)
+    model = SimpleNamespace(links=links, chains=[0, 1, 2], is_link=np.array([True, True]), interfaces=np.array([1, 1]))
+    frame: Any = SimpleNamespace(model=model, of_links=lambda: list(OF_LINKS))
+    found = outputs._of_links(SimpleNamespace(points=points, status=0), frame)  # type: ignore[arg-type]
+    expected = {
+        "peak_link_stretch": 0.006,
+        "peak_link_shortening": 0.002,
+        "peak_link_spring_force": 8e4,  # k e of the spring's own stretch
+        "link_energy": 290.0,
+        "peak_link_damper_force": 6e4,  # c v
+        "broken_links": 1.0,
+    }
+    assert list(found) == list(OF_LINKS) == list(expected)
+    for name, value in expected.items():
+        np.testing.assert_allclose(found[name], [np.nan, value], rtol=1e-15, err_msg=name)
+    failed = outputs._of_links(SimpleNamespace(points=points, status=3), frame)  # type: ignore[arg-type]
+    assert np.isnan(list(failed.values())).all()
+
+
+def test_closed_interfaces_tie_buildings():
+    assert tied([False, False]) == []
+    assert tied([True, True, False, False, True]) == [Span(0, 2), Span(4, 5)]
+
+
+def test_parts_side_by_side_are_one():
+    """With one open interface between them each would watch a neighbour that does not move freely."""
+    assert tied([True, False, True]) == [Span(0, 3)]
+    assert tied([True, False, False, True]) == [Span(0, 1), Span(3, 4)]
+
+
+@given(st.lists(st.booleans(), max_size=12))
+def test_every_closed_interface_lies_in_one_part(closed):
+    """And parts hold nothing that they need not: their outermost interfaces are closed, and none is beside another."""
+    parts = tied(closed)
+    for place, shut in enumerate(closed):
+        inside = [part for part in parts if part.first <= place < part.last]
+        assert len(inside) <= 1
+        assert inside or not shut
+    for part in parts:
+        assert closed[part.first] and closed[part.last - 1]
+    assert all(after.first - before.last >= 2 for before, after in pairwise(parts))
+
+
+@given(st.lists(st.booleans(), min_size=1, max_size=10), st.sets(st.integers(0, 9)))
+def test_growth_is_the_smallest_that_holds(closed, pressed):
+    """Against a plain fixed point: a part that reaches an interface that pounding presses shut takes it in."""
+    pressed = {place for place in pressed if place < len(closed)}
+    solved = []
+
+    def solve(span):
+        solved.append(span)
+        if span.first - 1 in pressed:
+            return span, LEFTWARDS
+        return span, RIGHTWARDS if span.last in pressed else HELD
+
+    expected = list(closed)
+    while True:
+        parts = tied(expected)
+        beside = {place for part in parts for place in (part.first - 1, part.last)} & pressed
+        if not beside:
+            break
+        for place in beside:
+            expected[place] = True
+    found = solved_spans(tied(closed), solve)
+    assert list(found) == parts and all(found[span] == span for span in found)
+    assert len(solved) == len(set(solved)), "a part was solved twice"
+
+
+def test_a_part_that_grows_joins_the_next():
+    """Three parts; the first grows into the building between it and the second, which it then stands beside."""
+    asked = []
+
+    def solve(span):
+        asked.append(span)
+        return len(asked), RIGHTWARDS if span == Span(0, 1) else HELD
+
+    assert solved_spans([Span(0, 1), Span(3, 4), Span(7, 8)], solve) == {Span(0, 4): 2, Span(7, 8): 3}
+    assert asked == [Span(0, 1), Span(0, 4), Span(7, 8)]
+
+
+def test_overlapping_spans_are_gathered():
+    assert gathered([Span(4, 6), Span(0, 1), Span(1, 2)]) == [Span(0, 2), Span(4, 6)]

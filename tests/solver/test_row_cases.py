@@ -1,7 +1,5 @@
 """Cases of a row in parts against the whole row at once: nothing changes, and nothing is solved twice."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import inf
 

@@ -1,7 +1,5 @@
 """Rows of single masses whose velocities jump: the pair, SciPy with every set of contacts, laws of mechanics."""
 
-from __future__ import annotations
-
 from itertools import product
 from math import inf, nan
 

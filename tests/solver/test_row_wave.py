@@ -1,7 +1,5 @@
 """A wave that passes a row: the pair's solver, an independent run, limits, mirror, parts, scenes."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What must hold of any row: parts that do not touch are alone, and mirror images are alike."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

@@ -4,8 +4,6 @@ Compiling a law takes longer than all that is shown here, and what is shown does
 interpreted. That compiled code has the same bits is shown with a law that remembers four numbers.
 """
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

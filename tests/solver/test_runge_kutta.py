@@ -1,6 +1,4 @@
-"""The Runge-Kutta table checks itself, is SciPy's, and has the order it declares."""
-
-from __future__ import annotations
+"""The Runge-Kutta table checks itself, is SciPy's, and has the order it declares; linear equations against LAPACK."""
 
 from dataclasses import replace
 
@@ -10,6 +8,7 @@ from scipy.integrate import RK45
 from scipy.integrate._ivp import dop853_coefficients as scipy_table
 from scipy.integrate._ivp import radau as scipy_radau
 
+from pounding_risk.solver.pair.implicit import solve_linear
 from pounding_risk.solver.runge_kutta import DOP853, DORMAND_PRINCE, RADAU, Collocation, Tableau
 
 STAGES = len(DOP853.nodes)
@@ -147,3 +146,16 @@ def test_wrong_nodes_are_refused():
         replace(RADAU, nodes=(RADAU.nodes[0] + 1e-9, *RADAU.nodes[1:]))
     with pytest.raises(ValueError, match="the last node is not the end"):
         replace(RADAU, nodes=(*RADAU.nodes[:-1], 0.99))
+
+
+@pytest.mark.parametrize("size", [1, 2, 5, 20])
+def test_it_solves_what_lapack_solves(size: int):
+    """Residuals of a few roundings, whatever the condition; a zero on the diagonal needs the pivots."""
+    random = np.random.default_rng(size)
+    matrix, right = random.standard_normal((size, size)), random.standard_normal(size)
+    if size > 1:
+        matrix[0, 0] = 0.0
+    found = right.copy()
+    solve_linear(matrix.copy(), found)
+    np.testing.assert_allclose(found, np.linalg.solve(matrix, right), rtol=1e-10)
+    assert np.abs(matrix @ found - right).max() <= 1e-14 * size * np.abs(matrix).max() * np.abs(found).max()

@@ -1,7 +1,5 @@
 """A wave that passes one building before the other: an independent run, limits, mirror, scenes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

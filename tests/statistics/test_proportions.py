@@ -1,7 +1,5 @@
 """Bounds of shares against their definition, and how they hold where motions of a recording are alike."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.sparse import csr_matrix

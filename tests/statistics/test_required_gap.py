@@ -1,7 +1,5 @@
 """Required gaps against order statistics and a known distribution."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import example, given

@@ -1,7 +1,5 @@
 """Footprints: metres against the ellipsoid in space, distances along a street against shapes moved, the axis turned."""
 
-from __future__ import annotations
-
 from math import cos, pi, radians, sin, sqrt, tau
 
 import numpy as np

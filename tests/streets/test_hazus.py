@@ -1,7 +1,5 @@
 """Storeys by the Hazus rule: period, strengths and limits against eigenvalues, sums and published formulas."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from sentences import refusal

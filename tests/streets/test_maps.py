@@ -1,11 +1,10 @@
-"""Files of maps: one street in many projections and formats, what is repaired and refused, tags as they are."""
-
-from __future__ import annotations
+"""Files of maps: one street in many projections and formats, what is repaired and refused, and damaged files."""
 
 import csv
 import json
 import re
 import tomllib
+from collections.abc import Callable
 from itertools import pairwise
 from math import cos, degrees, radians, sin, sqrt
 from pathlib import Path
@@ -17,9 +16,13 @@ import numpy as np
 import pyogrio
 import pytest
 import shapely
+from damaged_tables import survey
 from hypothesis import given
 from hypothesis import strategies as st
 from pyproj import Transformer
+from sweeps import sweep
+from test_inventory import ASSETS, FEATURES, METADATA, OED, R2D, exposure
+from test_street import STREETS
 
 import pounding_risk as pr
 from pounding_risk.errors import PoundingError
@@ -27,6 +30,7 @@ from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.streets import table as street_table
 from pounding_risk.streets.defaults import Rules
+from pounding_risk.streets.inventory import read_inventory
 from pounding_risk.streets.neighbours import floors
 from pounding_risk.streets.rows import Block, footprint_outlines, footprint_rings, read_block
 from pounding_risk.streets.table import BlockError
@@ -574,3 +578,47 @@ def test_a_scene_of_uncertain_gaps_is_scanned_and_assessed_as_it_is(tmp_path):
     expected = [(closing > gap).mean() for gap in gaps]
     assert answer["contact_probability_of_sample"].values.ravel() == pytest.approx(expected)
     assert 0.0 < np.mean(expected) < 1.0, closing
+
+
+ALONE = ASSETS.format("a", "b").replace("X,Y,TAX", "lon,lat,tax")
+INVENTORIES = {"oed.csv": OED, "r2d.csv": R2D, "r2d.geojson": FEATURES, "assets.csv": ALONE, "metadata.xml": METADATA}
+# By the name of the file: its reader, and how many copies are made.
+FILES = {
+    **{
+        name: (read_block, 40)
+        for name in ("street.csv", "street.geojson", "street.gpkg", "street.fgb", "street.parquet")
+    },
+    **{name: (read_inventory, 80) for name in INVENTORIES},
+}
+
+
+def sound(path: Path) -> None:
+    """Write the file as it should be."""
+    if path.name in INVENTORIES:
+        exposure(path.parent)
+        path.write_text(INVENTORIES[path.name], encoding="utf-8")
+    elif path.suffix in (".csv", ".geojson"):
+        path.write_bytes((STREETS / path.name).read_bytes())
+    else:
+        write(path, in_degrees(made_street(), 15.0, 40.0), "EPSG:4326")
+
+
+def in_words(read: Callable[[Path], Any], path: Path) -> Any:
+    try:
+        return read(path)
+    except BlockError as error:
+        assert error.faults and all(len(fault) > 20 and fault.isprintable() for fault in error.faults), error.faults
+        raise
+
+
+@pytest.mark.parametrize("times", sweep([1, 5], 1))
+@pytest.mark.parametrize("name", FILES)
+def test_damaged_files_are_read_or_refused_in_words(tmp_path, name, times):
+    path, (read, count) = tmp_path / name, FILES[name]
+    sound(path)
+
+    def check(found: Any) -> None:
+        assert not isinstance(found, Block) or found.houses
+
+    found = survey(path, lambda: in_words(read, path), check, count * times, longest=20_000)
+    assert found["refused"] >= count * times / 10

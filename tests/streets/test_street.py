@@ -1,7 +1,5 @@
 """Streets as rows: a table and its footprints agree, gaps are the distances, what is missing is filled and told."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

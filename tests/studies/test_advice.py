@@ -1,7 +1,5 @@
 """Advice on a contact: the range of stiffness in closed form, what depends on what, and what does not apply."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import nan, pi, sqrt
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The compile cache is filled with what a scan and a simulation call, looked into, and rid of other versions."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Ten gaps, contact counts and multiples of the study of codes' gaps, by state transitions of NumPy and SciPy alone."""
 
-from __future__ import annotations
-
 import json
 from itertools import combinations, pairwise
 from math import ceil, hypot, pi

@@ -1,7 +1,5 @@
 """The comparison of contact models: equal terms that are equal, ratios and flips counted by hand, honest sentences."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

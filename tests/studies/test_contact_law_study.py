@@ -1,7 +1,5 @@
 """Forces and displacements of pairs like those of the studies of contact laws, by DOP853 with laws written here."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import pairwise
 from math import log, pi, sqrt

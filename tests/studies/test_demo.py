@@ -1,7 +1,5 @@
 """The paper's example: what it states, found from our own runs, and the demo that shows it."""
 
-from __future__ import annotations
-
 from hashlib import sha256
 from math import inf
 from pathlib import Path

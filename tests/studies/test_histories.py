@@ -1,7 +1,5 @@
 """Histories of chosen cases: against `simulate` at the samples, against the results' peaks, and what is refused."""
 
-from __future__ import annotations
-
 from itertools import product
 from math import inf
 

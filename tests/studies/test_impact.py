@@ -1,7 +1,5 @@
 """Isolated impacts beyond the facts of test_conformance: scaling, published tables, the cap."""
 
-from __future__ import annotations
-
 import closed_forms as exact
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """`modes`: what is printed and drawn of the buildings' own vibration."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from figure_words import words_of

@@ -1,7 +1,5 @@
 """Scenes whose buildings stand on grounds of their own: keys, records, every command, displacements in space."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Results run again from what they carry: from another folder, after changes, and what is refused."""
 
-from __future__ import annotations
-
 import json
 import struct
 from functools import partial

@@ -1,7 +1,5 @@
 """Scenes of single masses in a row whose velocities jump: every command, and the sentences for rows that cannot."""
 
-from __future__ import annotations
-
 from copy import deepcopy
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Histories of a row's run: against the scan's run, the contact law, closed forms, and the run's own sums."""
 
-from __future__ import annotations
-
 import commands
 import numpy as np
 import pytest

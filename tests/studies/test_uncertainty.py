@@ -1,7 +1,5 @@
 """The motion without contact of samples against scans of the same scenes, and what the dataset says of itself."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

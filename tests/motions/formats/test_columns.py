@@ -195,18 +195,6 @@ def test_a_motion_comes_back_bit_for_bit(tmp_path):
     assert [each.name for each in tmp_path.iterdir()] == ["El Centro.csv"]
 
 
-@pytest.mark.complete
-def test_a_raw_trace_stays_raw_until_it_is_processed(tmp_path):
-    trace = catalogue.load("NAPA-HNE")[0]
-    trace.stats.record = {"state": "raw"}
-    back = _read_columns(write_columns(trace, tmp_path / "raw.txt"))[0]
-    assert np.array_equal(back.data, trace.data)
-    assert (back.stats.record.state, back.stats.starttime) == ("raw", trace.stats.starttime)
-    assert back.stats.delta == trace.stats.delta
-    done = _read_columns(write_columns(trace.detrend("demean"), tmp_path / "done.txt"))[0]
-    assert done.stats.record.state == "processed"
-
-
 @given(
     samples=st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=50), dt=st.sampled_from([1 / 128, 0.0024, 1 / 3, 0.02])
 )

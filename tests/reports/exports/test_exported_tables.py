@@ -1,7 +1,5 @@
 """Demands for pelicun and CSV tables hold the numbers of the dataset, with their units."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

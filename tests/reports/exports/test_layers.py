@@ -1,7 +1,5 @@
 """Layers of maps: numbers are those of the runs, shapes those of the street, and files what their readers want."""
 
-from __future__ import annotations
-
 import sqlite3
 from contextlib import closing
 from itertools import pairwise

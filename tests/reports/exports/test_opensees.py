@@ -1,7 +1,5 @@
 """A scene as an OpenSeesPy script: it runs by itself, and its peaks come to those of the scene as its step shrinks."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

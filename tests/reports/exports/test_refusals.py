@@ -1,7 +1,5 @@
 """What no export can write is refused in a sentence, before anything is written."""
 
-from __future__ import annotations
-
 import sys
 from types import SimpleNamespace
 from typing import Any

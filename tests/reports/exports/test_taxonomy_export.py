@@ -1,7 +1,5 @@
 """The table of GEM strings and OED codes: what it says of a row, held against the dataset and GEM's validator."""
 
-from __future__ import annotations
-
 import csv
 
 import numpy as np
