@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from math import inf, isfinite, nan
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk.render.sheet import computing_time
 from pounding_risk.results.tolerance_check import WORDS
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 EVENT = "event-driven"  # this package's solver among the methods
 LEVELS = tuple(10.0**-power for power in range(2, 10))

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk.units import signed_percent
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NONE, ALL = "none", "all together"
 # What an effect may change, with the words for it; the first is the one that the finding speaks of.

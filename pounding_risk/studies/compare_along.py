@@ -7,18 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import nan
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.scene_axes import axes_of, idle_axes, open_axes, value_at
 from pounding_risk.scene.scene_axis import SceneAxis
 from pounding_risk.studies import compare_findings as findings
 from pounding_risk.studies.compare_findings import Moved, Verdict
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # What a comparison of each place says: the axes have no effect on it where none of these changes.
 COMPARED = ("ratio_low", "ratio_median", "ratio_high", "rank_agreement", "flips", "judged")

@@ -14,6 +14,7 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 import xarray as xr
 
+from pounding_risk._common.dates import created
 from pounding_risk._common.written import write_files
 from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports._fragilities import TAIL, Fragilities, Function, Model, distinct, fragilities_of
@@ -93,8 +94,6 @@ def _add_discrete(element: Xml.Element, function: Function, imt: str) -> None:
 
 def _description(fragilities: Fragilities, model: Model, side: str) -> str:
     """What the curves are, each with its median and dispersion, and the motions that they are from."""
-    from pounding_risk._common.dates import created
-
     each = "; ".join(
         f"{function.identifier}, {curve.state}: {curve.words}, median {curve.median:.4g} {fragilities.measure.unit} "
         f"(standard error of its logarithm {curve.errors[0]:.2g}), dispersion {curve.dispersion:.3g} "
