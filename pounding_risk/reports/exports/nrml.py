@@ -6,7 +6,6 @@ are θ exp(β²/2) and the mean times sqrt(exp(β²) − 1).
 
 from __future__ import annotations
 
-from io import BytesIO
 from math import ceil, exp, log, sqrt
 from pathlib import Path
 from xml.etree import ElementTree as Xml
@@ -65,9 +64,7 @@ def document(fragilities: Fragilities, model: Model, side: str, discrete: bool) 
             fragilities.measure.imt,
         )
     Xml.indent(root, " ")
-    out = BytesIO()
-    Xml.ElementTree(root).write(out, encoding="utf-8", xml_declaration=True)
-    return f"{out.getvalue().decode()}\n"
+    return f"{Xml.tostring(root, encoding='utf-8', xml_declaration=True).decode()}\n"
 
 
 def _add_continuous(element: Xml.Element, function: Function, imt: str) -> None:
