@@ -72,7 +72,7 @@ def without_mark(text: str) -> str:
 
 
 def csv_text(rows: Iterable[Iterable[Any]]) -> str:
-    """Rows as the text of a CSV file; texts of users go through `cell` before."""
+    """Rows as the text of a CSV file, every content as `cell` has it."""
     out = StringIO()
-    csv.writer(out, lineterminator="\n").writerows(rows)
+    csv.writer(out, lineterminator="\n").writerows(map(cell, row) for row in rows)
     return out.getvalue()

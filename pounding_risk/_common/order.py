@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-if TYPE_CHECKING:
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 ROUNDING = 1e-9  # of a count: 95 % of 20 values are 19 of them, whatever 0.95 × 20 is in binary
 
@@ -23,7 +20,7 @@ def enough_for(values: ArrayLike, percentiles: ArrayLike, axis: int | None = Non
     Parameters
     ----------
     values : array_like
-        The values, at least one along ``axis``.
+        The values, at least one along ``axis``; those that are NaN are left out.
     percentiles : array_like
         Shares in %, between 0 and 100.
     axis : int, optional
@@ -32,19 +29,19 @@ def enough_for(values: ArrayLike, percentiles: ArrayLike, axis: int | None = Non
     Returns
     -------
     ndarray
-        The axes of ``percentiles`` first, then the other axes of ``values``.
+        The axes of ``percentiles`` first, then the other axes of ``values``; NaN where all values are.
 
     >>> float(enough_for([10.0, 20.0, 30.0, 40.0], 75.0))
     30.0
     >>> float(enough_for([10.0, 20.0, 30.0, 40.0], 76.0))  # three of four are 75 %
     40.0
     """
-    rising = np.sort(np.asarray(values, dtype=float), axis=axis)
-    along = 0 if axis is None else axis
-    ranks = np.ceil(np.asarray(percentiles) / 100.0 * rising.shape[along] - ROUNDING).astype(int)
-    picked = np.take(rising, np.maximum(ranks, 1) - 1, axis=along)
-    count, at = np.ndim(percentiles), along % rising.ndim
-    return np.asarray(np.moveaxis(picked, range(at, at + count), range(count)))
+    table = np.asarray(values, dtype=float)
+    rising = np.sort(table.ravel() if axis is None else np.moveaxis(table, axis, 0), axis=0)  # NaN last
+    known = (~np.isnan(rising)).sum(axis=0)
+    ranks = np.ceil(np.multiply.outer(np.asarray(percentiles) / 100.0, known) - ROUNDING).astype(int)
+    places = np.maximum(ranks, 1) - 1
+    return np.take_along_axis(rising, places.reshape(-1, *known.shape), axis=0).reshape(places.shape)
 
 
 def evenly(count: int, most: int) -> list[int]:

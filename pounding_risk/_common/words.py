@@ -1,4 +1,4 @@
-"""Words of sentences: the known word that is nearest to an unknown one, and lists in short."""
+"""Words of sentences: of names, the known word that is nearest to an unknown one, and lists in short."""
 
 from __future__ import annotations
 
@@ -7,6 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 
 FIRST = 5  # words of a list that are named
+
+
+def words_of(*names: str) -> dict[str, str]:
+    """Names of variables, each with its words: that of `peak_drift` are "peak drift"."""
+    return {name: name.replace("_", " ") for name in names}
 
 
 def nearest_file(name: str, known: Iterable[str]) -> str:

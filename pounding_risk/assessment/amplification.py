@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk.assessment.spectra import rule_words, usual_percentile
 from pounding_risk.units import GAP, say
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 Array = NDArray[np.float64]
 

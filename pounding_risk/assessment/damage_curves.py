@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.words import nearest
@@ -24,9 +25,6 @@ from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import METHODS, Capacities, Observed, capacities, expanded_tail
 from pounding_risk.statistics.fragility import Fit, fragility_curve, of_one_intensity
 from pounding_risk.units import shown as shown_text
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -197,12 +195,9 @@ def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
     """The largest demand of the chosen buildings and storeys by motion and level."""
     demand, ending = state.demand, "_free" if without else ""
     names = list(map(str, case["building"].values))
-    rigid = np.isnan(case["building_period"].values)
-    if state.building and state.building not in names:
-        raise _absent(state, "building", names)
-    if state.building and rigid[names.index(state.building)]:
+    chosen = [at for at in _chosen(case, state, "building") if not np.isnan(case["building_period"].values[at])]
+    if state.building and not chosen:
         raise _lacking(state, f"{state.building} is rigid and moves with the ground; name another building")
-    chosen = [names.index(state.building)] if state.building else np.flatnonzero(~rigid).tolist()
     # The displacement of a mass is the drift of a building without storeys alone, and each dataset has either.
     name = demand.storeys if "storey_displacement_free" in case else demand.mass
     if not name or not (demand.mass or f"{name}_free" in case):
@@ -234,19 +229,10 @@ def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
 def _of_interfaces(case: xr.Dataset, state: Any, without: bool) -> Array:
     """The largest demand of the chosen interfaces or contact points by motion and level; 0 without contact."""
     demand = state.demand
-    names = list(map(str, case["interface"].values))
-    if state.interface and state.interface not in names:
-        raise _absent(state, "interface", names)
-    points = list(map(str, case["contact_point"].values))
-    if state.contact_point and state.contact_point not in points:
-        raise _absent(state, "contact_point", points)
-    is_chosen = np.ones(len(points), dtype=bool)
-    if state.interface:
-        is_chosen &= case["contact_point_interface"].values == names.index(state.interface)
+    is_chosen = np.isin(case["contact_point_interface"].values, _chosen(case, state, "interface"))
+    is_chosen &= np.isin(np.arange(is_chosen.size), _chosen(case, state, "contact_point"))
     if demand.points:
         is_chosen &= case["contact_point_kind"].values.astype(str) == demand.points
-    if state.contact_point:
-        is_chosen &= np.array([point == state.contact_point for point in points])
     if not is_chosen.any():
         raise _lacking(state, demand.absent or f"{state.contact_point} is no contact point of {state.interface}")
     name, place = f"{POINT}{demand.interfaces}", "contact_point"
@@ -258,13 +244,10 @@ def _of_interfaces(case: xr.Dataset, state: Any, without: bool) -> Array:
 
 def _of_links(case: xr.Dataset, state: Any, without: bool) -> Array:
     """The largest demand of the links at the chosen interfaces by motion and level."""
-    names = list(map(str, case["interface"].values))
-    if state.interface and state.interface not in names:
-        raise _absent(state, "interface", names)
+    chosen = _chosen(case, state, "interface")
     name = state.demand.links + "_free" * without
     if name not in case:
         raise _lacking(state, state.demand.absent)
-    chosen = [names.index(state.interface)] if state.interface else list(range(len(names)))
     peaks = by_amplitude(finite(case, name).isel(interface=chosen), ["interface"])
     largest = np.fmax.reduce(peaks, axis=-1)
     if without and not np.isfinite(largest).any():
@@ -272,11 +255,14 @@ def _of_links(case: xr.Dataset, state: Any, without: bool) -> Array:
     return np.asarray(largest)
 
 
+def _chosen(case: xr.Dataset, state: Any, place: str) -> list[int]:
+    """Which buildings, interfaces or contact points a state is of: the one that it names, or all."""
+    names, named = list(map(str, case[place].values)), getattr(state, place)
+    if named and named not in names:
+        meant = f"{shown_text(named)} is not in the dataset{nearest(named, names)}"
+        raise Lacking(state, f"{place.replace('_', ' ')} {meant}, which has {', '.join(names)}")
+    return [at for at, name in enumerate(names) if not named or name == named]
+
+
 def _lacking(state: Any, why: str) -> Lacking:
     return Lacking(state, f"{state.demand.key}: {why}")
-
-
-def _absent(state: Any, place: str, known: list[str]) -> Lacking:
-    wanted = getattr(state, place)
-    meant = f"{shown_text(wanted)} is not in the dataset{nearest(wanted, known)}"
-    return Lacking(state, f"{place.replace('_', ' ')} {meant}, which has {', '.join(known)}")

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk.assessment.damage_curves import POUNDING, Curves, Motions, Options
@@ -19,9 +20,6 @@ from pounding_risk.results.variables import bounded, described
 from pounding_risk.statistics.fragility import fragility_curve
 from pounding_risk.statistics.hazard import annual_rate
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 Array = NDArray[np.float64]
 
 POINTS = 61  # intensities of the curves
@@ -31,8 +29,6 @@ BOTH = ("state", "pounding")
 
 def dataset_of(curves: Sequence[Curves], motions: Motions, options: Options, case: xr.Dataset) -> xr.Dataset:
     """The dataset of all states."""
-    import xarray as xr
-
     unit, words = intensity_unit(options.intensity), intensity_words(options.intensity)
     tested = motions.ims[np.isfinite(motions.ims)]
     im = np.geomspace(tested.min(), tested.max(), POINTS) if np.ptp(tested) > 0.0 else tested[:1]

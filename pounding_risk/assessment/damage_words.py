@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import isfinite, isnan, nan
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.damage_curves import (
@@ -26,9 +26,6 @@ from pounding_risk.results.attributes import collapsible_buildings, isolated_bui
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import BETWEEN, METHODS, NONE
 from pounding_risk.units import GAP, YIELD_FORCE, say
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FEW = 6  # recordings, below which bounds may be too narrow
 METHOD_WORDS = {"stripes": "stripes", "ida": "incremental dynamic analysis", "cloud": "cloud"}

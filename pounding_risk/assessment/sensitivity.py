@@ -14,20 +14,20 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from math import inf, isfinite, nan
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.order import enough_for
+from pounding_risk._common.words import words_of
 from pounding_risk.assessment.demands import Motions, by_motion
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.results.amplitudes import own
 from pounding_risk.results.attributes import finite
+from pounding_risk.results.variables import unit_of
 from pounding_risk.units import GAP, YIELD_FORCE, Quantity, say
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Array = NDArray[np.float64]
 
@@ -38,15 +38,9 @@ COLUMNS_ALONE = "F_E of columns alone"  # where these have one of their own
 CAPPED = "peak_contact_force"  # F_E is its upper end: that it follows F_E is no finding
 OF_BUILDINGS = ("peak_relative_displacement", "peak_floor_acceleration", "storey_ductility")
 NOTABLE = 0.01  # a median that moves by less than this share of itself is called unchanged
-# Outputs of a dataset as far as it has them: what they are called, and their unit. Of two buildings or several storeys
-# the largest counts.
-OUTPUTS = {
-    "peak_relative_displacement": ("peak relative displacement", "m"),
-    "peak_floor_acceleration": ("peak floor acceleration", "m/s2"),
-    "peak_contact_force": ("peak contact force", "N"),
-    "peak_penetration": ("peak penetration", "m"),
-    "storey_ductility": ("storey ductility", "1"),
-}
+# Outputs of a dataset as far as it has them. Of two buildings or several storeys the largest counts.
+OUTPUTS = words_of("peak_relative_displacement", "peak_floor_acceleration", "peak_contact_force", "peak_penetration")
+OUTPUTS |= words_of("storey_ductility")
 LOW, MIDDLE, HIGH = 16.0, 50.0, 84.0
 CASES = ("contact_model", "yield_force")
 
@@ -79,7 +73,7 @@ def responses_at(results: xr.Dataset, gap: float, isolated: Collection[str] = ()
     at_gap = results.isel(gap=int(np.abs(results["gap"].values - gap).argmin()))
     touching = by_motion(at_gap["impact_count"], CASES) > 0
     responses = []
-    for output, (words, unit) in OUTPUTS.items():
+    for output, words in OUTPUTS.items():
         if output not in at_gap:
             continue
         inside = [axis for axis in at_gap[output].dims if axis not in ("record", "polarity", *CASES)]
@@ -95,7 +89,7 @@ def responses_at(results: xr.Dataset, gap: float, isolated: Collection[str] = ()
             spread = np.percentile(known, (LOW, MIDDLE, HIGH)) if known.size else np.full(3, np.nan)
             about = (str(at_gap["contact_model"].values[model]), float(at_gap["yield_force"].values[force]))
             low, median, high = map(float, spread)
-            responses.append(Response(output, words, unit, gap, *about, low, median, high, known.size))
+            responses.append(Response(output, words, unit_of(output), gap, *about, low, median, high, known.size))
     return tuple(responses)
 
 

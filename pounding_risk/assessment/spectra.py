@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
@@ -15,10 +16,6 @@ from pounding_risk.assessment.separations.rules import RULES, Case, Site
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.variables import described
 from pounding_risk.units import share, shown
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 Array = NDArray[np.float64]
 
@@ -44,8 +41,6 @@ def read_percentiles(asked: Sequence[float | str], name: str = "percentiles") ->
 
 def with_rules(results: xr.Dataset) -> xr.Dataset:
     """The dataset with what each rule of `charted` requires from the spectral displacements at each percentile."""
-    import xarray as xr
-
     left, right = (results[f"{side}_displacement"].values for side in ("left", "right"))
     case = Case(
         (left[:, :, None], right[:, None, :]),

@@ -15,6 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.files import STORE
 from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk.assessment.demands import Motions, motions_of, pushed_closing
@@ -376,8 +377,6 @@ def named_output(outputs: Mapping[str, Output], requested: str | None) -> str:
 
 def opened_samples(source: Any) -> Samples | Scene:
     """The samples of a dataset or its file, or the scene of anything else; raises PoundingError without samples."""
-    from pounding_risk._common.files import STORE
-
     is_file = isinstance(source, str | Path) and str(source).lower().endswith((".nc", STORE))
     if is_file or hasattr(source, "data_vars"):
         return _of_dataset(open_results(source) if is_file else source, str(source) if is_file else "the dataset")

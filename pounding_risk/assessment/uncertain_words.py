@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.options import Criterion, percent_words
+from pounding_risk.assessment.uncertain_samples import Samples
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE, share_words
 from pounding_risk.statistics.closings import CrossedClosings
 from pounding_risk.statistics.proportions import least_upper_bound, motions_to_show
 from pounding_risk.statistics.sobol import LEAST_SAMPLES, power_of_two
 from pounding_risk.units import GAP, Quantity, say
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from pounding_risk.assessment.uncertain_samples import Samples
 
 OUTPUT_WORDS = {
     "contact_probability": "P(contact)",

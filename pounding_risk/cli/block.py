@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from math import isnan
 from os.path import relpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,6 +15,7 @@ from pounding_risk.cli._common import options as shared
 from pounding_risk.cli._common.files import announce, check_folder
 from pounding_risk.errors import PoundingError
 from pounding_risk.render.terminal import engineering, print_notes, print_table
+from pounding_risk.units import GAP, PGA, YIELD_FORCE, parse, share, shown
 
 if TYPE_CHECKING:
     from pounding_risk.streets.neighbours import BlockRow, Neighbours
@@ -97,7 +99,6 @@ def _run(options: dict[str, Any]) -> None:
     from pounding_risk.streets.defaults import RANGES, Rules
     from pounding_risk.streets.rows import read_block, write_block
     from pounding_risk.streets.scenes import Contact
-    from pounding_risk.units import GAP, parse, share
 
     facing = options["least_facing"]
     chosen = {name: options[name] for name in AS_THEY_ARE}
@@ -134,8 +135,6 @@ block = shared.with_options(_run, OPTIONS, HELP)
 
 def _tables(options: Mapping[str, Any]) -> dict[str, Any]:
     """What stands in every scene beside its buildings and contact; raises PoundingError for options that contradict."""
-    from pounding_risk.units import PGA
-
     pga, unit, samples = options["pga"], options["unit"], options["samples"]
     shared.read_optional("--pga", pga, PGA)
     tables: dict[str, Any] = {} if pga is None else {"records": {"pga": pga}}
@@ -166,7 +165,6 @@ def _check_contact(contact: Contact) -> None:
     from pounding_risk.models.contact.table import TABULATED
     from pounding_risk.scene.interfaces import known_law
     from pounding_risk.studies.impact import restitution_of
-    from pounding_risk.units import GAP, YIELD_FORCE
 
     try:
         law = known_law(contact.contact_model)
@@ -194,7 +192,6 @@ def _check_contact(contact: Contact) -> None:
 def _check_records(records: Sequence[str]) -> None:
     """Raise PoundingError for a record that is not in the catalogue."""
     from pounding_risk.motions.catalogue import entry
-    from pounding_risk.units import shown
 
     for record in records:
         if set(record) & set("./*"):
@@ -258,8 +255,6 @@ def _print_first(heads: tuple[str, ...], lines: Sequence[tuple[str, ...]], sides
 
 def _neighbours(pair: Neighbours, tolerance: float | None) -> tuple[str, ...]:
     """Cells of two neighbours: their gap, or its range where it is uncertain, shared face and floors."""
-    from math import isnan
-
     from pounding_risk.streets.neighbours import floors
 
     meet, miss, offset = floors(pair.left, pair.right, tolerance)

@@ -11,6 +11,7 @@ from pounding_risk.cli._common.options import Figure, option, read_option, read_
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions.notes import FASTER
 from pounding_risk.render.terminal import engineering, print_notes, print_table
+from pounding_risk.units import FLOOR_LENGTH, MASS, SPEED, WAVE_SPEED, YIELD_FORCE, QuantityError, parse, say
 
 if TYPE_CHECKING:
     from pounding_risk.solver.pair.isolated import Impact
@@ -53,7 +54,6 @@ def impact(
     """Let two bodies collide once under each contact model."""
     from pounding_risk.studies.impact import impact as run
     from pounding_risk.studies.impact import restitution_of
-    from pounding_risk.units import FLOOR_LENGTH, MASS, SPEED, WAVE_SPEED, YIELD_FORCE
 
     masses = read_option("--mass", mass, MASS), read_option("--other-mass", other_mass, MASS._replace(open_high=False))
     approach = read_option("--speed", speed, SPEED)
@@ -115,7 +115,6 @@ def contact_laws(
     from pounding_risk.models.contact.table import TABULATED
     from pounding_risk.scene.interfaces import known_law
     from pounding_risk.solver.pair.isolated import equal_stiffness
-    from pounding_risk.units import say
 
     classes = {name: known_law(name) for name in dict.fromkeys(names)}
     fault = relation_fault(relation) or misfit(classes.values(), relation)
@@ -173,7 +172,6 @@ def _table(path: str | None, unloading_stiffness: str | None) -> Any:
 def _stiffnesses(texts: Sequence[str]) -> dict[str, float]:
     """The stiffness given in each unit; raises PoundingError where two have one unit."""
     from pounding_risk.models.contact.laws import HERTZ_STIFFNESS, LINEAR_STIFFNESS
-    from pounding_risk.units import QuantityError, parse
 
     stiffnesses: dict[str, float] = {}
     for text in texts:

@@ -9,6 +9,7 @@ from typing import Any
 import typer
 
 from pounding_risk.render.terminal import print_table
+from pounding_risk.units import Quantity
 
 ORDER = 100
 # Where the registries are, or the functions that return them, by group of plug-ins.
@@ -87,7 +88,6 @@ def _model(name: str, law: Any) -> tuple[str, ...]:
 def _effect(name: str, effect: Any) -> tuple[str, ...]:
     """Cells of an effect."""
     from pounding_risk.models.effects import acts_on_buildings, acts_on_ground, default_words
-    from pounding_risk.units import Quantity
 
     options = [
         (f"{key} [{allowed.unit}]" if isinstance(allowed, Quantity) else f"{key} ({' or '.join(allowed)})")

@@ -10,7 +10,7 @@ import re
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from math import ceil, isfinite, isnan, pi, sqrt
 from operator import add, itemgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quanti
 from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.ground import SHARED
 from pounding_risk.motions.levels import PEAK, Level, driven
+from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.record import AFTERSHOCK, GENERATED, is_vertical, recordings_within, site_of
 from pounding_risk.motions.request import AS_RECORDED
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
@@ -30,10 +31,6 @@ from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.values import Axes
 from pounding_risk.scene.variants import Variants
 from pounding_risk.units import FLOOR_MASS, GAP, PERIOD, PGA, STANDARD_GRAVITY, STOREY_HEIGHT, TIME, Quantity, say
-
-if TYPE_CHECKING:
-    from pounding_risk.motions.motion import Motion
-
 
 SHARE_OF_WEIGHT = Quantity("1", 0.0, float("inf"), "strength over weight")
 

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from math import inf, isfinite, nan
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.words import words_of
 from pounding_risk.render.sheet import computing_time
 from pounding_risk.results.tolerance_check import WORDS
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 EVENT = "event-driven"  # this package's solver among the methods
 LEVELS = tuple(10.0**-power for power in range(2, 10))
 DIGITS = 4  # that the commands print
 RESTING = 1e-6  # s from which on a first impact is one, and not a gap that is closed at rest
 
-OUTPUTS = WORDS | {"first_impact_time": "first impact time", "gap_required": "gap required"}
+OUTPUTS = WORDS | words_of("first_impact_time", "gap_required")
 REACH, FORCE, COUNT, YIELDS, FIRST, GAP = range(6)
 
 

@@ -4,25 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.words import words_of
 from pounding_risk.units import signed_percent
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NONE, ALL = "none", "all together"
 # What an effect may change, with the words for it; the first is the one that the finding speaks of.
-COMPARED = {
-    name: name.replace("_", " ")
-    for name in (
-        *("peak_relative_displacement", "peak_contact_force", "impact_count", "impulse"),
-        *("peak_storey_shear", "peak_floor_acceleration", "permanent_set"),
-    )
-}
+COMPARED = words_of("peak_relative_displacement", "peak_contact_force", "impact_count", "impulse")
+COMPARED |= words_of("peak_storey_shear", "peak_floor_acceleration", "permanent_set")
 DIGITS = 4  # that a table shows
 ROUNDING = 1e-12  # a relative change that is none
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+
+import xarray as xr
 
 from pounding_risk.lab.accuracy_findings import OUTPUTS, beaten_at, summed_up
 from pounding_risk.questions.notes import of_keys
@@ -20,9 +21,6 @@ from pounding_risk.render.sheet import (
     paragraph,
     table,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ORDER = 70
 FUNCTION = "lab.accuracy"

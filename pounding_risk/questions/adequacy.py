@@ -5,6 +5,7 @@ Every function gives one part, which the command and the report put in their own
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
@@ -36,16 +37,14 @@ from pounding_risk.render.sheet import (
     table,
 )
 from pounding_risk.results.amplitudes import intensity_unit, intensity_words
+from pounding_risk.statistics.proportions import Share
 from pounding_risk.statistics.required_gap import RequiredGap, rounded_up
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
     from pounding_risk.assessment.fragility import Fragility
     from pounding_risk.assessment.gmfs import Scenario
     from pounding_risk.assessment.hazard import Rate
-    from pounding_risk.statistics.proportions import Share
 
 
 GIVEN = 6  # digits of values that a user has given

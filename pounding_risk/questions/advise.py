@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pounding_risk.render.sheet import Block, Row, amount, listing, milliseconds, paragraph, source, table
+from pounding_risk.results.variables import unit_of
 from pounding_risk.studies.advice import FACTORS, LITTLE, MUCH, OUTPUTS, Advice
 from pounding_risk.studies.advice_stiffness import StiffnessRange
 
@@ -66,7 +67,7 @@ def _influences(advice: Advice) -> Block:
     for (output, place), median in advice.now.items():
         ones = [advice.influence(factor, output, place) for factor in FACTORS]
         cells = ["–" if one is None else one.words for one in ones]
-        rows.append([OUTPUTS[output].words, place, amount(median, OUTPUTS[output].unit, 3), *cells])
+        rows.append([OUTPUTS[output], place, amount(median, unit_of(output), 3), *cells])
     little, much = (amount(share, "%")["text"] for share in (LITTLE, MUCH))
     caption = (
         f"Sensitivity: median change of the cases with contact. Stiffness: a tenth to ten times the scene's. "

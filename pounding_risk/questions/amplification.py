@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.order import evenly
@@ -24,6 +25,7 @@ from pounding_risk.assessment.amplification import (
 from pounding_risk.assessment.options import USUAL_PERCENTILE
 from pounding_risk.assessment.spectra import charted, motions_words, read_percentiles, rule_words, with_rules
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.request import RecordRequest
 from pounding_risk.questions._declaration import FROM_TO, RANGE, Option, text_file
 from pounding_risk.questions.notes import notes_of
 from pounding_risk.render.sheet import Block, Row, facts, head, number, paragraph, percent, table
@@ -31,9 +33,6 @@ from pounding_risk.results.check import check_kind
 from pounding_risk.units import GAP, unknown
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from pounding_risk.motions.request import RecordRequest
     from pounding_risk.scene.records import Records
     from pounding_risk.scene.scene import Scene
 
@@ -206,8 +205,6 @@ def amplification_table(results: xr.Dataset) -> Any:
     A pandas.DataFrame with the columns fixed_period, period_ratio, gap_share (where gaps are shares), gap, building,
     building_period, contact_share, and of each output its percentiles, the largest, and the share above 1.
     """
-    import xarray as xr
-
     check_kind(results, "amplification")
     dims = ["fixed_period", "period_ratio", gap_dim(results), "building"]
     columns: dict[str, Any] = {"contact_share": results["contact_share"]}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import isnan, nan
 from typing import Any
 
@@ -28,16 +28,20 @@ from pounding_risk.render.sheet import (
 from pounding_risk.results.summary import failures
 from pounding_risk.results.tolerance_check import findings
 from pounding_risk.scene.scene import Scene
-from pounding_risk.studies.compare_along import FLIPPED, check_drawn, is_along, keys_along, rows_along, widest_along
+from pounding_risk.studies.compare_along import check_drawn, is_along, keys_along, places_along, widest_along
 from pounding_risk.studies.compare_findings import (
     AT_SOME,
     FIRST_TWO,
+    FLIPS,
     at_interface,
     comparable_laws,
+    flip_share,
     furthest,
     index_of_interface,
     interface_names,
+    most_frequent_flip,
     of_interface,
+    percent,
     place_of_interface,
     which_interface,
     with_terms_of_its_own,
@@ -52,6 +56,7 @@ FIGURES = {
 }
 # Whether the yield force acts in a law, of a row where each interface has a model of its own at some of them.
 YIELDS: dict[int, list[str]] = {0: [], 1: ["yields at F_E"], AT_SOME: ["yields at F_E at some interfaces"]}
+FLIPPED = ("displacement over 10 % off", "yielding or not", "required gap")  # `FLIPS` as heads of a table
 ANOTHER = 'compare --interface "LEFT | RIGHT" shows another one'
 
 
@@ -83,10 +88,12 @@ def _along(comparison: xr.Dataset, interface: str | None) -> list[Block]:
         rule = ", where the laws move the peak relative displacement most at any place" if interface is None else ""
         which = f"The table is of interface {names[index]} of {len(names)}{rule}; {ANOTHER}. "
     heads = [*keys_along(comparison), "cases with contact", *FIRST_TWO, *FLIPPED]
-    rows: list[Row] = [
-        [*row.cells, out_of(row.touched, row.cases), *(_range(*one) for one in row.furthest), *row.flips]
-        for row in rows_along(comparison, index)
-    ]
+    places, of_all = list(places_along(comparison)), comparison["impact_count"].isel(contact_model=0, interface=0)
+    rows: list[Row] = []
+    for place in places:
+        pair = of_interface(place.part, index)
+        laws = comparable_laws(pair)
+        rows.append([*place.cells, *_extent(pair, of_all.size // len(places), laws), *_most_flips(pair, laws)])
     caption = (
         f"Against {comparison.attrs['baseline']}: which law moves an output furthest (16 to 84 % of the ratios over "
         "the cases with contact), and in how many cases at most a conclusion differs."
@@ -128,13 +135,23 @@ def _interfaces(comparison: xr.Dataset) -> Block:
     rows: list[Row] = []
     for index, interface in enumerate(interface_names(comparison)):
         pair = of_interface(comparison, index)
-        touched = pair["judged"].sel(conclusion="displacement", contact_model=pair.attrs["baseline"])
-        cells = [number(pair["reduced_mass"], "kg"), out_of(touched, pair["impact_count"][{"contact_model": 0}].size)]
-        rows.append(
-            [interface, *cells, *(_range(*furthest(pair, name, names)) if names else "–" for name in FIRST_TWO)]
-        )
+        cases = pair["impact_count"].isel(contact_model=0).size
+        rows.append([interface, number(pair["reduced_mass"], "kg"), *_extent(pair, cases, names)])
     caption = "Interfaces: which law moves an output furthest (16 to 84 % of the ratios over the cases with contact)."
     return table(caption, [*heads, *FIRST_TWO], rows)
+
+
+def _extent(pair: xr.Dataset, cases: int, laws: list[str]) -> Row:
+    """In how many cases the baseline has contact, and which of the laws moves an output furthest."""
+    touched = pair["judged"].sel(conclusion="displacement", contact_model=pair.attrs["baseline"])
+    return [out_of(touched, cases), *(_range(*furthest(pair, name, laws)) if laws else "–" for name in FIRST_TWO)]
+
+
+def _most_flips(pair: xr.Dataset, laws: list[str]) -> Iterator[str]:
+    """How often at most each of `FLIPS` does, and under which law."""
+    for conclusion in FLIPS:
+        most, law = most_frequent_flip(flip_share(pair, conclusion, laws), laws, [""])
+        yield "–" if isnan(most) else f"{percent(most)} ({law})" if most else "0 %"
 
 
 def _terms(one: xr.Dataset) -> Block:

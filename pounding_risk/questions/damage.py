@@ -7,10 +7,8 @@ gives both curves.
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Mapping
-from io import StringIO
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -19,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._common.dates import created
-from pounding_risk._common.letters import cell
+from pounding_risk._common.letters import csv_text
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.damage_curves import DRAWS, SEED, Motions, Options, curves_of
 from pounding_risk.assessment.damage_dataset import dataset_of
@@ -200,13 +198,8 @@ def damage_table(dataset: xr.Dataset) -> str:
             row |= {"runs": int(curve["runs"].sum()), "reached": int(curve["reached"].sum())}
             row |= {f"{name} [{dataset[name].attrs['units']}]": curve[name].item() for name in single}
             rows.append(row | {"fault": str(curve["fault"].item())})
-    stream = StringIO()
-    writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        known = {key: "" if isinstance(fact, float) and isnan(fact) else fact for key, fact in row.items()}
-        writer.writerow({key: cell(fact) for key, fact in known.items()})
-    return stream.getvalue()
+    numbers = (["" if isinstance(fact, float) and isnan(fact) else fact for fact in row.values()] for row in rows)
+    return csv_text([list(rows[0]), *numbers])
 
 
 FILES = {"out": text_file("", ".csv", damage_table)}

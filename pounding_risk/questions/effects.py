@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import xarray as xr
 
 from pounding_risk.lab.effects_findings import NONE, rows, yielding
 from pounding_risk.questions.notes import of_keys
 from pounding_risk.render.sheet import Block, Cell, computing_time, count, facts, head, middle, number, paragraph, table
 from pounding_risk.units import MISSING, legible
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ORDER = 80
 FUNCTION = "lab.effects"

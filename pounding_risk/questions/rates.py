@@ -5,14 +5,13 @@ from __future__ import annotations
 from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
-from pounding_risk.assessment.rates import SHAPE
+from pounding_risk.assessment.rates import SHAPE, GapForRate
 from pounding_risk.questions.adequacy import EVENT_HEADS, OF_GAP, Row, at_least, enough, event_cells, of_gap
 from pounding_risk.render.sheet import Block, Cell, amount, between, head, joined, listing, number, paragraph, table
 from pounding_risk.results.amplitudes import intensity_unit, intensity_words
 
 if TYPE_CHECKING:
     from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
-    from pounding_risk.assessment.rates import GapForRate
 
 AT_LEAST = (
     "At least: the hazard curve ends where failures do not, and no bound counts what lies beyond; give one that "

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import xarray as xr
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
@@ -31,9 +33,6 @@ from pounding_risk.render.sheet import (
 )
 from pounding_risk.results.attributes import collapses, isolated_of, of_isolators, of_storeys, of_structure
 from pounding_risk.units import SHOWN
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ORDER = 40
 FUNCTION = "studies.simulate"

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk._common.order import evenly
 from pounding_risk._common.progress import Progress
@@ -23,6 +24,8 @@ from pounding_risk.assessment.spectra import (
     with_rules,
 )
 from pounding_risk.errors import PoundingError
+from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.request import RecordRequest
 from pounding_risk.questions._declaration import FROM_TO, Option
 from pounding_risk.questions.notes import notes_of
 from pounding_risk.render.sheet import Block, Row, amount, facts, head, number, paragraph, percent, table
@@ -30,10 +33,6 @@ from pounding_risk.statistics.required_gap import USUAL_PERCENTILES
 from pounding_risk.units import PERIOD
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from pounding_risk.motions.motion import Motion
-    from pounding_risk.motions.request import RecordRequest
     from pounding_risk.scene.records import Records
     from pounding_risk.scene.scene import Scene
 

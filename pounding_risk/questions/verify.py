@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pounding_risk.lab.verification.property import bounds, plain, rounded
-from pounding_risk.lab.verification.run import EXACT, RUNGS, said, share
+from pounding_risk.lab.verification.run import EXACT, PROPERTIES, RUNGS, said, share
 from pounding_risk.questions._declaration import File, Option
 from pounding_risk.render.sheet import Block, Cell, facts, figure, heading, listing, out_of, paragraph, table, worded
 
@@ -184,7 +184,6 @@ def property_rows(one: Property) -> list[tuple[Cell | str, ...]]:
 
 def _unreached(outcome: Verification) -> list[Block]:
     """What is not among the cases, on the page of all that ship."""
-    from pounding_risk.lab.verification.run import PROPERTIES
     from pounding_risk.lab.verification.unreached import EXPERIMENTS, UNREACHED
 
     if len(outcome.properties) < len(PROPERTIES):

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
-from io import StringIO
 from typing import Any
 
-from pounding_risk._common.letters import cell as safe
+from pounding_risk._common.letters import csv_text as text_of_rows
 from pounding_risk.render.sheet import Block, Cell
 from pounding_risk.units import SHOWN
 
@@ -21,19 +19,18 @@ def csv_text(blocks: Iterable[Block]) -> str:
     "at least" where it is only a lower bound; a range or what is no single number as the terminal shows it; what is not
     known is empty. Figures and text are left to the other renderers.
     """
-    stream = StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
+    lines: list[list[Any]] = []
     for block in blocks:
         if block["kind"] not in ("table", "facts"):
             continue
-        writer.writerow([safe(block["caption"].rstrip("."))])
+        lines.append([block["caption"].rstrip(".")])
         if block["kind"] == "table":
-            writer.writerow([safe(head) for head in block["heads"]])
-            writer.writerows([_written(cell, in_head=True) for cell in row] for row in block["rows"])
+            lines.append(block["heads"])
+            lines += [[_written(cell, in_head=True) for cell in row] for row in block["rows"]]
         else:
-            writer.writerows([safe(name), _written(cell, in_head=False)] for name, cell in block["rows"])
-        writer.writerow([])
-    return stream.getvalue()
+            lines += [[name, _written(cell, in_head=False)] for name, cell in block["rows"]]
+        lines.append([])
+    return text_of_rows(lines)
 
 
 def _written(cell: Cell, in_head: bool) -> Any:
@@ -43,8 +40,8 @@ def _written(cell: Cell, in_head: bool) -> Any:
     has_unit = bool(unit) and cell["text"].endswith(f" {unit}")
     in_words = not has_unit and cell["text"].endswith(tuple("abcdefghijklmnopqrstuvwxyz%²³"))
     if not isinstance(raw, int | float) or not in_head or in_words:
-        return "" if cell["text"] == "–" else safe(cell["text"])
+        return "" if cell["text"] == "–" else cell["text"]
     shown = raw if size == 1.0 else float(f"{raw * size:.15g}")  # 83.2, not 83.20000000000002
     if has_unit:
-        return safe(f"{shown} {unit}")
+        return f"{shown} {unit}"
     return f"{LEAST}{shown}" if cell["text"].startswith(LEAST) else shown

@@ -13,6 +13,8 @@ from shutil import get_terminal_size
 from typing import TYPE_CHECKING, NamedTuple
 from unicodedata import category, east_asian_width
 
+from pounding_risk.units import Quantity, say, say_in
+
 if TYPE_CHECKING:
     from pounding_risk.render.sheet import Block
 
@@ -42,8 +44,6 @@ def in_one_unit(cells: Sequence[str]) -> list[str]:
 
     Cells stay as they are where they measure different quantities, or speeds, or numbers without a unit.
     """
-    from pounding_risk.units import say_in
-
     measures = [cell for cell in cells if isinstance(cell, Measure) and isfinite(cell.value)]
     sizes = sorted((measure for measure in measures if measure.value != 0.0), key=lambda measure: abs(measure.value))
     if not sizes or len({measure.unit for measure in measures}) != 1 or sizes[0].unit in ("1", SPEEDS):
@@ -56,8 +56,6 @@ def in_one_unit(cells: Sequence[str]) -> list[str]:
 
 
 def _measure_text(value: float, unit: str, digits: int) -> str:
-    from pounding_risk.units import Quantity, say
-
     if isnan(value):
         return "–"
     if unit == "m/s2":

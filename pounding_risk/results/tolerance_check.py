@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.words import words_of
 from pounding_risk.results.layout import streamed
 from pounding_risk.units import Quantity, rounded, si
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 TIGHTER, TIGHTEST = 100.0, 1e-12  # rtol of a repeated run: so many times smaller, but not below
 # Outputs of which relative changes are recorded, and those of which differences are: counts and flags.
 RELATIVE, COUNTED = ("peak_relative_displacement", "peak_contact_force"), ("impact_count", "yield_exceedance")
-WORDS = {name: name.replace("_", " ") for name in (*RELATIVE, *COUNTED)}
+WORDS = words_of(*RELATIVE, *COUNTED)
 SHARE = Quantity("1", 0.0, 1.0, "share of the runs", example="0.01")
 
 

@@ -123,6 +123,11 @@ def own_dims(name: str) -> tuple[str, ...]:
     return tuple(dim for dim in declared.dims if dim not in AXES)
 
 
+def unit_of(name: str) -> str:
+    """The unit of a variable of this table, "1" for a flag."""
+    return VARIABLES[name].unit or "1"
+
+
 def coordinates(labels: Mapping[str, tuple[Any, str]], amplitudes: str = PGA_AXIS) -> dict[str, Any]:
     """Coordinates as xarray takes them, from values and words: dimensions and units are those declared here.
 

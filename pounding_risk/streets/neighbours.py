@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk._common.letters import cell, csv_text
+from pounding_risk._common.letters import csv_text
 from pounding_risk.models.structures.contact_points import COLUMN, LevelRule, automatic_points
 from pounding_risk.streets import footprints
 from pounding_risk.streets.defaults import Filled, House, Notes, Rules
@@ -147,8 +147,8 @@ def neighbours_csv(
         ends = [f"{end:.6g}" for end in (pair.gaps if isinstance(pair, Neighbours) else within(gap, pair.resolution))]
         measured = ["" if isnan(length) else f"{length:.4g}" for length in (pair.faced, pair.share)]
         meet, miss, offset = floors(one, other, tolerance)
-        names = map(cell, (one.street, one.name, other.street, other.name))
-        lines.append((*names, f"{gap:.6g}", *ends, *measured, meet, miss, f"{offset:.4g}", cell(held)))
+        names = one.street, one.name, other.street, other.name
+        lines.append((*names, f"{gap:.6g}", *ends, *measured, meet, miss, f"{offset:.4g}", held))
 
     for name, pairs in rows:
         for pair in pairs:

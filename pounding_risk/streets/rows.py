@@ -15,7 +15,7 @@ from math import isnan
 from pathlib import Path
 from typing import Any
 
-from pounding_risk._common.letters import cell, csv_text
+from pounding_risk._common.letters import csv_text
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk._common.written import write_folder
 from pounding_risk.scene.reader import parse_scene
@@ -170,7 +170,7 @@ class Block(ShortRepr):
                 import shapely
 
                 wkt = str(shapely.to_wkt(outline, rounding_precision=3 if in_metres else DIGITS))
-            names = map(cell, (house.street, house.name, mapped.id, house.place, row))
+            names = house.street, house.name, mapped.id, house.place, row
             lines.append((*names, position, self.sides.get((house.street, house.name), ""), *where, wkt))
 
         for row in self.rows:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import isnan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pounding_risk._common.letters import cell, csv_text
+from pounding_risk._common.letters import csv_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.request import SOURCES
 from pounding_risk.scene.toml import write_toml
@@ -91,7 +91,7 @@ def shares(filled: Iterable[Filled]) -> list[Share]:
 
 def filled_csv(filled: Iterable[Filled]) -> str:
     """Every filled value as CSV: street, building, column, value, rule."""
-    return csv_text([("street", "building", "column", "value", "rule"), *([*map(cell, row)] for row in filled)])
+    return csv_text([("street", "building", "column", "value", "rule"), *filled])
 
 
 def slug(name: str) -> str:

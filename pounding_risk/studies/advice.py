@@ -21,6 +21,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.order import evenly
 from pounding_risk._common.progress import Progress
 from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk._common.words import words_of
 from pounding_risk.ensemble.scan import RunOptions, Scan
 from pounding_risk.ensemble.threads import Threads
 from pounding_risk.models.contact.impulsive import is_instant, needs_floors
@@ -57,22 +58,10 @@ STIFFNESS, RESTITUTION, FORCE, LAW = FACTORS = ("stiffness", "restitution", "F_E
 PROPOSED = "proposed stiffness"  # of all interfaces together, where another one than the scene's is proposed
 
 
-class Output(NamedTuple):
-    """An output that is judged: where it lives, its unit and its words."""
-
-    place: str  # "building" or "interface"
-    unit: str
-    words: str
-
-
-OUTPUTS = {
-    "peak_displacement": Output("building", "m", "peak displacement"),
-    "peak_storey_shear": Output("building", "N", "peak storey shear"),
-    "peak_floor_acceleration": Output("building", "m/s2", "peak floor acceleration"),
-    "peak_contact_force": Output("interface", "N", "peak contact force"),
-    "impulse": Output("interface", "N s", "impulse"),
-    "impact_count": Output("interface", "1", "impact count"),
-}
+# Outputs that are judged, of each building and of each interface.
+OF_BUILDINGS = words_of("peak_displacement", "peak_storey_shear", "peak_floor_acceleration")
+OF_INTERFACES = words_of("peak_contact_force", "impulse", "impact_count")
+OUTPUTS = OF_BUILDINGS | OF_INTERFACES
 SAME_AS_DISPLACEMENT = "peak_storey_shear"  # of a single mass
 
 
@@ -126,7 +115,7 @@ class Influence(ShortRepr):
     def facts(self) -> Iterable[tuple[str, str]]:
         """Rows of the short table: the factor, the output with its place, and the verdict."""
         yield "factor", self.factor
-        yield "output", f"{OUTPUTS[self.output].words}, {self.place}"
+        yield "output", f"{OUTPUTS[self.output]}, {self.place}"
         yield "verdict", self.words
 
 
@@ -469,8 +458,8 @@ def _judged_outputs(study: Scene) -> Iterator[tuple[str, int, str, list[int]]]:
     Without what says nothing new: a rigid building, and the shear of a single mass.
     """
     last = len(study.interfaces)
-    for output, (place, _, _) in OUTPUTS.items():
-        if place == "interface":
+    for output in OUTPUTS:
+        if output in OF_INTERFACES:
             yield from ((output, index, name, [index]) for index, name in enumerate(study.interface_names))
             continue
         for at, building in enumerate(study.buildings):
@@ -634,11 +623,11 @@ def _proposed_stiffness_words(influences: Sequence[Influence]) -> str:
     """What the proposed stiffness changes, each output where it changes most."""
     widest = _widest_influences(influences)
     changes = [
-        f"{OUTPUTS[influence.output].words} by {signed_percent(influence.medians[0])} % ({influence.place})"
+        f"{OUTPUTS[influence.output]} by {signed_percent(influence.medians[0])} % ({influence.place})"
         for influence in widest
         if influence.verdict != NOT
     ]
-    steady = ", ".join(OUTPUTS[influence.output].words for influence in widest if influence.verdict == NOT)
+    steady = ", ".join(OUTPUTS[influence.output] for influence in widest if influence.verdict == NOT)
     small_changes = f"by less than {100 * LITTLE:.0f} %: {steady}" if steady else ""
     return f"The proposed stiffness changes {'; '.join(filter(None, [', '.join(changes), small_changes]))}"
 
@@ -655,7 +644,7 @@ def _outputs_by_verdict(influences: Sequence[Influence], verdict: str) -> str:
     """The outputs of a verdict with their changes, each judged where it changes most."""
     chosen = [influence for influence in _widest_influences(influences) if influence.verdict == verdict]
     return ", ".join(
-        f"{OUTPUTS[influence.output].words} ({influence.place}: {influence.range_words})" for influence in chosen
+        f"{OUTPUTS[influence.output]} ({influence.place}: {influence.range_words})" for influence in chosen
     )
 
 
@@ -681,4 +670,4 @@ def _finding(study: Scene, base: xr.Dataset, influences: Sequence[Influence]) ->
         return f"{span} changes no output by {least}; {gap}"
     steady = _outputs_by_verdict(judged, NOT)
     unchanged = f"it does not change {steady}" if steady else f"every output changes by {least} or more somewhere"
-    return f"{span} changes {OUTPUTS[most.output].words} by {most.range_words} ({most.place}); {unchanged}; {gap}"
+    return f"{span} changes {OUTPUTS[most.output]} by {most.range_words} ({most.place}); {unchanged}; {gap}"

@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted, size_words
-from pounding_risk._common.order import ROUNDING
+from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
 from pounding_risk.ensemble.chunks import Chunk, by_scene, joined
 from pounding_risk.ensemble.job import ScanInput
@@ -227,8 +227,8 @@ def amplification_dataset(
         ratio = peaks.raised[word]  # pair, record, polarity, gap, building
         flat = np.moveaxis(ratio.reshape(len(ratio), -1, *ratio.shape[3:]), 1, 0).reshape(-1, *places, gaps.size, 2)
         known = np.isfinite(flat)
+        several = enough_for(np.where(known, flat, np.nan), percentiles, axis=0)
         with np.errstate(invalid="ignore"):
-            several = _percentiles(flat, percentiles)
             amplified = np.where(known.any(axis=0), (flat > 1.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1), np.nan)
         largest = np.where(known, flat, -np.inf).max(axis=0)
         largest = np.where(np.isfinite(largest), largest, np.nan)
@@ -256,18 +256,6 @@ def amplification_dataset(
         "failed_runs": int(peaks.failed.sum()),
     }
     return with_amplitude(dataset)
-
-
-def _percentiles(flat: Array, percentiles: Sequence[float]) -> Array:
-    """The least of the known values along the first axis that so many % of them do not exceed; NaN where none is known.
-
-    As `enough_for`, whose values are all known.
-    """
-    known = np.isfinite(flat)
-    shares = np.array(percentiles).reshape(-1, *[1] * (flat.ndim - 1)) / 100.0
-    ranks = np.ceil(shares * known.sum(axis=0) - ROUNDING).astype(int)
-    rising = np.sort(np.where(known, flat, np.nan), axis=0)
-    return np.take_along_axis(rising, np.maximum(ranks, 1) - 1, axis=0)
 
 
 def _coordinates(study: Scene, shaking: Shaking, chart: Chart, percentiles: Sequence[float]) -> dict[str, Any]:

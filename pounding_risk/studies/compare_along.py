@@ -6,10 +6,10 @@ It works on the dataset of `compare` alone.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import nan
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.scene_axes import axes_of, idle_axes, open_axes, value_at
@@ -17,13 +17,8 @@ from pounding_risk.scene.scene_axis import SceneAxis
 from pounding_risk.studies import compare_findings as findings
 from pounding_risk.studies.compare_findings import Moved, Verdict
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 # What a comparison of each place says: the axes have no effect on it where none of these changes.
 COMPARED = ("ratio_low", "ratio_median", "ratio_high", "rank_agreement", "flips", "judged")
-
-FLIPPED = ("displacement over 10 % off", "yielding or not", "required gap")  # `FLIPS` as heads of a table
 
 
 class Place(NamedTuple):
@@ -60,32 +55,6 @@ def places_along(dataset: xr.Dataset) -> Iterator[Place]:
 def widest_along(dataset: xr.Dataset) -> int:
     """The interface whose peak relative displacement the laws move furthest at any place; as `widest_interface`."""
     return int(np.max([findings.displacement_reaches(place.part) for place in places_along(dataset)], axis=0).argmax())
-
-
-class Row(NamedTuple):
-    """What a comparison says of an interface at a place along the axes."""
-
-    cells: tuple[str, ...]  # the value of every key
-    touched: int  # cases with contact under the baseline
-    cases: int
-    furthest: list[tuple[str, float, float]]  # law and range of the ratio, of displacement and force
-    flips: list[str]  # how often at most each of `FLIPS` does, and under which law
-
-
-def rows_along(dataset: xr.Dataset, index: int) -> Iterator[Row]:
-    """Rows of a table, one for each place, at interface ``index``."""
-    places = list(places_along(dataset))
-    runs = dataset["impact_count"].size // dataset.sizes["contact_model"] // dataset.sizes.get("interface", 1)
-    for place in places:
-        pair = findings.of_interface(place.part, index)
-        names, baseline = findings.comparable_laws(pair), str(pair.attrs["baseline"])
-        touched = int(pair["judged"].sel(conclusion="displacement", contact_model=baseline))
-        ranges = [findings.furthest(pair, output, names) if names else ("", nan, nan) for output in findings.FIRST_TWO]
-        flips = []
-        for conclusion in findings.FLIPS:
-            most, law = findings.most_frequent_flip(findings.flip_share(pair, conclusion, names), names, [""])
-            flips.append("–" if np.isnan(most) else f"{findings.percent(most)} ({law})" if most else "0 %")
-        yield Row(place.cells, touched, runs // len(places), ranges, flips)
 
 
 def check_drawn(axes: Sequence[SceneAxis], what: str) -> None:

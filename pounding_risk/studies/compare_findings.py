@@ -11,30 +11,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import nan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
-from pounding_risk._common.words import nearest
+from pounding_risk._common.words import nearest, words_of
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
 from pounding_risk.results.variables import described
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Array = NDArray[np.float64]
 
 MOTIONS = ("record", "polarity", PGA_AXIS, LEVEL_AXIS)  # a dataset has one of the two axes of amplitudes at most
 CASES = (*MOTIONS, "gap", "yield_force")
-RUN_OUTPUTS = {
-    "peak_relative_displacement": "peak relative displacement",
-    "peak_contact_force": "peak contact force",
-    "impact_count": "impact count",
-    "impulse": "impulse",
-}
-SIDE_OUTPUTS = {"peak_displacement": "peak displacement", "peak_floor_acceleration": "peak floor acceleration"}
+RUN_OUTPUTS = words_of("peak_relative_displacement", "peak_contact_force", "impact_count", "impulse")
+SIDE_OUTPUTS = words_of("peak_displacement", "peak_floor_acceleration")
 REACH = "peak relative displacement"
 FIRST_TWO = tuple(RUN_OUTPUTS.values())[:2]  # that a line of a table has room for
 NOTABLE = 0.10  # a peak that differs by more than this share leads to another answer

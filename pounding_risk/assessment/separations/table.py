@@ -14,9 +14,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import inf, isfinite, nan
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.counted import counted
@@ -41,9 +42,6 @@ from pounding_risk.results.opened import Results
 from pounding_risk.statistics.required_gap import rounded_up
 from pounding_risk.statistics.separations import Pair, white_noise_correlation
 from pounding_risk.units import GAP, Quantity, say, si
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Array = NDArray[np.float64]
 

@@ -9,6 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from pounding_risk._common.files import not_written
 from pounding_risk.errors import PoundingError
 
 FIGURES = (".png", ".svg", ".pdf")
@@ -65,8 +66,6 @@ def announce(*paths: Path | None) -> None:
 @contextmanager
 def writing(target: Path) -> Iterator[None]:
     """Write a file; raises PoundingError where that fails."""
-    from pounding_risk._common.files import not_written
-
     try:
         yield
     except OSError as error:

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from pounding_risk.cli._common.files import FIGURES, writable
 from pounding_risk.errors import PoundingError
-
-if TYPE_CHECKING:
-    from pounding_risk.units import Quantity
+from pounding_risk.units import Quantity, QuantityError, parse
 
 BAD_INPUT, RUN_FAILED, INTERRUPTED = 2, 3, 130  # exit statuses
 NONE: list[Any] = []  # default of an option that may be repeated
@@ -147,8 +145,6 @@ def _checked(results: Path) -> Any:
 
 def read_option(option: str, text: str, quantity: Quantity) -> float:
     """The SI value of an option's text; raises PoundingError that names the option."""
-    from pounding_risk.units import QuantityError, parse
-
     try:
         return parse(text, quantity)
     except QuantityError as error:

@@ -12,6 +12,7 @@ from pounding_risk.cli._common import options as shared
 from pounding_risk.cli._common.options import NONE, REQUIRED, Fields, argument, option, read_optional
 from pounding_risk.cli.records import _options as options
 from pounding_risk.errors import PoundingError
+from pounding_risk.units import TAIL
 
 if TYPE_CHECKING:
     from pounding_risk.motions.request import RecordRequest
@@ -71,8 +72,6 @@ def _records(arguments: dict[str, Any]) -> Any:
         return read_scene(source[0], overrides)
     if overrides:
         raise PoundingError("--set: changes a value of a scene, and records are named; leave it out")
-    from pounding_risk.units import TAIL
-
     chosen = {name: treatment[name] for name in ("window", "pga", "scale", "sa", "direction")}
     request = options.record_request(treatment["processing"], (), **chosen)
     facts = options.stated_facts(treatment["unit"], treatment["dt"])

@@ -13,6 +13,7 @@ import typer
 from pounding_risk.cli._common.files import draw
 from pounding_risk.cli._common.options import option, read_option, read_optional
 from pounding_risk.errors import PoundingError
+from pounding_risk.units import DIRECTION, PERIOD, PGA, SCALE, STEP, TIME
 
 if TYPE_CHECKING:
     from pounding_risk._common.progress import Progress
@@ -62,7 +63,6 @@ def record_request(
     Raises PoundingError, which names the option.
     """
     from pounding_risk.motions.request import RecordRequest, Spectral
-    from pounding_risk.units import DIRECTION, PERIOD, PGA, SCALE, TIME
 
     scalings = [option for option, text in (("--pga", pga), ("--scale", scale), ("--sa", sa)) if text]
     if len(scalings) > 1:
@@ -116,7 +116,6 @@ def stated_facts(unit: str | None, dt: str | None) -> dict[str, Any]:
     """Unit and time step [s] of files that do not state theirs; raises PoundingError that names the option."""
     from pounding_risk.scene.keys import Unreadable
     from pounding_risk.scene.records import read_unit
-    from pounding_risk.units import STEP
 
     try:
         return {"unit": None if unit is None else read_unit(unit), "dt": read_optional("--dt", dt, STEP)}

@@ -13,6 +13,7 @@ from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli.records import _options as options
 from pounding_risk.errors import PoundingError
 from pounding_risk.render.terminal import print_left_out
+from pounding_risk.units import DAMPING
 
 ORDER = 40
 
@@ -43,8 +44,6 @@ def plot(
     """Draw one record before and after processing, the response spectra of several, or their histories."""
     if figure is None:
         raise PoundingError("--figure: no file is named; write one such as --figure records.png")
-    from pounding_risk.units import DAMPING
-
     if histories and (spectra or target is not None):
         raise PoundingError("--histories: spectra are asked for too, which are another figure; leave one out")
     ratio = read_option("--damping", damping, DAMPING)

@@ -11,6 +11,7 @@ from pounding_risk.cli._common.options import Figure, option, out_option, read_o
 from pounding_risk.cli._common.progress import ProgressDisplay
 from pounding_risk.cli.records import _options as options
 from pounding_risk.render.terminal import one_line, print_left_out, print_notes, print_pairs, print_table
+from pounding_risk.units import DAMPING, PERIOD, PGA, Quantity
 
 if TYPE_CHECKING:
     from pounding_risk.motions.selection import Selection
@@ -47,7 +48,6 @@ def select(
     """Choose records whose spectra come closest to a target, each with its factor."""
     from pounding_risk.motions.manifest import write_manifest
     from pounding_risk.motions.selection import select as run
-    from pounding_risk.units import DAMPING, PERIOD, PGA, Quantity
 
     request = options.record_request(processing)
     length = Quantity("m", 0.0, inf, "distance", example="10 km")

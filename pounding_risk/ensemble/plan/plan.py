@@ -9,21 +9,29 @@ from os import cpu_count
 from pathlib import Path
 from shutil import disk_usage
 from statistics import stdev
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from pounding_risk._common.counted import counted, size_words
 from pounding_risk._common.short_repr import ShortRepr
+from pounding_risk.ensemble.laws import check_reach
+from pounding_risk.ensemble.limits import check_dataset, check_memory, check_scenes
+from pounding_risk.ensemble.plan.overrides import changes, marked_as_idle
 from pounding_risk.ensemble.plan.scene_text import scene_words
+from pounding_risk.ensemble.plan.size import is_drawn, memory, shape_of, sizes
+from pounding_risk.ensemble.plausibility import notes_along
+from pounding_risk.errors import RecordError, SceneError
+from pounding_risk.motions.ensemble import MotionEnsemble
 from pounding_risk.motions.levels import LEVEL_AXIS
 from pounding_risk.motions.motion import Motion
+from pounding_risk.results.labels import doubts_of
 from pounding_risk.results.layout import AXES
+from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.notes import unused_keys
+from pounding_risk.scene.reader import parse_scene, read_scene
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.scene_axis import count_of
+from pounding_risk.scene.variants import Variants
 from pounding_risk.units import PGA, TIME, say
-
-if TYPE_CHECKING:
-    from pounding_risk.motions.ensemble import MotionEnsemble
 
 HERE = "`scan --plan`"
 FEW_SCENES = 4  # along axes of numbers of the scene, whose batches are timed
@@ -67,8 +75,6 @@ class Plan(ShortRepr):
     @property
     def shape(self) -> dict[str, int]:
         """Number of values along each dimension of the dataset, in order; 1 where the scene names no grid."""
-        from pounding_risk.ensemble.plan.size import shape_of
-
         return shape_of(self.study, len(self.records))
 
     @property
@@ -160,14 +166,6 @@ def plan(scene: Scene | str | Path, overrides: Sequence[str] = (), *, workers: i
 
 def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int | None) -> tuple[Plan, MotionEnsemble]:
     """The plan without what takes the compiled solver to know, and the motions; raises as `plan`."""
-    from pounding_risk.ensemble.laws import check_reach
-    from pounding_risk.ensemble.limits import check_dataset, check_memory, check_scenes
-    from pounding_risk.ensemble.plan.size import shape_of, sizes
-    from pounding_risk.ensemble.plausibility import notes_along
-    from pounding_risk.results.labels import doubts_of
-    from pounding_risk.scene.motions import gathered
-    from pounding_risk.scene.variants import Variants
-
     before, study = _read(scene, overrides)
     for place in range(len(study.interface_names)):
         check_reach(study.at(place), study.grid.contact_models)
@@ -194,9 +192,6 @@ def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int |
 
 def _read(scene: Scene | str | Path, overrides: Sequence[str]) -> tuple[Scene | None, Scene]:
     """The scene without the overrides, None where there are none or it has faults, and the scene with them."""
-    from pounding_risk.errors import SceneError
-    from pounding_risk.scene.reader import parse_scene, read_scene
-
     if isinstance(scene, Scene):
         if not overrides:
             return None, scene
@@ -214,11 +209,6 @@ def _read(scene: Scene | str | Path, overrides: Sequence[str]) -> tuple[Scene | 
 
 def _changes(before: Scene | None, study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
     """What the overrides change, which of them change no motion, and how the number of cases changes."""
-    from pounding_risk.ensemble.plan.overrides import changes, marked_as_idle
-    from pounding_risk.ensemble.plan.size import shape_of
-    from pounding_risk.errors import RecordError, SceneError
-    from pounding_risk.scene.motions import gathered
-
     if before is None:
         return ()
     sentences = changes(before, study)
@@ -235,7 +225,6 @@ def _changes(before: Scene | None, study: Scene, motions: tuple[Motion, ...]) ->
 def _timed(made: Plan, ensemble: MotionEnsemble) -> Plan:
     """The plan with what takes solving to know: the motion without contact, and a sample of batches."""
     from pounding_risk.ensemble.plan.cost import alone, costs, few_batches
-    from pounding_risk.ensemble.plan.size import is_drawn, memory
 
     motions, count = ensemble.motions, float(count_of(made.study.axes))
     scenes = _few_scenes(made.study)
@@ -267,8 +256,6 @@ def _few_scenes(study: Scene) -> list[Scene]:
     """The scene itself, or some of the scenes along its axes, evenly drawn."""
     if not study.axes:
         return [study]
-    from pounding_risk.scene.variants import Variants
-
     variants = Variants(study)
     few = min(variants.count, FEW_SCENES)
     return [variants.scene((2 * number + 1) * variants.count // (2 * few)) for number in range(few)]

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import inf
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pounding_risk.models.structures.links import Link, floor_shares, stretch
-
-if TYPE_CHECKING:
-    from pounding_risk.models.structures.mdof import Chain
+from pounding_risk.models.structures.mdof import Chain
 
 Array = NDArray[np.float64]
 

@@ -6,19 +6,16 @@ A quantity of a scene is any output of `simulate`, or a period or damping ratio 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.run_labels import CONTACTS, HISTORIES
 from pounding_risk.results.variables import VARIABLES, own_dims
+from pounding_risk.solver.pair.isolated import Impact
 from pounding_risk.units import GAP, say
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from pounding_risk.solver.pair.isolated import Impact
 
 # What says at which place, time or mode a quantity is meant.
 PLACES = ("building", "storey", "interface", "contact_point", "contact", "mode")

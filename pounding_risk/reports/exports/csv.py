@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._common.counted import counted
-from pounding_risk._common.letters import cell, csv_text
+from pounding_risk._common.letters import csv_text
 from pounding_risk._common.written import write_folder
 from pounding_risk.assessment.demands import UNDEFINED
 from pounding_risk.motions.levels import LEVEL_AXIS
@@ -69,7 +69,7 @@ def table(results: xr.Dataset, names: list[str]) -> str:
     for row, where in enumerate(np.ndindex(*first.shape)):
         if is_there[row]:
             numbers = [_cell(column[row], known) for column, known in zip(columns, flags, strict=True)]
-            rows.append([*(cell(label[at]) for label, at in zip(labels, where, strict=True)), *map(cell, numbers)])
+            rows.append([*(label[at] for label, at in zip(labels, where, strict=True)), *numbers])
     return csv_text(rows)
 
 

@@ -6,7 +6,6 @@ are θ exp(β²/2) and the mean times sqrt(exp(β²) − 1).
 
 from __future__ import annotations
 
-from io import BytesIO
 from math import ceil, exp, log, sqrt
 from pathlib import Path
 from xml.etree import ElementTree as Xml
@@ -14,6 +13,7 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 import xarray as xr
 
+from pounding_risk._common.dates import created
 from pounding_risk._common.written import write_files
 from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports._fragilities import TAIL, Fragilities, Function, Model, distinct, fragilities_of
@@ -64,9 +64,7 @@ def document(fragilities: Fragilities, model: Model, side: str, discrete: bool) 
             fragilities.measure.imt,
         )
     Xml.indent(root, " ")
-    out = BytesIO()
-    Xml.ElementTree(root).write(out, encoding="utf-8", xml_declaration=True)
-    return f"{out.getvalue().decode()}\n"
+    return f"{Xml.tostring(root, encoding='utf-8', xml_declaration=True).decode()}\n"
 
 
 def _add_continuous(element: Xml.Element, function: Function, imt: str) -> None:
@@ -93,8 +91,6 @@ def _add_discrete(element: Xml.Element, function: Function, imt: str) -> None:
 
 def _description(fragilities: Fragilities, model: Model, side: str) -> str:
     """What the curves are, each with its median and dispersion, and the motions that they are from."""
-    from pounding_risk._common.dates import created
-
     each = "; ".join(
         f"{function.identifier}, {curve.state}: {curve.words}, median {curve.median:.4g} {fragilities.measure.unit} "
         f"(standard error of its logarithm {curve.errors[0]:.2g}), dispersion {curve.dispersion:.3g} "

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from pounding_risk._common.counted import counted
-from pounding_risk._common.letters import cell, csv_text
+from pounding_risk._common.letters import csv_text
 from pounding_risk._common.words import nearest
 from pounding_risk._common.written import write_file
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
@@ -81,7 +81,7 @@ def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     unknown = [row[0] for row in rows if not row[2]]
     if unknown:
         notes.append(f"no position of {', '.join(unknown)}: the scene gives no height; write height in [[building]]")
-    text = csv_text([HEADS, *([*map(cell, row)] for row in rows)])
+    text = csv_text([HEADS, *rows])
     return Written((write_file(target, text),), tuple(notes))
 
 
