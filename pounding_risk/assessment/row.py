@@ -311,9 +311,10 @@ def column_sentences(results: Results, level: int, gap: float) -> tuple[str, ...
             f"The model does not hold the force at that strength: it goes up to {force}, which such columns do not "
             "carry, and assumes that they stay whole, which is unsafe."
         )
+    springs = "" if "permanent_set" in results.scene.get("effects", {}) else " and, by most laws, spring back whole"
     return first, (
-        "Beyond that strength the model assumes that struck columns keep it at any displacement (perfectly plastic): "
-        "unsafe for brittle columns, which lose strength, and may lose the floors above."
+        f"Beyond that strength the model assumes that struck columns keep it at any displacement{springs}: unsafe for "
+        "brittle columns, which lose strength, and may lose the floors above."
     )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from math import ceil, isfinite, isnan, pi, sqrt
+from math import ceil, isfinite, isnan, nan, pi, sqrt
 from operator import add, itemgetter
 from typing import Any, NamedTuple
 
@@ -100,6 +100,7 @@ USUAL = {
 # that is much softer than any frame.
 PERIODS_OF_HEIGHT = 0.05, 5.0
 OF_MASS = ("mass", "period")
+SAME_HEIGHT = 1e-9  # of it: rounding of sums of storey heights
 SAME_PERIOD = 1e-9  # of it: rounding of the stiffnesses that are made from it
 SPEED = 0.5  # m/s, a usual approach speed; the duration of a Hertz contact varies with its power −0.2
 SHARE_OF_PERIOD = 0.1  # of the shorter period that a contact may last: the rule of `advise`
@@ -121,7 +122,7 @@ def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
     read = tuple(motions)
     sites = dict.fromkeys(filter(None, (site_of(motion.record) for motion in read)))
     stiffnesses = () if has_known_motion(study) else _of_stiffnesses(study)  # no contact is run
-    of_scene = *_of_buildings(study), *_of_gaps(study), *stiffnesses, *_of_links(study)
+    of_scene = *_of_buildings(study), *_of_gaps(study), *_over_lower(study), *stiffnesses, *_of_links(study)
     of_motions = *_of_motions(study, read), *_of_own_records(study, read), *_of_grounds(study, read)
     return (
         *(f"the motions are those of {site}" for site in sites),
@@ -307,6 +308,18 @@ def _of_gaps(study: Scene) -> Iterator[str]:
         yield "gaps are those between the faces: closings and gaps required count the bumpers that stand in them"
     yield from _unusual("gap", dict(zip(study.interface_names, gaps, strict=True)))
     yield from _unusual("gap", {"grid.gap": max(study.grid.gaps)} if max(study.grid.gaps) > max(gaps) else {})
+
+
+def _over_lower(study: Scene) -> Iterator[str]:
+    """A sentence on each building above which both neighbours rise: they may meet there, and no run knows it."""
+    roofs = [sum(building.heights) or nan for building in study.buildings]
+    for at in range(1, len(roofs) - 1):
+        if roofs[at] < min(roofs[at - 1], roofs[at + 1]) * (1.0 - SAME_HEIGHT):
+            left, low, right = (building.name for building in study.buildings[at - 1 : at + 2])
+            yield (
+                f"{low}: {left} and {right} rise above it, and no contact of the two over it is computed; where they "
+                "may close its width and both gaps, assess a scene of these two with that distance as the gap"
+            )
 
 
 def _of_stiffnesses(study: Scene) -> Iterator[str]:

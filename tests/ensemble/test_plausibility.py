@@ -142,6 +142,20 @@ def test_shears_of_a_part_of_a_matrix_are_told_to_be_of_that_part():
         assert tuple(note for note in of_input(scene, ()) if note.startswith("hall:")) == told
 
 
+def test_neighbours_that_may_meet_over_a_lower_building_are_named():
+    """Of a row of one height, or with a taller building between them, there is nothing to say."""
+    tall = storeyed("a", "200 t", "300 MN/m", storeys=3)
+    low, high = (storeyed("b", "200 t", "300 MN/m", storeys=storeys) for storeys in (1, 3))
+    last = storeyed("c", "200 t", "300 MN/m", storeys=2)
+    rows = {
+        name: scene_text(tall, mid, last, law="linear", gap="5 mm", stiffness="4 GN/m")
+        for name, mid in (("low", low), ("high", high))
+    }
+    told = {name: [note for note in notes(text=text) if "over it" in note] for name, text in rows.items()}
+    assert not told["high"] and len(told["low"]) == 1
+    assert told["low"][0].startswith("b: a and c rise above it, and no contact of the two over it is computed")
+
+
 def test_foundations_that_sway_are_told_not_to_rock():
     (told,) = notes('effects.soil_flexibility={shear_wave_velocity = "200 m/s", radius = "8 m"}', text=ROW)
     assert "sway and do not rock" in told
