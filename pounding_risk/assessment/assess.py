@@ -18,7 +18,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pounding_risk._common.short_repr import ShortRepr
-from pounding_risk.assessment.annual_rates import AnnualRate, read_target_rate
+from pounding_risk.assessment.annual_rates import AnnualRate, read_target_rate, return_period_words
 from pounding_risk.assessment.demands import SAME_GAP, Contact, Motions, contact_of, finite_forces, is_linear, yields_of
 from pounding_risk.assessment.fragility import OWN, STRIPES, ContactMotions, Fragility, shown_as
 from pounding_risk.assessment.gmfs import Fields, Scenario, scenario_of
@@ -317,6 +317,7 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     columns = column_sentences(results, level, gap)
     yield_gap, yields = yields_of(dataset, gap)
     is_nearest = options.gap is not None and abs(yield_gap - gap) > SAME_GAP
+    often = _return_period(hazard, results, every.amplitudes[level])
     where = f"Forces, yielding and struck columns are those at {say(yield_gap, GAP, 4)}, the nearest gap of the grid."
     response = responses_at(results.at_level(level).dataset, yield_gap, isolated_buildings(results.scene))
     sensitivity = _influences(results, contact, yields[:, level], response, criterion)
@@ -333,7 +334,7 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
         conclusion=(*columns, *verdict.conclusion, *(by_rate.conclusion if by_rate else ())),
         evidence=(
             *verdict.evidence,
-            *filter(None, (where * is_nearest, *_notes(name, results, motions, options.level))),
+            *filter(None, (where * is_nearest, often, *_notes(name, results, motions, options.level))),
         ),
     )
     return InterfaceAssessment(
@@ -389,6 +390,16 @@ def _notes(name: str, results: Results, motions: ContactMotions, level: int | No
             f"Fragilities of contact and their rates count {lost} of {motions.closing.size} motions at all amplitudes "
             "together, without a finite response, as contact at every gap."
         )
+
+
+def _return_period(hazard: Hazard | None, results: Results, amplitude: float | None) -> str:
+    """Sentence on how often the assessed amplitude comes under a hazard curve of its measure; "" without one."""
+    if hazard is None or amplitude is None or hazard.name != results.amplitudes.name:
+        return ""
+    rate = float(np.exp(np.interp(np.log(amplitude), np.log(hazard.im), np.log(hazard.rate))))
+    beyond = "less than " if amplitude > hazard.im[-1] else "more than " if amplitude < hazard.im[0] else ""
+    how = f"is exceeded {beyond}{return_period_words(rate)} under {hazard.source or hazard.name}"
+    return f"{results.amplitude_words(amplitude).removeprefix('at ')} {how}: P(contact) is that of such motions."
 
 
 def _by_rate(

@@ -61,6 +61,8 @@ def test_a_gap_wider_than_those_run_is_not_shown_to_be_enough(narrow, tmp_path):
     assert (share.count, share.high, share.high_recordings) == (0, 1.0, 1.0) and (pushed > 0).sum() > 2
     assert one.verdict.word == one.rate_verdict.word == "depends"
     assert "the row was run at gaps of up to 10 mm here" in one.verdict.sentence
+    # The row of the hazard curve for 0.4 g: 8.5e-4 a year.
+    assert "PGA 0.4 g is exceeded once in 1176 years" in " ".join(one.verdict.evidence)
     assert "a scan with the gap of 100 mm does" in " ".join(one.verdict.conclusion)
     assert all(need.at_least and not need.bounded for need in one.required)
     assert any("Provide at least" in sentence and "scan such gaps" in sentence for sentence in one.verdict.conclusion)
