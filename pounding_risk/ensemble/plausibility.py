@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from math import ceil, isfinite, isnan, pi, sqrt
+from math import ceil, floor, isfinite, isnan, log10, pi, sqrt
 from operator import add, itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -333,6 +333,8 @@ def _of_stiffnesses(study: Scene) -> Iterator[str]:
             yield f"{words}, {share_of(lasts, *short)}: that is no blow; {unit} written for k{unit} or M{unit}?"
         elif short and lasts > (longest := SHARE_OF_PERIOD * short[1]) and here.stiff_name != TABULATED:
             least = here.stiffness * (lasts / longest) ** (2.0 if quantity.unit == LINEAR_STIFFNESS.unit else 2.5)
+            last_digit = 10.0 ** (floor(log10(least)) - 1)
+            least = last_digit * ceil(least / last_digit)  # two digits, upwards: what is written keeps the rule
             yield (
                 f"{words}, {share_of(lasts, *short)}: too soft by the rule of `pounding-risk advise`, a tenth of it at "
                 f"most, which {say(least, quantity, 2)} keeps; forces and accelerations of the contact follow from it"

@@ -1,6 +1,7 @@
 """Unusual numbers are told with the likely slip, where the answer is read; usual ones are not."""
 
 import json
+import re
 from math import pi, sqrt
 from pathlib import Path
 
@@ -73,6 +74,16 @@ def test_a_stiffness_that_advise_rejects_is_told():
     for factor in (0.99, 1.01):
         told = notes(spring, f'interface.stiffness="{factor * least} N/m"')
         assert [TOO_SOFT in note for note in told] == [True] * (factor < 1.0)
+
+
+@pytest.mark.parametrize("period", ["0.3 s", "0.33 s", "0.37 s", "0.41 s"])
+@pytest.mark.parametrize(("law", "soft"), [("linear", "0.5 GN/m"), ("hertz", "5e9 N/m^1.5")])
+def test_the_stiffness_that_is_said_to_keep_the_rule_does(law, soft, period):
+    """Periods of which the least stiffness ends below and above the middle of its last digit."""
+    keys = [f'building.right.period="{period}"', f'interface.contact_model="{law}"']
+    (told,) = notes(*keys, f'interface.stiffness="{soft}"')
+    kept = re.search(r"which (.+) keeps", told)[1]
+    assert notes(*keys, f'interface.stiffness="{kept}"') == ()
 
 
 TOO_SOFT = "too soft by the rule of `pounding-risk advise`"
