@@ -124,7 +124,7 @@ def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
     read = tuple(motions)
     sites = dict.fromkeys(filter(None, (site_of(motion.record) for motion in read)))
     stiffnesses = () if has_known_motion(study) else _of_stiffnesses(study)  # no contact is run
-    of_scene = *_of_buildings(study), *_of_gaps(study), *stiffnesses, *_of_links(study)
+    of_scene = *_of_buildings(study), *_without_height(study), *_of_gaps(study), *stiffnesses, *_of_links(study)
     of_motions = *_of_motions(study, read), *_of_own_records(study, read), *_of_grounds(study, read)
     return (
         *(f"the motions are those of {site}" for site in sites),
@@ -302,6 +302,18 @@ def _of_links(study: Scene) -> Iterator[str]:
                     f"{building.name}: the link to {other.name} ends on columns, of storey {storeys}; its force acts "
                     "on the floors below and above them, and the columns' strength is not compared with it"
                 )
+
+
+def _without_height(study: Scene) -> Iterator[str]:
+    """A sentence for each single mass without a height beside storeys, which is taken to be as tall as these."""
+    for place, interface in enumerate(study.interfaces):
+        pair = study.buildings[place : place + 2]
+        for mass, other in (pair, pair[::-1]):
+            tops = getattr(other, "levels", ())[-1:]
+            if tops and not (interface.contact or mass.is_rigid or getattr(mass, "height", 1.0) > 0.0):
+                roof = say(tops[0], STOREY_HEIGHT)
+                meets = f"is taken to meet the roof of {other.name}"
+                yield f'{mass.name}: has no height, and {meets}; write height = "{roof}", or its own'
 
 
 def _of_gaps(study: Scene) -> Iterator[str]:

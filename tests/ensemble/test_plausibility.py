@@ -106,6 +106,17 @@ def test_each_unusual_number_has_a_sentence_with_range_and_slip(override, says):
     says(told)
 
 
+def test_a_mass_that_is_placed_at_the_roof_of_its_neighbour_is_told():
+    """Where neither its height nor its points of contact are written."""
+    storeys, mass = storeyed("A", "200 t", None, ["3 m"] * 4, period="0.6 s"), single("B", "300 t", "0.3 s")
+    height, stiffness = {"height": "9 m"}, {"stiffness": "2e11 N/m^1.5"}
+    (told,) = notes(text=scene_text(storeys, mass, **stiffness))
+    assert told == 'B: has no height, and is taken to meet the roof of A; write height = "12 m", or its own'
+    assert notes(text=scene_text(storeys, mass | height, **stiffness)) == ()
+    at = {"contact": [{"left": "storey 4", "right": "storey 1"}]}
+    assert notes(text=scene_text(storeys, mass, **stiffness, **at)) == ()
+
+
 STOREYS = {
     "a strength in another unit": 'building.B.storey_strengths=["2.6 kN", "2500 kN", "2300 kN"]',
     "a tall storey": 'building.B.storey_heights=["45 m", "3.2 m", "3.2 m"]',
