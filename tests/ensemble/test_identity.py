@@ -17,7 +17,7 @@ from sentences import refusal
 
 from pounding_risk.ensemble import identity as identities
 from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint
-from pounding_risk.ensemble.identity import difference, digest, flattened, identity
+from pounding_risk.ensemble.identity import difference, difference_lines, digest, flattened, identity
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.models.contact import laws as contact
@@ -114,6 +114,13 @@ CHANGES = {
 @pytest.mark.parametrize("overrides", CHANGES.values(), ids=CHANGES)
 def test_a_changed_scene_is_told_key_by_key(overrides, says):
     says(told(asked(), asked(*overrides)))
+
+
+def test_of_many_differences_the_first_are_listed():
+    one, other = ({"scene": {"building": [{"period": period} for period in range(at, at + 20)]}} for at in (0, 1))
+    lines = difference_lines(one, other).splitlines()[1:]
+    assert lines == [*(f"  - building[{at}].period: was {at}, is {at + 1}" for at in range(8)), "  - and 12 more"]
+    assert difference_lines(one, one) == ""
 
 
 def test_long_lists_are_told_by_their_first_difference(says):
