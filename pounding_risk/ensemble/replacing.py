@@ -49,7 +49,7 @@ def check_replaceable(
     both = recorded.keys() & requested.keys()
     recorded, requested = ({name: tables[name] for name in both} for tables in (recorded, requested))
     if listed := difference_lines(recorded, requested):
-        raise PoundingError(f"{target}: holds the finished {command} of a study that was another:{listed}\n{choice}")
+        raise PoundingError(f"{target}: holds the finished {command} of a study that was another; {choice}:{listed}")
 
 
 def check_replaceable_scene(target: Path, command: str, study: Scene, new: bool = False) -> None:

@@ -212,8 +212,9 @@ def test_a_comment_in_a_report_does_not_stop_a_half_done_scan(tmp_path, monkeypa
     with open(source / "ensemble" / "threads.py", "a", encoding="utf-8") as file:
         file.write("# A comment.\n")
     assert refusal(go_on) == (
-        f"{tmp_path / 'results.study'}: holds 4 cases of a study that was another:\n  - {CHANGED}\nput that back to go "
-        "on with it, write --new to discard it, or write the results under another name (-o)"
+        f"{tmp_path / 'results.study'}: holds 4 cases of a study that was another; put back what "
+        "differs to go on with it, write --new to discard it, or write the results under another name (-o):\n  - "
+        f"{CHANGED}"
     )
 
 

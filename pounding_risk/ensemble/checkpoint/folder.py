@@ -145,9 +145,9 @@ class Checkpoint(AbstractContextManager["Checkpoint"]):
             )
         if study and not new and self._files():
             raise PoundingError(
-                f"{self.path}: holds {_cases(self._files(), study['width'])} cases of a study that was another:"
-                f"{_differences(study, identity, same)}\nput that back to go on with it, write --new to discard "
-                "it, or write the results under another name (-o)"
+                f"{self.path}: holds {_cases(self._files(), study['width'])} cases of a study that was another; "
+                "put back what differs to go on with it, write --new to discard it, or write the results under another "
+                f"name (-o):{_differences(study, identity, same)}"
             )
         # The files of an earlier scan, and no others.
         for file in (self.path / STUDY, *map(self._file, self._files()), self.path / LOG):
