@@ -38,6 +38,8 @@ from pounding_risk.motions.generated import motion_kinds
 from pounding_risk.motions.processing import known_steps
 from pounding_risk.reports import exports
 from pounding_risk.scene.axes import INLINE
+from pounding_risk.scene.notes import unused_keys
+from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.sections import KEYS
 from pounding_risk.solver.pair.outputs import BUILDING, RUN
 
@@ -299,6 +301,11 @@ def test_commands_and_options_on_the_pages_are_real(path):
             command = getattr(command, "commands", {}).get(word, command)
         known = {flag for option in command.params for flag in option.opts}
         assert {word for word in call if re.match(r"--?[a-z]", word)} <= known, call
+
+
+def test_the_first_example_of_rows_has_no_key_without_effect():
+    text = re.search(r"```toml\n(.*?)```", (DOCS / "rows.md").read_text(encoding="utf-8"), re.S)[1]
+    assert unused_keys(parse_scene(text)) == ()
 
 
 def test_the_scene_of_the_readme_is_answered_as_it_says(monkeypatch, tmp_path):

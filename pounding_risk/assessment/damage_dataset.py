@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 POINTS = 61  # intensities of the curves
 PERCENTILES = (16.0, 50.0, 84.0)
 BOTH = ("state", "pounding")
+OF_CASE = ("gap", "contact_model", "yield_force")
+OF_GAPS = ("interface", "interface_gap")  # of a row whose gaps differ
 
 
 def dataset_of(curves: Sequence[Curves], motions: Motions, options: Options, case: xr.Dataset) -> xr.Dataset:
@@ -50,7 +52,8 @@ def dataset_of(curves: Sequence[Curves], motions: Motions, options: Options, cas
         "polarity": case["polarity"].variable,
         "fault": (BOTH, faults, {"long_name": "why there is no curve"}),
         "motion_intensity": (("record", "polarity", "level"), ims, described(unit, f"{words} of the motion")),
-        **{name: case[name].reset_coords(drop=True).variable for name in ("gap", "contact_model", "yield_force")},
+        **{name: case[name].reset_coords(drop=True).variable for name in OF_CASE},
+        **({name: case[name].variable for name in OF_GAPS} if OF_GAPS[1] in case.variables else {}),
     }
     variables = {
         **_of_fits(curves, unit, words),

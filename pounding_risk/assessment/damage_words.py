@@ -27,6 +27,7 @@ from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import BETWEEN, METHODS, NONE
 from pounding_risk.units import GAP, YIELD_FORCE, say
 
+NAMED = 3  # gaps of a row that are named one by one
 FEW = 6  # recordings, below which bounds may be too narrow
 METHOD_WORDS = {"stripes": "stripes", "ida": "incremental dynamic analysis", "cloud": "cloud"}
 
@@ -36,10 +37,21 @@ def measure_words(dataset: xr.Dataset) -> tuple[str, str]:
     return intensity_words(str(dataset.attrs["intensity"])), str(dataset["im"].attrs["units"])
 
 
+def gap_words(dataset: xr.Dataset) -> str:
+    """The gap of the curves, "20 mm"; of a row whose gaps differ that of each interface, of many the range of them."""
+    if "interface_gap" not in dataset.variables:
+        return say(float(dataset["gap"]), GAP)
+    gaps = np.ravel(dataset["interface_gap"].values)
+    if len(gaps) > NAMED:
+        return f"{say(gaps.min(), GAP)} to {say(gaps.max(), GAP)}, by interface"
+    named = zip(gaps, dataset["interface"].values, strict=True)
+    return " and ".join(f"{say(gap, GAP)} ({name})" for gap, name in named)
+
+
 def case_words(dataset: xr.Dataset) -> str:
     """The gap, contact model and yield force of the curves, and how many motions they are of."""
     force = float(dataset["yield_force"])
-    phrases = [f"gap {say(float(dataset['gap']), GAP)}", str(dataset["contact_model"].item()).replace("_", " ")]
+    phrases = [f"gap {gap_words(dataset)}", str(dataset["contact_model"].item()).replace("_", " ")]
     phrases += [f"F_E {say(force, YIELD_FORCE)}"] if isfinite(force) else []
     motions = dataset.sizes["record"] * dataset.sizes["polarity"]
     return f"{', '.join(phrases)}; {counted(motions, 'motion')} {dataset.attrs.get('amplitude', '')}".rstrip()
@@ -55,7 +67,7 @@ def finding(dataset: xr.Dataset) -> str:
     known = (dataset["runs"] > 0).any(["pounding", "level"]).values
     order = np.lexsort((np.isnan(dataset["median_ratio"].values), ~known))  # ratios first, what is left out last
     clauses = "; ".join(_clause(dataset.isel(state=place)) for place in order)
-    gap = say(float(dataset["gap"]), GAP)
+    gap = gap_words(dataset)
     if "annual_rate_ratio" not in dataset:
         return f"Median {words} with pounding at {gap} over that without: {clauses}"
     return f"Annual rate and median {words}, with pounding at {gap} over without: {clauses}"

@@ -78,7 +78,7 @@ OPTIONS: shared.Fields = {
         "Values of the buildings of a map: OED, R2D, OpenQuake, or a street's .csv.",
         absence="those of the map",
     ),
-    "samples": _of(int, "Samples of uncertain gaps.", absence="64"),
+    "samples": _of(int, "Samples of uncertain gaps.", absence="128"),
     "axis": _of(str, 'Direction of the street from north, "30 deg".', absence="its walls'"),
     "contact_model": _of(str, "Contact model of every interface.", "jankowski"),
     "stiffness": _of(str, "Its β or k; `advise` says which.", "8e10 N/m^1.5"),

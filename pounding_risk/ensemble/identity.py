@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba")  # those that numbers go through
 SHOWN = 6  # values of a list that a sentence still names one by one
+LISTED = 8  # differences that are listed one by one
 HISTORY = "displacement_history"  # of what stands beside a record
 ABSENT = object()
 OWN_LAW, OTHERS_LAW = "one of your own, or of a plug-in", "this program's own, or none"
@@ -78,6 +79,13 @@ def difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
             "compute in other ways; set the same OPENBLAS_CORETYPE on all machines, or use machines of one kind"
         )
     return sentences
+
+
+def difference_lines(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
+    """The differences of two identities as lines of a list, of many the first and how many more; "" without any."""
+    sentences = difference(old, new)
+    more = [f"and {len(sentences) - LISTED} more"] if len(sentences) > LISTED else []
+    return "".join(f"\n  - {sentence}" for sentence in (*sentences[:LISTED], *more))
 
 
 def flattened(tables: Mapping[str, Any]) -> dict[str, Any]:

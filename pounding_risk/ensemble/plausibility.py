@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from math import ceil, isfinite, isnan, nan, pi, sqrt
+from math import ceil, floor, isfinite, isnan, log10, nan, pi, sqrt
 from operator import add, itemgetter
 from typing import Any, NamedTuple
 
@@ -122,7 +122,8 @@ def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
     read = tuple(motions)
     sites = dict.fromkeys(filter(None, (site_of(motion.record) for motion in read)))
     stiffnesses = () if has_known_motion(study) else _of_stiffnesses(study)  # no contact is run
-    of_scene = *_of_buildings(study), *_of_gaps(study), *_over_lower(study), *stiffnesses, *_of_links(study)
+    of_gaps = *_without_height(study), *_of_gaps(study), *_over_lower(study)
+    of_scene = *_of_buildings(study), *of_gaps, *stiffnesses, *_of_links(study)
     of_motions = *_of_motions(study, read), *_of_own_records(study, read), *_of_grounds(study, read)
     return (
         *(f"the motions are those of {site}" for site in sites),
@@ -302,6 +303,18 @@ def _of_links(study: Scene) -> Iterator[str]:
                 )
 
 
+def _without_height(study: Scene) -> Iterator[str]:
+    """A sentence for each single mass without a height beside storeys, which is taken to be as tall as these."""
+    for place, interface in enumerate(study.interfaces):
+        pair = study.buildings[place : place + 2]
+        for mass, other in (pair, pair[::-1]):
+            tops = getattr(other, "levels", ())[-1:]
+            if tops and not (interface.contact or mass.is_rigid or getattr(mass, "height", 1.0) > 0.0):
+                roof = say(tops[0], STOREY_HEIGHT)
+                meets = f"is taken to meet the roof of {other.name}"
+                yield f'{mass.name}: has no height, and {meets}; write height = "{roof}", or its own'
+
+
 def _of_gaps(study: Scene) -> Iterator[str]:
     gaps = [interface.gap for interface in study.interfaces]
     if any(study.bumpers):
@@ -343,6 +356,8 @@ def _of_stiffnesses(study: Scene) -> Iterator[str]:
             yield f"{words}, {share_of(lasts, *short)}: that is no blow; {unit} written for k{unit} or M{unit}?"
         elif short and lasts > (longest := SHARE_OF_PERIOD * short[1]) and here.stiff_name != TABULATED:
             least = here.stiffness * (lasts / longest) ** (2.0 if quantity.unit == LINEAR_STIFFNESS.unit else 2.5)
+            last_digit = 10.0 ** (floor(log10(least)) - 1)
+            least = last_digit * ceil(least / last_digit)  # two digits, upwards: what is written keeps the rule
             yield (
                 f"{words}, {share_of(lasts, *short)}: too soft by the rule of `pounding-risk advise`, a tenth of it at "
                 f"most, which {say(least, quantity, 2)} keeps; forces and accelerations of the contact follow from it"

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pounding_risk.ensemble.identity import difference, program_of, record_of, tables_of_runs
+from pounding_risk.ensemble.identity import difference_lines, program_of, record_of, tables_of_runs
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.attributes import from_text
 from pounding_risk.results.check import kind_of_names
@@ -32,10 +32,10 @@ def check_replaceable(
 ) -> None:
     """Raise PoundingError before a file is replaced that is not of the same command and the same scene.
 
-    The sentence has what the file is, or every difference, and the ``choice`` of the user. ``command`` is the one that
-    writes, as `check.kind_of` has it. Of the ``identity``, tables of `identity.identity`, those that the file has too
-    are compared; None compares none. Nothing is refused where there is no file, nor where it is to be replaced by
-    a ``new`` one whatever it is.
+    The sentence has what the file is, or the first differences, and the ``choice`` of the user. ``command`` is the one
+    that writes, as `check.kind_of` has it. Of the ``identity``, tables of `identity.identity`, those that the file has
+    too are compared; None compares none. Nothing is refused where there is no file, nor where it is to be replaced by a
+    ``new`` one whatever it is.
     """
     if new or not target.exists():
         return
@@ -48,9 +48,8 @@ def check_replaceable(
     recorded, requested = recorded_identity(finished.attrs), comparable(identity)
     both = recorded.keys() & requested.keys()
     recorded, requested = ({name: tables[name] for name in both} for tables in (recorded, requested))
-    if changes := difference(recorded, requested):
-        listed = "".join(f"\n  - {sentence}" for sentence in changes)
-        raise PoundingError(f"{target}: holds the finished {command} of a study that was another:{listed}\n{choice}")
+    if listed := difference_lines(recorded, requested):
+        raise PoundingError(f"{target}: holds the finished {command} of a study that was another; {choice}:{listed}")
 
 
 def check_replaceable_scene(target: Path, command: str, study: Scene, new: bool = False) -> None:

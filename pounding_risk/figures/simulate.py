@@ -408,8 +408,8 @@ def _row_peaks(axis: Any, run: xr.Dataset) -> None:
     tallest = max(building.height for building in buildings)
     for wall, building, peak in zip(walls, buildings, roofs, strict=True):
         outline(axis, building, wall)
-        if not building.is_rigid:
-            style.beside(axis, f"{peak:.3g} mm", (wall + WIDTH / 2, building.height), (0, 3), 8)
+        if not building.is_rigid:  # above what is written of a contact at the roof
+            style.beside(axis, f"{peak:.3g} mm", (wall + WIDTH / 2, building.height), (0, 12), 8)
     _contact_points(axis, run, (walls[:-1] + WIDTH, walls[1:]), [building.height for building in buildings])
     axis.axhline(0.0, color="black", linewidth=1.4)
     axis.set(xlim=(-1.0, walls[-1] + WIDTH + 1.0), ylim=(-0.01 * tallest, 1.12 * tallest), ylabel="height [m]")

@@ -49,7 +49,7 @@ def _settings(dataset: xr.Dataset) -> Block:
         one = dataset.sel(setting=setting)
         time = one["time"].sel(output="peak_relative_displacement")
         errors = (summed_up(one["error"].sel(output=output).values) for output in OUTPUTS)
-        ends = (joined(*(number(error, digits=2) for error in pair)) for pair in errors)
+        ends = (joined(*(number(error, digits=2) for error in pair), names=("median", "largest")) for pair in errors)
         steps = number(one["steps_per_contact"], digits=5)
         rows.append([str(setting), computing_time(time), *ends, steps, number(one["energy_residual"], digits=2)])
     worst = ", each that of its worst interface" if dataset.sizes["interface"] > 1 else ""

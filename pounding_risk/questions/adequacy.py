@@ -29,6 +29,7 @@ from pounding_risk.render.sheet import (
     listing,
     middle,
     name_of,
+    noted,
     number,
     out_of,
     paragraph,
@@ -70,11 +71,14 @@ def need(required: RequiredGap, unit: bool = False) -> Cell:
 
 def bounds_cell(required: RequiredGap) -> Cell:
     """The bounds of a required gap with the marks that `NO_BOUND` explains, in the unit of the column's head."""
-    low = number(required.low, "m")["text"] if required.low > 0.0 else NO_LOWER
-    high = number(rounded_up(required.high), "m")["text"]
-    mark = PUSHED if required.is_pushed else NO_UPPER
-    text = f"{low} to {high}{'' if required.bounded else f' {mark}'}"
-    return {"text": text, "parts": [required.low, required.high]}
+    low = number(required.low, "m") | ({} if required.low > 0.0 else {"text": NO_LOWER})
+    bounds = joined(low, enough(required.high))
+    return bounds if required.bounded else without_upper(bounds, PUSHED if required.is_pushed else NO_UPPER)
+
+
+def without_upper(bounds: Cell, mark: str) -> Cell:
+    """The bounds of a required gap of which the upper one is none, with the mark of why."""
+    return noted(bounds, mark, f"high is {NO_BOUND[mark]}")
 
 
 def marks(required: Iterable[RequiredGap], words: Mapping[str, str]) -> list[Block]:
@@ -233,7 +237,8 @@ def fitted(one: InterfaceAssessment) -> list[Fragility]:
 def _error(plain: float, clustered: float) -> Cell:
     """A standard error were motions independent, and that by recording."""
     cells = [number(error, digits=3) for error in (plain, clustered)]
-    return {"text": f"{cells[0]['text']}; {cells[1]['text']}", "parts": [cell["raw"] for cell in cells]}
+    both = joined(*cells, names=("", "by recording"))
+    return both | {"text": f"{cells[0]['text']}; {cells[1]['text']}"}
 
 
 def _not_fitted(one: InterfaceAssessment) -> list[Block]:

@@ -8,7 +8,7 @@ import xarray as xr
 
 from pounding_risk.assessment.along import along_finding, idle_words, kept_words, lost_words
 from pounding_risk.assessment.options import NO_BOUND, NO_UPPER, PUSHED
-from pounding_risk.questions.adequacy import GIVEN, enough
+from pounding_risk.questions.adequacy import GIVEN, enough, without_upper
 from pounding_risk.render.sheet import KEPT, Block, Row, between, count, head, joined, number, paragraph, table
 from pounding_risk.units import SHOWN
 
@@ -57,7 +57,7 @@ def places(assessed: xr.Dataset) -> Block:
         at = {key: cell[key].item() for key in keys}
         bounds = joined(number(need[1], "m"), enough(need[2]))
         if mark := UNBOUNDED.get(float(cell["required_gap_bounded"])):
-            bounds |= {"text": f"{bounds['text']} {mark}"}
+            bounds = without_upper(bounds, mark)
         row: Row = [at[key] if isinstance(at[key], str) else number(at[key], shown[key], GIVEN) for key in keys]
         row += [str(cell["interface"].item())] if several else []
         row += [number(cell["assessed_gap"], "m", GIVEN), number(share[0], "%", 3), between(share[1], share[2], "%", 3)]

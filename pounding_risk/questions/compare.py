@@ -20,6 +20,7 @@ from pounding_risk.render.sheet import (
     head,
     middle,
     milliseconds,
+    noted,
     number,
     out_of,
     paragraph,
@@ -210,7 +211,7 @@ def _disagreements(one: xr.Dataset) -> Block:
 def _range(law: str, low: float, high: float) -> Cell | str:
     """The 16 to 84 % range of a ratio, and the law that has it."""
     cell = between(low, high, "1", 3)
-    return "–" if isnan(high) else cell | {"text": f"{cell['text']} ({law})"}
+    return "–" if isnan(high) else noted(cell, f"({law})", law)
 
 
 def check(options: Mapping[str, Any]) -> None:

@@ -21,7 +21,7 @@ from pounding_risk._common.letters import csv_text
 from pounding_risk._common.words import nearest
 from pounding_risk.assessment.damage_curves import DRAWS, SEED, Motions, Options, curves_of
 from pounding_risk.assessment.damage_dataset import dataset_of
-from pounding_risk.assessment.damage_words import POUNDING, case_words, finding, measure_words, notes_of
+from pounding_risk.assessment.damage_words import POUNDING, case_words, finding, gap_words, measure_words, notes_of
 from pounding_risk.assessment.gmfs import Fields
 from pounding_risk.assessment.hazard import COVERED, Hazard, HazardSpectrum
 from pounding_risk.assessment.intensities import check_intensity, intensities, shaking_of
@@ -40,7 +40,7 @@ from pounding_risk.results.opened import Results
 from pounding_risk.results.variables import NOT_RUN
 from pounding_risk.statistics.damage_fits import METHODS, bootstrap_weights
 from pounding_risk.statistics.proportions import numbered
-from pounding_risk.units import GAP, say, share, shown, si
+from pounding_risk.units import share, shown, si
 
 ORDER = 137
 FIGURES = {"": "damage.damage_figure", "ida": "damage.ida_figure"}
@@ -169,7 +169,7 @@ def _case_of(opened: Results, asked: Mapping[str, Any]) -> xr.Dataset:
     case = opened.dataset.isel({axis: opened.scene_case[axis] for axis in asked} | along)
     if unpushed := Results(case).unpushed:
         raise PoundingError(
-            f"damage: {unpushed} of {case['status'].size} runs at a gap of {say(float(case['gap']), GAP)} are "
+            f"damage: {unpushed} of {case['status'].size} runs at a gap of {gap_words(case)} are "
             f"{NOT_RUN}, and curves of the others would be those of motions that do not collide; take a gap that no "
             "motion closes, or compute the building in place of displacement_history"
         )
@@ -187,13 +187,16 @@ def _motions(results: Results, intensity: str) -> Motions:
 def damage_table(dataset: xr.Dataset) -> str:
     """One row for each state and side as CSV, in SI; what is not known is empty."""
     single = [name for name in dataset.data_vars if dataset[name].dims in (("state",), ("state", "pounding"))]
+    gaps = {"gap [m]": float(dataset["gap"])}
+    if "interface_gap" in dataset.variables:  # of a row whose gaps differ
+        gaps = {f"gap of {each.item()} [m]": float(each["interface_gap"]) for each in dataset["interface"]}
     rows = []
     for state in map(str, dataset["state"].values):
         for side in POUNDING:
             curve = dataset.sel(state=state, pounding=side)
             row: dict[str, Any] = {"state": state, "reached_by": str(curve["state_words"].item()), "pounding": side}
             row |= {"intensity": dataset.attrs["intensity"], "method": dataset.attrs["method"]}
-            row |= {"gap [m]": float(dataset["gap"]), "contact_model": str(dataset["contact_model"].item())}
+            row |= gaps | {"contact_model": str(dataset["contact_model"].item())}
             row |= {"yield_force [N]": float(dataset["yield_force"])}
             row |= {"runs": int(curve["runs"].sum()), "reached": int(curve["reached"].sum())}
             row |= {f"{name} [{dataset[name].attrs['units']}]": curve[name].item() for name in single}

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from pounding_risk._common.letters import csv_text as text_of_rows
-from pounding_risk.render.sheet import Block, Cell
+from pounding_risk.render.sheet import NOTE, Block, Cell
 from pounding_risk.units import SHOWN
 
+EMPTY: Cell = {"text": ""}
 LEAST = "at least "  # before a number that is only a lower bound
 
 
@@ -16,8 +17,9 @@ def csv_text(blocks: Iterable[Block]) -> str:
     """The tables and facts of a sheet as CSV text: a row with the caption of each, its heads, its rows, an empty row.
 
     A number stands unrounded in the unit of its head, or before its own where the rows of a column have several, after
-    "at least" where it is only a lower bound; a range or what is no single number as the terminal shows it; what is not
-    known is empty. Figures and text are left to the other renderers.
+    "at least" where it is only a lower bound; a range has a column for each end, named low and high behind the head,
+    and one for a note on it; other text stands as the terminal shows it; what is not known is empty. Figures and text
+    are left to the other renderers.
     """
     lines: list[list[Any]] = []
     for block in blocks:
@@ -25,12 +27,29 @@ def csv_text(blocks: Iterable[Block]) -> str:
             continue
         lines.append([block["caption"].rstrip(".")])
         if block["kind"] == "table":
-            lines.append(block["heads"])
-            lines += [[_written(cell, in_head=True) for cell in row] for row in block["rows"]]
+            lines += map(list, zip(*_columns(block), strict=True))
         else:
             lines += [[name, _written(cell, in_head=False)] for name, cell in block["rows"]]
         lines.append([])
     return text_of_rows(lines)
+
+
+def _columns(block: Block) -> Iterator[list[Any]]:
+    """The columns of a table with their heads; a column of ranges is one for each of their ends."""
+    for place, head in enumerate(block["heads"]):
+        cells = [row[place] for row in block["rows"]]
+        ends = [cell.get("ends", {"": cell}) for cell in cells]
+        names = max(ends, key=len, default={"": EMPTY})
+        for at, name in enumerate(names):
+            column = [each.get(name, each.get("", EMPTY) if at == 0 else EMPTY) for each in ends]
+            yield [_head(head, name), *(_written(cell, in_head=True) for cell in column)]
+
+
+def _head(head: str, name: str) -> str:
+    """The head of one end of a range: "bounds low [mm]" of "bounds [mm]"; a note has no unit."""
+    words, bracket, unit = head.partition(" [")
+    named = f"{words.removesuffix('; by recording')} {name}".rstrip()  # whose ends have that in their names
+    return named if name == NOTE else f"{named}{bracket}{unit}"
 
 
 def _written(cell: Cell, in_head: bool) -> Any:

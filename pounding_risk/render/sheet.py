@@ -21,6 +21,7 @@ Row = list[Cell | str]
 
 LONG = 24  # rows of a table that stands whole in the text
 KEPT = 12  # rows of a longer one that stay there; all of them stand in the appendix
+NOTE = "note"  # name of the end of a range that is words about it
 
 
 def number(value: Any, unit: str = "1", digits: int = 4) -> Cell:
@@ -94,11 +95,17 @@ def with_bounds(values: Any, name: str, unit: str = "1", digits: int = 3, of_bou
     return [number(values[name], unit, digits), between(low, high, unit, of_bounds)]
 
 
-def joined(*ends: Cell) -> Cell:
-    """A range from the cells of its ends."""
+def joined(*ends: Cell, names: Sequence[str] = ("low", "high")) -> Cell:
+    """A range from the cells of its ends, which have columns of these names where each stands in one of its own."""
+    named = dict(zip(names, ends, strict=True))
     if all(end["text"] == MISSING for end in ends):
-        return {"text": MISSING, "parts": [None, None]}
-    return {"text": " to ".join(end["text"] for end in ends), "parts": [end["raw"] for end in ends]}
+        return {"text": MISSING, "parts": [None, None], "ends": named}
+    return {"text": " to ".join(end["text"] for end in ends), "parts": [end["raw"] for end in ends], "ends": named}
+
+
+def noted(span: Cell, mark: str, words: str) -> Cell:
+    """A range with a mark behind its text, and what the mark means, in words that have a column of their own."""
+    return span | {"text": f"{span['text']} {mark}", "ends": span["ends"] | {NOTE: {"text": words}}}
 
 
 def percentiles(values: Any) -> tuple[float, float, float]:
@@ -117,7 +124,8 @@ def middle(spread: tuple[float, float, float], unit: str) -> Cell:
     if median["text"] == MISSING:
         return median
     text = f"{median['text']} ({low['text']} to {high['text']})"
-    return {"text": text, "parts": [median["raw"], low["raw"], high["raw"]]}
+    ends = {"": median, "low": low, "high": high}
+    return {"text": text, "parts": [end["raw"] for end in ends.values()], "ends": ends}
 
 
 def head(words: str, unit: str) -> str:

@@ -33,7 +33,7 @@ from pounding_risk.results.amplitudes import (
 from pounding_risk.results.attributes import collapsed, flags_of, read_attribute, tables_of, unreadable
 from pounding_risk.results.check import check_scene, kind_of
 from pounding_risk.results.layout import amplitude_axis, axes_of_cases
-from pounding_risk.results.scene_axes import at_one_place
+from pounding_risk.results.scene_axes import at_one_place, open_axes
 from pounding_risk.results.variables import UNPUSHED
 from pounding_risk.units import DAMPING, GAP, LINK_DAMPING, LINK_STIFFNESS, PERIOD, PGA, SCALE, YIELD_FORCE, parse, say
 
@@ -76,7 +76,7 @@ class Results:
     @property
     def nearest_notes(self) -> tuple[str, ...]:
         """Notes on the scene's own gap and F_E where the grid has others alone, of which the nearest is taken."""
-        if not self.scene.get("interface") or "gap" not in self.dataset.dims:
+        if not self.scene.get("interface") or "gap" not in self.dataset.dims or open_axes(self.dataset):
             return ()
         at, gaps = self.varied_interface, self.dataset["gap"].values
         gaps = self.gaps.values[:, at] if "interface" in self.dataset.dims else gaps

@@ -346,6 +346,7 @@ OF_PERIODS = "the periods that the levels of intensity are of, which are relativ
 OF_GAPS = ("the gaps of the grid", "the interface whose gap varies")  # which follow where a gap is drawn
 IN_GRID = {
     OF_GAPS[0]: "write gap = [...] in [grid] instead",
+    OF_GAPS[1]: "write gap = [...] in [grid] instead",
     "the yield forces of the grid": "write yield_force = [...] in [grid] instead",
     "the contact models of the grid": "write contact_model = [...] in [grid] instead",
     OF_PERIODS: "motions are scaled once for all cases: write them in s, or run one scene for each",
@@ -376,9 +377,23 @@ COMMON: dict[str, Callable[[SceneValues], Any]] = {
 def unlike(study: SceneValues, other: SceneValues) -> Iterator[tuple[str, str]]:
     """What all scenes of one grid must have in common and these have not: what it is, and the repair."""
     draws_gap = study.uncertain is not None and has_gap(study.uncertain.keys)
-    for what, of_scene in COMMON.items():
-        if of_scene(study) != of_scene(other) and not (draws_gap and what in OF_GAPS):
-            yield what, IN_GRID.get(what, "run one scene for each")
+    changed = [what for what, of_scene in COMMON.items() if of_scene(study) != of_scene(other)]
+    silent: tuple[str, ...] = ()
+    if draws_gap:
+        silent = OF_GAPS
+    elif OF_GAPS[0] in changed:  # whose repair is that of the other too
+        silent = OF_GAPS[1:]
+    for what in (what for what in changed if what not in silent):
+        repair = IN_GRID.get(what, "run one scene for each")
+        if what in OF_GAPS and len(names := _changed_gaps(study, other)) == 1 < len(study.interfaces):
+            repair += f", with interface = {shown(*names)} beside it"
+        yield what, repair
+
+
+def _changed_gaps(study: SceneValues, other: SceneValues) -> list[str]:
+    """The names of the interfaces whose own gaps differ."""
+    both = zip(study.interface_names, study.interfaces, other.interfaces, strict=True)
+    return [name for name, one, another in both if one.gap != another.gap]
 
 
 def axis_faults(

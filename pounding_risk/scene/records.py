@@ -45,6 +45,7 @@ from pounding_risk.scene.toml import Fault, KeyPath, as_list, table, tables
 from pounding_risk.units import DAMPING, DIRECTION, PERIOD, PGA, SCALE, STEP, TAIL, TIME, Quantity, exact, parse, shown
 
 STEPS_EXAMPLE = '[{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
+NAMED = 3  # records that begin alike
 RENAMED = {"polarity": "polarities"}  # keys that are called otherwise in a request
 _STRINGS = {"type": "array", "items": {"type": "string"}}
 _STEPS = {"type": "array", "items": {"type": "object", "required": ["step"]}}
@@ -131,10 +132,11 @@ def _record_name(value: Any, number: Number) -> str:
     """An id of the catalogue."""
     known = catalogue_ids()
     if not isinstance(value, str) or value not in known:
-        hint = nearest(value, known, 0.4)
-        if not hint and isinstance(value, str):  # the records of a station or earthquake of that name
-            near = " or ".join(f'"{id}"' for id in similar(value))
-            hint = f" (did you mean {near}?)" if near else ""
+        begin = str(value).lower()
+        alike = [id for id in known if begin and id.lower().startswith(begin)][:NAMED]
+        # Or else of nearly these letters, or the records of a station or earthquake of that name.
+        near = alike or (similar(value) if isinstance(value, str) else [])
+        hint = f" (did you mean {' or '.join(map(shown, near))}?)" if near else ""
         raise Unreadable(
             f"{shown(value)} is not a record of the catalogue{hint}; "
             "`pounding-risk records` lists them, and a file of your own goes into files"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -75,6 +76,8 @@ LATER: Mapping[str, Mapping[str, str]] = {
         "restitution": 'written by its address: "interface.restitution" = [...]',
     },
 }
+CLOSE = 0.8  # likeness of a misspelt key to the known one; below, all keys are named beside the nearest
+MISSPELT = re.compile(r'unknown key \(did you mean "(\w+)"\?\)$')
 KNOWN: Mapping[str, Collection[str]] = {
     section: [*keys, *LATER[section]] if section in LATER else keys for section, keys in KEYS.items()
 }
@@ -133,7 +136,7 @@ def read_tables(
             faults += wrong + unread
 
     def in_words(faults: Sequence[Fault], lines: Mapping[KeyPath, int]) -> list[str]:
-        return sentences(faults, written, lines, outside)
+        return sentences(without_misspelt(faults), written, lines, outside)
 
     return Draft(raw, sections, axes, numbers), faults, in_words
 
@@ -205,10 +208,12 @@ def _later(raw: dict[str, Any]) -> list[Fault]:
 
 
 def _unknown(table: KeyPath, key: str) -> str:
-    """An unknown key of a table: what to write instead, the nearest known one, its section, or all that there are."""
+    """An unknown key of a table: what to write instead, the one it misspells, its section, or all that there are."""
     if answer := instead_of(key):
         return f"unknown key; {answer}"
     section = str(table[0])
+    if section != "damage" and (close := nearest(key, KNOWN[section], CLOSE)):
+        return f"unknown key{close}"
     homes = [_header(other) for other, keys in KEYS.items() if key in keys]
     if homes:
         return f"unknown key; it belongs in {' or '.join(homes)}"
@@ -216,6 +221,13 @@ def _unknown(table: KeyPath, key: str) -> str:
         return unknown_key(key)
     taken = ", ".join(KEYS[section]) or "no keys in this version"
     return f"unknown key{nearest(key, KNOWN[section])}; {_header(section)} takes {taken}"
+
+
+def without_misspelt(faults: Sequence[Fault]) -> list[Fault]:
+    """The faults but those of a missing key that is there under a name of which a fault says that it means this key."""
+    misspelt = ((fault.path, MISSPELT.match(fault.sentence)) for fault in faults)
+    meant = {(*path[:-1], found[1]) for path, found in misspelt if found}
+    return [fault for fault in faults if not (fault.absent and fault.path in meant)]
 
 
 def _header(section: str) -> str:

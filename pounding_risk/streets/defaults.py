@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from math import inf, isnan, nan
 from typing import Any, NamedTuple
@@ -9,7 +10,7 @@ from typing import Any, NamedTuple
 from pounding_risk import units
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.structures.contact_points import FLOOR_DEPTH, USUAL_DEPTH
-from pounding_risk.models.structures.storeys import MOST_STOREYS
+from pounding_risk.models.structures.storeys import MOST_STOREYS, generated
 from pounding_risk.models.structures.typologies import EUROPEAN, known_typology
 from pounding_risk.streets.hazus import FAMILIES, LEVELS, NO_CODE, OF_TYPOLOGY, Chain, Type, chain, family_of, type_of
 from pounding_risk.streets.inventory._lines import Notes as Doubts
@@ -233,8 +234,24 @@ class Completed:
             self.fill("floor depth", say(depth, FLOOR_DEPTH), STATED)
         facts = (height, storeys, typology, mass, damping, values.get("period"), depth, values.get("gap", nan))
         storey_chain = None if kind is None or isnan(mass) else self._chain(kind, storeys, mass)
+        if kind is None:
+            with suppress(PoundingError):  # whose fault is noted above, or by the scene
+                self._generated(height, storeys, typology, mass)
         entry = self.entry
         return House(self.name, self.street, *facts, walls, entry.footprint, entry.mapped, entry.place, storey_chain)
+
+    def _generated(self, height: float, storeys: int, typology: str, mass: float) -> None:
+        """List what the scene generates from a typology: the period, and stiffnesses and strengths of storeys."""
+        kind, period = known_typology(typology), self.values.get("period")
+        made = generated(self.name, height=height, storeys=storeys, typology=typology, floor_mass=mass, period=period)
+        if period is None:
+            rule = f"{kind.words}: {kind.period_words}, {kind.code.reference}"
+            self.fill("period", say(kind.period(height), units.PERIOD), rule)
+        stiffness, strength = say(made.stiffnesses[0], units.STIFFNESS), say(made.strengths[0], units.STOREY_STRENGTH)
+        rule = f"its period, and a first mode of the shape {kind.shape_words}"
+        self.fill("storey stiffness", f"{stiffness} at the ground", rule)
+        rule = "the yield acceleration of its typology, where [effects] has inelastic_storeys"
+        self.fill("storey strengths", f"{strength} at the ground", rule)
 
     def _family(self, typology: str) -> str:
         """The family of Hazus that storeys are made of: as given, or of the typology; "" for storeys of a typology."""

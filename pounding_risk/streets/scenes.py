@@ -11,16 +11,18 @@ from pounding_risk._common.letters import csv_text
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.request import SOURCES
 from pounding_risk.scene.toml import write_toml
+from pounding_risk.statistics.sobol import LEAST_SAMPLES
 from pounding_risk.streets.hazus import STATES
+from pounding_risk.streets.neighbours import floors
 from pounding_risk.units import GAP, MASS, PERIOD, STIFFNESS, STOREY_STRENGTH, Quantity, exact, parse, say, shown
 
 if TYPE_CHECKING:
     from pounding_risk.streets.defaults import Filled, House
-    from pounding_risk.streets.neighbours import BlockRow, ClosePair
+    from pounding_risk.streets.neighbours import BlockRow, ClosePair, Neighbours
 
 FILLED = "filled.csv"
 SECTIONS = ("effects", "records", "grid", "uncertain", "solver")
-SAMPLES = 64  # of uncertain gaps; as a power of two balanced
+SAMPLES = LEAST_SAMPLES  # of uncertain gaps; as a power of two balanced
 POLARITIES = ["as recorded", "reversed"]  # a row is not symmetric
 DEGREE_DIGITS = 6  # of the middle of a row, 0.1 m
 LISTED = 3  # values of a column that are listed one by one
@@ -127,11 +129,10 @@ def scene_text(
     all_tables: dict[str, Any] = {**own_tables, "records": keys_of_records, "uncertain": _uncertain(row, own_tables)}
     if not all_tables["uncertain"]:
         del all_tables["uncertain"]
-    keys = {key: value for key, value in contact._asdict().items() if value is not None}
     document: dict[str, Any] = {
         "scene": {"name": f"{row.name}, {row.buildings[0].name} to {row.buildings[-1].name}"},
         "building": [_building(house) for house in row.buildings],
-        "interface": [{"gap": written(gap, GAP), **keys} for gap in row.gaps],
+        "interface": [_interface(pair, contact) for pair in row.pairs],
         **{name: all_tables[name] for name in SECTIONS if name in all_tables},
     }
     damage = [
@@ -144,6 +145,16 @@ def scene_text(
         document["effects"] = {"inelastic_storeys": {}, **document.get("effects", {})}
         document["damage"] = damage
     return "".join(f"# {line}\n" for line in _origin(row, filled, close, source, gaps)) + "\n" + write_toml(document)
+
+
+def _interface(pair: Neighbours, contact: Contact) -> dict[str, Any]:
+    """The table of an interface: its gap, and the keys of the contact that have an effect where these floors meet."""
+    keys = {key: value for key, value in contact._asdict().items() if value is not None}
+    meet, miss, _ = floors(pair.left, pair.right, None if contact.tolerance is None else parse(contact.tolerance, GAP))
+    for key, number in (("yield_force", meet), ("column_yield_force", miss)):
+        if number == 0:
+            keys.pop(key, None)
+    return {"gap": written(pair.gap, GAP), **keys}
 
 
 def _origin(row: BlockRow, filled: Sequence[Filled], close: Sequence[ClosePair], source: str, gaps: str) -> list[str]:

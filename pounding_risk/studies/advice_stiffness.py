@@ -22,6 +22,7 @@ from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.render.sheet import amount
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.scene import Scene
+from pounding_risk.units import rounded
 
 KIP, INCH = 4448.2216152605, 0.0254  # N, m
 BELOW, WITHIN, ABOVE = "too soft", "in the range", "too stiff"
@@ -156,8 +157,8 @@ class StiffnessRange(NamedTuple):
 
 
 def ms(seconds: float) -> str:
-    """A duration in milliseconds: 17.3 ms."""
-    return f"{1e3 * seconds:.3g} ms"
+    """A duration in milliseconds: 17.3 ms, 1040 ms."""
+    return f"{rounded(1e3 * seconds, 3)} ms"
 
 
 def stiffness_for(duration: float, unit: str, mass: float, speed: float) -> float:

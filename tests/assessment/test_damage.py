@@ -289,6 +289,22 @@ def test_rates_that_a_hazard_curve_cuts_off_are_lower_bounds_without_a_ratio(sca
     assert "at least" in " ".join(texts[0]) and "at least" not in " ".join(texts[1])
 
 
+def test_the_gaps_of_a_row_are_those_of_its_interfaces():
+    """Not that of the grid, which is the first's alone: of three each by its name, of more their range."""
+    chain = [single(name, f"{20 + at} t", "0.5 s") for at, name in enumerate("ABCDE")]
+    for gaps, words in (
+        (["1 m", "30 mm"], "1 m (A | B) and 30 mm (B | C)"),
+        (["1 m", "30 mm", "40 mm", "50 mm"], "30 mm to 1 m, by interface"),
+    ):
+        scene = tomllib.loads(scene_text(*chain[: len(gaps) + 1], law="linear", records={"names": NAMES[:1]}))
+        scene["interface"] = [{**scene["interface"][0], "gap": gap} for gap in gaps]
+        found = pr.damage(pr.scan(scene, check_fraction=0.0), states=[pr.DamageState("x", displacement="1 mm")])
+        assert f"with pounding at {words}" in found.attrs["finding"]
+        assert f"gap {words}, linear" in sheet(found)[2]["caption"]
+        (row, _) = csv.DictReader(damage_table(found).splitlines())
+        assert (row["gap of A | B [m]"], row["gap of B | C [m]"]) == ("1.0", "0.03") and "gap [m]" not in row
+
+
 def test_a_row_without_its_drifts_has_no_drift_of_roofs_instead(row):
     for name in ("storey_drift_free", "storey_drift"):
         with pytest.raises(PoundingError, match=f"the results have no variable {name}, "):

@@ -15,7 +15,7 @@ from sentences import refusal
 
 from pounding_risk.ensemble import identity as identities
 from pounding_risk.ensemble.checkpoint.folder import About, Checkpoint
-from pounding_risk.ensemble.identity import difference, digest, flattened, identity
+from pounding_risk.ensemble.identity import difference, difference_lines, digest, flattened, identity
 from pounding_risk.ensemble.job import ScanInput
 from pounding_risk.ensemble.job_choice import job_of
 from pounding_risk.models.contact import laws as contact
@@ -114,6 +114,13 @@ def test_a_changed_scene_is_told_key_by_key(overrides, says):
     says(told(asked(), asked(*overrides)))
 
 
+def test_of_many_differences_the_first_are_listed():
+    one, other = ({"scene": {"building": [{"period": period} for period in range(at, at + 20)]}} for at in (0, 1))
+    lines = difference_lines(one, other).splitlines()[1:]
+    assert lines == [*(f"  - building[{at}].period: was {at}, is {at + 1}" for at in range(8)), "  - and 12 more"]
+    assert difference_lines(one, one) == ""
+
+
 def test_long_lists_are_told_by_their_first_difference(says):
     long, another, longer = (asked(f"grid.gap={json.dumps(one)}") for one in (GAPS, ANOTHER, [*GAPS, "1 m"]))
     says(told(long, another), told(long, longer))
@@ -203,8 +210,9 @@ def test_a_comment_in_a_report_does_not_stop_a_half_done_scan(tmp_path, monkeypa
     with open(source / "ensemble" / "threads.py", "a", encoding="utf-8") as file:
         file.write("# A comment.\n")
     assert refusal(go_on) == (
-        f"{tmp_path / 'results.study'}: holds 4 cases of a study that was another:\n  - {CHANGED}\nput that back to go "
-        "on with it, write --new to discard it, or write the results under another name (-o)"
+        f"{tmp_path / 'results.study'}: holds 4 cases of a study that was another; put back what "
+        "differs to go on with it, write --new to discard it, or write the results under another name (-o):\n  - "
+        f"{CHANGED}"
     )
 
 

@@ -1,6 +1,7 @@
 """Unusual numbers are told with the likely slip, where the answer is read; usual ones are not."""
 
 import json
+import re
 from math import pi, sqrt
 from pathlib import Path
 
@@ -75,6 +76,16 @@ def test_a_stiffness_that_advise_rejects_is_told():
         assert [TOO_SOFT in note for note in told] == [True] * (factor < 1.0)
 
 
+@pytest.mark.parametrize("period", ["0.3 s", "0.33 s", "0.37 s", "0.41 s"])
+@pytest.mark.parametrize(("law", "soft"), [("linear", "0.5 GN/m"), ("hertz", "5e9 N/m^1.5")])
+def test_the_stiffness_that_is_said_to_keep_the_rule_does(law, soft, period):
+    """Periods of which the least stiffness ends below and above the middle of its last digit."""
+    keys = [f'building.right.period="{period}"', f'interface.contact_model="{law}"']
+    (told,) = notes(*keys, f'interface.stiffness="{soft}"')
+    kept = re.search(r"which (.+) keeps", told)[1]
+    assert notes(*keys, f'interface.stiffness="{kept}"') == ()
+
+
 TOO_SOFT = "too soft by the rule of `pounding-risk advise`"
 UNUSUAL = {
     "a period of 62 s": 'building.left.period="62 s"',
@@ -93,6 +104,17 @@ UNUSUAL = {
 def test_each_unusual_number_has_a_sentence_with_range_and_slip(override, says):
     (told,) = notes(override)
     says(told)
+
+
+def test_a_mass_that_is_placed_at_the_roof_of_its_neighbour_is_told():
+    """Where neither its height nor its points of contact are written."""
+    storeys, mass = storeyed("A", "200 t", None, ["3 m"] * 4, period="0.6 s"), single("B", "300 t", "0.3 s")
+    height, stiffness = {"height": "9 m"}, {"stiffness": "2e11 N/m^1.5"}
+    (told,) = notes(text=scene_text(storeys, mass, **stiffness))
+    assert told == 'B: has no height, and is taken to meet the roof of A; write height = "12 m", or its own'
+    assert notes(text=scene_text(storeys, mass | height, **stiffness)) == ()
+    at = {"contact": [{"left": "storey 4", "right": "storey 1"}]}
+    assert notes(text=scene_text(storeys, mass, **stiffness, **at)) == ()
 
 
 STOREYS = {

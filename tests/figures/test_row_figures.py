@@ -29,10 +29,12 @@ from pounding_risk.figures.row import (
     profile,
     profiles_figure,
 )
+from pounding_risk.figures.simulate import simulation_figure
 from pounding_risk.figures.style import in_lines
 from pounding_risk.reports.drawings import draw
 from pounding_risk.reports.sections.row import contact_finding, drift_finding, struck_finding
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.studies.simulate import simulate
 
 TWO_MASSES = scene_text(
     single("A", "44 t", "0.2 s", height="6 m"), single("B", "80 t", "0.1 s"), law="hertz", gap="1 mm"
@@ -316,3 +318,19 @@ def test_a_city_is_coloured_without_names(case):
     shares = figure.axes[0].collections[0].get_array().filled(np.nan)
     few = plan_figure(case).axes[0].collections[0].get_array().filled(np.nan)
     assert np.array_equal(shares, np.tile(few, len(rows)), equal_nan=True)
+
+
+def test_the_force_at_a_roof_leaves_the_peak_of_that_roof_legible():
+    """Of a low building whose roof strikes the columns of a tall one at its left, in a row that fills the page."""
+    tall, low = {"floor_masses": "200 t", "storeys": 5, "period": "0.7 s"}, {"floor_masses": "100 t", "storeys": 3}
+    row = [
+        {"name": name, **(low | {"period": "0.2 s"} if at % 2 else tall), "storey_heights": f"{3.0 + 0.7 * (at % 2)} m"}
+        for at, name in enumerate("ABCDE")
+    ]
+    figure = simulation_figure(simulate(parse_scene(scene_text(*row, stiffness="8e10 N/m^1.5"))))
+    figure.canvas.draw()
+    written = [text for text in figure.axes[-1].texts if text.get_text()]
+    peaks, forces = ([text for text in written if text.get_text().endswith(end)] for end in (" mm", "×"))
+    assert len(peaks) == 5 and len(forces) >= 4
+    boxes = [[text.get_window_extent() for text in kind] for kind in (peaks, forces)]
+    assert not [peak for peak in boxes[0] for force in boxes[1] if peak.overlaps(force)]

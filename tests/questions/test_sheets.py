@@ -1,10 +1,12 @@
 """Of every question: cells of its sheet are values of its answer, and all renderers show the same cells."""
 
 import csv
+import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields, is_dataclass
 from importlib import import_module
 from io import BytesIO, StringIO
+from math import inf, nan
 from pathlib import Path
 from pkgutil import iter_modules
 from types import MappingProxyType
@@ -25,7 +27,7 @@ from pounding_risk.lab.effects_findings import rows, yielding
 from pounding_risk.questions.modes import answer as modes_answer
 from pounding_risk.questions.separations import separations as separations_answer
 from pounding_risk.render.csv_text import csv_text
-from pounding_risk.render.sheet import LONG, Block, amount, table
+from pounding_risk.render.sheet import LONG, Block, amount, between, joined, middle, noted, number, table
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.reports import html, pdf
 from pounding_risk.reports.document import number_blocks
@@ -204,7 +206,10 @@ def test_a_number_has_the_unit_of_its_head(answers, name):
     """A time in seconds under [ms] would be read as a thousandth of it, on the terminal and in the CSV."""
     for block in (block for block in answered(answers, name)[1] if block["kind"] == "table"):
         for head, cell in (
-            (head, cell) for row in block["rows"] for head, cell in zip(block["heads"], row, strict=True)
+            (head, cell)
+            for row in block["rows"]
+            for head, whole in zip(block["heads"], row, strict=True)
+            for cell in (whole, *whole.get("ends", {}).values())
         ):
             unit, _ = SHOWN.get(cell.get("unit", "1"), ("", 1.0))  # a cell of another unit has it in its text
             is_bare = unit and cell["raw"] is not None and not cell["text"].endswith(unit)
@@ -250,6 +255,29 @@ def test_csv_keeps_the_unit_of_a_number_whose_head_has_none():
     values = {"force": amount(7406769.5, "N"), "work": amount(60041.25, "J"), "speed": amount(-0.25, "m/s")}
     lines = csv_text([table("Outputs.", ("output", "value"), [list(pair) for pair in values.items()])]).splitlines()
     assert lines[2:] == ["force,7406.7695 kN", "work,60.04125 kJ", "speed,'-0.25 m/s", ""]
+
+
+def test_csv_has_a_column_for_each_end_of_a_range():
+    """In full and in the unit of the head, without the marks of the text, which have a column of words."""
+    low, high, median = 0.0882712345678901, 0.125, 1.0 / 3.0
+    rows = [
+        ["left | right", joined(number(low, "m"), number(high, "m")), middle((0.25, median, 0.5), "1")],
+        ["right | last", noted(between(0.0, inf, "m"), "*", "none above"), "none"],
+        ["unknown", between(nan, nan, "m"), number(nan)],
+    ]
+    lines = csv_text([table("Gaps.", ["neighbours", "bounds [mm]", "ratio"], rows)]).splitlines()
+    assert lines[1:-1] == [
+        "neighbours,bounds low [mm],bounds high [mm],bounds note,ratio,ratio low,ratio high",
+        f"left | right,88.2712345678901,125.0,,{median!r},0.25,0.5",
+        "right | last,0.0,∞,none above,none,,",
+        "unknown,,,,,,",
+    ]
+
+
+@pytest.mark.parametrize("name", WITH_SHEETS)
+def test_every_end_of_a_range_stands_in_csv_in_full(answers, name):
+    written = [cell for row in csv.reader(StringIO(csv_text(answered(answers, name)[1]))) for cell in row]
+    assert not [cell for cell in written if re.fullmatch(r"[\d.e-]+(; | to |\s?\()[\d.e-]+.*", cell)]
 
 
 @pytest.mark.parametrize("name", WITH_SHEETS)

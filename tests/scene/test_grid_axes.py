@@ -1,9 +1,11 @@
 """Axes of numbers in [grid]: how they are read, refused and written, and that `--set` of their key ends them."""
 
+import re
+
 import numpy as np
 import pytest
 from axes import AXES, pair_text
-from scenes import FRAME, PAIR, rigid, scene_text
+from scenes import FRAME, PAIR, rigid, scene_text, single
 from sentences import refusal
 
 from pounding_risk.scene.buildings import SingleMass
@@ -92,6 +94,17 @@ def test_a_faulty_value_is_told_in_the_words_of_set():
         alone = refusal(parse_scene, pair_text({}), overrides=[f"{key}={shown}"])
         told = refused({key: values})
         assert f"grid.{key}.{len(values)}: " in told and told.endswith(alone.partition(f"--set {key}: ")[2]), told
+
+
+def test_the_gap_of_one_interface_of_a_row_is_told_the_whole_repair():
+    """Which the reader then takes: gap in [grid] alone would vary every gap."""
+    row = [single(name, "20 t", "0.5 s") for name in "ABC"]
+    text = scene_text(*row, gap="5 mm", grid={"interface.1.gap": ["10 mm", "20 mm"]})
+    interface = re.search(r"\[\[interface\]\][^[]*", text)[0]
+    told = refusal(parse_scene, text.replace(interface, 2 * interface))
+    assert told.endswith('write gap = [...] in [grid] instead, with interface = "A | B" beside it')
+    repaired = parse_scene(scene_text(*row, gap="5 mm", grid={"gap": ["10 mm", "20 mm"], "interface": "A | B"}))
+    assert [repaired.interface_gaps(gap) for gap in repaired.grid.gaps] == [(0.01, 0.005), (0.02, 0.005)]
 
 
 def test_an_interface_is_named_by_its_buildings_with_quotes_and_without():

@@ -248,8 +248,8 @@ def test_the_row_of_the_docs_is_read(root):
     text = (root / "docs" / "rows.md").read_text(encoding="utf-8")
     found = parse_scene(text.partition("```toml\n")[2].partition("```")[0])
     assert found.interface_gaps(0.04) == (0.03, 0.04)
-    # Floors of the offices at 3.6, 7.2 and 10.8 m, of the flats at 3, 6, 9 and 12 m.
-    assert [point.level for point in found.interfaces[0].points] == pytest.approx([3.0, 3.6, 6.0, 7.2, 9.0, 10.8, 12.0])
+    # Floors of the offices at 4, 8 and 12 m, of the flats at 3, 6, 9 and 12 m.
+    assert [point.level for point in found.interfaces[0].points] == pytest.approx([3.0, 4.0, 6.0, 8.0, 9.0, 12.0])
     assert [point[1:4] for point in found.interfaces[1].points] == [(2.0, 1.0, FLOOR)]
 
 

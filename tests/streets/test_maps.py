@@ -28,6 +28,7 @@ import pounding_risk as pr
 from pounding_risk.errors import PoundingError
 from pounding_risk.scene.motions import gathered
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.statistics.sobol import LEAST_SAMPLES
 from pounding_risk.streets import table as street_table
 from pounding_risk.streets.defaults import Rules
 from pounding_risk.streets.inventory import read_inventory
@@ -277,7 +278,7 @@ def test_gaps_are_as_uncertain_as_walls(tmp_path):
     ends = [(max(gap - 0.1, 0.0), gap + 0.1) for gap in only(block).gaps]
     assert np.array([pair.gaps for pair in only(block).pairs]) == pytest.approx(np.array(ends), abs=1e-6)
     scene = parse_scene(only_scene(block))
-    assert scene.uncertain is not None and scene.uncertain.samples == 64
+    assert scene.uncertain is not None and scene.uncertain.samples == LEAST_SAMPLES  # of which shares have bounds
     assert scene.uncertain.keys == tuple(f"interface.{number}.gap" for number in (1, 2, 3, 4))
     assert only(block).gaps == only(known).gaps
     for number, (low, high) in zip(scene.uncertain.numbers, ends, strict=True):

@@ -26,6 +26,7 @@ from pounding_risk.ensemble.plausibility import of_input
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.structures.typologies import TYPOLOGIES
 from pounding_risk.motions.catalogue import entry
+from pounding_risk.scene.notes import unused_keys
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.streets import rows as block_rows
 from pounding_risk.streets import scenes as block_scenes
@@ -204,7 +205,35 @@ def test_a_value_that_is_given_is_never_filled(folder):
     assert (first.floor_depth, second.floor_depth) == (0.22, 0.3)
     assert block.rows[0].gaps == (0.012,) and second.period is None
     assert (first.typology, second.typology) == ("masonry", "concrete_frame")
-    assert block.filled == ()
+    # What a table has no columns for, and the period that the second line leaves out.
+    generated = [(name, column) for name in "AB" for column in ("storey stiffness", "storey strengths")]
+    assert sorted((each.building, each.column) for each in block.filled) == sorted([*generated, ("B", "period")])
+
+
+def test_what_the_scene_generates_is_listed(folder):
+    """By the resolved scene, of its own storeys; the period by 0.0466 h^0.9 of ASCE 7."""
+    block = read(folder, HEAD + "A,12,4,concrete_frame,180,20\nB,9,3,concrete_walls,150,\n")
+    told = {(each.building, each.column): each.value for each in block.filled}
+    assert told["A", "period"] == f"{0.0466 * 12.0**0.9:.4g} s" and told["B", "period"] == f"{0.0488 * 9.0**0.75:.4g} s"
+    (text,) = block.scenes().values()
+    for building in parse_scene(text).buildings:
+        stiffness, strength = building.stiffnesses[0] / 1e6, building.strengths[0] / 1e3
+        assert told[building.name, "storey stiffness"] == f"{stiffness:.4g} MN/m at the ground"
+        assert told[building.name, "storey strengths"] == f"{strength:.4g} kN at the ground"
+
+
+@pytest.mark.parametrize(
+    ("height", "keys"), [(9, ["yield_force"]), (10.5, ["column_yield_force"]), (12, ["yield_force"])]
+)
+def test_no_yield_force_without_effect_is_written(folder, height, keys):
+    """Storeys of 3 m beside others of 3 m, whose floors meet, and of 3.5 m, the lower building, whose floors do not."""
+    forces = block_scenes.Contact("viscous_elastoplastic", yield_force="5 MN", column_yield_force="1 MN")
+    storeys = 4 if height == 12 else 3
+    block = read(folder, HEAD + f"A,15,5,masonry,180,20\nB,{height},{storeys},masonry,150,\n")
+    (text,) = block.scenes(contact=forces).values()
+    (interface,) = tomllib.loads(text)["interface"]
+    assert [key for key in ("yield_force", "column_yield_force") if key in interface] == keys
+    assert not [words for words in unused_keys(parse_scene(text)) if "yield_force" in words]
 
 
 def collection(*features: dict[str, Any]) -> str:
@@ -508,6 +537,7 @@ def test_the_shipped_street_is_thirty_buildings_in_three_rows(shipped):
     columns = [each.column for each in table.filled]
     missing = {"height": 3, "storeys": 2, "typology": 2, "floor load": 8, "gap": 2}
     missing |= {"damping": 30, "floor mass": 30, "floor depth": 30}
+    missing |= {"period": 30, "storey stiffness": 30, "storey strengths": 30}
     assert {name: columns.count(name) for name in set(columns)} == missing
     (part,) = prints.rows
     assert (part.buildings[0].name, part.buildings[-1].name) == ("23", "45")

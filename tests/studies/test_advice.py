@@ -31,7 +31,7 @@ from pounding_risk.studies.advice import (
     STIFFNESS,
     Influence,
 )
-from pounding_risk.studies.advice_stiffness import ABOVE, BELOW, WITHIN, floor_at, stiffness_for
+from pounding_risk.studies.advice_stiffness import ABOVE, BELOW, WITHIN, floor_at, ms, stiffness_for
 from pounding_risk.units import parse
 
 SHIPPED = Path(pr.__file__).parent / "scene" / "shipped"
@@ -466,3 +466,7 @@ def test_columns_that_are_struck_decide_where_the_floors_that_meet_are_never_str
     assert one.is_column and one.line == "" and "floors strike columns only" in one.why
     lines = [line.line for line in found.lines]
     assert 'column_yield_force = "500 kN"' in lines and not any(line.startswith("yield_force") for line in lines)
+
+
+def test_a_duration_of_a_second_has_no_exponent():
+    assert [ms(seconds) for seconds in (0.0173, 1.044, 12.0)] == ["17.3 ms", "1040 ms", "12000 ms"]

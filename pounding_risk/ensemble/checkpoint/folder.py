@@ -24,7 +24,7 @@ from pounding_risk._common.dates import now
 from pounding_risk.ensemble.checkpoint.chunks import CHUNK, Damaged, batches_of, chunk_name, read_chunk, write_chunk
 from pounding_risk.ensemble.checkpoint.lock import Held, Lock
 from pounding_risk.ensemble.chunks import Chunk, assembled, merged
-from pounding_risk.ensemble.identity import difference, digest
+from pounding_risk.ensemble.identity import difference_lines, digest
 from pounding_risk.errors import PoundingError
 
 STUDY, CHUNKS, LOG, LOCK = "study.json", "parts", "log.jsonl", "lock"
@@ -98,7 +98,7 @@ class Checkpoint(AbstractContextManager["Checkpoint"]):
 
         ``new`` discards the results of an earlier scan, and nothing else in the folder; ``shared`` lets other processes
         share the folder, each with its own batches. Raises PoundingError where the folder is not a
-        study's, where another run writes it, where it cannot be written, and, with every difference, where it
+        study's, where another run writes it, where it cannot be written, and, with the differences, where it
         holds chunks of a study of another identity.
         """
         folder = Path(path)
@@ -145,9 +145,9 @@ class Checkpoint(AbstractContextManager["Checkpoint"]):
             )
         if study and not new and self._files():
             raise PoundingError(
-                f"{self.path}: holds {_cases(self._files(), study['width'])} cases of a study that was another:"
-                f"{_differences(study, identity, same)}\nput that back to go on with it, write --new to discard "
-                "it, or write the results under another name (-o)"
+                f"{self.path}: holds {_cases(self._files(), study['width'])} cases of a study that was another; "
+                "put back what differs to go on with it, write --new to discard it, or write the results under another "
+                f"name (-o):{_differences(study, identity, same)}"
             )
         # The files of an earlier scan, and no others.
         for file in (self.path / STUDY, *map(self._file, self._files()), self.path / LOG):
@@ -328,9 +328,7 @@ def check_ours(folder: Path) -> None:
 
 
 def _differences(study: Mapping[str, Any] | None, identity: Mapping[str, Any], same: bool) -> str:
-    if study is None or same:
-        return ""
-    return "".join(f"\n  - {sentence}" for sentence in difference(study["identity"], identity))
+    return "" if study is None or same else difference_lines(study["identity"], identity)
 
 
 def _unwritable(folder: Path, error: OSError, kept: str, again: str = "the same command") -> PoundingError:
