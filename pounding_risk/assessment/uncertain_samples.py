@@ -18,7 +18,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.files import STORE
 from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
-from pounding_risk.assessment.demands import Motions, motions_of, pushed_closing
+from pounding_risk.assessment.demands import SAME_GAP, Motions, motions_of, pushed_closing
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
@@ -273,6 +273,11 @@ class Samples:
         gaps = here["interface_gap"] if "interface_gap" in here.variables else here["gap"]
         pushed = pushed_closing(here, gaps, (SAMPLE, "record", "polarity", amplitude_axis(here)))
         return np.fmax(alone, _by_sample(pushed, self.level(level)))
+
+    def may_be_pushed(self, index: int, gap: float) -> bool:
+        """True in a row that was not run at so wide a gap [m], across which neighbours may push the two together."""
+        is_run = "impact_count" in self.dataset and gap <= self.gap(index) + SAME_GAP
+        return self.dataset.sizes.get("interface", 1) > 1 and not is_run
 
     def is_inner(self, index: int) -> bool:
         """True where what stands further along the row may push a building of the interface."""

@@ -48,6 +48,8 @@ def verdict_of(
     sides = {one > criterion.target for one in by_polarity.values()}
     word = DEPENDS if len(sides) > 1 else ADEQUATE if high <= criterion.target else INADEQUATE
     word = word if word != INADEQUATE or low > criterion.target else DEPENDS
+    is_unrun = word == ADEQUATE and subject.may_be_pushed(index, gap)
+    word = DEPENDS if is_unrun else word
     joint = ", " if closings.is_drawn else " × "
     who = f"{counted(len(closings.closing), 'sample')}{joint}{subject.motions_words(level)}"
     bounds = f"{100 * criterion.confidence:g} % bounds {share_words(low)} to {share_words(high)}"
@@ -59,6 +61,9 @@ def verdict_of(
     if len(sides) > 1:
         answers = ", ".join(f"{name} {share_words(one)}" for name, one in by_polarity.items())
         return word, f"{finding}. Each polarity alone would answer otherwise to {target}: {answers}."
+    if is_unrun:
+        pushes = "what neighbours may push across it, which was not run: scan the samples at this gap"
+        return word, f"{finding}, within {target} but for {pushes}."
     if word == DEPENDS:
         return word, f"{finding}. These bounds lie on both sides of {target}."
     return word, f"{finding}, {'within' if word == ADEQUATE else 'above'} {target} throughout."

@@ -14,14 +14,18 @@ RECORDS += ["RSN1690-090", "RSN1690-360", "CCC-HN1", "CCC-HN2", "NAPA-HNE", "NAP
 HAZARD = "pga [g],annual rate [1/year]\n0.05,0.04\n0.1,0.015\n0.2,0.0042\n0.4,0.00085\n0.8,0.00012\n1.6,0.00001\n"
 
 
-def run(gap: str) -> xr.Dataset:
+def row(gap: str, **tables) -> pr.Scene:
     """A tall building that pushes a light one against its neighbour, 24 motions."""
     masses = [("tall", "2000 t", "1.6 s"), ("mid", "100 t", "0.5 s"), ("right", "300 t", "0.25 s")]
     buildings = [pr.SingleMass(name, mass=mass, period=period) for name, mass, period in masses]
     law = pr.laws.Jankowski(stiffness="3e10 N/m^1.5")
     interfaces = [pr.Interface(gap=width, law=law, restitution=0.65) for width in (BESIDE, gap)]
     records = pr.Records(RECORDS, pga="0.4 g", polarity=["as recorded", "reversed"])
-    return pr.scan(pr.Scene(buildings, interfaces, records))
+    return pr.Scene(buildings, interfaces, records, **tables)
+
+
+def run(gap: str) -> xr.Dataset:
+    return pr.scan(row(gap))
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +72,17 @@ def test_a_gap_wider_than_those_run_is_not_shown_to_be_enough(narrow, tmp_path):
     assert any("Provide at least" in sentence and "scan such gaps" in sentence for sentence in one.verdict.conclusion)
     assert all("the row was run at gaps of up to 10 mm" in gap.fault for gap in one.gaps_for_rates)
     assert [curve.fault == "" for curve in one.fragility if curve.gap == 0.1] == [False]
+
+
+def test_samples_that_were_not_run_show_no_gap_of_a_row_to_be_adequate():
+    """No sample closes 250 mm without contact; of a pair, on which nobody pushes, that would be adequate."""
+    uncertain = {"samples": 8, "building.right.period": {"distribution": "uniform", "low": "0.2 s", "high": "0.3 s"}}
+    answer = pr.uncertainty(row("250 mm", uncertain=uncertain), target=0.45)
+    sentences = dict(zip(answer["interface"].values.tolist(), answer["sentence"].values.tolist(), strict=True))
+    shares = answer["contact_probability"].sel(interface="mid | right")
+    assert float(shares.sel(gap=0.25, method="nearest")) == 0.0
+    assert sentences["mid | right"].startswith("Depends: over 8 samples")
+    assert "but for what neighbours may push across it, which was not run" in sentences["mid | right"]
 
 
 def test_what_the_row_was_run_at_is_bounded_as_before(wide):
