@@ -6,6 +6,7 @@ Each panel is drawn on an axis of its own from an assessment and one of its inte
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -103,8 +104,12 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     near = [rules[name] for name in COMBINATIONS if name in rules and rules[name] <= MOST_EMPTY * needed]
     widest = ROOM * max([needed, *near, *(gap.high for gap in required)])
     edges = 1e3 * np.append(steps.gaps, widest)
-    bounds = (np.append(ends, ends[-1]) for ends in (steps.low, steps.high))
+    # Across gaps that are wider than those a row was run at, neighbours may push in any motion.
+    high = np.where(steps.gaps > required[0].run_to, 1.0, steps.high)
+    bounds = (np.append(ends, ends[-1]) for ends in (steps.low, high))
     words = f"{100 * assessment.confidence:g} % bounds, {counted(round(one.verdict.independent), 'independent motion')}"
+    if isfinite(required[0].run_to):
+        words += f"; past {say_in(required[0].run_to, 'mm', 3)} not run"
     axis.fill_between(edges, *bounds, step="post", color=MOTIONS, alpha=0.15, linewidth=0.0, label=words)
     axis.stairs(steps.probability, edges, baseline=None, color=MOTIONS, linewidth=1.8, label="motions that close it")
     words = f"target {assessment.target:g}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from math import isinf
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.separations.table import short_in
@@ -10,7 +11,7 @@ from pounding_risk.figures.assess import draw_contact, draw_fragilities, draw_yi
 from pounding_risk.figures.separations import draw_rules
 from pounding_risk.figures.style import RULE_MARKS_WORDS, panel
 from pounding_risk.questions import adequacy as question
-from pounding_risk.render.sheet import Block, figure, heading, name_of, number, paragraph
+from pounding_risk.render.sheet import Block, amount, figure, heading, name_of, number, paragraph
 from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.results.amplitudes import intensity_words
 
@@ -22,8 +23,9 @@ OF_A_PAIR = (
 OF_A_ROW = (
     "A motion counts as contact at a gap of the grid where the buildings touch in the run with all neighbours, under "
     "the scene's own contact model and F_E; at other gaps, in the stepped curve and in required gaps, where the free "
-    "relative motion closes the gap, or a run in which others push the buildings together. The F_E stated is that of "
-    "floors that meet, or of columns where none meet; both stand with the scene."
+    "relative motion closes the gap, or a run in which others push the buildings together. At gaps wider than those "
+    "that were run that is not known, and required gaps are lower bounds. The F_E stated is that of floors that meet, "
+    "or of columns where none meet; both stand with the scene."
 )
 
 
@@ -51,9 +53,12 @@ def _contact(data: ReportData, pair: Pair) -> list[Block]:
     assessment, one = data.assessment, pair.assessed
     required = one.required_at(assessment.criterion.target_percentile)
     target, gap = number(assessment.target, "%")["text"], question.need(required, unit=True)["text"]
+    known = "every gap"
+    if not isinf(required.run_to):
+        known = f"gaps of up to {amount(required.run_to, 'm')['text']}, the widest that was run"
     sentence = (
         f"{pair.name}: probability of contact against the gap{pair.at}: a step down at what each of the "
-        f"{counted(len(one.closing), 'motion')} closes, known at every gap; its bounds by recording; the target of "
+        f"{counted(len(one.closing), 'motion')} closes, known at {known}; its bounds by recording; the target of "
         f"{target} % and the gap required by {required.percentile:g} % of the motions, {gap}"
     )
     alt = f"{sentence}; {question.share_cells(one.contact_at_gap())[2]['text']} % at the assessed gap."
