@@ -52,6 +52,12 @@ from pounding_risk.units import GAP, say, si
 Array = NDArray[np.float64]
 
 
+TOGETHER = (
+    "All gaps of the row vary together: what neighbours push across a gap is known at the gaps of the grid alone, and "
+    "a required gap between two of them may lie as high as the wider one; scan finer steps there."
+)
+
+
 @dataclass(frozen=True, repr=False)
 class InterfaceAssessment(ShortRepr):
     """Assessment of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
@@ -381,6 +387,12 @@ def _influences(
 def _notes(name: str, results: Results, motions: ContactMotions, level: int | None) -> Iterator[str]:
     """Sentences beside the evidence of an interface, empty ones among them; ``level`` is the requested amplitude."""
     yield _amplitude_note(results) if level is None else ""
+    if (
+        isfinite(motions.run_to)
+        and results.dataset.sizes["gap"] > 1
+        and "interface_gap" not in results.dataset.variables
+    ):
+        yield TOGETHER
     yield str(results.level_notes.get(name, ""))
     for words, without in (("Motions without contact", True), ("Cases", False)):
         if storeys := collapses(results.dataset, without=without):

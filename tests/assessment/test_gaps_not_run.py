@@ -74,6 +74,17 @@ def test_a_gap_wider_than_those_run_is_not_shown_to_be_enough(narrow, tmp_path):
     assert [curve.fault == "" for curve in one.fragility if curve.gap == 0.1] == [False]
 
 
+def test_gaps_that_vary_together_are_known_at_the_steps_of_the_grid_alone(wide):
+    """At 300 mm everywhere nobody pushes, which says nothing of 100 mm everywhere, where the tall building does."""
+    together = pr.scan(row(NARROW, grid={"gap": ["0 mm", "50 mm", "300 mm"]}))
+    alone = pr.scan(row(NARROW, grid={"gap": ["0 mm", "50 mm", "300 mm"], "interface": "mid | right"}))
+    said = [" ".join(pr.assess(one).interfaces[1].verdict.evidence) for one in (together, alone, wide)]
+    assert ["All gaps of the row vary together" in evidence for evidence in said] == [True, False, False]
+    (_, _), (_, there) = Results(together).interfaces
+    touched = pr.scan(row(NARROW, grid={"gap": ["80 mm", "100 mm"]}))["impact_count"].isel(interface=1, gap=1)
+    assert ((touched.values.ravel() > 0) & (motions_of(there).closing[:, 0] < 0.1)).any()
+
+
 def test_samples_that_were_not_run_show_no_gap_of_a_row_to_be_adequate():
     """No sample closes 250 mm without contact; of a pair, on which nobody pushes, that would be adequate."""
     uncertain = {"samples": 8, "building.right.period": {"distribution": "uniform", "low": "0.2 s", "high": "0.3 s"}}
