@@ -31,7 +31,7 @@ OUTPUTS = {
     "contact_probability": ("1", "share of the motions that close it"),
     "contact_probability_low": ("1", "lower bound of the probability of contact, by recording"),
     "contact_probability_high": ("1", "upper bound of the probability of contact, by recording"),
-    "required_gap": ("m", "gap that the percentile of the motions needs"),
+    "required_gap": ("m", "gap that is enough for the percentile of the motions"),
     "required_gap_low": ("m", "lower bound of the required gap, by recording"),
     "required_gap_high": ("m", "upper bound of the required gap; the largest seen where so few do not bound it"),
     "required_gap_bounded": (
@@ -107,7 +107,7 @@ def assess_along(
             (share, need), at = contact.with_lost(criterion), contact.at
             shares = contact.gap, share.probability, share.low_recordings, share.high_recordings
             bounded = -1.0 if need.is_pushed else need.bounded
-            numbers = *shares, need.gap, need.low, need.high, bounded, contact.lost
+            numbers = *shares, need.shown, need.low, need.high, bounded, contact.lost
             for name, number in zip(OUTPUTS, numbers, strict=True):
                 columns.setdefault(name, np.full((*sizes, len(names)), np.nan))[(*places, index)] = number
     dims = (*(axis.name for axis in axes), "interface")

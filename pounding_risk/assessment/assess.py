@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.short_repr import ShortRepr
 from pounding_risk.assessment.annual_rates import AnnualRate, read_target_rate, return_period_words
 from pounding_risk.assessment.demands import SAME_GAP, Contact, Motions, contact_of, finite_forces, is_linear, yields_of
-from pounding_risk.assessment.fragility import OWN, STRIPES, ContactMotions, Fragility, shown_as
+from pounding_risk.assessment.fragility import OWN, SCALED, STRIPES, ContactMotions, Fragility, shown_as
 from pounding_risk.assessment.gmfs import Fields, Scenario, scenario_of
 from pounding_risk.assessment.hazard import Hazard, HazardSpectrum, Rate, curve_doubts, rate_of
 from pounding_risk.assessment.intensities import Shaking, check_intensity, intensities, shaking_of
@@ -46,15 +46,14 @@ from pounding_risk.results.files import open_scan
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.fragility import fit, stripes_of
 from pounding_risk.statistics.proportions import Share, numbered, shares
-from pounding_risk.statistics.required_gap import RequiredGap, rounded_up
+from pounding_risk.statistics.required_gap import RequiredGap, RunGaps, rounded_up
 from pounding_risk.units import GAP, say, si
 
 Array = NDArray[np.float64]
 
-
-TOGETHER = (
-    "All gaps of the row vary together: what neighbours push across a gap is known at the gaps of the grid alone, and "
-    "a required gap between two of them may lie as high as the wider one; scan finer steps there."
+SCALED_ROW = (
+    "Neighbours push these two together at none of the gaps and amplitudes that were run; fragilities by scaling take "
+    "it that they do not at other amplitudes."
 )
 
 
@@ -62,14 +61,14 @@ TOGETHER = (
 class InterfaceAssessment(ShortRepr):
     """Assessment of one gap between neighbours; lengths in m, accelerations in m/s2, forces in N.
 
-    ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid [SI] (None where the
-    grid has none; ``intensity`` is its measure, ``at`` says it in words), as is ``closing``, what each motion closes,
-    in rising order. ``yielding`` is at every gap of the grid. ``fragility`` of contact is at these and the assessed
-    one, of yielding at the grid's nearest, ``yield_gap``, as is ``response``, what the motions do under each contact
-    model and F_E. ``own_force`` is the grid's F_E that is nearest to the scene's own, ``own_model`` the scene's
-    contact model. ``rates`` go with ``fragility``, where a hazard curve is given; ``gaps_for_rates`` are then the
-    gaps that keep contact to usual rates and to the target rate, which ``rate_verdict`` is on. ``separations`` are
-    those of codes, beside the motions.
+    ``contact``, ``yielding`` and ``required`` are at ``amplitude``, the assessed one of the grid [SI] (None where
+    the grid has none; ``intensity`` is its measure, ``at`` says it in words), as is ``closing``, what each motion
+    closes, in rising order, known at the gaps ``run`` of a row. ``yielding`` is at every gap of the grid.
+    ``fragility`` of contact is at these and the assessed one, of yielding at the grid's nearest, ``yield_gap``, as
+    is ``response``, what the motions do under each contact model and F_E. ``own_force`` is the grid's F_E that is
+    nearest to the scene's own, ``own_model`` the scene's contact model. ``rates`` go with ``fragility``, where a
+    hazard curve is given; ``gaps_for_rates`` are then the gaps that keep contact to usual rates and to the target
+    rate, which ``rate_verdict`` is on. ``separations`` are those of codes, beside the motions.
     """
 
     name: str
@@ -80,6 +79,7 @@ class InterfaceAssessment(ShortRepr):
     own_force: float
     own_model: str
     closing: tuple[float, ...]
+    run: RunGaps
     contact: tuple[Share, ...]
     yielding: tuple[Share, ...]
     response: tuple[Response, ...]
@@ -332,6 +332,8 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     fragility = (*of_contact, *_yield_curves(results, every, yield_gap, yields, motions))
     rates, gaps_for_rates, by_rate = _by_rate(motions, fragility, contact, options)
     levels = options.shaking.events(results)
+    is_scaled = any(curve.method == SCALED and not curve.fault for curve in fragility)
+    scaled = SCALED_ROW * (is_scaled and isfinite(every.run.widest))
     fallen = collapsed(results.at_level(level).dataset, without=True)
     counts = results.run_counts | {"unpushed": results.unpushed, "collapsed": int(fallen.sum())}
     verdict = judge(contact, criterion, sensitivity[0], counts, doubts)
@@ -340,7 +342,7 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
         conclusion=(*columns, *verdict.conclusion, *(by_rate.conclusion if by_rate else ())),
         evidence=(
             *verdict.evidence,
-            *filter(None, (where * is_nearest, often, *_notes(name, results, motions, options.level))),
+            *filter(None, (where * is_nearest, often, scaled, *_notes(name, results, motions, options.level))),
         ),
     )
     return InterfaceAssessment(
@@ -352,6 +354,7 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
         own_force=results.scene_force,
         own_model=results.scene_model,
         closing=tuple(np.sort(contact.motions.closing[:, 0]).tolist()),
+        run=every.run,
         contact=contact.shares,
         yielding=_yield_shares(dataset, level, contact.weight, confidence),
         response=response,
@@ -387,12 +390,6 @@ def _influences(
 def _notes(name: str, results: Results, motions: ContactMotions, level: int | None) -> Iterator[str]:
     """Sentences beside the evidence of an interface, empty ones among them; ``level`` is the requested amplitude."""
     yield _amplitude_note(results) if level is None else ""
-    if (
-        isfinite(motions.run_to)
-        and results.dataset.sizes["gap"] > 1
-        and "interface_gap" not in results.dataset.variables
-    ):
-        yield TOGETHER
     yield str(results.level_notes.get(name, ""))
     for words, without in (("Motions without contact", True), ("Cases", False)):
         if storeys := collapses(results.dataset, without=without):
@@ -473,7 +470,7 @@ def _contact_motions(results: Results, motions: Motions, intensity: str) -> Cont
     is_own = measure is not None and amplitudes.measure.is_same(measure)
     method = STRIPES if is_own and len(amplitudes.values) > 1 else OWN
     who = numbered(motions.recordings[taken])
-    return ContactMotions(intensity, method, ims, closing, who, linear, motions.run_to)
+    return ContactMotions(intensity, method, ims, closing, who, linear, motions.run)
 
 
 def _yield_curves(

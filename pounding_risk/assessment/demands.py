@@ -27,7 +27,14 @@ from pounding_risk.results.attributes import (
 )
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.proportions import Share, independent_motions, labels, logs_of, shares
-from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
+from pounding_risk.statistics.required_gap import (
+    EVERY_GAP,
+    SAME_GAP,
+    USUAL_PERCENTILES,
+    RequiredGap,
+    RunGaps,
+    required_gaps,
+)
 
 Array = NDArray[np.float64]
 
@@ -35,7 +42,6 @@ AMPLITUDE_AXES = (PGA_AXIS, LEVEL_AXIS)  # of which a dataset has one at most
 MOTION_AXES = ("record", "polarity", *AMPLITUDE_AXES)
 # They leave the free motion linear. inelastic_storeys does not: twice the motion is not twice the closing.
 LINEAR = {"permanent_set", "unloading_stiffness", "strain_rate", "wave_passage", "p_delta", "soil_flexibility"}
-SAME_GAP = 1e-9  # m, by which two gaps may differ that are one
 UNDEFINED = -1  # yield exceedance of a failed run, and where a jump has no force
 
 
@@ -49,7 +55,7 @@ class Motions(NamedTuple):
     closing: Array  # (motions, amplitudes) [m]
     finite: NDArray[np.bool_]  # (motions, amplitudes) False where the response is not finite, or the record is dead
     alone: Array | None = None  # of one interface of several: closing without contact anywhere, at most ``closing``
-    run_to: float = inf  # m, the widest gap at which pushes by others are known
+    run: RunGaps = EVERY_GAP  # gaps at which pushes by others are known
 
 
 def is_linear(results: Results) -> bool:
@@ -70,14 +76,16 @@ def motions_of(results: Results) -> Motions:
 
     In a row what stands further along may push a building across a gap that the motion without contact leaves open:
     ``closing`` is then the most that is closed in such a run under any contact model and F_E, with the penetration if
-    they touch. If they do not, that is the gap which this motion needs, as nothing happens there before they touch; at
-    gaps wider than ``run_to`` no run says so.
+    they touch. If they do not, that is the gap which this motion needs, as nothing happens there before they touch;
+    where all gaps vary together it is so at this gap alone.
     """
     dataset = results.dataset
     records, polarities = (list(map(str, dataset[axis].values)) for axis in ("record", "polarity"))
     closing = alone = by_amplitude(dataset["peak_closing_free"])
-    is_pushed = "impact_count" in dataset and "interior" in dataset["building_position"].values
+    is_pushed, run = "impact_count" in dataset and "interior" in dataset["building_position"].values, EVERY_GAP
     if is_pushed:
+        gaps = np.sort(dataset["gap"].values).tolist()
+        run = RunGaps(gaps[-1], tuple(gaps) if len(gaps) > 1 and "interface_gap" not in dataset.variables else ())
         closing = np.fmax(alone, by_amplitude(pushed_closing(dataset, dataset["gap"], MOTION_AXES)))
     turns = len(polarities)
     finite = np.isfinite(by_amplitude(gaps_needed(dataset)))
@@ -89,7 +97,7 @@ def motions_of(results: Results) -> Motions:
         closing,
         finite & np.repeat(results.is_shaking, turns)[:, None],
         alone if is_pushed else None,
-        float(dataset["gap"].max()) if is_pushed else inf,
+        run,
     )
 
 
@@ -100,18 +108,19 @@ def pushed_closing(runs: xr.Dataset, gaps: xr.DataArray, axes: Collection[Hashab
 
 
 def touching(results: Results, motions: Motions, gap: float) -> NDArray[np.bool_]:
-    """Whether each motion brings contact at a gap, (motions, amplitudes).
+    """Whether each motion brings contact at a gap, and whether it may: (2, motions, amplitudes).
 
     Of a pair that is what it closes. In a row contact elsewhere may push buildings together or keep them from meeting:
     at a gap of the grid it is what the run with all neighbours does, under the scene's own contact model and F_E, as
-    `row.row_case` has it. At another gap, and where that run failed, it is ``closing`` of `motions_of`.
+    `row.row_case` has it. At another gap, and where that run failed, it is ``closing`` of `motions_of`; a motion may
+    bring contact that no run shows to leave the gap open.
     """
     closes = motions.closing > gap
     at = np.flatnonzero(np.isclose(results.dataset["gap"].values, gap, rtol=0.0, atol=SAME_GAP))
     if motions.alone is None or not at.size:
-        return closes
+        return np.stack([closes, motions.closing > motions.run.below(gap)])
     counts = by_amplitude(results.dataset["impact_count"].isel(results.scene_contact | {"gap": int(at[0])}))
-    return np.asarray(np.where(counts == UNDEFINED, closes, counts > 0))
+    return np.stack([np.where(counts == UNDEFINED, closes, counts > 0)] * 2)
 
 
 def by_motion(cases: xr.DataArray, inner: Sequence[str] = ()) -> Array:
@@ -166,6 +175,7 @@ class Contact(NamedTuple):
     shares: tuple[Share, ...]  # that close each gap of the grid, and the assessed one
     required: dict[float, RequiredGap]  # by percentile [%]
     touched: NDArray[np.bool_]  # by motion: contact at the assessed gap
+    may_touch: NDArray[np.bool_]  # or none that a run shows to be absent
 
     @property
     def weight(self) -> float:
@@ -190,16 +200,12 @@ class Contact(NamedTuple):
         share, need = self.at_gap, self.required[criterion.percentile]
         if not self.lost:
             return share, need
-        touched = np.pad(self.touched.astype(float), (0, self.lost), constant_values=nan)
+        both = np.array([self.touched, self.may_touch], dtype=float)
+        touched = np.pad(both, ((0, 0), (0, self.lost)), constant_values=nan)
         closing = np.pad(self.motions.closing[:, 0], (0, self.lost), constant_values=inf)
         (need,) = required_gaps(closing, self.weight, (criterion.percentile,), criterion.confidence)
-        with_lost = share_with_lost(touched[None], self.gap, self.weight, criterion.confidence)
-        return _in_row(with_lost, self.every.run_to), need.in_row(self.every.run_to)
-
-
-def _in_row(share: Share, run_to: float) -> Share:
-    """A share that nothing bounds from above at a gap wider than those at which the row was run."""
-    return share if share.gap <= run_to + SAME_GAP else replace(share, high=1.0, high_recordings=1.0)
+        share = share_with_lost(touched[:, None], self.gap, self.weight, criterion.confidence)
+        return share, need.in_row(self.every.run)
 
 
 def share_with_lost(touched: Array, gap: float, weight: float, confidence: float) -> Share:
@@ -210,7 +216,8 @@ def share_with_lost(touched: Array, gap: float, weight: float, confidence: float
     Parameters
     ----------
     touched : array
-        1 where a motion brings contact, 0 where not, NaN where it is lost: (interfaces, motions).
+        1 where a motion brings contact, 0 where not, NaN where it is lost, and the same of whether it may, as
+        `touching` has both: (2, interfaces, motions).
     gap : float
         The gap that the share is of [m].
     weight : float
@@ -218,11 +225,16 @@ def share_with_lost(touched: Array, gap: float, weight: float, confidence: float
     confidence : float
         Confidence of the bounds.
     """
-    most, least = (
-        shares(np.nan_to_num(touched, nan=of_lost).max(axis=0)[:, None], [{"gap": gap}], weight, confidence)[0]
-        for of_lost in (1.0, 0.0)
+    seen, possible, least = (
+        shares(np.nan_to_num(each, nan=of_lost).max(axis=0)[:, None], [{"gap": gap}], weight, confidence)[0]
+        for each, of_lost in ((touched[0], 1.0), (touched[1], 1.0), (touched[0], 0.0))
     )
-    return replace(most, low=least.low, low_recordings=least.low_recordings)
+    return replace(_up_to(seen, possible), low=least.low, low_recordings=least.low_recordings)
+
+
+def _up_to(seen: Share, possible: Share) -> Share:
+    """The share of the motions that bring contact, with the upper bounds of that of those which may."""
+    return replace(seen, high=possible.high, high_recordings=possible.high_recordings)
 
 
 def contact_of(results: Results, index: int, gap: float | None, level: int | None, criterion: Criterion) -> Contact:
@@ -251,17 +263,17 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
         every.closing[chosen],
         every.finite[chosen],
         None if every.alone is None else every.alone[chosen],
-        every.run_to,
+        every.run,
     )
     closing = motions.closing[:, 0]
     independent = independent_motions(logs_of(closing), motions.recordings)
     weight = independent / closing.size
     gaps = np.unique([*map(float, results.dataset["gap"].values), gap]).tolist()
-    touched = np.stack([touching(results, every, width)[finite, level] for width in gaps], axis=1)
+    touched = np.stack([touching(results, every, width)[:, finite, level] for width in gaps], axis=2)
     percentiles = (*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile)
-    at, here = results.amplitude_words(every.amplitudes[level]), touched[:, gaps.index(gap)]
-    of_gaps = shares(touched.astype(float), [{"gap": width} for width in gaps], weight, criterion.confidence)
-    of_gaps = tuple(_in_row(share, every.run_to) for share in of_gaps)
+    at, here = results.amplitude_words(every.amplitudes[level]), touched[:, :, gaps.index(gap)]
+    of_gaps = [{"gap": width} for width in gaps]
+    seen, possible = (shares(each.astype(float), of_gaps, weight, criterion.confidence) for each in touched)
     needs = required_gaps(closing, weight, percentiles, criterion.confidence)
-    required = {need.percentile: need.in_row(every.run_to) for need in needs}
-    return Contact(gap, every, level, at, motions, independent, of_gaps, required, here)
+    required = {need.percentile: need.in_row(every.run) for need in needs}
+    return Contact(gap, every, level, at, motions, independent, tuple(map(_up_to, seen, possible)), required, *here)

@@ -7,7 +7,6 @@ of the motions. Where it is not, from who closes the gap at the intensities that
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
-from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +19,7 @@ from pounding_risk.statistics import fragility as curves
 from pounding_risk.statistics.fragility import Fit, Shown, Stripe, fragility_curve
 from pounding_risk.statistics.hazard import draws
 from pounding_risk.statistics.proportions import independent_motions
+from pounding_risk.statistics.required_gap import EVERY_GAP, RunGaps
 from pounding_risk.units import GAP, say
 
 Array = NDArray[np.float64]
@@ -86,7 +86,7 @@ class ContactMotions(NamedTuple):
     """Motions with a finite response: their intensities, and how far each closes the gap.
 
     ``linear`` says that the closing is proportional to the motion: scaled by gap over closing it just closes a gap.
-    ``run_to`` is the widest gap [m] at which what neighbours push across it is known.
+    ``run`` are the gaps at which what neighbours push across them is known.
     """
 
     intensity: str
@@ -95,7 +95,7 @@ class ContactMotions(NamedTuple):
     closing: Array  # (motions, amplitudes) [m]
     recordings: NDArray[np.int64]  # (motions,) from 0 without gaps
     linear: bool
-    run_to: float = inf
+    run: RunGaps = EVERY_GAP
 
     def curve(self, gap: float) -> Fragility:
         """The fragility of contact at a gap [m]; its ``fault`` says why there is none."""
@@ -108,11 +108,20 @@ class ContactMotions(NamedTuple):
             if curve.fault or not scaled.fault:
                 curve, method, note, factor = scaled, SCALED, curve.fault, times
                 independent = np.nan if curve.fault else self.independent
-        if gap > self.run_to:
-            curve, note, factor, independent = Fit(fault=not_run(self.run_to)), "", np.nan, np.nan
+        if self.is_unknown(gap):
+            curve, note, factor, independent = Fit(fault=not_run(self.run, gap)), "", np.nan, np.nan
         about = "contact", gap, None, None, self.intensity, method
         stripes = curves.stripes_of(im, touching)
         return Fragility(*about, **asdict(curve), note=note, stripes=stripes, factor=factor, independent=independent)
+
+    def is_unknown(self, gap: float) -> bool:
+        """True where neighbours may push the two together across a gap [m], as the row was not run at it.
+
+        Scaled motions are taken to push at no other amplitude what they do not push at those that were run.
+        """
+        if self.linear:
+            return gap > self.run.widest
+        return bool((self.closing > self.run.below(gap)).sum() > (self.closing > gap).sum())
 
     @property
     def unit_capacities(self) -> Array:
@@ -135,12 +144,15 @@ class ContactMotions(NamedTuple):
         return (Fit(fault=fault), np.nan) if fault else (fitted, factor)
 
 
-def not_run(run_to: float) -> str:
-    """Sentence on a gap of a row that is wider than the widest at which the row was run [m]."""
-    return (
-        f"the row was run at gaps of up to {say(run_to, GAP, 3)} here, and neighbours may push the two together across "
-        "wider ones: scan such gaps"
-    )
+def not_run(run: RunGaps, gap: float) -> str:
+    """Sentence on a gap [m] at which a row was not run."""
+    narrower = [step for step in run.steps if step < gap]
+    if gap > run.widest or not narrower:
+        many, others = f"gaps of up to {say(run.widest, GAP, 3)}", "wider ones"
+    else:
+        many = f"gaps of {say(narrower[-1], GAP, 3)} and {say(run.above(gap), GAP, 3)}"
+        others = "those between"
+    return f"the row was run at {many} here, and neighbours may push the two together across {others}: scan such gaps"
 
 
 def out_of_scale(fitted: Fit, factors: Array, shown: Shown = curves.plain) -> tuple[float, str]:

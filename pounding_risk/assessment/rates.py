@@ -142,7 +142,7 @@ class RateOfGaps:
         Between two closings the curve is the same. Rates and bounds are at each gap the largest of the gaps from it
         on, so that they fall: curves that are fitted one by one may cross.
         """
-        closings = np.unique(self.motions.closing)
+        closings = np.unique([self.motions.run.above(each) for each in np.unique(self.motions.closing).tolist()])
         closings = closings[(closings > 0.0) & np.isfinite(closings)]
         gaps, rows, faults = [], [], []
         for gap in closings[evenly(closings.size, MOST_GAPS)].tolist():

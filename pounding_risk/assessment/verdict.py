@@ -10,18 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import nan
+from math import inf, nan
 from typing import NamedTuple
 
 import numpy as np
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.demands import SAME_GAP, Contact
+from pounding_risk.assessment.demands import Contact
 from pounding_risk.assessment.fragility import not_run
 from pounding_risk.assessment.options import Criterion, percent_words
 from pounding_risk.assessment.sensitivity import CONTACT, Influence
 from pounding_risk.statistics.proportions import exact_bounds, least_upper_bound, motions_to_show
-from pounding_risk.statistics.required_gap import RequiredGap, lognormal_share, rounded_up
+from pounding_risk.statistics.required_gap import EVERY_GAP, RequiredGap, RunGaps, lognormal_share, rounded_up
 from pounding_risk.units import GAP, say
 
 ADEQUATE, INADEQUATE, DEPENDS = "adequate", "inadequate", "depends"
@@ -71,7 +71,8 @@ class Verdict:
 class Basis(NamedTuple):
     """Numbers that a verdict rests on: motions, their closings, and how many independent motions they count for.
 
-    ``contacts`` of the ``motions`` close the assessed gap; ``lost`` ones, not among them, have no finite response.
+    ``contacts`` of the ``motions`` close the assessed gap, in ``unknown`` others neighbours may push the two together,
+    as the row was run at the gaps ``run`` alone; ``lost`` ones, not among them, have no finite response.
     ``required`` is the gap to provide, which ``still_closing`` of the motions, no more than the target, close all the
     same, with the bounds of its percentile. ``amplitude`` is in words. ``hangs_on_polarity`` says that each polarity
     alone would lie on another side of the target.
@@ -88,11 +89,18 @@ class Basis(NamedTuple):
     still_closing: int
     amplitude: str
     hangs_on_polarity: bool
+    unknown: int = 0
+    run: RunGaps = EVERY_GAP
 
     @property
     def is_unrun(self) -> bool:
-        """True where the row was not run at so wide a gap: what neighbours push across it is not known."""
-        return self.gap > self.required.run_to + SAME_GAP
+        """True where what neighbours push across the gap is not known, as the row was not run at it."""
+        return self.unknown > 0
+
+    @property
+    def without_contact(self) -> Basis:
+        """The same, had none of the motions brought contact."""
+        return self._replace(contacts=0, unknown=0, lost=0)
 
     @property
     def target(self) -> str:
@@ -107,7 +115,9 @@ class Basis(NamedTuple):
         whole = self.motions + self.lost
         count = self.independent * (1.0 + self.lost / self.motions) * recordings / self.recordings
         low, _ = exact_bounds(self.contacts / whole * count, count, self.criterion.confidence)
-        _, high = exact_bounds((self.contacts + self.lost) / whole * count, count, self.criterion.confidence)
+        _, high = exact_bounds(
+            (self.contacts + self.unknown + self.lost) / whole * count, count, self.criterion.confidence
+        )
         return True if high <= self.criterion.target else False if low > self.criterion.target else None
 
 
@@ -134,9 +144,10 @@ def judge(
         still_closing=int((closing > keeps_target.provided).sum()),
         amplitude=contact.at,
         hangs_on_polarity=polarity.what == CONTACT and polarity.turns,
+        unknown=int((contact.may_touch & ~contact.touched).sum()),
+        run=contact.every.run,
     )
     answer = None if basis.hangs_on_polarity else basis.answer(basis.recordings)
-    answer = None if answer and basis.is_unrun else answer
     more: int | None = 0
     if answer is None:
         in_all = None if basis.hangs_on_polarity or basis.is_unrun else recordings_to_settle(basis)
@@ -167,7 +178,7 @@ def judge(
 def _finding(contact: Contact, criterion: Criterion) -> str:
     share = contact.at_gap
     one = share.count < 2
-    in_row = contact.motions.alone is not None and contact.gap <= contact.every.run_to + SAME_GAP
+    in_row = contact.motions.alone is not None and contact.every.run.is_known(contact.gap)
     verb = ("touches at" if one else "touch at") if in_row else ("closes" if one else "close")
     who = f"{share.count or 'none'} of {counted(share.runs, 'motion')} {contact.at} {verb}"
     low, high = share_words(share.low_recordings), share_words(share.high_recordings)
@@ -182,7 +193,7 @@ def _why(answer: bool | None, basis: Basis, polarity: Influence) -> str:
     if polarity.turns:
         return f". Each polarity alone would answer otherwise to {target}: {polarity.words}."
     if basis.is_unrun:
-        return f": {not_run(basis.required.run_to)}."
+        return f": {not_run(basis.run, basis.gap)}."
     if basis.lost:
         return f". The bounds, which {counted(basis.lost, 'failed motion')} widen, lie on both sides of {target}."
     least = least_upper_bound(basis.independent, basis.criterion.confidence)
@@ -234,6 +245,7 @@ def _margin(basis: Basis, required: RequiredGap) -> str:
     finite = " with a finite response" if basis.lost else ""
     amount = "at least" if required.at_least else "no more than"
     needs = f"{required.percentile:g} % of the motions{finite} need {amount} {say(required.provided, GAP, 3)}"
+    needs += f", or {say(required.enough, GAP, 3)} where neighbours push" if required.is_between else ""
     low, high = say(required.low, GAP, 3), say(rounded_up(required.high), GAP, 3)
     if required.low > 0.0:
         bounds = f"bounds {low} to {high}"
@@ -257,7 +269,7 @@ def sample_size(basis: Basis) -> str:
     who = f"{counted(basis.motions, 'motion')} from {counted(basis.recordings, 'recording')}"
     can = f"Even with no contact at all, {many} could only show P(contact) < {share_words(least)}"
     takes = f"showing {basis.target} takes at least {needed} independent motions"
-    recordings = recordings_to_settle(basis._replace(contacts=0, lost=0))
+    recordings = recordings_to_settle(basis.without_contact)
     takes += f", those of {recordings} such recordings" if recordings and recordings != needed else ""
     return f"{who} (effective sample size {worth}). {can}; {takes}."
 
@@ -330,19 +342,22 @@ def _provide(basis: Basis, answer: bool | None) -> str:
     if basis.lost > basis.criterion.target * (basis.motions + basis.lost):
         without = f"{basis.lost} of {counted(basis.motions + basis.lost, 'motion')} have no finite response"
         return f"No gap can be shown to keep {target}: {without}; the gaps required are those of the others."
-    if required.gap <= 0.0:
+    if required.gap <= 0.0 and not required.is_between:
         return f"For {target} these motions require no gap at all."
-    count = basis.still_closing
+    count, least = basis.still_closing, "at least " * required.at_least
     still = "none of the motions closes that gap"
     if count:
         share = percent_words(round(count / basis.motions, 3))
         still = f"{count} of the {basis.motions} motions ({share}) still close{'s' if count == 1 else ''} that gap"
     gap, low, high = (say(width, GAP, 3) for width in (required.gap, required.low, rounded_up(required.high)))
     below = f"{confidence} bounds: at least {low}, and none from above" if required.low > 0.0 else "without bounds"
+    still += ", pushed by none" if required.at_least or required.is_between else ""
+    if required.is_between:
+        gap += f", or {say(required.enough, GAP, 3)} where neighbours push the two together,"
+        still += f"; {not_run(basis.run, required.gap)}"
     if required.is_pushed:
-        least, alone = ("at least ", ", pushed by none") if required.at_least else ("", "")
-        provide = f"Provide {least}{gap} for a probability of contact of {target} ({below}); {still}{alone}."
-        return f"{provide} No gap is shown to be enough: {not_run(required.run_to)}."
+        provide = f"Provide {least}{gap} for a probability of contact of {target} ({below}); {still}."
+        return f"{provide} No gap is shown to be enough: {not_run(basis.run, inf)}."
     if required.bounded:
         verb = f"Required is {gap}" if answer else f"Provide {gap}"
         return (
@@ -350,7 +365,7 @@ def _provide(basis: Basis, answer: bool | None) -> str:
             f"At {high} the upper bound of that probability is within {target} too."
         )
     few = f"With {_recordings(basis.recordings)} no gap can be shown to meet {target} at {confidence} confidence"
-    needed = recordings_to_settle(basis._replace(contacts=0, lost=0))
+    needed = recordings_to_settle(basis.without_contact)
     if needed:
         few += f"; at least {needed} recordings without contact are needed"
     return f"Provide at least {gap} for a probability of contact of {target}, an estimate ({below}); {still}. {few}."

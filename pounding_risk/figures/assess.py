@@ -95,7 +95,8 @@ def _finding(one: InterfaceAssessment, named: bool) -> str:
 def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) -> None:
     """The exact share of the motions that close each gap, its bounds, target, gap, required gaps and code rules."""
     closing = np.array(one.closing)
-    steps = contact_steps(closing, one.verdict.independent / closing.size, assessment.confidence)
+    weight = one.verdict.independent / closing.size
+    steps = contact_steps(closing, weight, assessment.confidence, one.run)
     percentiles = dict.fromkeys((assessment.percentile, assessment.criterion.target_percentile))
     required = [one.required_at(percentile) for percentile in percentiles]
     rules = {rule.row.rule: rule.upper + rule.bumper for rule in one.separations if rule.upper is not None}
@@ -104,12 +105,10 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     near = [rules[name] for name in COMBINATIONS if name in rules and rules[name] <= MOST_EMPTY * needed]
     widest = ROOM * max([needed, *near, *(gap.high for gap in required)])
     edges = 1e3 * np.append(steps.gaps, widest)
-    # Across gaps that are wider than those a row was run at, neighbours may push in any motion.
-    high = np.where(steps.gaps > required[0].run_to, 1.0, steps.high)
-    bounds = (np.append(ends, ends[-1]) for ends in (steps.low, high))
+    bounds = (np.append(ends, ends[-1]) for ends in (steps.low, steps.high))
     words = f"{100 * assessment.confidence:g} % bounds, {counted(round(one.verdict.independent), 'independent motion')}"
-    if isfinite(required[0].run_to):
-        words += f"; past {say_in(required[0].run_to, 'mm', 3)} not run"
+    if isfinite(one.run.widest):
+        words += f"; past {say_in(one.run.widest, 'mm', 3)} not run"
     axis.fill_between(edges, *bounds, step="post", color=MOTIONS, alpha=0.15, linewidth=0.0, label=words)
     axis.stairs(steps.probability, edges, baseline=None, color=MOTIONS, linewidth=1.8, label="motions that close it")
     words = f"target {assessment.target:g}"
@@ -117,7 +116,9 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     axis.axvline(1e3 * one.gap, color=style.MEANING["gap"], linewidth=1.4, label=f"the gap, {own(one.gap, GAP)}")
     for gap, dash, height in zip(required, ("--", "-."), (1.04, 1.0), strict=False):
         bar = "bar: bounds" if gap.bounded else "bar: bounds, none above"
-        words = f"required by {gap.percentile:g} %: {'at least ' * gap.at_least}{say_in(gap.provided, 'mm', 3)} ({bar})"
+        end = f" to {say_in(gap.enough, 'mm', 3)}" if gap.is_between else ""
+        needed = f"{'at least ' * gap.at_least}{say_in(gap.provided, 'mm', 3)}{end}"
+        words = f"required by {gap.percentile:g} %: {needed} ({bar})"
         axis.axvline(1e3 * gap.gap, color=REQUIRED, linestyle=dash, linewidth=1.4, label=words)
         ends = (1e3 * gap.low, 1e3 * gap.high)
         axis.plot(ends, (height, height), color=REQUIRED, linewidth=3.0, solid_capstyle="butt")

@@ -65,8 +65,11 @@ def at_least(cell: Cell, is_least: bool) -> Cell:
 
 
 def need(required: RequiredGap, unit: bool = False) -> Cell:
-    """A required gap, as a lower bound where neighbours may push the two together across it."""
-    return at_least(enough(required.gap, unit), required.at_least)
+    """A required gap, up to what neighbours may push together where that is not known; else a lower bound."""
+    cell = at_least(enough(required.gap, unit), required.at_least)
+    if not required.is_between:
+        return cell
+    return cell | {"text": f"{cell['text']} to {enough(required.enough, unit)['text']}"}
 
 
 def bounds_cell(required: RequiredGap) -> Cell:

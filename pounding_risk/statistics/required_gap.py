@@ -7,10 +7,10 @@ percentiles need no contact run.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf, nan
+from math import inf, isfinite, isinf, nan
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pounding_risk._common.order import enough_for
 from pounding_risk.statistics.proportions import exact_bounds
@@ -19,6 +19,41 @@ Array = NDArray[np.float64]
 
 USUAL_PERCENTILES = (50.0, 84.0, 95.0)
 DIGITS = 12  # after the point: 1 - 0.84 is 0.16, not 0.16000000000000003
+SAME_GAP = 1e-9  # m, by which two gaps may differ that are one
+
+
+@dataclass(frozen=True)
+class RunGaps:
+    """Gaps [m] at which a row was run, in which neighbours push; that of a pair, at which nobody does, is every gap.
+
+    ``widest`` is the widest. ``steps`` are those of a grid in which all gaps vary together, in rising order: a run says
+    nothing of another gap there. Without them a run in which the two do not touch says that they do at no wider gap.
+    """
+
+    widest: float = inf
+    steps: tuple[float, ...] = ()
+
+    def is_known(self, gap: float) -> bool:
+        """True where runs say of each motion whether the two touch at a gap [m]."""
+        return bool(np.isclose(self.steps, gap, rtol=0.0, atol=SAME_GAP).any() if self.steps else gap <= self.widest)
+
+    def below(self, gaps: ArrayLike) -> Array:
+        """What a motion needs at most [m] that is shown to leave each of these gaps [m] open; −inf where none is."""
+        gaps = np.asarray(gaps, dtype=float)
+        if not self.steps:
+            return np.minimum(gaps, self.widest)
+        steps = np.array([-inf, *self.steps])
+        known = steps[np.searchsorted(steps, gaps + SAME_GAP, "right") - 1]
+        return np.where(gaps > self.widest + SAME_GAP, -inf, known)
+
+    def above(self, gap: float) -> float:
+        """The narrowest gap [m] that is shown to be enough where ``gap`` is needed at least; inf where none is."""
+        if gap > self.widest + SAME_GAP:
+            return inf
+        return next((step for step in self.steps if step >= gap - SAME_GAP), gap)
+
+
+EVERY_GAP = RunGaps()  # of a pair
 
 
 @dataclass(frozen=True)
@@ -29,7 +64,8 @@ class RequiredGap:
     ``bounded`` is False where so few recordings cannot bound the percentile from above at this confidence: then
     ``high`` is only the largest closing seen. ``fitted`` is that of a lognormal distribution with the motions' mean and
     deviation; NaN where a motion closes nothing. ``provided`` is the gap in the digits in which it is written.
-    ``run_to`` is the widest gap at which a row was run: what neighbours push across wider ones is in none of these.
+    ``enough`` is the gap up to which neighbours may still push the two together, as the row was not run between the
+    two: ``gap`` itself where that is known, infinite where no run is so wide. ``high`` has those pushes in it.
     """
 
     percentile: float
@@ -38,21 +74,31 @@ class RequiredGap:
     high: float
     bounded: bool
     fitted: float
-    run_to: float = inf
+    enough: float = nan
+    is_pushed: bool = False
 
     @property
     def at_least(self) -> bool:
-        """True where the gap is a lower bound: neighbours may push the two together across it."""
-        return self.gap > self.run_to
+        """True where the gap is a lower bound: neighbours may push the two together across any that was run."""
+        return isinf(self.enough) and isfinite(self.gap)
 
     @property
-    def is_pushed(self) -> bool:
-        """True where that leaves it without an upper bound."""
-        return self.high > self.run_to
+    def is_between(self) -> bool:
+        """True where it is known to lie between ``gap`` and ``enough`` alone."""
+        return self.gap < self.enough < inf
 
-    def in_row(self, run_to: float) -> RequiredGap:
-        """The same in a row that was run at gaps of up to ``run_to`` [m]: bounded from above within these alone."""
-        return replace(self, run_to=run_to, bounded=self.bounded and self.high <= run_to)
+    @property
+    def shown(self) -> float:
+        """The gap [m] that is shown to be enough; ``gap``, a lower bound, where no run shows one."""
+        return self.enough if self.is_between else self.gap
+
+    def in_row(self, run: RunGaps) -> RequiredGap:
+        """The same in a row that was run at some gaps; without an upper bound, ``is_pushed``, where none is so wide."""
+        high = run.above(self.high)
+        is_pushed = isinf(high) and isfinite(self.high)
+        high = high if isfinite(high) and self.bounded else self.high
+        bounded = self.bounded and not is_pushed
+        return replace(self, enough=run.above(self.gap), high=high, bounded=bounded, is_pushed=is_pushed)
 
     @property
     def provided(self) -> float:
@@ -122,11 +168,16 @@ class ContactSteps:
     high: Array
 
 
-def contact_steps(closing: Array, independent: float, confidence: float) -> ContactSteps:
-    """P(contact) at every gap, exactly, with bounds by recording; one motion counts for ``independent``, at most 1."""
-    gaps = np.unique(np.r_[0.0, closing])
-    count = closing.size - np.searchsorted(np.sort(closing), gaps, "right")
-    low, high = exact_bounds(count * independent, closing.size * independent, confidence)
+def contact_steps(closing: Array, independent: float, confidence: float, run: RunGaps = EVERY_GAP) -> ContactSteps:
+    """P(contact) at every gap, with bounds by recording; one motion counts for ``independent``, at most 1.
+
+    Exact, but for what neighbours may push at gaps at which a row was not run, which is in the upper bounds alone.
+    """
+    past = (run.widest + 2.0 * SAME_GAP,) * bool(run.steps)  # from where on no run says anything
+    gaps = np.unique(np.r_[0.0, closing, run.steps, past])
+    count, most = (closing.size - np.searchsorted(np.sort(closing), at, "right") for at in (gaps, run.below(gaps)))
+    low, _ = exact_bounds(count * independent, closing.size * independent, confidence)
+    _, high = exact_bounds(most * independent, closing.size * independent, confidence)
     return ContactSteps(gaps, count / closing.size, low, high)
 
 

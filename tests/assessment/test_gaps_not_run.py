@@ -6,6 +6,8 @@ import xarray as xr
 
 import pounding_risk as pr
 from pounding_risk.assessment.demands import motions_of
+from pounding_risk.reports.exports import Options
+from pounding_risk.reports.exports._layers import layers_of
 from pounding_risk.results.opened import Results
 
 BESIDE, WIDE, NARROW = "20 mm", "500 mm", "10 mm"  # a gap that a tall building closes, and two of the one beside it
@@ -45,7 +47,7 @@ def test_a_run_at_a_wide_gap_says_who_touches_at_narrower_ones(wide):
     """
     (_, _), (_, there) = Results(wide).interfaces
     motions = motions_of(there)
-    assert motions.run_to == pytest.approx(0.5) and (motions.closing > 1.5 * motions.alone).any()
+    assert motions.run.widest == pytest.approx(0.5) and (motions.closing > 1.5 * motions.alone).any()
     for gap in ("60 mm", "100 mm"):
         touched = run(gap)["impact_count"].isel(interface=1).values.ravel() > 0
         width = float(gap[:-3]) / 1e3
@@ -74,15 +76,54 @@ def test_a_gap_wider_than_those_run_is_not_shown_to_be_enough(narrow, tmp_path):
     assert [curve.fault == "" for curve in one.fragility if curve.gap == 0.1] == [False]
 
 
-def test_gaps_that_vary_together_are_known_at_the_steps_of_the_grid_alone(wide):
+@pytest.fixture(scope="module")
+def together() -> xr.Dataset:
+    return pr.scan(row(NARROW, grid={"gap": ["0 mm", "50 mm", "300 mm"]}))
+
+
+def test_gaps_that_vary_together_are_known_at_the_steps_of_the_grid_alone(together):
     """At 300 mm everywhere nobody pushes, which says nothing of 100 mm everywhere, where the tall building does."""
-    together = pr.scan(row(NARROW, grid={"gap": ["0 mm", "50 mm", "300 mm"]}))
+    one = pr.assess(together, gap="100 mm").interfaces[1]
+    share, finer = one.contact_at_gap(), pr.scan(row(NARROW, grid={"gap": [f"{gap} mm" for gap in range(0, 301, 10)]}))
+    really = float((finer["impact_count"].isel(interface=1).sel(gap=0.1) > 0).mean())
+    assert share.probability < really < share.high_recordings and one.verdict.word == "depends"
+    assert "the row was run at gaps of 50 mm and 300 mm here" in one.verdict.sentence
+    assert "a scan with the gap of 100 mm does" in " ".join(one.verdict.conclusion)
+    assert {curve.gap: "50 mm and 300 mm" in curve.fault for curve in one.fragility}[0.1]
+    for need, true in zip(one.required, pr.assess(finer).interfaces[1].required, strict=True):
+        assert need.is_between and need.enough == pytest.approx(0.3) and need.gap <= true.enough <= need.enough
+        assert need.high <= need.enough
+    median, *_ = one.required
+    assert median.bounded and median.high == median.enough  # the order statistics of the motions' own are 38 to 69 mm
+
+
+def test_gaps_that_vary_together_say_nothing_beyond_the_widest(together):
+    beyond = pr.assess(together, gap="400 mm").interfaces[1]
+    assert beyond.verdict.word == "depends" and beyond.contact_at_gap().high == 1.0
+    assert "the row was run at gaps of up to 300 mm here" in beyond.verdict.sentence
+
+
+def test_the_layers_of_a_row_have_the_bounds_of_its_assessment(together):
+    layers = layers_of([together], Options(gap="100 mm"))
+    for one, row_of_layer in zip(pr.assess(together, gap="100 mm").interfaces, layers.interfaces.rows, strict=True):
+        share = one.contact_at_gap()
+        bounds = share.probability, share.low_recordings, share.high_recordings
+        assert tuple(row_of_layer[f"p_contact{end}"] for end in ("", "_low", "_high")) == bounds
+        assert row_of_layer["required_gap_p84_m"] == max(one.required_at(84.0).gap, 0.3)  # the widest that was run
+    widest = max(each["p_contact_high"] for each in layers.interfaces.rows)
+    assert layers.buildings.rows[1]["p_contact_high"] >= widest  # at either side of the building
+
+
+def test_one_gap_that_varies_beside_others_that_do_not_is_known_between_its_steps():
     alone = pr.scan(row(NARROW, grid={"gap": ["0 mm", "50 mm", "300 mm"], "interface": "mid | right"}))
-    said = [" ".join(pr.assess(one).interfaces[1].verdict.evidence) for one in (together, alone, wide)]
-    assert ["All gaps of the row vary together" in evidence for evidence in said] == [True, False, False]
-    (_, _), (_, there) = Results(together).interfaces
-    touched = pr.scan(row(NARROW, grid={"gap": ["80 mm", "100 mm"]}))["impact_count"].isel(interface=1, gap=1)
-    assert ((touched.values.ravel() > 0) & (motions_of(there).closing[:, 0] < 0.1)).any()
+    one, wider = (pr.assess(alone, gap=gap).interfaces[1] for gap in ("100 mm", "400 mm"))
+    touched = run("100 mm")["impact_count"].isel(interface=1).values > 0
+    assert one.contact_at_gap().count == touched.sum()  # no motion is held back here
+    assert not any(need.is_between for need in one.required)
+    # Whoever does not touch at 300 mm does not at 400 mm; the others may.
+    widest = pr.assess(alone, gap="300 mm").interfaces[1].contact_at_gap()
+    beyond = wider.contact_at_gap()
+    assert widest.count > 0 and beyond.high == widest.high < 1.0 and beyond.high_recordings == widest.high_recordings
 
 
 def test_samples_that_were_not_run_show_no_gap_of_a_row_to_be_adequate():
@@ -102,7 +143,7 @@ def test_what_the_row_was_run_at_is_bounded_as_before(wide):
     median = one.required_at(50.0)
     assert median.high <= 0.5 and not median.is_pushed and not median.at_least
     assert one.contact_at_gap().high_recordings < 1.0 and "the row was run" not in one.verdict.sentence
-    assert one.required_at(95.0).run_to == pytest.approx(0.5)
+    assert one.run.widest == pytest.approx(0.5) and not one.run.steps
 
 
 def test_a_gap_and_a_force_that_the_grid_passes_over_are_named():

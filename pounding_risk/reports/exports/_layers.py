@@ -51,7 +51,10 @@ def _required() -> dict[str, Column]:
     columns = {}
     for percentile in PERCENTILES:
         name = f"required_gap_p{percentile}"
-        words = f"gap that {percentile} % of the motions do not close, empty where none is wide enough"
+        words = (
+            f"gap that {percentile} % of the motions do not close, at least this where a row was run at none so wide"
+        )
+        words += ", empty where none is wide enough"
         columns[f"{name}_m"] = Column("m", words)
         columns |= {f"{name}_{end}_m": Column("m", f"bound of {name}_m by recording") for end in ("low", "high")}
     return columns
@@ -120,7 +123,7 @@ class Row(NamedTuple):
     title: str
     case: RowCase
     assessment: Assessment
-    closes: Any  # 1 where a motion closes a gap, 0 where not, NaN without a finite response; (interfaces, motions)
+    closes: Any  # as `closing_motions`
 
     @property
     def buildings(self) -> list[str]:
@@ -165,13 +168,16 @@ def layers_of(datasets: Sequence[xr.Dataset], options: Options) -> Layers:
 
 
 def closing_motions(results: xr.Dataset, assessment: Assessment) -> Array:
-    """1 where a motion closes the assessed gap, 0 where not, NaN without a finite response; (interfaces, motions)."""
+    """1 where a motion closes the assessed gap, 0 where not, NaN where it is lost, and the same of whether it may.
+
+    (2, interfaces, motions), as `touching` has both.
+    """
     closes = []
     for (_, interface), one in zip(Results(results).interfaces, assessment.interfaces, strict=True):
         motions = motions_of(interface)
         level = motions.amplitudes.index(one.amplitude)
-        closes.append(np.where(motions.finite[:, level], touching(interface, motions, one.gap)[:, level], nan))
-    return np.array(closes, dtype=float)
+        closes.append(np.where(motions.finite[:, level], touching(interface, motions, one.gap)[:, :, level], nan))
+    return np.stack(closes, axis=1).astype(float)
 
 
 def lost_words(lost: int, motions: int) -> str:
@@ -183,7 +189,7 @@ def lost_words(lost: int, motions: int) -> str:
 
 
 def share_of_building(closes: Array, weight: float, confidence: float) -> tuple[float, float, float]:
-    """The share of the motions that close any gap of a building, with bounds; ``closes`` (its interfaces, motions)."""
+    """The share of the motions that close any gap of a building, with bounds; ``closes`` of its interfaces."""
     share = share_with_lost(closes, nan, weight, confidence)
     return share.probability, share.low_recordings, share.high_recordings
 
@@ -193,7 +199,7 @@ def _building(row: Row, at: int) -> dict[str, Any]:
     shape = row.case.buildings[at]
     verdicts = [row.assessment.interfaces[k].verdict for k in row.beside(at)]
     weight = min(one.independent / one.motions for one in verdicts)
-    closes = row.closes[row.beside(at)]
+    closes = row.closes[:, row.beside(at)]
     is_run = all(map(row.is_run, row.beside(at)))
     yields = any_of_building(row.case, "yield_exceedance", at)
     known = np.isfinite(row.case.results["building_height"].values[at])
@@ -204,7 +210,7 @@ def _building(row: Row, at: int) -> dict[str, Any]:
         *share_of_building(closes, weight, row.assessment.confidence),
         *_share(yields if is_run else np.empty(0), weight, row.assessment.confidence),
         *(_raised(row, at, names) if is_run else nan for names in (DRIFTS, ACCELERATIONS)),
-        closes.shape[1],
+        closes.shape[-1],
         Results(row.case.results).amplitude_words(),
     ]
     return dict(zip(BUILDING, cells, strict=True))
@@ -232,18 +238,17 @@ def _interface(row: Row, at: int) -> dict[str, Any]:
     one = row.assessment.interfaces[at]
     touch, force, is_run = row.case.touches[at], one.own_force, row.is_run(at)
     weight, confidence = one.verdict.independent / one.verdict.motions, row.assessment.confidence
-    closing = np.pad(np.array(one.closing), (0, int(np.isnan(row.closes[at]).sum())), constant_values=inf)
+    closing = np.pad(np.array(one.closing), (0, int(np.isnan(row.closes[0, at]).sum())), constant_values=inf)
     required = required_gaps(closing, weight, tuple(map(float, PERCENTILES)), confidence)
-    run_to = one.required[0].run_to
     cells = [
         *(row.title, one.name, row.buildings[at], row.buildings[at + 1], one.gap),
         *(one.verdict.word, one.verdict.sentence),
-        *share_of_building(row.closes[[at]], weight, confidence),
+        *share_of_building(row.closes[:, [at]], weight, confidence),
         *(_yielding(one, force) if is_run else [nan] * 3),
         *(
             at if isfinite(at) else nan
-            for gap in (need.in_row(run_to) for need in required)
-            for at in (gap.gap, gap.low, gap.high if gap.bounded else nan)
+            for gap in (need.in_row(one.run) for need in required)
+            for at in (gap.shown, gap.low, gap.high if gap.bounded else nan)
         ),
         *(one.own_model, force if isfinite(force) else nan),
         *((touch.impacts, touch.force) if is_run else (nan, nan)),
@@ -267,8 +272,8 @@ def _notes(row: Row) -> list[str]:
         f"motions {Results(row.case.results).amplitude_words()}; {of.asked[0].lower()}{of.asked[1:]}".rstrip("."),
         "probabilities are shares of the motions of the scan, of no hazard and no period of time",
     ]
-    if lost := int(np.isnan(row.closes).any(axis=0).sum()):
-        notes.append(f"{row.title}: {lost_words(lost, row.closes.shape[1])}")
+    if lost := int(np.isnan(row.closes[0]).any(axis=0).sum()):
+        notes.append(f"{row.title}: {lost_words(lost, row.closes.shape[-1])}")
     failed = row.case.motions - min(touch.runs for touch in row.case.touches)
     if failed:
         why = NOT_RUN if Results(row.case.results).unpushed else "failed"

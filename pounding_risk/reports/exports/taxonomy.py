@@ -69,15 +69,15 @@ def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     for number, name in enumerate(names):
         beside = [(other, min(other, number)) for other in (number - 1, number + 1) if 0 <= other < len(names)]
         sides = tuple(Side(names[other], heights[other], assessment.interfaces[at]) for other, at in beside)
-        rows.append(_row(name, heights[number], sides, strings[name], closes[[at for _, at in beside]], assessment))
+        rows.append(_row(name, heights[number], sides, strings[name], closes[:, [at for _, at in beside]], assessment))
     notes = [
         "positions are those in the row; what stands in front of a building and behind it is not in the results, so "
         "that BP3 is never written",
         f"POP is written where more than {percent_words(assessment.target)} of the motions close a gap of the building",
         *without,
     ]
-    if lost := int(np.isnan(closes).any(axis=0).sum()):
-        notes.append(lost_words(lost, closes.shape[1]))
+    if lost := int(np.isnan(closes[0]).any(axis=0).sum()):
+        notes.append(lost_words(lost, closes.shape[-1]))
     unknown = [row[0] for row in rows if not row[2]]
     if unknown:
         notes.append(f"no position of {', '.join(unknown)}: the scene gives no height; write height in [[building]]")
@@ -111,8 +111,8 @@ def _row(
         most.interface.at,
         string[1],
         rule,
-        f"written where more than {target} of the motions close a gap; {round(share * closes.shape[1])} of "
-        f"{closes.shape[1]} do",
+        f"written where more than {target} of the motions close a gap; {round(share * closes.shape[-1])} of "
+        f"{closes.shape[-1]} do",
         f"nearest building of the row, {say(gap, GAP)} clear",
     )
 

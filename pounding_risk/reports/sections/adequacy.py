@@ -54,8 +54,10 @@ def _contact(data: ReportData, pair: Pair) -> list[Block]:
     required = one.required_at(assessment.criterion.target_percentile)
     target, gap = number(assessment.target, "%")["text"], question.need(required, unit=True)["text"]
     known = "every gap"
-    if not isinf(required.run_to):
-        known = f"gaps of up to {amount(required.run_to, 'm')['text']}, the widest that was run"
+    if one.run.steps:
+        known = "the gaps of the grid"
+    elif not isinf(one.run.widest):
+        known = f"gaps of up to {amount(one.run.widest, 'm')['text']}, the widest that was run"
     sentence = (
         f"{pair.name}: probability of contact against the gap{pair.at}: a step down at what each of the "
         f"{counted(len(one.closing), 'motion')} closes, known at {known}; its bounds by recording; the target of "
