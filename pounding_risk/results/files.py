@@ -158,11 +158,12 @@ def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:
     PoundingError
         Where the file is missing, damaged, of another kind, or of another version.
     """
-    if not lazy:
-        with NETCDF, reading(path), _opened(Path(path), None) as dataset:
+    with NETCDF, reading(path):
+        dataset = _opened(Path(path), {} if lazy else None)
+        if lazy:
+            return dataset
+        with dataset:
             return dataset.load()
-    with NETCDF:
-        return _opened(Path(path), {})
 
 
 def stream_results(path: str | Path) -> xr.Dataset:
@@ -182,15 +183,13 @@ def opened_or_given(results: xr.Dataset | str | Path, name: str = "") -> tuple[x
 
     Raises PoundingError for anything else, and for a dataset of another version.
     """
+    if isinstance(results, xr.Dataset):
+        name = name or name_of(results)
+        _check_version(results, name)
+        return results, name
     if isinstance(results, str | Path):
         return open_results(results), str(results)
-    if not hasattr(results, "data_vars"):
-        raise PoundingError(
-            f"{shown(results)} is neither a dataset nor a file of one; name what `scan` returned or wrote"
-        )
-    name = name or name_of(results)
-    _check_version(results, name)
-    return results, name
+    raise PoundingError(f"{shown(results)} is neither a dataset nor a file of one; name what `scan` returned or wrote")
 
 
 def open_with_axes(results: xr.Dataset | str | Path, name: str = "") -> Results:
