@@ -23,9 +23,7 @@ from pounding_risk.assessment.options import USUAL_PERCENTILE, Criterion
 from pounding_risk.assessment.uncertain_samples import Output, Request, Samples, named_output
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import read_measure, read_sa
-from pounding_risk.results.attributes import as_text
-from pounding_risk.results.layout import SCENE_AXES
-from pounding_risk.results.scene_axes import VARIANTS
+from pounding_risk.results.attributes import SCENE_AXES, VARIANTS, as_text
 from pounding_risk.results.variables import bounded, described
 from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, analysed_clusters, motion_share

@@ -13,9 +13,10 @@ from pounding_risk.ensemble.chunks import Chunk
 from pounding_risk.ensemble.identity import difference
 from pounding_risk.ensemble.replacing import OTHER_NAME, comparable, read_finished, recorded_identity
 from pounding_risk.errors import PoundingError
+from pounding_risk.results.attributes import scene_dims, variants_of
 from pounding_risk.results.files import stream_results
-from pounding_risk.results.layout import AMPLITUDE, Template, amplitude_axis, axes_of_cases, scene_dims
-from pounding_risk.results.scene_axes import at_places, axes_of, has_drawn_motions, variants_of
+from pounding_risk.results.layout import AMPLITUDE, Template, amplitude_axis, axes_of_cases
+from pounding_risk.results.scene_axes import at_places, axes_of, has_drawn_motions
 from pounding_risk.scene.scene_axis import SAMPLE, UNCERTAIN, SceneAxis
 from pounding_risk.scene.uncertain import GROWING
 

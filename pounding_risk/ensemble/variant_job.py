@@ -24,10 +24,10 @@ from pounding_risk.ensemble.known_samples import KnownSamples
 from pounding_risk.ensemble.plausibility import of_input, with_ranges
 from pounding_risk.motions.motion import Motion
 from pounding_risk.results.along import Stack, leaves_of
-from pounding_risk.results.attributes import as_text
+from pounding_risk.results.attributes import SCENE_AXES, VARIANTS, as_text
 from pounding_risk.results.labels import axes_of_motions, flags_of, made_from, with_drawn_motions
-from pounding_risk.results.layout import SCENE_AXES, Template
-from pounding_risk.results.scene_axes import MOTIONS_DRAWN, VARIANTS, axis_coordinates, axis_text
+from pounding_risk.results.layout import Template
+from pounding_risk.results.scene_axes import MOTIONS_DRAWN, axis_coordinates, axis_text
 from pounding_risk.results.variables import own_dims
 from pounding_risk.scene.motions import as_before, for_buildings
 from pounding_risk.scene.scene import Scene

@@ -17,9 +17,9 @@ from pounding_risk.ensemble.scan import scan
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions._declaration import Option
 from pounding_risk.render.sheet import Block, Row, count, listing, paragraph, table, worded
-from pounding_risk.results.attributes import read_attribute, versions, versions_of
+from pounding_risk.results.attributes import read_attribute, scene_dims, versions, versions_of
 from pounding_risk.results.files import open_results, reading
-from pounding_risk.results.layout import axes_of_cases, scene_dims
+from pounding_risk.results.layout import axes_of_cases
 from pounding_risk.results.provenance import check_records, recorded
 from pounding_risk.scene.motions import motions_of
 

@@ -6,11 +6,11 @@ import json
 import platform
 import re
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, lru_cache
 from importlib import metadata
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -29,7 +29,11 @@ POINT = "contact_point_"
 JUMPING = ("peak_contact_force", f"{POINT}peak_contact_force", "peak_floor_acceleration", "storey_acceleration")
 # Keys of links under which the motion stays in proportion; a link with any other key counts as nonlinear.
 LINEAR_OF_LINKS = {"link_stiffness", "link_damping", "link_at"}
+SCENE_AXES = "scene_axes"  # the axes of other numbers of the scene, slowest first
+VARIANTS = "scene_variants"  # what else differs along the axes
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba", "xarray", "netCDF4", "obspy")
+
+Axis = TypeVar("Axis")
 
 
 def versions() -> dict[str, str]:
@@ -279,3 +283,28 @@ def from_text(text: Any) -> Any:
         return json.loads(text)
     except (TypeError, ValueError, RecursionError):
         return None
+
+
+def scene_dims(dataset: xr.Dataset) -> tuple[str, ...]:
+    """The dimensions of a dataset that are other numbers of its scene, in order."""
+    names = read_scene_axes(dataset, lambda axis: str(axis.get("dimension") or axis["keys"][0]))
+    return tuple(name for name in names if name in dataset.sizes)
+
+
+def read_scene_axes(dataset: xr.Dataset, read: Callable[[Any], Axis]) -> tuple[Axis, ...]:
+    """The axes of other numbers of the scene that a dataset was made with, each as ``read`` takes it; () of others."""
+    text = dataset.attrs.get(SCENE_AXES)
+    if not text:
+        return ()
+    try:
+        return tuple(map(read, json.loads(text)))
+    except (TypeError, ValueError, LookupError, AttributeError, RecursionError):
+        raise PoundingError(f"the attribute {SCENE_AXES} cannot be read: {DAMAGED}") from None
+
+
+def variants_of(dataset: xr.Dataset) -> dict[str, list[Any]]:
+    """What else differs along the axes: lists of attributes and of tables; raises PoundingError where it is damaged."""
+    variants = from_text(dataset.attrs.get(VARIANTS, "{}"))
+    if not isinstance(variants, dict) or not all(isinstance(listed, list) for listed in variants.values()):
+        raise PoundingError(f"the attribute {VARIANTS} cannot be read: {DAMAGED}; {TAKE_ANOTHER}")
+    return variants

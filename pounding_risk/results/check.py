@@ -21,8 +21,8 @@ from pounding_risk._common.letters import refused, refused_below
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS
 from pounding_risk.motions.record import AFTERSHOCK
-from pounding_risk.results.attributes import DAMAGED, TAKE_ANOTHER, from_text, name_of
-from pounding_risk.results.layout import dims_in, scene_dims
+from pounding_risk.results.attributes import DAMAGED, TAKE_ANOTHER, from_text, name_of, scene_dims
+from pounding_risk.results.layout import dims_in
 from pounding_risk.results.variables import CHANGES, COORDINATES, NUMBER, TEXT, VARIABLES, WHOLE, Declared
 from pounding_risk.units import GAP, YIELD_FORCE, QuantityError, parse
 

@@ -6,26 +6,21 @@ all yield forces. Batches are numbered in the order of the axes.
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from math import prod
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
-from pounding_risk.results.attributes import DAMAGED
+from pounding_risk.results.attributes import scene_dims
 
 if TYPE_CHECKING:
     import xarray as xr
 
 AXES = ("record", "polarity", PGA_AXIS, "contact_model", "gap", "yield_force")
 AMPLITUDE = AXES.index(PGA_AXIS)  # the place of the amplitudes, whose axis is `LEVEL_AXIS` where they are no PGA
-SCENE_AXES = "scene_axes"  # the attribute that holds the axes of other numbers of the scene, slowest first
 BLOCK_BYTES = 16e6  # of all variables of a block together: what writing keeps in memory
-
-Axis = TypeVar("Axis")
 
 
 def axes_by(amplitudes: str) -> tuple[str, ...]:
@@ -174,23 +169,6 @@ def template_of(dataset: xr.Dataset) -> Template:
     }
     shape = tuple(dataset.sizes.get(axis, 1) for axis in axes)
     return Template(dataset.drop_vars(cases).load(), cases, shape, of_scene)
-
-
-def scene_dims(dataset: xr.Dataset) -> tuple[str, ...]:
-    """The dimensions of a dataset that are other numbers of its scene, in order."""
-    names = read_scene_axes(dataset, lambda axis: str(axis.get("dimension") or axis["keys"][0]))
-    return tuple(name for name in names if name in dataset.sizes)
-
-
-def read_scene_axes(dataset: xr.Dataset, read: Callable[[Any], Axis]) -> tuple[Axis, ...]:
-    """The axes of other numbers of the scene that a dataset was made with, each as ``read`` takes it; () of others."""
-    text = dataset.attrs.get(SCENE_AXES)
-    if not text:
-        return ()
-    try:
-        return tuple(map(read, json.loads(text)))
-    except (TypeError, ValueError, LookupError, AttributeError, RecursionError):
-        raise PoundingError(f"the attribute {SCENE_AXES} cannot be read: {DAMAGED}") from None
 
 
 def values_at(dataset: xr.Dataset, template: Template, block: range, names: Iterable[str]) -> dict[str, np.ndarray]:

@@ -12,9 +12,8 @@ from pounding_risk._jit.sources import source_digest
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.models.contact.impulsive import CONTACT_MODELS
 from pounding_risk.motions.motion import Motion
-from pounding_risk.results.attributes import as_text, read_attribute
+from pounding_risk.results.attributes import SCENE_AXES, as_text, read_attribute
 from pounding_risk.results.check import check_scan
-from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.tolerance_check import check_share
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.records import missing_files, named_files

@@ -25,8 +25,16 @@ import numpy as np
 from pounding_risk._common.words import nearest, short_list
 from pounding_risk.errors import PoundingError, SceneError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
-from pounding_risk.results.attributes import DAMAGED, TAKE_ANOTHER, as_text, from_text
-from pounding_risk.results.layout import AXES, SCENE_AXES, axes_of_cases, read_scene_axes
+from pounding_risk.results.attributes import (
+    DAMAGED,
+    SCENE_AXES,
+    TAKE_ANOTHER,
+    VARIANTS,
+    as_text,
+    read_scene_axes,
+    variants_of,
+)
+from pounding_risk.results.layout import AXES, axes_of_cases
 from pounding_risk.results.variables import COORDINATES, PLACES, VARIABLES, described
 from pounding_risk.scene.overrides import address_of, override, parts_of
 from pounding_risk.scene.scene_axis import UNCERTAIN, SceneAxis, has_gap, labels_of, overrides_at
@@ -42,7 +50,6 @@ CHOSEN_BY = {"gap": "--gap", PGA_AXIS: LEVEL_OPTION, LEVEL_AXIS: LEVEL_OPTION}
 MAY_LACK = (PGA_AXIS, LEVEL_AXIS)  # a scan of one amplitude has no such axis
 SAMPLES = "number of a sample of the uncertain numbers, from 0"  # what the coordinate `sample` is
 WITHOUT_PLACES = ("sample",)  # axes along which nothing is drawn or reported place by place
-VARIANTS = "scene_variants"  # the attribute that holds what else differs along the axes
 MOTIONS_DRAWN = "motions_drawn"  # the attribute of how many motions those of the samples were drawn from
 NEAR = 1e-9  # relative: a value that was written down and read again
 FEW = 8  # values of an axis that a sentence lists
@@ -132,14 +139,6 @@ def _lies_along(nested: Any, shape: Sequence[int]) -> bool:
         return True
     length, *below = shape
     return isinstance(nested, list) and len(nested) == length and all(_lies_along(inner, below) for inner in nested)
-
-
-def variants_of(dataset: xr.Dataset) -> dict[str, list[Any]]:
-    """What else differs along the axes: lists of attributes and of tables; raises PoundingError where it is damaged."""
-    variants = from_text(dataset.attrs.get(VARIANTS, "{}"))
-    if not isinstance(variants, dict) or not all(isinstance(listed, list) for listed in variants.values()):
-        raise PoundingError(f"the attribute {VARIANTS} cannot be read: {DAMAGED}; {TAKE_ANOTHER}")
-    return variants
 
 
 def axis_coordinates(axes: Iterable[SceneAxis], more: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:

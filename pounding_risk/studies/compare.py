@@ -29,11 +29,11 @@ from pounding_risk.models.effects import refusal
 from pounding_risk.models.structures.contact_points import LevelRule
 from pounding_risk.motions.levels import driven
 from pounding_risk.results.along import Stack
-from pounding_risk.results.attributes import as_text
+from pounding_risk.results.attributes import VARIANTS, as_text
 from pounding_risk.results.files import check_target
 from pounding_risk.results.labels import described
 from pounding_risk.results.run_labels import Case
-from pounding_risk.results.scene_axes import VARIANTS, at_one_place, axes_of
+from pounding_risk.results.scene_axes import at_one_place, axes_of
 from pounding_risk.scene.interfaces import EQUAL_TERMS, NO_RESTITUTION, EqualTerms, known_law, unknown_law
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import as_scene

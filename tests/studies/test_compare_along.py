@@ -22,8 +22,8 @@ from pounding_risk.figures.compare import agreement_figure, ratio_limits, ratio_
 from pounding_risk.questions.compare import sheet
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.reports.sections import models
+from pounding_risk.results.attributes import SCENE_AXES
 from pounding_risk.results.files import open_results
-from pounding_risk.results.layout import SCENE_AXES
 from pounding_risk.results.scene_axes import at_one_place, axis_text, selected
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene_axis import SceneAxis
