@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from pounding_risk.assessment.row import struck_columns
 from pounding_risk.render import sheet
-from pounding_risk.reports.data import ReportData
+from pounding_risk.reports.data import Pair, ReportData
 from pounding_risk.results.attributes import has_own_grounds, moves_across, rotating_buildings
 from pounding_risk.results.opened import Results
 from pounding_risk.units import SHOWN, legible, rounded
@@ -49,7 +50,7 @@ def write(data: ReportData) -> list[sheet.Block]:
         sheet.table("Buildings, left to right.", heads, rows),
         *([sheet.paragraph(f"{' and '.join(rigid)}: rigid, moves with the ground.")] if rigid else []),
         *(
-            sheet.facts(f"Between {pair.name.replace(' | ', ' and ')}.", map(_interface_row, keys.items()))
+            sheet.facts(f"Between {pair.name.replace(' | ', ' and ')}.", _interface_rows(pair, keys))
             for pair, keys in zip(data.pairs, of_pairs, strict=True)
         ),
         sheet.facts("The grid of cases.", _grid(data)),
@@ -58,17 +59,30 @@ def write(data: ReportData) -> list[sheet.Block]:
     ]
 
 
-def _interface_row(setting: tuple[str, Any]) -> tuple[str, sheet.Cell | str]:
-    """A key of the scene's interface as its file has it; the gap and the yield force in the units of readers."""
-    key, stated = setting
-    if key == "gap":
-        return "gap", sheet.amount(float(stated.split()[0]), "m")
-    if key in ("yield_force", "column_yield_force"):
-        force = float(str(stated).split()[0])
-        never: sheet.Cell = {"text": "none: never yields", "raw": None}
-        name = "yield force F_E" if key == "yield_force" else "of a column"
-        return name, never if np.isinf(force) else sheet.amount(force, "N")
-    return key.replace("_", " "), _value_words(stated)
+def _interface_rows(pair: Pair, keys: Mapping[str, Any]) -> Iterator[tuple[str, sheet.Cell | str]]:
+    """The keys of an interface as the scene's file has them, and the strengths of the columns that floors meet.
+
+    The gap and the yield force are in the units of readers, a yield force that no contact has is left out.
+    """
+    struck = struck_columns(Results(pair.results), 0, pair.assessed.gap)
+    only_columns = len(struck) == pair.results.sizes.get("contact_point", 1)
+    for key, stated in keys.items():
+        if key == "gap":
+            yield "gap", sheet.amount(float(stated.split()[0]), "m")
+        elif key == "yield_force" and not only_columns:
+            yield "yield force F_E", _force(float(str(stated).split()[0]), "none: never yields")
+        elif key not in ("yield_force", "column_yield_force"):
+            yield key.replace("_", " "), _value_words(stated)
+    alike: dict[tuple[str, float], list[str]] = {}
+    for column in struck:
+        storey, _, building = column.column.removeprefix("storey ").partition(" of ")
+        alike.setdefault((building, column.strength), []).append(storey)
+    for (building, strength), storeys in alike.items():
+        yield f"strength of columns of {building}, storey {', '.join(storeys)}", _force(strength, "none given")
+
+
+def _force(force: float, without: str) -> sheet.Cell:
+    return {"text": without, "raw": None} if np.isinf(force) else sheet.amount(force, "N")
 
 
 def _value_words(value: Any) -> str:
@@ -97,8 +111,11 @@ def _grid(data: ReportData) -> list[tuple[str, sheet.Cell | str]]:
     whose = "gap of the interface that varies, or of the first" if "interface_gap" in results.variables else "gap"
     amplitude = amplitudes.axis, f"amplitude ({amplitudes.measure.words})", amplitudes.measure.unit
     for name, words, unit in (amplitude, ("gap", whose, "m"), ("yield_force", "F_E", "N")):
-        if name in results.coords:
-            rows.append((words, _span(np.atleast_1d(results[name].values), unit)))
+        if name not in results.coords:
+            continue
+        labels = np.atleast_1d(results[name].values)
+        own = name == "yield_force" and np.isinf(labels).all() and "contact_point_yield_force" in results.variables
+        rows.append((words, "that of the columns" if own else _span(labels, unit)))
     rows.append(("contact models", ", ".join(map(sheet.name_of, data.laws))))
     return rows
 
