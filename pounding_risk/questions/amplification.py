@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from pounding_risk._common.letters import cell
 from pounding_risk._common.order import evenly
 from pounding_risk._common.progress import Progress
 from pounding_risk.assessment.amplification import (
@@ -221,11 +222,12 @@ def amplification_table(results: xr.Dataset) -> Any:
     return table_columns.to_dataframe(dim_order=dims).reset_index()
 
 
-FILES = {
-    "table": text_file(
-        "Write the whole table", ".csv", lambda dataset: amplification_table(dataset).to_csv(index=False)
-    )
-}
+def _table_text(dataset: xr.Dataset) -> str:
+    table_of_all = amplification_table(dataset)
+    return str(table_of_all.assign(building=table_of_all["building"].map(cell)).to_csv(index=False))
+
+
+FILES = {"table": text_file("Write the whole table", ".csv", _table_text)}
 
 
 def sheet(dataset: xr.Dataset) -> list[Block]:

@@ -14,7 +14,7 @@ import pounding_risk as pr
 from pounding_risk.assessment import amplification as chart
 from pounding_risk.errors import SceneError
 from pounding_risk.figures.amplification_chart import amplification_figure
-from pounding_risk.questions.amplification import amplification_table
+from pounding_risk.questions.amplification import FILES, amplification_table
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.statistics.separations import srss
 from pounding_risk.studies import amplification as study
@@ -196,6 +196,9 @@ def test_the_dataset_is_written_read_and_drawn(results, tmp_path, says):
     table = amplification_table(read)
     assert len(table) == 4 * 4 * 2
     row = table.query("period_ratio == 0.8 and building == 'hall'").set_index("gap").loc[[read["gap"][1].item()]]
+    formula = read.assign_coords(building=["=1+1", "hall"])
+    FILES["table"].write(formula, tmp_path / "a.csv")
+    assert ",'=1+1," in (tmp_path / "a.csv").read_text()  # which no spreadsheet runs
     cell = read.isel(fixed_period=0, gap=1).sel(period_ratio=0.8, building="hall")
     assert float(row["displacement_amplification_84"].iloc[0]) == float(cell["displacement_amplification"][2])
     assert float(row["contact_share"].iloc[0]) == float(cell["contact_share"])
