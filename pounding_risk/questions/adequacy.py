@@ -67,9 +67,7 @@ def at_least(cell: Cell, is_least: bool) -> Cell:
 def need(required: RequiredGap, unit: bool = False) -> Cell:
     """A required gap, up to what neighbours may push together where that is not known; else a lower bound."""
     cell = at_least(enough(required.gap, unit), required.at_least)
-    if not required.is_between:
-        return cell
-    return cell | {"text": f"{cell['text']} to {enough(required.enough, unit)['text']}"}
+    return joined(cell, enough(required.enough, unit), names=("", "up to")) if required.is_between else cell
 
 
 def bounds_cell(required: RequiredGap) -> Cell:

@@ -6,6 +6,8 @@ import xarray as xr
 
 import pounding_risk as pr
 from pounding_risk.assessment.demands import motions_of
+from pounding_risk.questions import adequacy
+from pounding_risk.render.csv_text import csv_text
 from pounding_risk.reports.exports import Options
 from pounding_risk.reports.exports._layers import layers_of
 from pounding_risk.results.opened import Results
@@ -95,6 +97,15 @@ def test_gaps_that_vary_together_are_known_at_the_steps_of_the_grid_alone(togeth
         assert need.high <= need.enough
     median, *_ = one.required
     assert median.bounded and median.high == median.enough  # the order statistics of the motions' own are 38 to 69 mm
+
+
+def test_a_required_gap_between_two_that_were_run_is_a_range_in_every_view(together):
+    sheet = adequacy.required_gaps(pr.assess(together).interfaces[1])
+    (row, *_), heads = [cells for cells in sheet[0]["rows"] if cells[0]["text"] == "84"], sheet[0]["heads"]
+    assert row[heads.index("required gap [mm]")]["text"] == "68.4 to 300"
+    written = csv_text(sheet).splitlines()
+    assert written[1].split(",")[1:3] == ["required gap [mm]", "required gap up to [mm]"]
+    assert [float(cell) for cell in written[3].split(",")[1:3]] == pytest.approx([68.34, 300.0], abs=0.01)
 
 
 def test_gaps_that_vary_together_say_nothing_beyond_the_widest(together):
