@@ -29,7 +29,8 @@ def csv_text(blocks: Iterable[Block]) -> str:
         if block["kind"] == "table":
             lines += map(list, zip(*_columns(block), strict=True))
         else:
-            lines += [[name, _written(cell, in_head=False)] for name, cell in block["rows"]]
+            ends = [(name, *end) for name, cell in block["rows"] for end in cell.get("ends", {"": cell}).items()]
+            lines += [[_head(name, end), _written(cell)] for name, end, cell in ends]
         lines.append([])
     return text_of_rows(lines)
 
@@ -42,7 +43,7 @@ def _columns(block: Block) -> Iterator[list[Any]]:
         names = max(ends, key=len, default={"": EMPTY})
         for at, name in enumerate(names):
             column = [each.get(name, each.get("", EMPTY) if at == 0 else EMPTY) for each in ends]
-            yield [_head(head, name), *(_written(cell, in_head=True) for cell in column)]
+            yield [_head(head, name), *(_written(cell) for cell in column)]
 
 
 def _head(head: str, name: str) -> str:
@@ -52,13 +53,14 @@ def _head(head: str, name: str) -> str:
     return named if name == NOTE else f"{named}{bracket}{unit}"
 
 
-def _written(cell: Cell, in_head: bool) -> Any:
+def _written(cell: Cell) -> Any:
     """A number in the unit in which it is shown, with that unit where its text has it; otherwise the text."""
     raw = cell.get("raw")
     unit, size = SHOWN.get(cell.get("unit", "1"), ("", 1.0))
+    size = cell.get("size", size)
     has_unit = bool(unit) and cell["text"].endswith(f" {unit}")
     in_words = not has_unit and cell["text"].endswith(tuple("abcdefghijklmnopqrstuvwxyz%²³"))
-    if not isinstance(raw, int | float) or not in_head or in_words:
+    if not isinstance(raw, int | float) or in_words:
         return "" if cell["text"] == "–" else cell["text"]
     shown = raw if size == 1.0 else float(f"{raw * size:.15g}")  # 83.2, not 83.20000000000002
     if has_unit:

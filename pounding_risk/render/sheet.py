@@ -68,7 +68,7 @@ def worded(value: float, text: str) -> Cell:
 
 def milliseconds(seconds: float) -> Cell:
     """A short time [s], shown in ms with three digits."""
-    return worded(seconds, rounded(seconds * 1e3, 3))
+    return worded(seconds, rounded(seconds * 1e3, 3)) | {"size": 1e3}
 
 
 def computing_time(seconds: Any) -> Cell:

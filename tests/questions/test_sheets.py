@@ -281,6 +281,16 @@ def test_every_end_of_a_range_stands_in_csv_in_full(answers, name):
 
 
 @pytest.mark.parametrize("name", WITH_SHEETS)
+def test_a_number_in_csv_is_that_of_its_text(answers, name):
+    """In full, within a third of a text of one digit, 1.5 of 2; a time in s under [ms] is a thousandth."""
+    for cell in cells(answered(answers, name)[1]):
+        (written,) = list(csv.reader(StringIO(csv_text([table("", ["one"], [[cell]])]))))[2][:1]
+        shown, full = (re.match(r"'?(?:at least )?([\d.e+-]+)", text) for text in (cell["text"], written))
+        if shown and full and "raw" in cell:
+            assert float(full[1]) == pytest.approx(float(shown[1]), rel=0.34), cell
+
+
+@pytest.mark.parametrize("name", WITH_SHEETS)
 def test_all_renderers_show_the_same_cells(answers, name, capsys):
     _, blocks = answered(answers, name)
     print_sheet(blocks)
