@@ -1,5 +1,7 @@
 """Gaps at which nothing was run: those of a row across which neighbours push, and those that a grid passes over."""
 
+import csv
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -121,8 +123,15 @@ def test_the_layers_of_a_row_have_the_bounds_of_its_assessment(together):
         bounds = share.probability, share.low_recordings, share.high_recordings
         assert tuple(row_of_layer[f"p_contact{end}"] for end in ("", "_low", "_high")) == bounds
         assert row_of_layer["required_gap_p84_m"] == max(one.required_at(84.0).gap, 0.3)  # the widest that was run
+    assert any(note.startswith("mid | right: contact at a gap of 100 mm is not known") for note in layers.notes)
     widest = max(each["p_contact_high"] for each in layers.interfaces.rows)
     assert layers.buildings.rows[1]["p_contact_high"] >= widest  # at either side of the building
+
+
+def test_the_taxonomy_of_a_building_that_neighbours_may_push_says_so(together, tmp_path):
+    pr.export(together, "taxonomy", tmp_path / "row.csv", gap="100 mm")
+    rows = {row["building"]: row for row in csv.DictReader((tmp_path / "row.csv").read_text().splitlines())}
+    assert rows["right"]["POP"] == "not known" and float(rows["right"]["P(contact) high"]) > 0.9
 
 
 def test_one_gap_that_varies_beside_others_that_do_not_is_known_between_its_steps():

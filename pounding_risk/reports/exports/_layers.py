@@ -6,7 +6,7 @@ each column is. Contact is that of `assess`, at the assessed gap. What needs run
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import inf, isfinite, nan
 from typing import Any, NamedTuple
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, assess
 from pounding_risk.assessment.demands import SAME_GAP, motions_of, share_with_lost, touching
+from pounding_risk.assessment.fragility import not_run
 from pounding_risk.assessment.row import RowCase, any_of_building, row_case
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
 from pounding_risk.errors import PoundingError
@@ -180,6 +181,14 @@ def closing_motions(results: xr.Dataset, assessment: Assessment) -> Array:
     return np.stack(closes, axis=1).astype(float)
 
 
+def not_run_words(assessment: Assessment) -> Iterator[str]:
+    """A sentence on each gap at which motions may bring contact that no run shows."""
+    for one in assessment.interfaces:
+        closing = np.array(one.closing)
+        if (closing > one.run.below(one.gap)).sum() > (closing > one.gap).sum():
+            yield f"{one.name}: contact at a gap of {say(one.gap, GAP)} is not known: {not_run(one.run, one.gap)}"
+
+
 def lost_words(lost: int, motions: int) -> str:
     """Sentence on motions without a finite response in the shares of `share_of_building`."""
     return (
@@ -274,6 +283,12 @@ def _notes(row: Row) -> list[str]:
     ]
     if lost := int(np.isnan(row.closes[0]).any(axis=0).sum()):
         notes.append(f"{row.title}: {lost_words(lost, row.closes.shape[-1])}")
+    notes += not_run_words(of)
+    notes += [
+        f"{one.name}: required gaps wider than {say(one.run.widest, GAP, 3)} are lower bounds: the row was run at none"
+        for one in of.interfaces
+        if any(need.at_least for need in one.required)
+    ]
     failed = row.case.motions - min(touch.runs for touch in row.case.touches)
     if failed:
         why = NOT_RUN if Results(row.case.results).unpushed else "failed"

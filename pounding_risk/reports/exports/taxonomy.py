@@ -22,7 +22,7 @@ from pounding_risk.assessment.assess import Assessment, InterfaceAssessment, ass
 from pounding_risk.assessment.options import percent_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports import Options, Written
-from pounding_risk.reports.exports._layers import closing_motions, lost_words, share_of_building
+from pounding_risk.reports.exports._layers import closing_motions, lost_words, not_run_words, share_of_building
 from pounding_risk.results.attributes import read_attribute, tables_of
 from pounding_risk.scene.sections import written_overrides
 from pounding_risk.streets.inventory import read_inventory
@@ -74,6 +74,7 @@ def write(results: xr.Dataset, target: Path, options: Options) -> Written:
         "positions are those in the row; what stands in front of a building and behind it is not in the results, so "
         "that BP3 is never written",
         f"POP is written where more than {percent_words(assessment.target)} of the motions close a gap of the building",
+        *not_run_words(assessment),
         *without,
     ]
     if lost := int(np.isnan(closes[0]).any(axis=0).sum()):
@@ -95,6 +96,7 @@ def _row(
     weight = min(one.independent / one.motions for one in verdicts)
     share, low, high = share_of_building(closes, weight, assessment.confidence)
     has_pounding = share > assessment.target
+    may_pound = np.nan_to_num(closes[1], nan=1.0).max(axis=0).mean() > assessment.target
     closest = min(sides, key=lambda side: side.interface.gap)
     gap = closest.interface.gap
     target = percent_words(assessment.target)
@@ -102,7 +104,7 @@ def _row(
         name,
         with_found(string[0], position, has_pounding),
         position,
-        "yes" if has_pounding else "no",
+        "yes" if has_pounding else "not known" if may_pound else "no",
         oed_code(gap),
         f"{gap:.6g}",
         closest.neighbour,
