@@ -43,7 +43,7 @@ from pounding_risk.motions.levels import read_measure
 from pounding_risk.results.attributes import collapsed, collapses, isolated_buildings
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import open_scan
-from pounding_risk.results.opened import Results
+from pounding_risk.results.opened import Results, yield_forces
 from pounding_risk.statistics.fragility import fit, stripes_of
 from pounding_risk.statistics.proportions import Share, numbered, shares
 from pounding_risk.statistics.required_gap import RequiredGap, RunGaps, rounded_up
@@ -95,6 +95,7 @@ class InterfaceAssessment(ShortRepr):
     scenario: tuple[Scenario, ...] = ()  # by fragility, where ground-motion fields are given
     intensity: str = "pga"  # of ``amplitude``, as an assessment takes it
     columns: tuple[str, ...] = ()  # which floor strikes which column, how often, what the model assumes then
+    column_forces: tuple[float, ...] = ()  # F_E of columns [N], finite, where floors with another meet too
 
     def required_at(self, percentile: float) -> RequiredGap:
         """The gap required by a percentile [%] of the requested ones, among them 50, 84 and 95."""
@@ -370,7 +371,13 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
         intensity=results.amplitudes.name,
         scenario=() if levels is None else tuple(scenario_of(levels, curve, confidence) for curve in fragility),
         columns=columns,
+        column_forces=_column_forces(results),
     )
+
+
+def _column_forces(results: Results) -> tuple[float, ...]:
+    floors, columns = yield_forces(results.dataset.isel(results.scene_contact))
+    return tuple(sorted({force for force in columns if isfinite(force) and floors and force not in floors}))
 
 
 def _influences(

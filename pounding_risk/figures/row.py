@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.row import BuildingShape, RowCase, any_of_building, force_text, share_of_building
+from pounding_risk.assessment.row import (
+    BuildingShape,
+    RowCase,
+    any_of_building,
+    force_text,
+    share_of_building,
+    yield_force_words,
+)
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures import style
 from pounding_risk.motions.levels import PEAK
@@ -166,16 +173,9 @@ def where_words(case: RowCase) -> str:
     results = case.results
     gaps = sorted(set(np.round(case.gaps, 9)))
     ends = " to ".join(f"{1e3 * gap:.4g}" for gap in dict.fromkeys((gaps[0], gaps[-1])))
-    force = float(results["yield_force"])
-    columns = ""  # F_E of columns, where columns are met and have another than the floors
-    if "contact_point_yield_force" in results.variables:
-        forces = results["contact_point_yield_force"].values[results["contact_point_kind"].values == "column"]
-        others = sorted({round(one / 1e3) for one in forces[np.isfinite(forces) & (forces != force)]})
-        several = f" to {others[-1]}" if len(others) > 1 else ""
-        columns = f" (of columns {others[0]}{several} kN)" if others else ""
     words = [
         f"gap{'s' * (len(gaps) > 1)} {ends} mm",
-        f"{style.force_words(force).replace('$F_E$', 'F_E')}{columns}",
+        yield_force_words(results),
         style.law_words(str(results["contact_model"].values)),
         f"{case.motions} motion{'s' if case.motions > 1 else ''}",
     ]

@@ -467,13 +467,28 @@ def _own_force(interface: xr.Dataset) -> float:
 
     That of its lowest floors, where a floor that rotates has two points of a half each; of columns the smallest.
     """
-    forces = np.atleast_1d(interface["contact_point_yield_force"].values.squeeze())
-    floors = interface["contact_point_kind"].values != "column"
-    if not floors.any():
-        return float(forces.min())
-    ends = np.stack([interface[f"contact_point_{side}_floor"].values for side in ("left", "right")])
-    first = int(np.argmax(floors))
-    return float(forces[floors & (ends == ends[:, [first]]).all(axis=0)].sum())
+    floors, columns = yield_forces(interface)
+    return floors[0] if floors else min(columns)
+
+
+def yield_forces(case: xr.Dataset) -> tuple[list[float], list[float]]:
+    """Yield forces [N] of a case: of floors that meet, in the order of the contact points, and of struck columns.
+
+    A floor that rotates has two points of a half each.
+    """
+    if "contact_point_yield_force" not in case.variables:
+        return [float(case["yield_force"])], []
+    forces = np.atleast_1d(case["contact_point_yield_force"].values.squeeze()).tolist()
+    names = ("kind", "interface", "left_floor", "right_floor")
+    labels = (np.broadcast_to(case[f"contact_point_{name}"].values, len(forces)) for name in names)
+    floors: dict[tuple[float, ...], float] = {}
+    columns = []
+    for force, kind, *place in zip(forces, *labels, strict=True):
+        if kind == "column":
+            columns.append(force)
+        else:
+            floors[tuple(place)] = floors.get(tuple(place), 0.0) + force
+    return list(floors.values()), columns
 
 
 def _level_of(table: dict[str, Any]) -> Level:

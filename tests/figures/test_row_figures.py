@@ -28,6 +28,7 @@ from pounding_risk.figures.row import (
     plan_figure,
     profile,
     profiles_figure,
+    where_words,
 )
 from pounding_risk.figures.simulate import simulation_figure
 from pounding_risk.figures.style import in_lines
@@ -278,8 +279,13 @@ def test_the_plan_of_several_rows_is_headed_by_all_their_gaps(results):
 
 
 def test_the_columns_own_yield_force_stands_beside_that_of_floors(case):
-    columns = case.results["contact_point_yield_force"].values[case.results["contact_point_kind"].values == "column"]
-    assert f"(of columns {columns.min() / 1e3:.0f}" in texts(elevation_figure(case)).replace("\n", " ")
+    results = case.results
+    forces, is_column = results["contact_point_yield_force"], results["contact_point_kind"].values == "column"
+    columns = f"{forces.values[is_column].min() / 1e3:.0f} kN"
+    assert f"(of columns {columns})" in texts(elevation_figure(case)).replace("\n", " ")
+    of_columns = forces.copy(data=np.where(is_column, forces.values, np.inf))
+    changed = case._replace(results=results.assign_coords(contact_point_yield_force=of_columns))
+    assert f"F_E = {columns} of columns, floors without yielding" in where_words(changed)
 
 
 def test_a_line_that_breaks_leaves_no_single_word():
