@@ -335,8 +335,9 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     levels = options.shaking.events(results)
     is_scaled = any(curve.method == SCALED and not curve.fault for curve in fragility)
     scaled = SCALED_ROW * (is_scaled and isfinite(every.run.widest))
-    fallen = collapsed(results.at_level(level).dataset, without=True)
-    counts = results.run_counts | {"unpushed": results.unpushed, "collapsed": int(fallen.sum())}
+    counts = (
+        results.run_counts | {"unpushed": results.unpushed} | _collapses(results.at_level(level), yield_gap, contact)
+    )
     verdict = judge(contact, criterion, sensitivity[0], counts, doubts)
     verdict = replace(
         verdict,
@@ -373,6 +374,15 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
         columns=columns,
         column_forces=_column_forces(results),
     )
+
+
+def _collapses(results: Results, gap: float, contact: Contact) -> dict[str, int]:
+    """Motions in which a storey collapses, without contact, and those that are lost as it does with contact alone."""
+    dataset = results.dataset
+    alone = collapsed(dataset, without=True)
+    case = dataset.isel(results.scene_contact | {"gap": int(np.abs(dataset["gap"].values - gap).argmin())})
+    struck = int((collapsed(case) & ~alone).sum()) if contact.lost > int(alone.sum()) else 0
+    return {"collapsed": int(alone.sum()), "struck": min(struck, contact.lost - int(alone.sum()))}
 
 
 def _column_forces(results: Results) -> tuple[float, ...]:

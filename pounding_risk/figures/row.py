@@ -173,11 +173,14 @@ def where_words(case: RowCase) -> str:
     results = case.results
     gaps = sorted(set(np.round(case.gaps, 9)))
     ends = " to ".join(f"{1e3 * gap:.4g}" for gap in dict.fromkeys((gaps[0], gaps[-1])))
+    motions = counted(case.motions, "motion")
     words = [
         f"gap{'s' * (len(gaps) > 1)} {ends} mm",
         yield_force_words(results),
         style.law_words(str(results["contact_model"].values)),
-        f"{case.motions} motion{'s' if case.motions > 1 else ''}",
+        f"{complete} of {motions}"
+        if (complete := min(touch.runs for touch in case.touches)) < case.motions
+        else motions,
     ]
     amplitudes = Results(results).amplitudes
     if amplitudes.values[0] is not None and np.isfinite(amplitudes.values[0]):
