@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pounding_risk._common.letters import csv_text
+from pounding_risk._common.words import listed
 from pounding_risk.models.structures.contact_points import COLUMN, LevelRule, automatic_points
 from pounding_risk.streets import footprints
 from pounding_risk.streets.defaults import Filled, House, Notes, Rules
@@ -224,13 +225,7 @@ class Street(NamedTuple):
             self.notes.faults.append(f"{', '.join(places)}: {shown(name)} is the name of each; tell them apart")
         shapes = [house.footprint for house in self.houses if house.footprint is not None]
         if len(shapes) < len(self.houses):
-            # Each building and the next: by their left walls where all are given, else as the file lists them.
-            walls = [house.walls for house in self.houses]
-            order: Iterable[int] = range(len(walls))
-            if not any(isnan(left) for left, _ in walls):
-                order = sorted(order, key=lambda number: walls[number][0])
-            beside = [Facing(left, right, walls[right][0] - walls[left][1]) for left, right in pairwise(order)]
-            return LinedUp(list(self._rows(self._held(beside, {}), {})), [], [])  # without footprints no more is known
+            return self._lined_up_by_walls()
         # Each group of close buildings has an axis of its own, unless one is stated.
         near, clear = footprints.close_pairs(shapes, reach(self.rules))
         distances = dict(zip(map(tuple, near.tolist()), clear.tolist(), strict=True))
@@ -252,6 +247,18 @@ class Street(NamedTuple):
                 pair = self.houses[first], self.houses[second]
                 close.append(close_pair(*pair, distance, reason, self.rules, self.resolution))
         return LinedUp(rows, close, self._sides(views))
+
+    def _lined_up_by_walls(self) -> LinedUp:
+        """Each building and the next without footprints: by their left walls, or without any as the file lists them."""
+        walls = [house.walls for house in self.houses]
+        lacking = [self._named(number) for number, (left, _) in enumerate(walls) if isnan(left)]
+        order = range(len(walls)) if lacking else sorted(range(len(walls)), key=lambda number: walls[number][0])
+        if 0 < len(lacking) < len(walls):
+            repair = "write it, or leave the walls of all buildings out"
+            self.notes.faults.append(f"{listed(lacking)}: no left wall, by which the others are in order; {repair}")
+            return LinedUp([], [], [])
+        beside = [Facing(left, right, walls[right][0] - walls[left][1]) for left, right in pairwise(order)]
+        return LinedUp(list(self._rows(self._held(beside, {}), {})), [], [])  # without footprints no more is known
 
     @property
     def _overlap(self) -> float:

@@ -307,8 +307,8 @@ def read_block(
     -----
     Columns, each with its unit in brackets, `height [m]`, or in its cells: name, street (one table may have several),
     height, storeys, typology, period, damping, floor mass, or floor area and floor load, gap (to the building on the
-    right), and in a CSV left wall and right wall (positions along the street). Without walls the lines are in the order
-    of the street. Lines of a CSV that start with # are left out.
+    right), and in a CSV left wall and right wall (positions along the street; left walls of all buildings or of none).
+    Without walls the lines are in the order of the street. Lines of a CSV that start with # are left out.
 
     Footprints are laid flat by a transverse Mercator projection about their middle, whose scale is 1 there. The axis of
     a street is that of ``rules``; without it each group of buildings that hang together has that direction of its walls
