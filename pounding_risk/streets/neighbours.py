@@ -236,6 +236,7 @@ class Street(NamedTuple):
         adjacent = self._held(self._beside((pair for view in views for pair in view.along), outlines, reasons), reasons)
         rows = list(self._rows(adjacent, directions))
         self._note_partial([each for row in rows for each in row.pairs if each.is_partial])
+        self._note_given(rows)
         neighbours, close = {frozenset(neighbour[:2]) for neighbour in adjacent}, []
         for (first, second), distance in distances.items():
             key = frozenset((first, second))
@@ -375,14 +376,37 @@ class Street(NamedTuple):
     def _note_partial(self, pairs: Sequence[Neighbours]) -> None:
         """A note on neighbours that face each other over a part of their fronts."""
         each = [f"{pair.left.name} and {pair.right.name} {pair.faced_words}" for pair in pairs]
-        more = f"; and {len(each) - LISTED} more ({NEIGHBOURS})" if len(each) > LISTED else ""
         if each:
-            named = f"{'; '.join(each[:LISTED])}{more}"
             self.notes.doubts.add(
                 "",
-                f"{named}: taken as full neighbours, though a blow beside the middle turns buildings, which a row "
-                "leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over less",
+                f"{_some(each)}: taken as full neighbours, though a blow beside the middle turns buildings, which a "
+                "row leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over "
+                "less",
             )
+
+    def _note_given(self, rows: Sequence[BlockRow]) -> None:
+        """A note on the pairs that given gaps are taken for; a fault for a row of which the file has no order.
+
+        The gap of a building is that to its right, which the order of the file says where no axis is stated.
+        """
+        numbers = {house.place: number for number, house in enumerate(self.houses)}
+        taken = []
+        for row in rows:
+            order = [numbers[house.place] for house in row.buildings]
+            given = [self._named(number) for number in order if isfinite(self.houses[number].gap)]
+            if given and self.rules.axis is None and order != sorted(order):
+                ways = f'--axis "{row.direction:.0f} deg" or "{(row.direction + 180.0) % 360.0:.0f} deg"'
+                self.notes.faults.append(
+                    f"{listed(given, 1)}, gap: is that to the building on the right, and the file does not list the "
+                    f"row from left to right; list it so, or state which way is from left to right ({ways})"
+                )
+            taken += [
+                f"{say(left.gap, GAP)} between {left.name} and {right.name}"
+                for left, right in pairwise(row.buildings)
+                if isfinite(left.gap)
+            ]
+        if taken:
+            self.notes.doubts.add("", f"gap, as given, is that to the building on the right: {_some(taken)}")
 
     def _named(self, number: int) -> str:
         return f"{self.places[number]}, {self.houses[number].name}"
@@ -409,6 +433,12 @@ class Street(NamedTuple):
         if pair.gap < 0.0:
             return fill(0.0, f"the walls overlap by {say(-pair.gap, GAP, 2)}, within the survey's {say(survey, GAP)}")
         return pair.gap
+
+
+def _some(each: Sequence[str]) -> str:
+    """The first sentences on pairs of neighbours, and how many more there are."""
+    more = f"; and {len(each) - LISTED} more ({NEIGHBOURS})" if len(each) > LISTED else ""
+    return f"{'; '.join(each[:LISTED])}{more}"
 
 
 def _unhidden(pairs: Sequence[Facing]) -> list[Facing]:

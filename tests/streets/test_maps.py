@@ -307,6 +307,20 @@ def test_gaps_that_were_measured_otherwise_are_known(tmp_path):
     assert uncertain is not None and len(uncertain.numbers) == 3
 
 
+def test_a_given_gap_is_refused_where_the_file_has_no_order(tmp_path, says):
+    """That of the second building is to the third, as the note says, and to the first where right is the other way."""
+    for name, order in (("street.gpkg", [0, 1, 2, 3, 4]), ("mixed.gpkg", [4, 1, 0, 2, 3])):
+        shapes = [in_degrees(made_street(), 15.0, 40.0)[number] for number in order]
+        columns = {"name": [f"No. {number}" for number in order], "gap [mm]": [90.0 if n == 1 else None for n in order]}
+        write(tmp_path / name, shapes, "EPSG:4326", **columns)
+    block = read_block(tmp_path / "street.gpkg", Rules(survey=0.3))
+    assert [pair.right.name for pair in only(block).pairs if pair.gap == 0.09] == ["No. 2"]
+    says(block.notes, read_faults(tmp_path / "mixed.gpkg", Rules(survey=0.3)))
+    for axis, name in ((90.0, "No. 2"), (270.0, "No. 0")):
+        pairs = only(read_block(tmp_path / "mixed.gpkg", Rules(survey=0.3, axis=axis))).pairs
+        assert [pair.right.name for pair in pairs if pair.gap == 0.09] == [name]
+
+
 def test_the_last_decimal_of_coordinates_is_the_resolution(tmp_path):
     """Six decimals of a degree of 111.2 km are 0.1112 m; walls that overlap by less touch."""
     shapes = [shapely.set_precision(shape, 1e-6) for shape in in_degrees(made_street(), 15.0, 40.0)]
