@@ -555,6 +555,18 @@ def test_an_inventory_is_joined_by_ids_where_points_agree(tmp_path, says):
     says(read_faults(SHIPPED / "street.csv", inventory=tmp_path / "loc.csv"))
 
 
+def test_a_name_that_is_the_id_of_another_footprint_joins_nothing(tmp_path, says):
+    """House numbers beside ids that count from 1; a point in a footprint decides."""
+    shapes = in_degrees(made_street(), 23.7, 37.9)
+    numbers = {"name": ["1", "3", "5", "7", "9"], "id": ["1", "2", "3", "4", "5"]}
+    path = write(tmp_path / "street.fgb", shapes, "EPSG:4326", **numbers)
+    (tmp_path / "table.csv").write_text("name,storeys\n1,2\n3,4\n5,6\n")
+    says(read_faults(path, inventory=tmp_path / "table.csv"))
+    inner = shapely.point_on_surface(shapes[1])
+    (tmp_path / "loc.csv").write_text(oed([("3", inner.x, inner.y, 7), ("4", 23.75, 37.9, 5), ("9", 23.75, 37.9, 5)]))
+    assert [house.storeys for house in read_block(path, inventory=tmp_path / "loc.csv").houses] == [3, 7, 3, 3, 3]
+
+
 def test_what_an_inventory_states_is_not_listed_as_that_of_a_part(tmp_path):
     shapes = in_degrees([*made_street(), shapely.box(1.0, 1.0, 5.0, 5.0)], 23.7, 37.9)
     columns = {"building": ["yes"] * 5 + [None], "building:part": [None] * 5 + ["yes"], "id": [*"abcdef"]}
