@@ -413,7 +413,7 @@ def _table(source: Path, rules: Rules, layer: str | None, within: str | None, in
         need_maps(str(source))
         from pounding_risk.streets.maps import read_map
 
-        table = read_map(source, metres=rules.metres, layer=layer, within=within)
+        table = read_map(source, metres=rules.metres, layer=layer, within=within, limit=rules.limit)
         return table if inventory is None else with_inventory(table, Path(inventory))
     if suffix != ".csv":
         kinds = ", ".join((".csv", *MAPS))

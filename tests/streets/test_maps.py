@@ -227,6 +227,18 @@ def test_buildings_within_a_box_or_polygons(tmp_path, says):
     says(read_faults(path), read_faults(path, within="1,1,2,2"), read_faults(path, within="2,1,1,2"))
 
 
+@pytest.mark.parametrize("system", ["EPSG:4326", "EPSG:3857", "EPSG:32633"])
+def test_a_building_beside_the_edge_of_a_box_is_named(tmp_path, system):
+    """The third house is left out, 300 mm from the second one; in web maps a metre is 1.3 units at 40 degrees north."""
+    path = tmp_path / "street.gpkg"
+    frame(in_degrees(made_street(), 15.0, 40.0), "EPSG:4326").to_crs(system).to_file(path, engine="pyogrio")
+    box = f"14.9,39.9,{15.0 + 20.0 / 85.4e3},40.1"
+    for limit, parted in ((0.29, []), (0.31, ["feature 3 (300 mm from feature 2)"])):
+        notes = read_block(path, Rules(limit=limit), within=box).notes
+        assert [note.partition(": left out by --within")[0] for note in notes] == parted
+    assert read_block(path, within="14.9,39.9,15.1,40.1").notes == ()
+
+
 def test_a_file_of_openstreetmap_is_read_as_it_is(tmp_path, says):
     """Tags in columns and in other_tags, as GDAL writes them; parts stand in their buildings; shared names."""
     shapes = [*in_degrees(made_street(), 15.0, 40.0)]
