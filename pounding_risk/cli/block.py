@@ -211,6 +211,7 @@ def print_block(block: Block, tolerance: float | None) -> None:
 
     ``tolerance`` [m] is that of the levels of floors that meet, None where it is the floors' depth.
     """
+    from pounding_risk.streets.neighbours import INSIDE, NO_AXIS
     from pounding_risk.streets.scenes import shares
 
     limit = engineering(block.rules.limit, "m")
@@ -236,7 +237,11 @@ def print_block(block: Block, tolerance: float | None) -> None:
         print(f"\ncloser than {limit}, and not neighbours in a row: no scene holds what they do to each other\n")
         lines = [(*pair.names, engineering(pair.distance, "m"), pair.reason) for pair in block.close]
         _print_first(("building", "and", "clear distance", "why not in a row"), lines, "llrl")
-        print("give such buildings a table of their own, and with --axis the direction from one to the other")
+        inside = [pair.reason == INSIDE for pair in block.close]
+        if not all(inside):
+            print("give such buildings a table of their own, and with --axis the direction from one to the other")
+        if any(inside):
+            print(f"where {INSIDE}, {NO_AXIS}")
     if block.filled:
         print()
         lines = [(share.column, str(share.number), share.values, share.rule) for share in shares(block.filled)]

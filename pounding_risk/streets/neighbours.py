@@ -30,6 +30,8 @@ LISTED = 5  # neighbours that a note names
 PARTIAL = 0.5  # share of the shorter front; neighbours that face each other over less are noted
 ACROSS = "across the axis of the street"
 CORNER = "corner to corner"
+INSIDE = "one stands in a court of the other, or between its parts"
+NO_AXIS = "no direction makes a row of such two: write a .csv of them with their gap"
 STREETS = "in two streets"
 HEADS = (
     *("street", "building", "other street", "other building"),
@@ -203,7 +205,7 @@ class LinedUp(NamedTuple):
 class View(NamedTuple):
     """Buildings that stand close to each other, seen along and across their axis."""
 
-    axis: Array
+    axes: tuple[Array, Array]  # unit vectors (east, north)
     outlines: Mapping[int, Outline]
     along: list[Facing]
     across: list[Facing]
@@ -231,9 +233,12 @@ class Street(NamedTuple):
         distances = dict(zip(map(tuple, near.tolist()), clear.tolist(), strict=True))
         views = [self._view(shapes, pairs) for pairs in footprints.groups(len(shapes), near)]
         outlines = {number: outline for view in views for number, outline in view.outlines.items()}
-        directions = {number: footprints.azimuth(view.axis) for view in views for number in view.outlines}
+        directions = {number: footprints.azimuth(view.axes[0]) for view in views for number in view.outlines}
         reasons: dict[frozenset[int], str] = {}
-        adjacent = self._held(self._beside((pair for view in views for pair in view.along), outlines, reasons), reasons)
+        # Whether they overlap, which neighbours do not, as one reaches around the other.
+        across = {frozenset(pair[:2]): pair.gap < -self._overlap for view in views for pair in view.across}
+        along = (pair for view in views for pair in view.along)
+        adjacent = self._held(self._beside(along, outlines, across, reasons), reasons)
         rows = list(self._rows(adjacent, directions))
         self._note_partial([each for row in rows for each in row.pairs if each.is_partial])
         self._note_given(rows)
@@ -244,7 +249,7 @@ class Street(NamedTuple):
                 reason = reasons.get(key)
                 if not reason:  # they do not face each other along the street
                     low, high = ([getattr(outlines[at], end)[0] for at in key] for end in ("low", "high"))
-                    reason = ACROSS if min(high) > max(low) else CORNER
+                    reason = INSIDE if across.get(key) else ACROSS if min(high) > max(low) else CORNER
                 pair = self.houses[first], self.houses[second]
                 close.append(close_pair(*pair, distance, reason, self.rules, self.resolution))
         return LinedUp(rows, close, self._sides(views))
@@ -284,28 +289,53 @@ class Street(NamedTuple):
             for own in (footprints.facing(seen, near, reach(self.rules), survey) for seen in outlines)
         ]
         first = int(stated is None and len(met[1]) > len(met[0]))
-        return View(both[first], dict(zip(members.tolist(), outlines[first], strict=True)), met[first], met[1 - first])
+        axes, seen = (both[first], both[1 - first]), dict(zip(members.tolist(), outlines[first], strict=True))
+        return View(axes, seen, met[first], met[1 - first])
 
     def _sides(self, views: Sequence[View]) -> list[int]:
         """Of each building the number of its sides, left, right, front and back, on which another one is close."""
         sides: set[tuple[int, str]] = set()
         for view in views:
             for way, pairs in (("along", view.along), ("across", view.across)):
-                for left, right, gap, *_ in pairs:
-                    if -self._overlap <= gap < self.rules.limit:
-                        sides |= {(left, f"{way} +"), (right, f"{way} -")}
+                for pair in pairs:
+                    if pair.gap < -self._overlap:
+                        sides.update(self._walls_around(*pair[:2], view.axes))
+                    elif pair.gap < self.rules.limit:
+                        sides |= {(pair.left, f"{way} +"), (pair.right, f"{way} -")}
         counts = Counter(number for number, _ in sides)
         return [counts[number] for number in range(len(self.houses))]
 
+    def _walls_around(self, one: int, other: int, axes: tuple[Array, Array]) -> Iterator[tuple[int, str]]:
+        """The sides of two, one of which reaches around the other, on which walls of both are close to each other."""
+        shapes = [self.houses[number].footprint for number in (one, other)]
+        for way, axis in zip(("along", "across"), axes, strict=True):
+            seen = [footprints.turned(footprints.outline_of(shape), axis) for shape in shapes]
+            inner = int(np.prod(seen[1].high - seen[1].low) < np.prod(seen[0].high - seen[0].low))
+            (first, bottom), (last, top) = seen[inner].low, seen[inner].high
+            limit, inset = self.rules.limit, self._overlap
+            for side, back, start in (("+", "-", last), ("-", "+", first - limit)):
+                beside = footprints.box_along(axis, (start, bottom + inset), (start + limit, top - inset))
+                if beside.intersects(shapes[1 - inner]):
+                    yield (one, other)[inner], f"{way} {side}"
+                    yield (one, other)[1 - inner], f"{way} {back}"
+
     def _beside(
-        self, pairs: Iterable[Facing], outlines: Mapping[int, Outline], reasons: dict[frozenset[int], str]
+        self,
+        pairs: Iterable[Facing],
+        outlines: Mapping[int, Outline],
+        across: Mapping[frozenset[int], bool],
+        reasons: dict[frozenset[int], str],
     ) -> Iterator[Facing]:
-        """The pairs that may be neighbours in a row; the reason is noted for those that may not."""
+        """The pairs that may be neighbours in a row; the reason is noted for those that may not.
+
+        ``across`` has the pairs that face each other across the street, and whether they overlap there too.
+        """
         for pair in pairs:
             length, share, nearest = footprints.faced(outlines[pair.left], outlines[pair.right], reach(self.rules))
             key, is_overlap = frozenset((pair.left, pair.right)), pair.gap < -self._overlap
             if is_overlap and not self._lie_on_each_other(pair):
-                reasons[key] = ACROSS  # one stands in the other's corner, or a street bends: nothing overlaps
+                # Nothing overlaps: one stands in the other's corner or court, or a street bends.
+                reasons[key] = INSIDE if across.get(key, True) else ACROSS
             elif not is_overlap and share < self.rules.least_facing:
                 reasons[key] = f"facing each other over {say(length, GAP, 2)} only ({percent(share)})"
             else:

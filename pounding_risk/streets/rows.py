@@ -24,7 +24,16 @@ from pounding_risk.streets.footprints import Array, rings
 from pounding_risk.streets.inventory import inventory_table
 from pounding_risk.streets.inventory._lines import Notes as Doubts
 from pounding_risk.streets.joined import with_inventory
-from pounding_risk.streets.neighbours import NEIGHBOURS, BlockRow, ClosePair, Street, between_streets, neighbours_csv
+from pounding_risk.streets.neighbours import (
+    INSIDE,
+    NEIGHBOURS,
+    NO_AXIS,
+    BlockRow,
+    ClosePair,
+    Street,
+    between_streets,
+    neighbours_csv,
+)
 from pounding_risk.streets.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug
 from pounding_risk.streets.table import (
     MAPS,
@@ -189,8 +198,9 @@ class Block(ShortRepr):
             axis = "another direction of the street" if self.rules.axis is not None else "the direction of the street"
             facing = " or a smaller --least-facing" if self.rules.least_facing > 0.0 else ""
             count = f"{len(self.close)} pair{'s stand' if len(self.close) > 1 else ' stands'}"
-            words += f" as neighbours, though {count} so close, such as {self.close[0].words}"
-            words += f"; state {axis} (--axis){facing}"
+            beside = [pair for pair in self.close if pair.reason != INSIDE]
+            words += f" as neighbours, though {count} so close, such as {(beside or self.close)[0].words}; "
+            words += f"state {axis} (--axis){facing}" if beside else NO_AXIS
         else:
             words += "; check the walls and the coordinates, or write a larger limit (--limit)"
         raise BlockError(self.source, [words])

@@ -391,6 +391,38 @@ def test_sides_and_positions_are_told(tmp_path):
     assert outline.centroid.x == pytest.approx(float(rows[0]["longitude [deg]"]), abs=1e-8)
 
 
+COURT = shapely.box(0, 0, 30, 30).difference(shapely.box(10, 10, 20, 20))
+WINGS = shapely.MultiPolygon([shapely.box(0, 0, 10, 12), shapely.box(20.1, 0, 30, 12)])
+HORSESHOE = shapely.box(0, 0, 30, 20).difference(shapely.box(8, 8, 22, 20))
+CORNER = shapely.box(0, 0, 30, 20).difference(shapely.box(10.05, 5, 30, 20))
+
+
+@pytest.mark.parametrize(
+    ("around", "inner", "sides", "rows"),
+    [
+        (COURT, (10.3, 10.3, 19.7, 19.7), 4, (0, 0)),
+        (WINGS, (10.05, 0, 20.05, 12), 2, (0, 0)),
+        (HORSESHOE, (8.2, 8.2, 21.8, 20), 3, (0, 1)),  # open to the north
+        (CORNER, (10.1, 4.95, 28, 20), 2, (0, 1)),  # by 50 mm on the wing, which the survey explains
+    ],
+    ids=["court", "wings", "horseshoe", "corner"],
+)
+@pytest.mark.parametrize("turn", [0.0, 20.0])
+def test_sides_of_a_building_in_another_are_counted_by_walls(tmp_path, around, inner, sides, rows, turn):
+    """Of both the same; with the axis east and north, neither of which makes a row of a house in a court."""
+    shapes = [shapely.affinity.rotate(shape, -turn, origin=(0, 0)) for shape in (around, shapely.box(*inner))]
+    path = write(tmp_path / "street.parquet", shapes, None)
+    for axis, number in zip((90.0, 0.0), rows, strict=True):
+        block = read_block(path, Rules(metres=True, axis=axis + turn, resolution=0.0))
+        assert list(block.sides.values()) == [sides, sides] and len(block.rows) == number
+        inside = [pair.reason.startswith("one stands in a court") for pair in block.close]
+        assert inside == ([] if number else [rows == (0, 0)])
+    if rows == (0, 0):
+        with pytest.raises(BlockError, match=r"between its parts; no direction makes a row of such two: write a \.csv"):
+            block.check()
+        assert "--axis" not in commands.run("block", str(path), "--metres").output
+
+
 def test_streets_at_an_angle_have_an_axis_of_their_own(tmp_path):
     """Two rows of one file, 30 degrees apart and 100 m away: none has the axis of the other."""
     away = [shapely.affinity.translate(shape, 500e3, 1e6) for shape in made_street(0.0)]
