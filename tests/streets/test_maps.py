@@ -547,6 +547,29 @@ def test_the_command_reads_a_map(tmp_path, says):
         says(" ".join(refused.stderr.split()))
 
 
+def test_an_option_without_effect_is_noted_or_refused(tmp_path, says):
+    """Of a map whose houses lack typology and load alone; the area and the gap are those of its footprints."""
+    three(tmp_path)
+    can_act = {"--typology": "steel_frame", "--floor-load": "9 kN/m^2", "--storeys": "4", "--storey-height": "3.5 m"}
+    words = ["block", str(tmp_path / "street.gpkg"), *(word for pair in can_act.items() for word in pair)]
+    told = commands.run(*words)
+    assert told.exit_code == 0 and re.findall(r"(--[a-z-]+): without effect", told.output) == [
+        "--storey-height",
+        "--storeys",
+    ]
+    for file, wrong in (
+        ("street.gpkg", ("--gap", "30 mm")),
+        ("street.gpkg", ("--floor-area", "90 m^2")),
+        ("t.csv", ("--axis", "30 deg")),
+        ("t.csv", ("--least-facing", "10 %")),
+    ):
+        (tmp_path / "t.csv").write_text("name,storeys,floor mass [t]\na,3,80\nb,3,80\n")
+        refused = commands.run("block", str(tmp_path / file), *wrong)
+        assert refused.exit_code == 2
+        says(" ".join(refused.stderr.split()))
+    assert "--gap" not in commands.run("block", str(tmp_path / "t.csv"), "--gap", "30 mm").output
+
+
 def test_without_the_extra_a_table_is_read_and_a_map_is_refused(monkeypatch):
     monkeypatch.setattr(street_table, "find_spec", lambda name: None if name == "pyproj" else name)
     assert len(read_block(SHIPPED / "street.csv").rows) == 3
