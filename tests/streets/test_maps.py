@@ -622,6 +622,18 @@ def test_an_inventory_is_joined_by_ids_where_points_agree(tmp_path, says):
     says(read_faults(SHIPPED / "street.csv", inventory=tmp_path / "loc.csv"))
 
 
+def test_a_code_without_a_typology_leaves_that_of_the_map(tmp_path):
+    """OED 5050 is a light wood frame, of which no typology is one; the second house has none in the map either."""
+    shapes = in_degrees(made_street(), 23.7, 37.9)
+    path = write(tmp_path / "street.fgb", shapes, "EPSG:4326", typology=["concrete_walls", *4 * [None]])
+    lines = [(f"L{n}", *shapely.point_on_surface(shapes[n]).coords[0], 3) for n in (0, 1)]
+    (tmp_path / "loc.csv").write_text(oed(lines).replace(",5103,", ",5050,"))
+    block = read_block(path, inventory=tmp_path / "loc.csv")
+    assert [house.typology for house in block.houses[:2]] == ["concrete_walls", "masonry"]
+    (note,) = [note for note in block.notes if "has no typology here" in note]
+    assert "one that a column or the map gives is taken, or else the one stated" in note
+
+
 def test_a_name_that_is_the_id_of_another_footprint_joins_nothing(tmp_path, says):
     """House numbers beside ids that count from 1; a point in a footprint decides."""
     shapes = in_degrees(made_street(), 23.7, 37.9)
