@@ -136,7 +136,8 @@ def _run(options: dict[str, Any]) -> None:
     _check_records(record)
     rows = read_block(options["street"], rules, **{name: options[name] for name in ("layer", "within", "inventory")})
     if samples is not None and not rows.resolution.size > 0.0:
-        raise PoundingError("--samples: no gap of this street is uncertain; state --resolution, or leave it out")
+        repair = "state --resolution" if options["resolution"] is None else "state a --resolution above 0 m"
+        raise PoundingError(f"--samples: no gap of this street is uncertain; {repair}, or leave it out")
     unused = _without_effect(options, rows)
     print_block(rows, None if tolerance is None else parse(tolerance, GAP))
     print_notes(unused)
@@ -180,7 +181,12 @@ def _tables(options: Mapping[str, Any]) -> dict[str, Any]:
         tables["records"] = {"sites": _sites(options)} | ({} if unit is None else {"unit": unit})
     elif unit is not None:
         raise PoundingError("--unit: is that of the motions of --sites, which is not given; leave it out")
-    return tables if samples is None else tables | {"uncertain": {"samples": samples}}
+    if samples is None:
+        return tables
+    if samples < 1:
+        repair = 'write one such as 128, or --resolution "0 m" for gaps that are known'
+        raise PoundingError(f"--samples: {samples} would draw none; {repair}")
+    return tables | {"uncertain": {"samples": samples}}
 
 
 def _sites(options: Mapping[str, Any]) -> str:

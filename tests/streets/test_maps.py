@@ -541,7 +541,15 @@ def test_the_command_reads_a_map(tmp_path, says):
     assert "measured gaps are uniform within 100 mm of the distance of the walls (as stated)" in told.output
     assert "by buildings: 2 on one, 3 on two" in told.output
     assert tomllib.loads((tmp_path / "out" / "street.toml").read_text())["uncertain"]["samples"] == 16
-    for wrong in ("--samples 16", "--within x", "--layer x", "--storeys 0", "--resolution 5"):
+    for wrong in (
+        "--samples 16",
+        "--samples 16 --resolution 0m",
+        "--samples 0 --resolution 1m",
+        "--within x",
+        "--layer x",
+        "--storeys 0",
+        "--resolution 5",
+    ):
         refused = commands.run(*words[:2], *wrong.split())
         assert refused.exit_code == 2
         says(" ".join(refused.stderr.split()))
