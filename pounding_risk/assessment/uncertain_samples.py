@@ -396,8 +396,9 @@ def opened_samples(source: Any) -> Samples | Scene:
     scene = as_scene(source)
     if scene.uncertain is None:
         raise PoundingError(
-            f"{scene.source}: has no table [uncertain], so that nothing in it is uncertain; write one, "
-            'such as "building.frame.period" = {distribution = "lognormal", dispersion = 0.2}, or use assess'
+            f"{scene.source}: nothing in it is uncertain: it has no table [uncertain], or one whose numbers all have "
+            'stated values, as by samples = 0; write one, such as "building.frame.period" = {distribution = '
+            '"lognormal", dispersion = 0.2}, or use assess'
         )
     return scene
 

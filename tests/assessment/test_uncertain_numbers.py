@@ -233,6 +233,7 @@ def test_without_samples_nothing_is_uncertain(scanned, says):
         refusal(pr.uncertainty, scanned.isel(sample=[0])),
         refusal(pr.uncertainty, uncertain_pulses(samples=4), output="peak_contact_force"),
     )
+    assert "as by samples = 0" in refusal(pr.uncertainty, uncertain_pulses(samples=0))
 
 
 def test_correlated_numbers_have_no_sobol_indices():
