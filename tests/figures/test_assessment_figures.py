@@ -225,6 +225,33 @@ def test_figures_say_the_finding(folder, says):
     says(refusal(damage_figure, pr.open_results(folder / "scan.nc")), refusal(ida_figure, results.isel(level=[0])))
 
 
+def many_states(results, demands: int, of_each: int):
+    """The first state of a dataset under other names: so many of each demand."""
+    places = [(demand, state) for demand in range(demands) for state in range(of_each)]
+    many = results.isel(state=[0] * len(places))
+    many["state_words"] = "state", [f"drift of D{demand} ≥ {state + 1} %" for demand, state in places]
+    return many.assign_coords(state=[f"D{demand} S{state}" for demand, state in places])
+
+
+@pytest.mark.parametrize(("demands", "of_each", "panels"), [(2, 3, 1), (4, 4, 4), (1, 8, 2), (7, 2, 5)])
+def test_every_curve_of_many_states_has_a_look_of_its_own_in_its_panel(folder, demands, of_each, panels):
+    """Of six states, as many as there are marks, in one panel; of more in a row of two for each demand, five rows."""
+    many = many_states(pr.damage(folder / "scan.nc", method="ida"), demands, of_each)
+    figure = damage_figure(many)
+    assert len(figure.axes) == 2 * panels
+    legends = [text.get_text() for axis in figure.axes if axis.get_legend() for text in axis.get_legend().get_texts()]
+    drawn = [state for state in many["state"].values if any(label.startswith(state) for label in legends)]
+    for axis in figure.axes[::2]:
+        points = [line for line in axis.lines if line.get_linestyle() == "None"]
+        for lines in ([line for line in axis.lines if line not in points], points):
+            looks = {(line.get_color(), line.get_linestyle(), line.get_marker(), line.get_mfc()) for line in lines}
+            assert len(looks) == len(lines)
+    left_out = len(many["state"]) - len(drawn)
+    assert (f"{left_out} more states not drawn" in words_of(figure)) == (left_out > 0)
+    (caption,) = [block["caption"] for block in damage_sheet(many) if block["kind"] == "figure"]
+    assert ("more states not drawn" in caption) == (left_out > 0)
+
+
 def test_a_report_has_a_section_on_the_states(folder):
     """With the numbers of the command; none for a scene without states."""
     results = pr.open_results(folder / "scan.nc")
