@@ -1,6 +1,7 @@
 """Figures of assessments: along axes every number is that of `assess_along`; of damage; and what colours mean."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from pounding_risk.assessment.separations.rules import VERIFICATIONS
 from pounding_risk.assessment.separations.table import Comparison, SeparationRow, code_table
 from pounding_risk.figures import damage_figure, ida_figure, results_figure
 from pounding_risk.figures.along import along_figure
-from pounding_risk.figures.assess import assessment_figure
+from pounding_risk.figures.assess import assessment_figure, draw_rates
 from pounding_risk.figures.separations import draw_rules, separations_figure
 from pounding_risk.figures.style import MEANING, RULE_MARKS, STYLES, contact_styles, panel, strength_styles, styles
 from pounding_risk.questions.damage import sheet as damage_sheet
@@ -307,6 +308,27 @@ def test_what_is_drawn_twice_has_one_colour(scan):
     assert named(beside, "gap needed") == {MEANING["motions"]}
     for name in ("ABS", "SRSS", "CQC"):
         assert named(beside, name) == named(assessed, name) == {MEANING["rule"]}
+
+
+HAZARD = "pga [g],annual rate [1/year]\n0.05,0.04\n0.2,0.0042\n0.8,0.00012\n"
+
+
+def test_a_rate_at_one_gap_is_seen_and_the_others_are_said_to_lack(scan, tmp_path):
+    """Also where that gap is far wider than the one that is assessed."""
+    hazard = tmp_path / "hazard.csv"
+    hazard.write_text(HAZARD, encoding="utf-8")
+    assessed = assess(scan, gap="20 mm", hazard=hazard)
+    (one,) = assessed.interfaces
+    known = next(rate for rate in one.rates if rate.what == "contact" and rate.annual > 0.0)
+    lacking = tuple(replace(gap, gap=np.nan, fault="scan wider gaps") for gap in one.gaps_for_rates)
+    for gap in (0.02, 0.2):
+        alone = replace(one, rates=(replace(known, gap=gap),), gaps_for_rates=lacking)
+        (axis,) = panel(draw_rates, assessed, alone).axes
+        assert "For 20 % in 50 years: scan wider gaps" in " ".join(axis.texts[0].get_text().split())
+        line = next(line for line in axis.lines if str(line.get_label()).startswith("contact, under"))
+        assert line.get_marker() == "o" and axis.get_xlim()[1] > line.get_xdata()[0] == pytest.approx(1e3 * gap)
+        low, high = axis.get_ylim()
+        assert low < known.low < known.annual < known.high < high
 
 
 def test_how_a_clause_is_known_is_shown_by_the_mark_alone():
