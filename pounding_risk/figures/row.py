@@ -342,8 +342,9 @@ def plan_figure(
         Cells of the grids of one row or several, from `row_case`.
     footprints : mapping of str to array, optional
         Corners (n, 2) [m], east and north, by the building's name, or by the number of its row from 0 and the name, or
-        several such rings, of which those within another that turn the other way are courts; those of buildings in no
-        row are drawn in grey. Without footprints rows are drawn one below the other, with nominal widths and depths.
+        several such rings, of which those within another that turn the other way are courts; buildings of
+        no row given here are drawn in grey. Without footprints rows are drawn one below the other, with nominal widths
+        and depths.
     note : str
         Added to the caption.
     titled : bool
@@ -389,7 +390,7 @@ def plan_figure(
         ):
             handles.append(Patch(label="–: has no $F_E$, or no run is complete", **look))
     if len(corners) > count:
-        handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="in no row"))
+        handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="no result given"))
     figure.draw_without_rendering()  # which lays the panels out
     all_written = all([_fit(axis, of_axis) for axis, of_axis in labels.items()])
     if handles:
@@ -410,7 +411,7 @@ def _plain_rings(cases: Sequence[RowCase]) -> dict[Key, Rings]:
 
 
 def _checked_rings(footprints: Mapping[Any, Any], cases: Sequence[RowCase]) -> dict[Key, Rings]:
-    """Rings of every building by its row, the largest first; buildings in no row by `NO_ROW`."""
+    """Rings of every building by its row, the largest first; buildings of none of these rows by `NO_ROW`."""
     rings = {who: _rings(who if isinstance(who, str) else who[1], corners) for who, corners in footprints.items()}
     inside = [(number, building.name) for number, case in enumerate(cases) for building in case.buildings]
     taken = {who: who if who in rings else who[1] for who in inside}
