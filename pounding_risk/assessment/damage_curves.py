@@ -35,7 +35,6 @@ NO_CONTACT = "no force acts between buildings without contact, so that no motion
 LOST = 0.05  # share of samples without a value from which on there are no bounds
 POINT = "contact_point_"
 ROUNDED = 1e-12  # of a threshold: some bits of a double
-COLLAPSE = 10.0  # demand over threshold of a building that has collapsed, of which no more is known than that it fails
 
 
 class Motions(NamedTuple):
@@ -77,7 +76,7 @@ class Curves:
     """Both curves of a state: with pounding, then without; ratios are with over without, with bounds."""
 
     state: Any
-    ratios: Sequence[Array]  # demands over the threshold, (motions, levels)
+    ratios: Sequence[Array]  # demands over the threshold, (motions, levels), as `Demands` has them
     fits: Sequence[Fit]
     capacities: Sequence[Capacities]
     drawn: Sequence[Array]  # ln θ and β of samples of recordings, NaN where there is no curve
@@ -96,7 +95,7 @@ class Curves:
     @property
     def is_known(self) -> bool:
         """Whether any run has the demand; the fault of the fits says why none has, and the state is left out."""
-        return bool(np.isfinite(self.ratios[0]).any())
+        return not np.isnan(self.ratios[0]).all()
 
     @property
     def is_compared(self) -> bool:
@@ -129,7 +128,7 @@ def curves_of(case: xr.Dataset, state: Any, motions: Motions, options: Options, 
     except Lacking as error:
         unknown = np.full(motions.ims.shape, np.nan)
         demands, lacking = Demands(unknown, unknown), error.why
-    known = np.isfinite(motions.ims) & np.isfinite(demands.with_contact) & np.isfinite(demands.without)
+    known = np.isfinite(motions.ims) & ~np.isnan(demands.with_contact) & ~np.isnan(demands.without)
     method, shown = METHODS[options.method], shown_as(options.intensity)
     ratios, fits, crossings, drawn = [], [], [], []
     for side, demand in zip(POUNDING, demands[:2], strict=True):
@@ -151,7 +150,10 @@ class Lacking(PoundingError):
 
 
 class Demands(NamedTuple):
-    """Demands of the motions over the threshold of a state, (motions, levels); NaN where a run failed."""
+    """Demands of the motions over the threshold of a state, (motions, levels); NaN where a run failed.
+
+    Infinite where the building collapses: no more is known of it than that it exceeds every threshold.
+    """
 
     with_contact: Array
     without: Array
@@ -172,7 +174,7 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     if state.demand.of_structure:  # of buildings beside the one that collapses nothing is known
         fell = [by_amplitude(collapsed(case, without=without, building=state.building)) for without in (False, True)]
         if any(one.any() for one in fell):
-            ratios = [np.where(one & np.isnan(ratio), COLLAPSE, ratio) for one, ratio in zip(fell, ratios, strict=True)]
+            ratios = [np.where(one & np.isnan(ratio), np.inf, ratio) for one, ratio in zip(fell, ratios, strict=True)]
             return Demands(ratios[0], ratios[1], True)
     if jumps:  # a demand that is capped at the threshold may be less than it by rounding
         ratios = [np.where(np.isclose(ratio, 1.0, rtol=0.0, atol=ROUNDED), 1.0, ratio) for ratio in ratios]

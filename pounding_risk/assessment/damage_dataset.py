@@ -84,7 +84,7 @@ def _of_motions(
     by_level, by_motion = (*BOTH, "level"), (*BOTH, "record", "polarity")
     shape = (len(curves), len(POUNDING), *of_motions)
     ratios = np.array([pair.ratios for pair in curves])  # state, pounding, motion, level
-    known = np.isfinite(ratios)
+    known = ~np.isnan(ratios)
 
     def of_sides(of: Callable[[Any], Any]) -> Any:
         return np.array([[of(side) for side in pair.capacities] for pair in curves])
@@ -99,7 +99,7 @@ def _of_motions(
     reached = (np.where(known, ratios, 0.0) >= 1.0).sum(axis=2)
     falls_back = of_sides(lambda side: side.falls_back.sum())
     not_again = "motions that reach the state at a level and not at a higher one"
-    over = described("1", "demand over the threshold of the state")
+    over = described("1", "demand over the threshold of the state; infinite where the building collapses")
     capacity = "intensity at which the motion first reaches the state, or the level next to it where it is not known"
     variables: dict[str, Any] = {
         "demand_ratio": ((*by_motion, "level"), ratios.reshape(*shape, -1), over),
@@ -112,9 +112,14 @@ def _of_motions(
     if has_common_levels:
         some = known.any(axis=2)
         filled = np.where(some[:, :, None], ratios, 0.0)
-        with np.errstate(all="ignore"):
-            shares = np.where(some, np.nanpercentile(filled, PERCENTILES, axis=2), np.nan)
-        about = described("1", "percentile of the demands over the threshold, of the motions at the level")
+        finite = np.where(np.isinf(filled), np.max(filled, where=np.isfinite(filled), initial=0.0), filled)
+        next_run = np.nanpercentile(filled, PERCENTILES, axis=2, method="higher")  # infinite where it is a collapse
+        shares = np.where(np.isinf(next_run), next_run, np.nanpercentile(finite, PERCENTILES, axis=2))
+        shares = np.where(some, shares, np.nan)
+        about = described(
+            "1",
+            "percentile of the demands over the threshold, of the motions at the level; of a collapse infinite",
+        )
         variables["demand_percentile"] = (("percentile", *by_level), shares, about)
         variables["percentile"] = ("percentile", np.array(PERCENTILES), described("percent", "share of the motions"))
     return variables

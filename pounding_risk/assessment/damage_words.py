@@ -10,7 +10,6 @@ import xarray as xr
 
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.damage_curves import (
-    COLLAPSE,
     DRAWS,
     LOST,
     NO_CONTACT,
@@ -150,15 +149,15 @@ def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, resul
 def _of_state(pair: Curves, motions: Motions, options: Options) -> Iterator[str]:
     """Sentences on one state."""
     name = pair.state.name
-    failed = int((~np.isfinite(pair.ratios[0])).sum())
+    failed = int(np.isnan(pair.ratios[0]).sum())
     if failed:
         what = f"{counted(failed, 'run')} of {motions.ims.size}"
         yield f"{name}: {what} failed, or have no such demand, and are left out."
     for side, ratios in zip(POUNDING, pair.ratios, strict=True):
-        fell = int((ratios == COLLAPSE).sum())
+        fell = int(np.isinf(ratios).sum())
         if fell:
             runs = f"{counted(fell, 'run')} of {motions.ims.size} {side} pounding"
-            yield f"{name}: {runs} ended in the collapse of a storey, and count as reached; their demand is not known."
+            yield f"{name}: {runs} ended in the collapse of a storey: reached, by a demand that counts as infinite."
     for side, fit, capacities in zip(POUNDING, pair.fits, pair.capacities, strict=True):
         whose = f"{name}, {side} pounding"
         if fit.fault:

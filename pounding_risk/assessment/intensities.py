@@ -19,10 +19,18 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, PGA_AXIS, Measure, read_measure, sa_at
 from pounding_risk.motions.scaling import mean_periods
 from pounding_risk.results.amplitudes import intensity_words
+from pounding_risk.results.attributes import yielding_buildings
 from pounding_risk.results.opened import Results
 
 Array = NDArray[np.float64]
 
+# Keys of a building of one elastic mass, and effects, that leave what it does on its ground to the record: a delay, and
+# a velocity of the ground, change nothing there. What is not listed may.
+OF_OSCILLATORS = {"name", "mass", "period", "stiffness", "damping", "damping_rule", "height", "floor_depth"} | {
+    *("floor_length", "wave_speed", "column_strength", "ground_delay", "ground_velocity", "storeys", "floor_masses"),
+    *("storey_stiffnesses", "storey_heights", "storey_strengths"),
+}
+WITHOUT_EFFECT = {"permanent_set", "unloading_stiffness", "strain_rate", "wave_passage", "inelastic_storeys"}
 NEAR = 0.05  # of a building's period, by which that of a hazard curve may differ: Sa hardly does
 PERIOD_WORDS = {
     "sa(longer)": ", at the longest period of the buildings",
@@ -87,11 +95,11 @@ def intensities(results: Results, intensity: str) -> Array:
 
     That is "pga", "pgv", "sa_avg(0.2-2 s)", the factor "scale" of a dataset whose axis it is, or "sa(left)",
     "sa(right)" or by name, or "sa(0.62 s)" at any period. What the dataset's motions are scaled to has the values of
-    its axis. Sa of a single mass is its pseudo-spectral acceleration at its own period and damping, (2π/T)² times its
-    largest displacement without contact; of a building with storeys, that of the record at its first period. Sa at a
-    period is what the scene scales its motions to where that is the same, or is read from the dataset's spectra, of
-    5 % damping, by straight lines in the logarithms. Raises PoundingError for another word, for a rigid building, and
-    where the dataset has no such spectrum.
+    its axis. Sa of a building that without contact is an oscillator on the record (`_is_oscillator`) is exact, at its
+    own period and damping: (2π/T)² times its largest displacement; of another it is that of the record at its first
+    period. Sa at a period is what the scene scales its motions to where that is the same, or is read from the dataset's
+    spectra, of 5 % damping, by straight lines in the logarithms. Raises PoundingError for another word, for a rigid
+    building, and where the dataset has no such spectrum.
     """
     measure, side = measure_of(results, intensity)
     dataset, amplitudes = results.dataset, results.amplitudes
@@ -110,7 +118,7 @@ def intensities(results: Results, intensity: str) -> Array:
             grown = np.divide(felt, before[:, None], out=np.ones_like(felt), where=before[:, None] > 0.0)
             felt = _before_scaling(results, measure, intensity)[:, None] * grown
         return np.repeat(felt, dataset.sizes["polarity"], axis=0)
-    if side is not None and not _has_storeys(results, side):
+    if side is not None and _is_oscillator(results, side):
         free = by_amplitude(dataset["peak_displacement_free"].isel(building=side))
         return free * (2.0 * np.pi / measure.period) ** 2
     known = results.scaled_to
@@ -191,13 +199,23 @@ def measure_of(results: Results, intensity: str) -> tuple[Measure, int | None]:
         raise PoundingError(
             f"intensity {intensity!r}: that building is rigid and has no period; write pga, or the other building's sa"
         )
-    if _has_storeys(results, side) or "building_damping" not in dataset.variables:
-        return sa_at(period), side
-    return sa_at(period, float(dataset["building_damping"].values[side])), side
+    if "building_damping" in dataset.variables and _is_oscillator(results, side):
+        return sa_at(period, float(dataset["building_damping"].values[side])), side
+    return sa_at(period), side
 
 
-def _has_storeys(results: Results, side: int) -> bool:
-    return "building_storeys" in results.dataset.coords and int(results.dataset["building_storeys"].values[side]) > 1
+def _is_oscillator(results: Results, side: int) -> bool:
+    """True where a building without contact is one elastic mass, at rest at first, that the record alone moves."""
+    dataset, scene = results.dataset, results.scene
+    if "building_storeys" in dataset.coords and int(dataset["building_storeys"].values[side]) > 1:
+        return False
+    name, tables = str(dataset["building"].values[side]), scene.get("building", [])
+    place = next((at for at, table in enumerate(tables) if table.get("name") == name), None)
+    if place is None:  # the text of the scene is lost
+        return True
+    is_linked = any(results.has_link(at) for at in (place - 1, place) if 0 <= at < len(tables) - 1)
+    known = set(tables[place]) <= OF_OSCILLATORS and set(scene.get("effects", {})) <= WITHOUT_EFFECT
+    return known and not is_linked and name not in yielding_buildings(scene)
 
 
 def resolved_intensity(results: Results, intensity: str) -> str:

@@ -230,6 +230,7 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
         axes[row, 0].set_ylabel(intensity_label(results.attrs["intensity"]))
     left_out += f"; no run has the demand of {', '.join(lacking)}" if lacking else ""
     lines = "thin: single motions; thick: 16, 50 and 84 % of the motions at each level, counted; dotted: thresholds"
+    lines += "; lines end before a collapse, which has no demand" if np.isinf(results["demand_ratio"]).any() else ""
     title(figure, plain(finding(results)), _of_scene(results, f"{case_words(results)}; {lines}{left_out}"), note)
     return figure
 
@@ -259,7 +260,7 @@ def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[st
                 middle = size * threshold * of_side["demand_percentile"].sel(percentile=percentile).values
                 label = f"{percentile:g} %"
                 axis.plot(middle, factor * of_side["level"].values, dash, color="black", linewidth=2.0, label=label)
-                most = max(most, float(np.nanmax(middle, initial=0.0)))
+                most = max(most, float(np.max(middle, where=np.isfinite(middle), initial=0.0)))
         for place, (state, colour) in enumerate(zip(group["state"].values, colours, strict=True)):
             limit = size * float(group["state_threshold"].isel(state=place))
             axis.axvline(limit, color=colour, linestyle=":", linewidth=1.8, label=plain(str(state)))
@@ -267,10 +268,12 @@ def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[st
     usual = float(np.nanmedian(sides["with"])) if np.isfinite(sides["with"]).any() else 0.0
     right = min(1.15 * most, max(BEYOND * widest, min(1.15 * usual, FARTHEST * widest)))
     for axis, (side, values) in zip(panels, sides.items(), strict=True):
-        beyond, words = values[values > right], ""
+        beyond, fell, words = values[(values > right) & np.isfinite(values)], int(np.isinf(values).sum()), ""
         if beyond.size:
-            largest = f"{float(f'{beyond.max():.3g}'):.6g}" if np.isfinite(beyond.max()) else "∞"
+            largest = f"{float(f'{beyond.max():.3g}'):.6g}"
             words = f"; {beyond.size} of {values.size} demands beyond the axis, up to {largest} {name}".rstrip()
+        if fell:
+            words += (";\n" if words else "; ") + f"{fell} of {values.size} runs collapse"
         axis.set_title(f"{side} pounding{words}", fontsize=9.5)
         axis.set_xlim(0.0, right)
         axis.set_ylim(bottom=0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
 from math import inf
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk.models.contact.table import TABULATED, beyond_end
 from pounding_risk.results.attributes import unreadable
-from pounding_risk.results.layout import streamed
+from pounding_risk.results.layout import blocks, streamed, template_of
+from pounding_risk.results.layout import place as place_of_block
 from pounding_risk.units import FLOOR_LENGTH, GAP, PERIOD, TIME, USUAL_FLOOR_LENGTH, QuantityError, parse, say
 
 if TYPE_CHECKING:
@@ -26,7 +28,7 @@ Array = NDArray[np.float64]
 WALL = 0.11  # s; 0.0488 h^0.75 of one storey of 3 m (ASCE 7-16, equation 12.8-7): stiffer buildings represent walls
 LONGEST_CONTACT = 0.5  # of the period of a building, by when its own stiffness reverses it
 CRUSHED = 0.0035  # strain at which concrete crushes (EN 1992-1-1, table 3.1, to C50/60)
-OF_POINTS = "contact_point_peak_penetration"
+OF_POINTS = "contact_point_peak_closing"
 ANY_LENGTH = FLOOR_LENGTH._replace(open_low=False)
 PUSHING = "floors push rather than collide; a stiffness too small?"
 
@@ -61,13 +63,13 @@ def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
         inf if between.table is None or TABULATED not in (model, between.contact_model) else between.table.end
         for between in study.interfaces
     ]
+    depths = _depths(run, "peak_closing").values.tolist()
     notes += [
-        _beyond_bumper(float(run["peak_penetration"][place]), length)
-        for place, (length, between) in enumerate(zip(study.bumpers, study.interfaces, strict=False))
+        _beyond_bumper(depth, length)
+        for depth, length, between in zip(depths, study.bumpers, study.interfaces, strict=False)
         if TABULATED not in (model, between.contact_model)
     ]
-    depths = run["peak_closing"].values - run["interface_gap"].values
-    notes += [beyond_end(float(depth), end) for depth, end in zip(depths, ends, strict=True)]
+    notes += [beyond_end(depth, end) for depth, end in zip(depths, ends, strict=True)]
     return tuple(filter(None, notes))
 
 
@@ -77,7 +79,7 @@ def _of_contacts(results: xr.Dataset, lengths: list[float], tabulated: dict[int,
     ``lengths`` are those of the floors of each building [m], 0 where the scene gives none; ``tabulated`` the tables of
     the interfaces with a table of forces.
     """
-    names = ("peak_penetration", "contact_time", "impact_count", "building_period")
+    names = ("peak_closing", "contact_time", "impact_count", "building_period")
     if any(name not in results.variables for name in names) or "interface" not in results.dims:
         return
     # Where the periods differ along an axis, there is no one limit of how long a contact lasts.
@@ -92,6 +94,20 @@ def _of_contacts(results: xr.Dataset, lengths: list[float], tabulated: dict[int,
         yield from lasting.words()
 
 
+def _depths(results: xr.Dataset, name: str, where: Mapping[str, Any] = MappingProxyType({})) -> xr.DataArray:
+    """How much further than the gap the faces close at places of a dataset [m], by one of its peak closings.
+
+    That is all by which they are deformed: `peak_penetration` counts from a gap that permanent indentations widened.
+    """
+    gaps = results["interface_gap" if "interface_gap" in results.variables else "gap"]
+    if name == OF_POINTS and "interface" in gaps.dims:
+        gaps = gaps.isel(interface=results["contact_point_interface"].variable)
+    closing, gaps = (
+        each.isel({dim: at for dim, at in where.items() if dim in each.dims}) for each in (results[name], gaps)
+    )
+    return closing - gaps  # a drawn gap lies along the samples too
+
+
 def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[str]:
     """A note for each interface at which cases go deeper than the last point of its table of forces."""
     if not tabulated or "peak_closing" not in results.variables:
@@ -104,11 +120,9 @@ def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[s
         if not chosen:
             continue
         end, count, deepest = parse(between["table"]["penetration"][-1], GAP), 0, 0.0
-        closing = results["peak_closing"].isel(interface=place, contact_model=chosen)
-        has_own_gaps = "interface_gap" in results.variables
-        gaps = results["interface_gap"].isel(interface=place) if has_own_gaps else results["gap"]
         for at in range(results.sizes["gap"]):
-            depth = (closing.isel(gap=at) - gaps.isel(gap=at)).values  # a drawn gap lies along the samples too
+            chosen_cases = {"interface": place, "contact_model": chosen, "gap": at}
+            depth = _depths(results, "peak_closing", chosen_cases).values
             count += int((depth > end).sum())
             deepest = max(deepest, float(np.nanmax(depth, initial=0.0)))
         if words := beyond_end(deepest, end):
@@ -117,14 +131,13 @@ def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[s
 
 def _beyond_bumpers(results: xr.Dataset) -> Iterator[str]:
     """A note for each interface at which cases go deeper than its bumpers are long, under laws without a table."""
-    if "interface_bumper" not in results.variables or "peak_penetration" not in results.variables:
+    if "interface_bumper" not in results.variables or "peak_closing" not in results.variables:
         return
     laws = [at for at, name in enumerate(results["contact_model"].values) if str(name) != TABULATED]
-    depths = results["peak_penetration"].isel(contact_model=laws)
     for place, name in enumerate(results["interface"].values):
         length, count, excess = results["interface_bumper"].isel(interface=place), 0, (0.0, 0.0)
         for gap in range(results.sizes["gap"]):
-            depth = depths.isel(interface=place, gap=gap)
+            depth = _depths(results, "peak_closing", {"interface": place, "contact_model": laws, "gap": gap})
             past = depth.where((depth > length) & (length > 0.0))
             count += int(past.notnull().sum())
             if past.notnull().any():  # samples have each its own length
@@ -145,13 +158,14 @@ def _beyond_bumper(depth: float, length: float) -> str:
 
 
 def _deepest(results: xr.Dataset) -> tuple[float, float]:
-    """Largest penetration between floors, or masses, and of a floor into a column [m]; 0 where there is none."""
+    """Largest deformation of floors, or masses, and of a column by a floor [m]; 0 where there is none."""
     has_points = OF_POINTS in results.variables and "contact_point_kind" in results.variables
-    name = OF_POINTS if has_points else "peak_penetration"
+    name = OF_POINTS if has_points else "peak_closing"
     is_column = np.atleast_1d(results["contact_point_kind"].values == "column") if has_points else np.zeros(1, bool)
     floors, columns = 0.0, 0.0
-    for piece in streamed(results, [name]):
-        depths = piece[name].reshape(-1, is_column.size)
+    template = template_of(results)
+    for where in [place_of_block(template, block) for block in blocks(template)] if name in template.cases else [{}]:
+        depths = _depths(results, name, where).values.reshape(-1, is_column.size)
         floors = max(floors, float(np.nanmax(depths[:, ~is_column], initial=0.0)))
         columns = max(columns, float(np.nanmax(depths[:, is_column], initial=0.0)))
     return floors, columns

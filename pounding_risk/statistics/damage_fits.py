@@ -8,7 +8,8 @@ All three give the median θ and the dispersion β of P(reached | im) = Φ(ln(im
   above that; that of a demand which jumps lies anywhere between two levels. Maximum likelihood counts them as such
   (Tobin 1958, Olsen 1978; concave for intervals too, Burridge 1981);
 - cloud: from the regression ln demand = a + b ln im + ε (Cornell et al. 2002, Jalayer 2003): θ is where the median
-  demand is the threshold, exp(−a/b) with demands over the threshold, and β = σ/b.
+  demand is the threshold, exp(−a/b) with demands over the threshold, and β = σ/b. A collapse, which has no demand, has
+  no place in it.
 
 Standard errors hold for recordings whose motions are not independent (sandwich by recording). `drawn` fits many
 weighted samples at once, for a bootstrap of recordings.
@@ -42,7 +43,7 @@ class Observed(NamedTuple):
     """Intensities and demands over the threshold of a state, (motions, levels), and the motions' recordings."""
 
     ims: Array
-    ratios: Array  # NaN where a run failed
+    ratios: Array  # NaN where a run failed, infinite where the building collapsed
     recordings: Labels  # (motions,) from 0 without gaps
     shown: Shown = curves.plain  # writes an intensity in a sentence
     jumps: bool = False  # the demand is no straight line between levels: it begins with a touch, or ends at a cap
@@ -72,7 +73,7 @@ def capacities(ims: Array, ratios: Array, jumps: bool = False) -> Capacities:
     reached_at, status = np.full(len(ims), np.nan), np.full(len(ims), NONE, dtype=np.int8)
     falls_back, below = np.zeros(len(ims), dtype=bool), np.full(len(ims), np.nan)
     for motion, (all_ims, all_ratios) in enumerate(zip(ims, ratios, strict=True)):
-        known = np.flatnonzero(np.isfinite(all_ratios))
+        known = np.flatnonzero(~np.isnan(all_ratios))
         known = known[np.argsort(all_ims[known], kind="stable")]
         im, ratio = all_ims[known], all_ratios[known]
         reached = ratio >= 1.0
@@ -86,7 +87,7 @@ def capacities(ims: Array, ratios: Array, jumps: bool = False) -> Capacities:
         if first == 0:
             reached_at[motion], status[motion] = im[0], BELOW
             continue
-        if jumps:
+        if jumps or np.isinf(ratio[first]):  # a line to a collapse has no crossing
             reached_at[motion], status[motion], below[motion] = im[first], BETWEEN, im[first - 1]
             continue
         share = (1.0 - ratio[first - 1]) / (ratio[first] - ratio[first - 1])
@@ -99,7 +100,7 @@ def capacities(ims: Array, ratios: Array, jumps: bool = False) -> Capacities:
 
 def fit_stripes(observed: Observed) -> Fit:
     """The fit to who reaches the state, over all runs that did not fail."""
-    known = np.isfinite(observed.ratios)
+    known = ~np.isnan(observed.ratios)
     if not known.any():
         return Fit(fault="no run is known")
     labels = np.broadcast_to(observed.recordings[:, None], known.shape)[known]
@@ -110,7 +111,7 @@ def drawn_stripes(observed: Observed, weights: Array) -> Array:
     """ln θ and β of each weighted sample, (samples, 2), by Newton's steps for all at once; NaN where there is none."""
     from scipy.sparse import csr_matrix
 
-    motion, level = np.nonzero(np.isfinite(observed.ratios))
+    motion, level = np.nonzero(~np.isnan(observed.ratios))
     levels, columns = np.unique(observed.ims[motion, level], return_inverse=True)
     reached = (observed.ratios[motion, level] >= 1.0).astype(float)
     shape = (len(observed.ims), levels.size)
@@ -172,7 +173,7 @@ def fit_ida(observed: Observed) -> Fit:
     inverse = jacobian @ np.linalg.inv(np.array([[top.sum(), side.sum()], [side.sum(), low.sum()]]))
     spread = inverse @ curves.by_recording(np.stack([slopes[0][0], slopes[1][0]], axis=1), labels)
     fitted = curves.fit_of(middle + scale * delta / gamma, scale / gamma, inverse @ jacobian.T, spread)
-    tested = observed.ims[np.isfinite(observed.ratios)]
+    tested = observed.ims[~np.isnan(observed.ratios)]
     return curves.fit_or_fault(fitted, _curve_fault(fitted, tested, observed.shown))
 
 
@@ -318,7 +319,7 @@ def _densities_at_ends(up: Array, down: Array) -> tuple[Array, Array]:
 
 def fit_cloud(observed: Observed) -> Fit:
     """The fit of the regression of ln demand on ln im over all runs that did not fail."""
-    known = np.isfinite(observed.ratios)
+    known = ~np.isnan(observed.ratios)
     labels = numbered(np.broadcast_to(observed.recordings[:, None], known.shape)[known])
     with np.errstate(divide="ignore"):
         log_im, log_demand = np.log(observed.ims[known]), np.log(observed.ratios[known])
@@ -351,6 +352,9 @@ def _cloud_fault(log_im: Array, log_demand: Array, labels: Labels) -> str:
     zeros = int(np.isneginf(log_demand).sum())
     if zeros:
         return f"the demand is 0 in {zeros} of {log_demand.size} runs, which has no logarithm; take stripes"
+    if fell := int(np.isposinf(log_demand).sum()):
+        why = "whose demand is not known; take stripes, which count them as reached"
+        return f"the building collapses in {fell} of {log_demand.size} runs, {why}"
     if np.ptp(labels) == 0:
         return ALONE
     if curves.of_one_intensity(np.exp(log_im)):

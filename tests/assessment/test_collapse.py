@@ -7,6 +7,7 @@ from math import inf
 import numpy as np
 import pytest
 from explorer_page import unpacked
+from figure_words import words_of
 from scenes import scene_text, storeyed
 from scipy.optimize import minimize
 from scipy.special import log_ndtr
@@ -265,3 +266,30 @@ def test_a_gap_at_which_pounding_makes_a_storey_collapse_is_not_shown_to_be_enou
     motions = motions_of(Results(struck).interfaces[1][1])
     needs = [motions.run.above(closing) for closing in motions.closing[fell[:, 1], 0].tolist()]
     assert needs == pytest.approx([0.3, 0.3]) and motions.finite.all()
+
+
+def test_a_collapse_is_an_infinite_demand(tmp_path):
+    """It was 10 times the threshold: of a threshold of 0.01 % less than the drift of frames that stand."""
+    grid = {"pga": ["0.2 g", "0.6 g", "0.8 g"]}
+    table = '[[damage]]\nname = "frame"\nbuilding = "frame"\ndrift = "0.01 %"\n'
+    results = pr.scan(scene_text(FRAME, WALL, effects=INELASTIC, gap="40 mm", records=RECORDS, grid=grid) + table)
+    fell = (results["status"].squeeze(drop=True) > 0).transpose("record", "pga").values
+    heights = np.array([3.2, 3.2])[:, None, None]
+    drifts = results["storey_drift"].squeeze(drop=True).sel(building="frame").isel(storey=slice(2))
+    own = np.where(fell, inf, (drifts.transpose("storey", "record", "pga").values / heights).max(axis=0) / 1e-4)
+    pr.damage(results).pounding.save(tmp_path / "d.nc")
+    found = pr.open_results(tmp_path / "d.nc").sel(state="frame", pounding="with")
+    ratios = found["demand_ratio"].squeeze(drop=True).transpose("record", "level").values
+    np.testing.assert_allclose(ratios, own, rtol=1e-12)
+    assert ratios[~fell].max() > 10.0
+    # Of six motions 16, 50 and 84 % lie at places 0.8, 2.5 and 4.2 of those in rising order, from 0.
+    ranked, shares = np.sort(own, axis=0), found["demand_percentile"].values
+    assert fell.sum(axis=0).tolist() == [0, 3, 5]
+    np.testing.assert_allclose(shares[0, :2], ranked[0, :2] + 0.8 * (ranked[1, :2] - ranked[0, :2]), rtol=1e-12)
+    np.testing.assert_allclose(shares[1, 0], 0.5 * (ranked[2, 0] + ranked[3, 0]), rtol=1e-12)
+    assert np.isinf(shares).tolist() == [[False, False, True], [False, True, True], [False, True, True]]
+    told = pr.damage(results, method="cloud")["fault"].sel(state="frame", pounding="with").item()
+    assert "collapses in 8 of 18 runs" in told and "take stripes" in told
+    figure = pr.figures.ida_figure(pr.open_results(tmp_path / "d.nc"))
+    assert "8 of 18 runs collapse" in figure.axes[0].get_title()
+    assert "lines end before a collapse" in words_of(figure)

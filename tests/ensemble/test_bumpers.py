@@ -1,5 +1,6 @@
 """Bumpers in the gap: contact where the rest of the gap has closed, and gaps that count their length."""
 
+import json
 from math import asin, pi
 
 import numpy as np
@@ -144,6 +145,25 @@ def test_what_is_deeper_than_they_are_long_is_told():
     assert not any("bumpers are long" in note for note in Results(none).notes)
 
 
+def test_what_they_are_crushed_to_counts_what_stays():
+    """With permanent_set a later contact begins in the dent, and its penetration is less than the bumpers are long."""
+    keys = {
+        "law": "viscous_elastoplastic",
+        "stiffness": "5e9 N/m^1.5",
+        "yield_force": "400 kN",
+        "effects": {"permanent_set": {}},
+    }
+    records = {"names": ["RSN6-180"], "window": ["0 s", "12 s"], "pga": "0.6 g"}
+    text = scene_text(*MASSES, gap="175 mm", bumper_length="160 mm", records=records, **keys)
+    run, results = pr.simulate(text), pr.scan(text)
+    closing = run["displacement"].isel(building=0) - run["displacement"].isel(building=1)
+    crushed = 1e3 * (float(closing.max()) - 0.015)  # less the clear gap
+    assert float(run["peak_penetration"].max()) < 0.16
+    for notes in (json.loads(run.attrs["notes"]), Results(results).notes):
+        (note,) = (each for each in notes if "bumpers are long" in each)
+        assert f"penetration of {crushed:.3g} mm is more than the bumpers are long, 160 mm" in note
+
+
 @pytest.mark.parametrize(
     "keys", [{"gap": "20 mm", "bumper_length": "40 mm"}, {"gap": "20 mm", "bumper_length": "-1 mm"}], ids=str
 )
@@ -177,9 +197,10 @@ def test_the_deepest_contact_is_told_beside_the_length_of_its_own_sample():
     """Of two samples the one with the shorter bumpers goes deeper; the longer length is another sample's."""
     soft = {"law": "linear", "stiffness": "2 MN/m"}
     deep = scanned(*MASSES, gaps=WITH_SHORT, bumper_length=SHORT, **soft)
-    depth = 0.5 * deep["peak_penetration"] / deep["peak_penetration"].max()
-    depths = xr.concat([depth, 0.9 * depth], "sample")
+    depth = deep["peak_closing"] - deep["gap"]
+    depth = 0.5 * depth / depth.max()
+    closings = xr.concat([depth, 0.9 * depth], "sample") + deep["gap"]
     lengths = xr.DataArray([[0.02], [0.3]], dims=("sample", "interface"))
-    drawn = deep.assign(peak_penetration=depths).assign_coords(interface_bumper=lengths)
+    drawn = deep.assign(peak_closing=closings).assign_coords(interface_bumper=lengths)
     (note,) = _beyond_bumpers(drawn)
     assert "penetration of 500 mm is more than the bumpers are long, 20 mm" in note

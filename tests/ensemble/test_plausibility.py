@@ -306,7 +306,7 @@ def test_the_dataset_keeps_the_notes_on_its_input_and_those_on_contacts_follow_f
 
 def test_a_penetration_that_crushes_whole_floors_is_told(results):
     """0.0035 of two floors of 20 m, as advise assumes, is 140 mm; of the floors that a scene gives, it is theirs."""
-    deep = results.assign(peak_penetration=results["peak_penetration"].where(results["gap"] > 0.0, 0.15))
+    deep = results.assign(peak_closing=results["peak_closing"].where(results["gap"] > 0.0, 0.15))
     (said,) = (each for each in Results(deep).notes if "penetration" in each)
     assert said.startswith(
         "the deepest contact has a penetration of 150 mm; from 140 mm on, floors of 20 m and 20 m are crushed through "
@@ -314,7 +314,7 @@ def test_a_penetration_that_crushes_whole_floors_is_told(results):
     )
     floors = results.attrs["scene_resolved"].replace("damping =", 'floor_length = "25 m"\ndamping =')
     assert not any("penetration" in each for each in Results(deep.assign_attrs(scene_resolved=floors)).notes)
-    less = deep.assign(peak_penetration=deep["peak_penetration"].clip(max=0.139))
+    less = deep.assign(peak_closing=deep["peak_closing"].clip(max=0.139))
     assert not any("penetration" in each for each in Results(less).notes)
 
 

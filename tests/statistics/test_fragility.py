@@ -314,6 +314,18 @@ def test_a_cap_at_the_threshold_does_not_move_the_median():
     assert fitted.median == pytest.approx(counted.median, rel=0.25 * error)
 
 
+@pytest.mark.parametrize("method", ["stripes", "ida"])
+def test_a_collapse_exceeds_every_threshold(method):
+    """What is infinite counts as any demand above the threshold, in an interval between two levels."""
+    seen, kind = motions(noise=0.1)._replace(jumps=True), fits.METHODS[method]
+    fallen = seen._replace(ratios=np.where(seen.ratios > 1.5, np.inf, seen.ratios))
+    assert kind.fit(fallen) == kind.fit(seen)
+    weights = fits.bootstrap_weights(seen.recordings, 5, 5)
+    np.testing.assert_array_equal(kind.drawn(fallen, weights), kind.drawn(seen, weights))
+    first = fits.capacities(np.array([[1.0, 2.0]]), np.array([[0.5, np.inf]]))  # no line leads to a collapse
+    assert (first.status[0], first.below[0], first.reached_at[0]) == (fits.BETWEEN, 1.0, 2.0)
+
+
 def test_intervals_that_share_an_intensity_have_no_dispersion():
     ims = np.tile([1.0, 2.0, 3.0], (4, 1))
     alike = fits.Observed(ims, np.tile([0.5, 0.5, 2.0], (4, 1)), np.arange(4), jumps=True)
@@ -434,6 +446,7 @@ def test_why_there_is_no_curve():
         (fits.fit_stripes(nothing), "no run is known"),
         (fits.fit_stripes(weak), "none of the"),
         (fits.fit_cloud(still), "the demand is 0 in"),
+        (fits.fit_cloud(seen._replace(ratios=np.where(seen.ratios > 1.0, np.inf, seen.ratios))), "take stripes"),
         (fits.fit_cloud(falling), "the demands fall with the intensity"),
         (fits.fit_cloud(one_level), "all motions have one intensity"),
         (fits.fit_cloud(fits.Observed(seen.ims[:1, :2], seen.ratios[:1, :2], alone[:1])), "2 runs are known"),

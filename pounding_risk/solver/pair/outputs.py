@@ -66,7 +66,11 @@ RUN: dict[str, Output] = {
     ),
     "peak_closing": Output("m", "largest u_left - u_right towards contact", _column(HIGH)),
     "peak_opening": Output("m", "largest u_right - u_left, away from contact", lambda raw, _: -raw[..., LOW]),
-    "peak_penetration": Output("m", "largest penetration of any contact", _column(counters.PENETRATION)),
+    "peak_penetration": Output(
+        "m",
+        "largest penetration of any contact, from the gap as permanent indentations widen it",
+        _column(counters.PENETRATION),
+    ),
     "impact_count": Output("1", "contacts, each from touch to parting", _column(counters.COUNT), whole=True),
     "first_impact_time": Output("s", "time of the first touch; NaN without contact", _column(counters.FIRST_TOUCH)),
     "contact_time": Output("s", "duration of all contacts together", _column(counters.CONTACT_TIME)),
