@@ -27,6 +27,7 @@ NEIGHBOURS = "neighbours.csv"
 ROUNDED = 6  # decimals of a metre
 FINEST_GAP = 4  # decimals of a metre: no survey resolves less than 0.1 mm
 LISTED = 5  # neighbours that a note names
+SAME = 0.95  # of the larger of two footprints, which are one building drawn twice where they have so much in common
 PARTIAL = 0.5  # share of the shorter front; neighbours that face each other over less are noted
 ACROSS = "across the axis of the street"
 CORNER = "corner to corner"
@@ -74,7 +75,7 @@ def floors(one: House, other: House, tolerance: float | None = None) -> Floors:
         if level <= lower + rule.largest
     ]
     miss = sum(point[2] == COLUMN for point in points)
-    return Floors(len(points) - miss, miss, max(offsets))
+    return Floors(len(points) - miss, miss, round(max(offsets), ROUNDED))
 
 
 class Neighbours(NamedTuple):
@@ -347,6 +348,22 @@ class Street(NamedTuple):
         left, right = (self.houses[number].footprint for number in pair[:2])
         return not left.intersection(right).buffer(-0.5 * self._overlap).is_empty
 
+    def _overlap_words(self, left: int, right: int, gap: float) -> str:
+        """What is wrong with two that overlap: one is listed twice where footprints, or else walls, are the same."""
+        one, other = self.houses[left], self.houses[right]
+        if one.footprint is None or other.footprint is None:
+            is_same = one.walls == other.walls
+        else:
+            common = one.footprint.intersection(other.footprint).area
+            is_same = common > SAME * max(one.footprint.area, other.footprint.area)
+        if is_same:
+            return "stand in the same place, as one building that is listed twice; leave one of the two out"
+        return (
+            f"overlap by {say(-gap, GAP, 3)} along the street, {say(self._overlap, GAP)} are allowed to the survey; "
+            "correct the walls, state the direction of the street (--axis), or give a building behind the others a "
+            "street of its own"
+        )
+
     def _held(self, beside: Iterable[Facing], reasons: dict[frozenset[int], str]) -> list[Facing]:
         """The pairs that are neighbours: at most one on each side of a building, with the gap that holds."""
         limit, adjacent = self.rules.limit, []
@@ -354,11 +371,8 @@ class Street(NamedTuple):
         rounded = [pair._replace(gap=round(pair.gap, FINEST_GAP) + 0.0) for pair in beside]
         for left, right, gap, *_ in rounded:
             if gap < -self._overlap:
-                self.notes.faults.append(
-                    f"{self._named(left)} and {self._named(right)}: overlap by {say(-gap, GAP, 3)} along the street, "
-                    f"{say(self._overlap, GAP)} are allowed to the survey; correct the walls, state the direction of "
-                    "the street (--axis), or give a building behind the others a street of its own"
-                )
+                words = self._overlap_words(left, right, gap)
+                self.notes.faults.append(f"{self._named(left)} and {self._named(right)}: {words}")
         for pair in _in_line(_unhidden(rounded), limit):
             gap = self._gap(pair)
             if gap < limit:

@@ -116,7 +116,9 @@ class Block(ShortRepr):
             off = say(self.resolution.size, GAP, 3)
             return f"measured gaps are uniform within {off} of the distance of the walls ({self.resolution.words})"
         if not self.has_footprints:
-            return "gaps are those of the table, or the stated one where it has none"
+            if all(isnan(house.walls[0]) for house in self.houses):
+                return "gaps are those of the table, or the stated one where it has none"
+            return "gaps are those of the table or the distances of its walls, or the stated one where it has neither"
         if self.resolution.size == 0.0:
             return "gaps are the distances of the walls, which are taken for known (as stated)"
         option = "--resolution, resolution in Python, makes them distributions"

@@ -320,6 +320,7 @@ CSV_FAULTS = {
     "a name twice": HEAD + "A,12,3,masonry,9,\nA,12,3,masonry,9,\n",
     "walls changed": "name,storeys,floor mass [t],left wall [m],right wall [m]\nA,3,80,5,2\n",
     # By their walls C overlaps no other, and A, B and C are a row.
+    "walls twice": "name,storeys,floor mass [t],left wall [m],right wall [m]\nA,3,80,0,9\nB,3,80,0,9\n",
     "walls of some": "name,storeys,floor mass [t],left wall [m],right wall [m]\n"
     "C,3,80,20.02,30\nA,3,80,0,10\nD,3,80,,\nB,3,80,10.03,20\n",
     "a gap that the walls contradict": "name,storeys,floor mass [t],left wall [m],right wall [m],gap [mm]\n"
@@ -353,6 +354,7 @@ GEOJSON_FAULTS = {
     "a wall beside the footprint": [feature([SQUARE], **{"left wall [m]": 3})],
     "a height that is true": [feature([SQUARE], **{"height [m]": True})],
     "an overlap": [feature([SQUARE]), feature([shifted(8.0)], "B")],
+    "a building twice": [feature([SQUARE]), feature([shifted(10.02)], "B"), feature([shifted(0.01)], "C")],
     "a gap that the walls contradict": [feature([SQUARE], **{"gap [mm]": 300}), feature([shifted(10.02)], "B")],
 }
 
@@ -684,6 +686,17 @@ def test_every_row_has_a_scene_of_its_own(tmp_path):
     text += "".join(f"{name} {side},{name},9,80\n" for name in ("Main St", "Main St.", "Main St 2") for side in "ab")
     block = read(tmp_path, text)
     assert len(set(block.file_names())) == len(block.rows) == len(block.scenes(["RSN6-180"])) == 3
+
+
+def test_gaps_and_floors_of_a_table_with_walls_are_told(tmp_path):
+    """Storeys of 10 ft, whose levels differ by less than 1e-12 m in a float, and walls 20 mm apart."""
+    head = "name,height [ft],storeys,floor mass [t],left wall [m],right wall [m]\n"
+    (tmp_path / "ft.csv").write_text(f"{head}A,40,4,80,0,10\nB,50,5,80,10.02,20\n", encoding="utf-8")
+    told = commands.run("block", tmp_path / "ft.csv", "-o", tmp_path / "out").stdout
+    assert "distances of its walls" in told and "µm" not in told
+    with (tmp_path / "out" / "neighbours.csv").open(newline="") as file:
+        (pair,) = csv.DictReader(file)
+    assert (pair["clear distance [m]"], pair["largest offset of floors [m]"]) == ("0.02", "0")
 
 
 def test_the_tolerance_of_the_scenes_is_that_of_the_floors_told(tmp_path):
