@@ -246,8 +246,9 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
 
 
 def _known(results: xr.Dataset) -> xr.Dataset:
-    """The states that any run has the demand of."""
-    return results.isel(state=np.flatnonzero((results["runs"] > 0).any(["pounding", "level"])))
+    """The states that any run has the demand of; all where none has."""
+    known = np.flatnonzero((results["runs"] > 0).any(["pounding", "level"]))
+    return results.isel(state=known) if known.size else results
 
 
 def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[str]) -> None:

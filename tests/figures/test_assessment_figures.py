@@ -268,6 +268,8 @@ def test_states_without_a_curve_are_said_to_have_none_over_the_intensities_of_th
     for axis in (upper, lower):
         left, right = axis.get_xlim()
         assert 0.5 * low < left <= low < high <= right < 2.0 * high
+    unknown = bare.assign(runs=0 * bare["runs"])  # of no state is any run known
+    assert "No curve" in damage_figure(unknown).axes[0].texts[0].get_text()
 
 
 def test_a_report_has_a_section_on_the_states(folder):
