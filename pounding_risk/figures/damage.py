@@ -72,9 +72,11 @@ def damage_figure(results: xr.Dataset, note: str = "", *, titled: bool = True) -
     _scale_ratios(panels[:, 1])
     for axis in panels[-1, len(groups) == 1 :]:
         axis.set_xlabel(intensity_label(results.attrs["intensity"]))
-    im = results["im"].values
-    if im[-1] > 3.0 * im[0]:
-        for axis in figure.axes:
+    _, factor = intensity_shown(results.attrs["intensity"])
+    im = factor * results["im"].values
+    for axis in panels.flat:
+        axis.update_datalim(np.column_stack([im, im]), updatey=False)  # without any curve too
+        if im[-1] > 3.0 * im[0]:
             axis.set_xscale("log")
             logarithmic(axis, "x", *axis.get_xlim())
     if titled:
@@ -129,6 +131,13 @@ def _draw_fragilities(axis: Any, group: xr.Dataset, looks: Mapping[str, tuple[st
                 look: dict[str, Any] = {"color": colour, "markerfacecolor": fill, "markersize": 5, "alpha": 0.8}
                 axis.plot(factor * curve["level"].values, shares, mark, **look)
     axis.set(ylabel="probability of the state [1]", ylim=(-0.02, 1.02))
+    if _is_empty(group):
+        message(axis, f"No curve: {group['fault'].values.flat[0]}")
+
+
+def _is_empty(group: xr.Dataset) -> bool:
+    """True where no state has a curve, nor shares at levels."""
+    return not _has_levels(group) and not bool(np.isfinite(group["probability"]).any())
 
 
 def _draw_ratios(axis: Any, group: xr.Dataset, looks: Mapping[str, tuple[str, str]]) -> None:
@@ -146,9 +155,11 @@ def _draw_ratios(axis: Any, group: xr.Dataset, looks: Mapping[str, tuple[str, st
 
 
 def _legend(group: xr.Dataset, looks: Mapping[str, tuple[str, str]], *, short: bool) -> list[Any]:
-    """The look of each state, and of the curves with pounding and without."""
+    """The look of each state, and of the curves with pounding and without; nothing where there are none."""
     from matplotlib.lines import Line2D
 
+    if _is_empty(group):
+        return []
     handles = []
     for state, words in zip(group["state"].values, group["state_words"].values, strict=True):
         colour, mark = looks[str(state)]
@@ -236,8 +247,9 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
 
 
 def _known(results: xr.Dataset) -> xr.Dataset:
-    """The states that any run has the demand of."""
-    return results.isel(state=np.flatnonzero((results["runs"] > 0).any(["pounding", "level"])))
+    """The states that any run has the demand of; all where none has."""
+    known = np.flatnonzero((results["runs"] > 0).any(["pounding", "level"]))
+    return results.isel(state=known) if known.size else results
 
 
 def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[str]) -> None:

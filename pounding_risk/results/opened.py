@@ -210,16 +210,19 @@ class Results:
     def gaps(self) -> xr.DataArray:
         """Gaps (gap, interface) [m] of a row: a grid may vary the gap of one interface only.
 
-        Of an interface whose gap differs from sample to sample it is the one that the scene states.
+        Of an interface whose gap differs from sample to sample it is the one that the scene states; that of the first
+        sample where the text of the scene is lost.
         """
         if "interface_gap" not in self.dataset.variables:
             gaps = self.dataset["gap"].expand_dims(interface=self.dataset["interface"].values)
             return gaps.transpose("gap", "interface")
-        of_places = self.dataset["interface_gap"].transpose("gap", "interface", ...)
+        of_places = self.dataset["interface_gap"].broadcast_like(self.dataset["gap"]).transpose("gap", "interface", ...)
         along = of_places.dims[2:]
         if not along:
             return of_places
         first = of_places.isel(dict.fromkeys(along, 0)).reset_coords(drop=True)  # without the gaps of one sample
+        if not self.scene.get("interface"):
+            return first
         stated = [self._stated_gap(at) for at in range(first.sizes["interface"])]
         return first.copy(data=np.where((of_places == first).all(along), first, stated))
 

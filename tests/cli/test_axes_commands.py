@@ -114,9 +114,14 @@ OF_ONE_PLACE = (
 
 
 def test_a_row_of_uncertain_gaps_has_the_gaps_that_its_scene_states(samples):
-    found = Results(open_results(samples))
+    """Also of one gap of the grid; without the text of the scene those of the first sample."""
+    dataset = open_results(samples)
+    found = Results(dataset)
     assert found.gaps.values.tolist() == [[0.005, 0.01], [0.04, 0.01]]
     assert (found.varied_interface, found.scene_place) == (0, 0)
+    assert Results(dataset.isel(gap=1).expand_dims("gap")).gaps.values.tolist() == [[0.04, 0.01]]
+    lost = dataset.assign_attrs(scene_resolved="")
+    np.testing.assert_array_equal(Results(lost).gaps, dataset["interface_gap"].isel(sample=0))
 
 
 @pytest.mark.parametrize("line", [*ANSWERING, *OF_ONE_PLACE])

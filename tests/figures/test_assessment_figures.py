@@ -253,6 +253,25 @@ def test_every_curve_of_many_states_has_a_look_of_its_own_in_its_panel(folder, d
     assert ("more states not drawn" in caption) == (left_out > 0)
 
 
+@pytest.mark.filterwarnings("error::UserWarning")
+def test_states_without_a_curve_are_said_to_have_none_over_the_intensities_of_the_motions(folder):
+    """One level of which two motions are known: nothing is drawn, and the axis has a range all the same."""
+    results = pr.damage(folder / "scan.nc", method="ida").isel(level=[0])
+    why = "2 runs are known: a cloud needs 3 at least"
+    bare = results.assign(
+        probability=np.nan * results["probability"], fault=results["fault"].copy(data=[[why] * 2] * 3)
+    )
+    figure = damage_figure(bare)
+    upper, lower = figure.axes
+    assert " ".join(upper.texts[0].get_text().split()) == f"No curve: {why}" and not upper.get_legend().get_texts()
+    low, high = (float(results["im"][end]) / 9.80665 for end in (0, -1))  # g
+    for axis in (upper, lower):
+        left, right = axis.get_xlim()
+        assert 0.5 * low < left <= low < high <= right < 2.0 * high
+    unknown = bare.assign(runs=0 * bare["runs"])  # of no state is any run known
+    assert "No curve" in damage_figure(unknown).axes[0].texts[0].get_text()
+
+
 def test_a_report_has_a_section_on_the_states(folder):
     """With the numbers of the command; none for a scene without states."""
     results = pr.open_results(folder / "scan.nc")
