@@ -7,6 +7,7 @@ threads; workers of a scan call nothing here.
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -106,7 +107,7 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     partial = partial_of(target)
     try:
         discard(partial)
-        with NETCDF:
+        with NETCDF, any_name():
             dataset.to_netcdf(partial, format="NETCDF4", engine="netcdf4", encoding=netcdf_encoding(dataset))
         move_into_place(partial, target)
     except (OSError, RuntimeError) as error:  # netCDF raises both where the disk is full
@@ -134,6 +135,17 @@ def reading(source: str | Path, kinds: tuple[type[Exception], ...] = (Exception,
         raise PoundingError(
             f"{source}: is not a readable {kind} ({type(error).__name__}: {error}); run the scan again"
         ) from None
+
+
+@contextmanager
+def any_name() -> Iterator[None]:
+    """Write labels of keys such as ``interface."B | C".gap`` without a warning that they are marked by no attribute.
+
+    A dataset that is read has them as labels again.
+    """
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "coordinate .* has a space in its name", xr.SerializationWarning)
+        yield
 
 
 def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:

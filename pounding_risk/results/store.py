@@ -23,7 +23,15 @@ from xarray.backends import NetCDF4DataStore
 
 from pounding_risk._common.files import discard, move_into_place, not_written, partial_of
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.files import NETCDF, RESULTS, check_target, fixed_texts, netcdf_encoding, zarr_library
+from pounding_risk.results.files import (
+    NETCDF,
+    RESULTS,
+    any_name,
+    check_target,
+    fixed_texts,
+    netcdf_encoding,
+    zarr_library,
+)
 from pounding_risk.results.layout import Template, blocks, place
 from pounding_risk.results.zarr_metadata import ZARR_MARK
 
@@ -223,7 +231,8 @@ class Netcdf(OnDisk):
         skeleton = self.template.skeleton
         # Opened once: HDF5 2.2 ends the process where attributes are added to a file that was closed and opened again.
         self._file = netCDF4.Dataset(self.partial, "w", format="NETCDF4")
-        skeleton.dump_to_store(NetCDF4DataStore(self._file), encoding=netcdf_encoding(skeleton))
+        with any_name():
+            skeleton.dump_to_store(NetCDF4DataStore(self._file), encoding=netcdf_encoding(skeleton))
         self._file.set_auto_maskandscale(False)
         for name in self.template.cases:
             self._create(name)

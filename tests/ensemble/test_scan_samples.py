@@ -1,9 +1,11 @@
 """Samples of uncertain numbers in a scan, with drawn motions, and added later: each is the scene that `--set` makes."""
 
 import json
+import warnings
 
 import numpy as np
 import pytest
+import xarray as xr
 from axes import equals_the_loop, same_scan
 from scenes import scene_text
 from sentences import refusal
@@ -75,11 +77,18 @@ def test_contacts_beyond_a_table_are_counted_from_the_gap_of_each_sample():
     assert f", in {beyond} cases: " in note and 0 < beyond < whole["peak_penetration"].size
 
 
-def test_gaps_of_a_row_that_are_drawn_equal_a_loop_of_set():
+def test_gaps_of_a_row_that_are_drawn_equal_a_loop_of_set(tmp_path):
+    """Written without a warning on the space in the name of the label, and read again as they were."""
     gap = {"distribution": "uniform", "low": "8 mm", "high": "12 mm"}
     text = uncertain_row_text({'interface."A | B".gap': gap}, 2, {"gap": None}, 2)
     whole = equals_the_loop(text, ("scene_resolved", "scene_sha256"), check_fraction=0.0)
     assert whole["interface_gap"].dims == ("sample", "gap", "interface")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", xr.SerializationWarning)
+        saved = save(whole, tmp_path / "saved.nc")
+        scan(parse_scene(text), tmp_path / "scanned.nc", check_fraction=0.0)
+    for path in (saved, tmp_path / "scanned.nc"):
+        assert list(open_results(path)['interface."A | B".gap'].values) == list(whole['interface."A | B".gap'].values)
 
 
 def test_files_and_shards_have_the_same_bits_and_are_run_again(tmp_path):
