@@ -43,7 +43,7 @@ from pounding_risk.motions.levels import read_measure
 from pounding_risk.results.attributes import collapsed, collapses, isolated_buildings
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import open_scan
-from pounding_risk.results.opened import Results
+from pounding_risk.results.opened import Results, yield_forces
 from pounding_risk.statistics.fragility import fit, stripes_of
 from pounding_risk.statistics.proportions import Share, numbered, shares
 from pounding_risk.statistics.required_gap import RequiredGap, RunGaps, rounded_up
@@ -95,6 +95,7 @@ class InterfaceAssessment(ShortRepr):
     scenario: tuple[Scenario, ...] = ()  # by fragility, where ground-motion fields are given
     intensity: str = "pga"  # of ``amplitude``, as an assessment takes it
     columns: tuple[str, ...] = ()  # which floor strikes which column, how often, what the model assumes then
+    column_forces: tuple[float, ...] = ()  # F_E of columns [N], finite, where floors with another meet too
 
     def required_at(self, percentile: float) -> RequiredGap:
         """The gap required by a percentile [%] of the requested ones, among them 50, 84 and 95."""
@@ -334,8 +335,9 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     levels = options.shaking.events(results)
     is_scaled = any(curve.method == SCALED and not curve.fault for curve in fragility)
     scaled = SCALED_ROW * (is_scaled and isfinite(every.run.widest))
-    fallen = collapsed(results.at_level(level).dataset, without=True)
-    counts = results.run_counts | {"unpushed": results.unpushed, "collapsed": int(fallen.sum())}
+    counts = (
+        results.run_counts | {"unpushed": results.unpushed} | _collapses(results.at_level(level), yield_gap, contact)
+    )
     verdict = judge(contact, criterion, sensitivity[0], counts, doubts)
     verdict = replace(
         verdict,
@@ -370,7 +372,22 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
         intensity=results.amplitudes.name,
         scenario=() if levels is None else tuple(scenario_of(levels, curve, confidence) for curve in fragility),
         columns=columns,
+        column_forces=_column_forces(results),
     )
+
+
+def _collapses(results: Results, gap: float, contact: Contact) -> dict[str, int]:
+    """Motions in which a storey collapses, without contact, and those that are lost as it does with contact alone."""
+    dataset = results.dataset
+    alone = collapsed(dataset, without=True)
+    case = dataset.isel(results.scene_contact | {"gap": int(np.abs(dataset["gap"].values - gap).argmin())})
+    struck = int((collapsed(case) & ~alone).sum()) if contact.lost > int(alone.sum()) else 0
+    return {"collapsed": int(alone.sum()), "struck": min(struck, contact.lost - int(alone.sum()))}
+
+
+def _column_forces(results: Results) -> tuple[float, ...]:
+    floors, columns = yield_forces(results.dataset.isel(results.scene_contact))
+    return tuple(sorted({force for force in columns if isfinite(force) and floors and force not in floors}))
 
 
 def _influences(

@@ -26,6 +26,7 @@ from pounding_risk.results.attributes import (
     no_response,
 )
 from pounding_risk.results.opened import Results
+from pounding_risk.results.variables import UNPUSHED
 from pounding_risk.statistics.proportions import Share, independent_motions, labels, logs_of, shares
 from pounding_risk.statistics.required_gap import (
     EVERY_GAP,
@@ -77,28 +78,46 @@ def motions_of(results: Results) -> Motions:
     In a row what stands further along may push a building across a gap that the motion without contact leaves open:
     ``closing`` is then the most that is closed in such a run under any contact model and F_E, with the penetration if
     they touch. If they do not, that is the gap which this motion needs, as nothing happens there before they touch;
-    where all gaps vary together it is so at this gap alone.
+    where all gaps vary together it is so at this gap alone. A motion whose run at the widest gap fails, as where
+    pounding makes a storey collapse, is not ``finite``: whether neighbours push the two together is not known.
     """
     dataset = results.dataset
     records, polarities = (list(map(str, dataset[axis].values)) for axis in ("record", "polarity"))
     closing = alone = by_amplitude(dataset["peak_closing_free"])
     is_pushed, run = "impact_count" in dataset and "interior" in dataset["building_position"].values, EVERY_GAP
+    finite, turns = _responds(results), len(polarities)
     if is_pushed:
         gaps = np.sort(dataset["gap"].values).tolist()
         run = RunGaps(gaps[-1], tuple(gaps) if len(gaps) > 1 and "interface_gap" not in dataset.variables else ())
         closing = np.fmax(alone, by_amplitude(pushed_closing(dataset, dataset["gap"], MOTION_AXES)))
-    turns = len(polarities)
-    finite = np.isfinite(by_amplitude(gaps_needed(dataset)))
+        for gap in run.steps or gaps[-1:]:
+            closing = np.where(run_failed(results, alone, gap), np.fmax(closing, gap + 2.0 * SAME_GAP), closing)
+        finite &= ~run_failed(results, alone, run.widest)
     return Motions(
         tuple(name for name in records for _ in polarities),
         tuple(polarities) * len(records),
         np.repeat(results.recordings, turns),
         results.amplitudes.values,
         closing,
-        finite & np.repeat(results.is_shaking, turns)[:, None],
+        finite,
         alone if is_pushed else None,
         run,
     )
+
+
+def _responds(results: Results) -> NDArray[np.bool_]:
+    """(motions, amplitudes) True where the record holds a motion and the response without contact is finite."""
+    shakes = np.repeat(results.is_shaking, results.dataset.sizes["polarity"])
+    return np.isfinite(by_amplitude(gaps_needed(results.dataset))) & shakes[:, None]
+
+
+def run_failed(results: Results, alone: Array, gap: float) -> NDArray[np.bool_]:
+    """Where the run at a gap of the grid fails or a storey collapses in it, with a gap that is left open alone."""
+    case = results.dataset.isel(
+        results.scene_contact | {"gap": int(np.abs(results.dataset["gap"].values - gap).argmin())}
+    )
+    failed = (case["impact_count"] == UNDEFINED) & (case["status"] != UNPUSHED)
+    return np.asarray(by_amplitude(failed), dtype=bool) & (alone <= gap)
 
 
 def pushed_closing(runs: xr.Dataset, gaps: xr.DataArray, axes: Collection[Hashable]) -> xr.DataArray:
@@ -107,20 +126,22 @@ def pushed_closing(runs: xr.Dataset, gaps: xr.DataArray, axes: Collection[Hashab
     return reach.max([axis for axis in reach.dims if axis not in axes])
 
 
-def touching(results: Results, motions: Motions, gap: float) -> NDArray[np.bool_]:
+def touching(results: Results, motions: Motions, gap: float) -> Array:
     """Whether each motion brings contact at a gap, and whether it may: (2, motions, amplitudes).
 
     Of a pair that is what it closes. In a row contact elsewhere may push buildings together or keep them from meeting:
     at a gap of the grid it is what the run with all neighbours does, under the scene's own contact model and F_E, as
-    `row.row_case` has it. At another gap, and where that run failed, it is ``closing`` of `motions_of`; a motion may
-    bring contact that no run shows to leave the gap open.
+    `row.row_case` has it. At another gap it is ``closing`` of `motions_of`; a motion may bring contact that no run
+    shows to leave the gap open. NaN and 1 where its run failed.
     """
     closes = motions.closing > gap
     at = np.flatnonzero(np.isclose(results.dataset["gap"].values, gap, rtol=0.0, atol=SAME_GAP))
     if motions.alone is None or not at.size:
-        return np.stack([closes, motions.closing > motions.run.below(gap)])
+        return np.stack([closes, motions.closing > motions.run.below(gap)]).astype(float)
     counts = by_amplitude(results.dataset["impact_count"].isel(results.scene_contact | {"gap": int(at[0])}))
-    return np.stack([np.where(counts == UNDEFINED, closes, counts > 0)] * 2)
+    failed = run_failed(results, motions.alone, gap)
+    touches = np.where(counts == UNDEFINED, closes, counts > 0)
+    return np.stack([np.where(failed, nan, touches), touches | failed])
 
 
 def by_motion(cases: xr.DataArray, inner: Sequence[str] = ()) -> Array:
@@ -176,6 +197,7 @@ class Contact(NamedTuple):
     required: dict[float, RequiredGap]  # by percentile [%]
     touched: NDArray[np.bool_]  # by motion: contact at the assessed gap
     may_touch: NDArray[np.bool_]  # or none that a run shows to be absent
+    lost: int  # motions without a finite response at this amplitude, or whose run at the gap fails
 
     @property
     def weight(self) -> float:
@@ -186,11 +208,6 @@ class Contact(NamedTuple):
     def at_gap(self) -> Share:
         """The share of the motions that close the assessed gap."""
         return next(share for share in self.shares if share.gap == self.gap)
-
-    @property
-    def lost(self) -> int:
-        """Motions without a finite response at this amplitude."""
-        return int((~self.every.finite[:, self.level]).sum())
 
     def with_lost(self, criterion: Criterion) -> tuple[Share, RequiredGap]:
         """The share at the assessed gap and the required gap, no gap being wide enough for a motion that is lost.
@@ -246,7 +263,9 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
     gap = results.scene_gap(index) if gap is None else gap
     level = results.scene_level if level is None else level
     every = motions_of(results)
-    finite = np.flatnonzero(every.finite[:, level])
+    finite = np.flatnonzero(every.finite[:, level] & ~np.isnan(touching(results, every, gap)[0, :, level]))
+    if not finite.size and every.alone is not None:  # of none is known what neighbours push: what they do alone is
+        finite = np.flatnonzero(_responds(results)[:, level])
     if not finite.size:
         at = results.amplitude_words(every.amplitudes[level])
         why = no_response(results.at_level(level).dataset, at=at)
@@ -269,11 +288,24 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
     independent = independent_motions(logs_of(closing), motions.recordings)
     weight = independent / closing.size
     gaps = np.unique([*map(float, results.dataset["gap"].values), gap]).tolist()
-    touched = np.stack([touching(results, every, width)[:, finite, level] for width in gaps], axis=2)
+    touched = np.stack([touching(results, every, width)[:, finite, level] for width in gaps], axis=2) > 0.0
     percentiles = (*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile)
     at, here = results.amplitude_words(every.amplitudes[level]), touched[:, :, gaps.index(gap)]
+    lost = len(every.finite) - finite.size
     of_gaps = [{"gap": width} for width in gaps]
     seen, possible = (shares(each.astype(float), of_gaps, weight, criterion.confidence) for each in touched)
     needs = required_gaps(closing, weight, percentiles, criterion.confidence)
     required = {need.percentile: need.in_row(every.run) for need in needs}
-    return Contact(gap, every, level, at, motions, independent, tuple(map(_up_to, seen, possible)), required, *here)
+    return Contact(
+        gap,
+        every,
+        level,
+        at,
+        motions,
+        independent,
+        tuple(map(_up_to, seen, possible)),
+        required,
+        here[0],
+        here[1],
+        lost,
+    )

@@ -5,7 +5,8 @@ Read from a dataset of `scan`; nothing here runs a case. Lengths in m, forces in
 
 from __future__ import annotations
 
-from math import isfinite
+from collections.abc import Sequence
+from math import inf, isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from pounding_risk.assessment.demands import UNDEFINED
 from pounding_risk.errors import PoundingError
 from pounding_risk.results.amplitudes import check_pga
 from pounding_risk.results.files import open_scan
-from pounding_risk.results.opened import Results
+from pounding_risk.results.opened import Results, yield_forces
 from pounding_risk.results.variables import NOT_RUN, UNPUSHED
 from pounding_risk.units import GAP, YIELD_FORCE, say, say_in, si
 
@@ -257,6 +258,23 @@ def share_of_building(case: RowCase, name: str, building: int) -> float:
     """The share of the motions with a known answer in which `any_of_building` is 1; NaN where there is none."""
     answers = any_of_building(case, name, building)
     return _mean(answers[np.isfinite(answers)])
+
+
+def yield_force_words(case: xr.Dataset) -> str:
+    """F_E of the contacts of a case in words: of floors that meet, and of columns where these have another."""
+    floors, columns = yield_forces(case)
+    others = [force for force in columns if isfinite(force) and force not in floors]
+    if min(floors, default=inf) < inf:
+        of_floors = f"F_E = {_range_words(floors)}"
+        return f"{of_floors} (of columns {_range_words(others)})" if others else of_floors
+    if not others:
+        return "without yielding"
+    return f"F_E = {_range_words(others)} of columns{', floors without yielding' if floors else ''}"
+
+
+def _range_words(forces: Sequence[float]) -> str:
+    ends = dict.fromkeys(f"{force / 1e3:.0f}" for force in (min(forces), max(forces)))
+    return f"{' to '.join(ends).replace('inf', '∞')} kN"
 
 
 # ------------------------------------------------------------------------------------------------ struck columns

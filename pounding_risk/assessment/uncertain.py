@@ -69,7 +69,9 @@ def assessed(subject: Samples, request: Request) -> xr.Dataset:
         labels[f"value_of_{key}"] = "sample", of_key, {"long_name": f"value of {key}"} | about
     dataset = xr.concat(datasets, dim=names, combine_attrs="override").assign_coords(labels)
     few = words.of_few(closings[0], request.criterion)
-    assumed = [*subject.assumptions, *filter(None, (words.offset_words(subject, index) for index in places))]
+    lost = (words.lost_words(name, one) for name, one in zip(subject.interfaces, closings, strict=True))
+    of_places = filter(None, (*(words.offset_words(subject, index) for index in places), *lost))
+    assumed = [*subject.assumptions, *of_places]
     usual = request.criterion.agrees and request.criterion.percentile == USUAL_PERCENTILE
     about = {
         "title": subject.title,

@@ -18,7 +18,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.files import STORE
 from pounding_risk._common.order import enough_for
 from pounding_risk._common.progress import Progress
-from pounding_risk.assessment.demands import SAME_GAP, Motions, motions_of, pushed_closing
+from pounding_risk.assessment.demands import SAME_GAP, UNDEFINED, Motions, motions_of, pushed_closing
 from pounding_risk.assessment.options import Criterion
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
@@ -28,7 +28,7 @@ from pounding_risk.results.files import open_results, open_scan
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import axes_of, has_drawn_motions, with_axes
-from pounding_risk.results.variables import described
+from pounding_risk.results.variables import UNPUSHED, described
 from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.scene.uncertain import SOBOL, points_of
 from pounding_risk.statistics.closings import CrossedClosings, DrawnClosings, analysed_clusters
@@ -272,7 +272,13 @@ class Samples:
             return alone
         gaps = here["interface_gap"] if "interface_gap" in here.variables else here["gap"]
         pushed = pushed_closing(here, gaps, (SAMPLE, "record", "polarity", amplitude_axis(here)))
-        return np.fmax(alone, _by_sample(pushed, self.level(level)))
+        case = here.isel(Results(dataset).scene_contact)
+        # As `demands.run_failed`: what neighbours push is not known.
+        failed = (
+            (case["impact_count"] == UNDEFINED) & (case["status"] != UNPUSHED) & (case["peak_closing_free"] <= gaps)
+        )
+        known = np.fmax(alone, _by_sample(pushed, self.level(level)))
+        return np.where(_by_sample(failed.astype(float), self.level(level)) > 0.0, np.inf, known)
 
     def may_be_pushed(self, index: int, gap: float) -> bool:
         """True in a row that was not run at so wide a gap [m], across which neighbours may push the two together."""
@@ -390,8 +396,9 @@ def opened_samples(source: Any) -> Samples | Scene:
     scene = as_scene(source)
     if scene.uncertain is None:
         raise PoundingError(
-            f"{scene.source}: has no table [uncertain], so that nothing in it is uncertain; write one, "
-            'such as "building.frame.period" = {distribution = "lognormal", dispersion = 0.2}, or use assess'
+            f"{scene.source}: nothing in it is uncertain: it has no table [uncertain], or one whose numbers all have "
+            'stated values, as by samples = 0; write one, such as "building.frame.period" = {distribution = '
+            '"lognormal", dispersion = 0.2}, or use assess'
         )
     return scene
 

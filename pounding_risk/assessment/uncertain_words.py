@@ -99,10 +99,15 @@ def of_few(closings: CrossedClosings, criterion: Criterion) -> Iterator[str]:
             f"< {share_words(least)}; the target of {percent_words(criterion.target)} takes {needed} "
             f"{each}."
         )
-    lost = int((~np.isfinite(closings.closing)).sum())
-    if lost:
-        whole = closings.closing.size
-        yield f"Without a finite response, and counted as contact at every gap: {lost} of {whole} outcomes."
+
+
+def lost_words(interface: str, closings: CrossedClosings) -> str:
+    """A sentence on outcomes without a finite response; "" where there are none."""
+    lost, whole = int((~np.isfinite(closings.closing)).sum()), closings.closing.size
+    if not lost:
+        return ""
+    why = "without a finite response, or whose run in the row fails, as where pounding makes a storey collapse"
+    return f"{interface}: {lost} of {whole} outcomes {why}, count as contact at every gap, in lower bounds as none."
 
 
 def samples_words(interface: xr.Dataset) -> str:

@@ -193,7 +193,8 @@ def _why(answer: bool | None, basis: Basis, polarity: Influence) -> str:
     if polarity.turns:
         return f". Each polarity alone would answer otherwise to {target}: {polarity.words}."
     if basis.is_unrun:
-        return f": {not_run(basis.run, basis.gap)}."
+        failed = "in the runs at this gap pounding makes a storey collapse, or they fail"
+        return f": {failed if basis.run.is_known(basis.gap) else not_run(basis.run, basis.gap)}."
     if basis.lost:
         return f". The bounds, which {counted(basis.lost, 'failed motion')} widen, lie on both sides of {target}."
     least = least_upper_bound(basis.independent, basis.criterion.confidence)
@@ -235,6 +236,10 @@ def _evidence(
     if basis.lost:
         fell = counts.get("collapsed", 0)
         why = f"; in {fell} of them a storey collapses, for which no gap is wide enough" if fell else ""
+        if struck := counts.get("struck", 0):
+            why += (
+                f"; in {struck} of them pounding in the row makes a storey collapse, so that contact here is not known"
+            )
         yield f"Without a finite response, and counted against the verdict: {counted(basis.lost, 'motion')}{why}."
     if doubts:
         more = len(doubts) - NAMED_DOUBTS
@@ -377,7 +382,8 @@ def _settle(basis: Basis) -> str:
     if basis.hangs_on_polarity:
         return "It depends on the polarity of the records, which more of them need not decide."
     if basis.is_unrun:
-        return f"More recordings do not settle it: a scan with the gap of {gap} does."
+        repair = "weaker motions or stronger storeys" if basis.run.is_known(basis.gap) else f"the gap of {gap}"
+        return f"More recordings do not settle it: a scan with {repair} does."
     in_all = recordings_to_settle(basis)
     if in_all is None and basis.lost:
         return f"More recordings do not settle the gap of {gap} while so many motions have no finite response."

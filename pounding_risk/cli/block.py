@@ -88,6 +88,27 @@ OPTIONS: shared.Fields = {
     "tolerance": _of(str, "Levels of floors that meet may differ by it.", absence="by the floors' depth"),
 }
 AS_THEY_ARE = ("typology", "metres", "storeys", "chain", "code_level")  # of the rules
+# The columns that an option fills, and words of the rule that says so.
+FILLS = {
+    "gap": (("gap",), "stated"),
+    "storey_height": (("height", "storeys"), " at {:g} m "),
+    "typology": (("typology",), "stated"),
+    "floor_load": (("floor load",), "stated"),
+    "floor_area": (("floor area",), "stated"),
+    "floor_depth": (("floor depth",), "stated"),
+    "storeys": (("storeys",), "stated"),
+    "code_level": (("code level",), ""),
+}
+WITHOUT_EFFECT = {  # by whether all buildings have footprints, or none has
+    True: {
+        "gap": "the gaps of a map are the distances of its footprints; write a measured one as its gap [mm]",
+        "floor_area": "the area of a floor is that of its footprint; write another one as its floor area [m^2]",
+    },
+    False: {
+        "axis": "a table has no footprints whose direction matters",
+        "least_facing": "a table has no footprints that face each other over a part",
+    },
+}
 NUMBERS = ("storey_height", "floor_load", "floor_area", "floor_depth", "gap", "limit", "axis", "resolution")
 
 
@@ -115,8 +136,11 @@ def _run(options: dict[str, Any]) -> None:
     _check_records(record)
     rows = read_block(options["street"], rules, **{name: options[name] for name in ("layer", "within", "inventory")})
     if samples is not None and not rows.resolution.size > 0.0:
-        raise PoundingError("--samples: no gap of this street is uncertain; state --resolution, or leave it out")
+        repair = "state --resolution" if options["resolution"] is None else "state a --resolution above 0 m"
+        raise PoundingError(f"--samples: no gap of this street is uncertain; {repair}, or leave it out")
+    unused = _without_effect(options, rows)
     print_block(rows, None if tolerance is None else parse(tolerance, GAP))
+    print_notes(unused)
     rows.check()
     if out is not None:
         written = write_block(rows, out, records=record or None, contact=contact, tables=tables)
@@ -133,6 +157,21 @@ def _run(options: dict[str, Any]) -> None:
 block = shared.with_options(_run, OPTIONS, HELP)
 
 
+def _without_effect(options: Mapping[str, Any], block: Block) -> list[str]:
+    """Notes on options that state what no building lacks; raises PoundingError for one that such a file never needs."""
+    stated = [name for name in options if options[name] != OPTIONS[name][1]]
+    kinds = {house.footprint is not None for house in block.houses}
+    for name, why in WITHOUT_EFFECT[kinds.pop()].items() if len(kinds) == 1 else ():
+        if name in stated:
+            raise PoundingError(f"--{name.replace('_', '-')}: {why}; leave the option out")
+    notes = []
+    for name in (name for name in FILLS if name in stated):
+        columns, rule = FILLS[name][0], FILLS[name][1].format(block.rules.storey_height)
+        if not any(each.column in columns and rule in each.rule for each in block.filled):
+            notes.append(f"--{name.replace('_', '-')}: without effect, as nothing in this street lacks what it states")
+    return notes
+
+
 def _tables(options: Mapping[str, Any]) -> dict[str, Any]:
     """What stands in every scene beside its buildings and contact; raises PoundingError for options that contradict."""
     pga, unit, samples = options["pga"], options["unit"], options["samples"]
@@ -142,7 +181,12 @@ def _tables(options: Mapping[str, Any]) -> dict[str, Any]:
         tables["records"] = {"sites": _sites(options)} | ({} if unit is None else {"unit": unit})
     elif unit is not None:
         raise PoundingError("--unit: is that of the motions of --sites, which is not given; leave it out")
-    return tables if samples is None else tables | {"uncertain": {"samples": samples}}
+    if samples is None:
+        return tables
+    if samples < 1:
+        repair = 'write one such as 128, or --resolution "0 m" for gaps that are known'
+        raise PoundingError(f"--samples: {samples} would draw none; {repair}")
+    return tables | {"uncertain": {"samples": samples}}
 
 
 def _sites(options: Mapping[str, Any]) -> str:
@@ -211,6 +255,7 @@ def print_block(block: Block, tolerance: float | None) -> None:
 
     ``tolerance`` [m] is that of the levels of floors that meet, None where it is the floors' depth.
     """
+    from pounding_risk.streets.neighbours import INSIDE, NO_AXIS
     from pounding_risk.streets.scenes import shares
 
     limit = engineering(block.rules.limit, "m")
@@ -236,7 +281,11 @@ def print_block(block: Block, tolerance: float | None) -> None:
         print(f"\ncloser than {limit}, and not neighbours in a row: no scene holds what they do to each other\n")
         lines = [(*pair.names, engineering(pair.distance, "m"), pair.reason) for pair in block.close]
         _print_first(("building", "and", "clear distance", "why not in a row"), lines, "llrl")
-        print("give such buildings a table of their own, and with --axis the direction from one to the other")
+        inside = [pair.reason == INSIDE for pair in block.close]
+        if not all(inside):
+            print("give such buildings a table of their own, and with --axis the direction from one to the other")
+        if any(inside):
+            print(f"where {INSIDE}, {NO_AXIS}")
     if block.filled:
         print()
         lines = [(share.column, str(share.number), share.values, share.rule) for share in shares(block.filled)]

@@ -16,7 +16,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.order import evenly
 from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
 from pounding_risk.assessment.fragility import SCALED, Fragility
-from pounding_risk.assessment.rates import rate_lines
+from pounding_risk.assessment.rates import RateLines, rate_lines
 from pounding_risk.assessment.separations.rules import COMBINATIONS
 from pounding_risk.figures import style
 from pounding_risk.motions.levels import say_level
@@ -218,14 +218,14 @@ def draw_rates(axis: Any, assessment: Assessment, one: InterfaceAssessment) -> N
     """The annual rate of contact against the gap with its bounds, the target, the gap, and the gaps for rates."""
     required = [gap for gap in one.gaps_for_rates if not gap.fault]
     lines = rate_lines(one.rates, one.gaps_for_rates)
+    lacking = next((gap for gap in one.gaps_for_rates if gap.fault), None)
     axis.set(xlabel="gap [mm]", ylabel="rate of contact [1/year]")
     if not lines.gaps.size:
-        fault = next((gap.fault for gap in one.gaps_for_rates if gap.fault), "no fragility of contact")
-        return style.message(axis, f"No rate of contact: {fault}")
-    words = f"{100 * assessment.confidence:g} % bounds, of the motions alone"
-    axis.fill_between(1e3 * lines.gaps, lines.low, lines.high, color=MOTIONS, alpha=0.15, linewidth=0.0, label=words)
-    words = f"contact, under {assessment.hazard}"
-    axis.plot(1e3 * lines.gaps, lines.annual, color=MOTIONS, linewidth=1.8, label=words)
+        return style.message(axis, f"No rate of contact: {lacking.fault if lacking else 'no fragility of contact'}")
+    if len(lines.gaps) == 1:
+        why = f". For {lacking.words}: {lacking.fault}" if lacking else ""
+        style.message(axis, f"A rate at one gap alone{why}", 32)
+    _draw_rate_lines(axis, lines, assessment)
     axis.set_yscale("log")
     axis.axvline(1e3 * one.gap, color=style.MEANING["gap"], linewidth=1.4, label=f"the gap, {own(one.gap, GAP)}")
     if assessment.target_rate is not None:
@@ -240,13 +240,26 @@ def draw_rates(axis: Any, assessment: Assessment, one: InterfaceAssessment) -> N
     for gap in bars:
         look: dict[str, Any] = {"linewidth": 3.0, "alpha": 0.6, "solid_capstyle": "butt", "label": "its bounds"}
         axis.plot(1e3 * np.array([gap.low, gap.high]), [gap.rate] * 2, color=REQUIRED, **look)
-    reach = [one.gap, *(gap.gap for gap in required), *(gap.high for gap in bars)]
+    reach = [one.gap, lines.gaps.min(), *(gap.gap for gap in required), *(gap.high for gap in bars)]
     widest = ROOM * max(length for length in reach if np.isfinite(length))
     shown = (lines.gaps <= widest) & (lines.annual > 0.0)
     axis.set_xlim(0.0, 1e3 * widest)
-    axis.set_ylim(0.5 * lines.annual[shown].min(initial=required[-1].rate if required else np.inf), None)
+    lowest = lines.low if len(lines.gaps) == 1 else lines.annual
+    axis.set_ylim(0.5 * lowest[shown].min(initial=required[-1].rate if required else np.inf), None)
     axis.secondary_yaxis("right", functions=(_inverse, _inverse)).set_ylabel("return period [years]")
     style.legend_under(axis, 2)
+
+
+def _draw_rate_lines(axis: Any, lines: RateLines, assessment: Assessment) -> None:
+    """The rate with its bounds: a line in a band, or a mark on a bar at one gap, where a line would not be seen."""
+    gaps, bounds = 1e3 * lines.gaps, f"{100 * assessment.confidence:g} % bounds, of the motions alone"
+    words, mark = f"contact, under {assessment.hazard}", ""
+    if len(gaps) == 1:
+        axis.vlines(gaps, lines.low, lines.high, color=MOTIONS, alpha=0.4, linewidth=5.0, label=bounds)
+        mark = "o"
+    else:
+        axis.fill_between(gaps, lines.low, lines.high, color=MOTIONS, alpha=0.15, linewidth=0.0, label=bounds)
+    axis.plot(gaps, lines.annual, color=MOTIONS, marker=mark, linewidth=1.8, zorder=3 if mark else 2, label=words)
 
 
 def _inverse(values: Array) -> Array:

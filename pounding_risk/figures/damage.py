@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,9 +17,11 @@ from pounding_risk.results.check import check_kind
 from pounding_risk.units import SHOWN
 
 MARKS = ("o", "s", "^", "D", "v", "P")  # of states, beside their colours, for print
+LEGEND: dict[str, Any] = {"fontsize": 8, "frameon": False}
 LEAST = 0.01  # probability without pounding, below which a ratio is of the curves' tails alone
 WIDEST = 30.0  # ratio to either side, at the ends of the axis
-MOST_PANELS = 3  # demands of a figure
+MOST_PANELS = 3  # demands of a figure of them
+MOST_ROWS = 5  # demands of a figure of fragilities with more states than marks: as many as a page of a report holds
 BEYOND, FARTHEST = 6.0, 50.0  # times the largest threshold: the end of the axis of demands, and where most go beyond
 LINES = 40  # motions that are drawn one by one
 
@@ -39,7 +41,8 @@ def damage_figure(results: xr.Dataset, note: str = "", *, titled: bool = True) -
     Returns
     -------
     matplotlib.figure.Figure
-        Curves above, with the shares of the motions at levels that all have; ratios with their bounds below.
+        Curves above, with the shares of the motions at levels that all have; ratios with their bounds below. Of more
+        states than there are marks, a row of two panels for each demand.
 
     Raises
     ------
@@ -48,48 +51,132 @@ def damage_figure(results: xr.Dataset, note: str = "", *, titled: bool = True) -
     """
     check_kind(results, "damage")
     finding_words, results = finding(results), _known(results)
-    _, factor = intensity_shown(results.attrs["intensity"])
-    figure, (above, below) = blank(2, 1, (8.5, 8.4) if titled else (7.2, 7.2), sharex=True, height_ratios=[3, 2])
-    curves, ratios = above[0], below[0]
-    im = factor * results["im"].values
-    has_levels = _has_levels(results)
-    states = map(str, results["state"].values)
-    for place, (state, (colour, _)) in enumerate(zip(states, styles(results.sizes["state"]), strict=True)):
-        one, mark = results.sel(state=state), MARKS[place % len(MARKS)]
-        for side, dash, fill in (("with", "-", colour), ("without", "--", "white")):
-            curve = one.sel(pounding=side)
-            curves.plot(im, curve["probability"], dash, color=colour, linewidth=1.8)
-            if has_levels:
-                runs = curve["runs"].values
-                shares = np.divide(curve["reached"].values, runs, out=np.full(runs.shape, np.nan), where=runs > 0)
-                look: dict[str, Any] = {"color": colour, "markerfacecolor": fill, "markersize": 5, "alpha": 0.8}
-                curves.plot(factor * curve["level"].values, shares, mark, **look)
-        curves.plot([], [], "-", color=colour, marker=mark, label=plain(f"{state}: {one['state_words'].item()}"))
-        shown = one["probability"].sel(pounding="without").values >= LEAST
-        low, high = (one[f"probability_ratio_{end}"].values[shown] for end in ("low", "high"))
-        ratios.fill_between(im[shown], low, np.minimum(high, 1e3), color=colour, alpha=0.15, linewidth=0.0)
-        look = {"color": colour, "marker": mark, "linewidth": 1.8, "markevery": 8, "markersize": 5}
-        ratios.plot(im[shown], one["probability_ratio"].values[shown], "-", **look)
-    curves.plot([], [], "-", color="black", marker="o", label="with pounding")
-    curves.plot([], [], "--", color="black", marker="o", markerfacecolor="white", label="without")
-    curves.set(ylabel="probability of the state [1]", ylim=(-0.02, 1.02))
-    curves.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, frameon=False)
-    ratios.set(xlabel=intensity_label(results.attrs["intensity"]), ylabel="P with over P without [1]")
-    values = np.concatenate([line.get_ydata() for line in ratios.get_lines()])
-    values = values[np.isfinite(values) & (values > 0.0)]
-    if values.size:
-        ratios.axhline(1.0, color="black", linewidth=0.9)
-        most = float(np.clip(1.3 * max(values.max(), 1.0 / values.min()), 1.5, WIDEST))
-        logarithmic(ratios, "y", 1.0 / most, most)
+    groups, _ = _panels_of(results)
+    if len(groups) == 1:
+        figure, panels = blank(2, 1, (8.5, 8.4) if titled else (7.2, 7.2), sharex=True, height_ratios=[3, 2])
+        panels = panels.T
     else:
-        message(ratios, "No ratio: no state has curves both with pounding and without")
-        ratios.set_yticks([])
+        size = (9.6, 1.8 + 2.4 * len(groups)) if titled else (7.2, 0.6 + 2.0 * len(groups))
+        figure, panels = blank(len(groups), 2, size, sharex=True, sharey="col")
+    looks = _looks(results, groups)
+    for (curves, ratios), group in zip(panels, groups, strict=True):
+        of_group = results.sel(state=group)
+        _draw_fragilities(curves, of_group, looks)
+        _draw_ratios(ratios, of_group, looks)
+        handles = _legend(of_group, looks, short=len(groups) > 1)
+        if len(groups) == 1:
+            curves.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, **LEGEND)
+        else:
+            curves.set_title(plain(_demand(of_group)), fontsize=9.5)
+            ratios.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), **LEGEND)
+    _scale_ratios(panels[:, 1])
+    for axis in panels[-1, len(groups) == 1 :]:
+        axis.set_xlabel(intensity_label(results.attrs["intensity"]))
+    im = results["im"].values
     if im[-1] > 3.0 * im[0]:
-        ratios.set_xscale("log")
-        logarithmic(ratios, "x", *ratios.get_xlim())
+        for axis in figure.axes:
+            axis.set_xscale("log")
+            logarithmic(axis, "x", *axis.get_xlim())
     if titled:
         title(figure, plain(finding_words), _of_scene(results, damage_caption(results)), note)
     return figure
+
+
+def _panels_of(results: xr.Dataset) -> tuple[list[list[str]], str]:
+    """The states of each panel of fragilities: all in one, or a panel for each demand; words on what is not drawn."""
+    every = list(map(str, results["state"].values))
+    return ([every], "") if len(every) <= len(MARKS) else _by_demand(results, MOST_ROWS)
+
+
+def _by_demand(results: xr.Dataset, most: int) -> tuple[list[list[str]], str]:
+    """States of one demand for each panel, no more than there are marks; so many panels, and words on the others."""
+    of_demands: dict[str, list[str]] = {}
+    for state in map(str, results["state"].values):
+        of_demands.setdefault(_demand(results.sel(state=[state])), []).append(state)
+    panels = [
+        states[at : at + len(MARKS)] for states in of_demands.values() for at in range(0, len(states), len(MARKS))
+    ]
+    more = sum(map(len, panels[most:]))
+    return panels[:most], f"; {counted(more, 'more state')} not drawn" if more else ""
+
+
+def _demand(group: xr.Dataset) -> str:
+    """The demand of the first state, in words: "storey drift of A"."""
+    return str(group["state_words"].values[0]).partition(" ≥ ")[0]
+
+
+def _looks(results: xr.Dataset, panels: Sequence[Sequence[str]]) -> dict[str, tuple[str, str]]:
+    """Colour and mark of each state, which no other of the figure has; or of its panel, where there are fewer marks."""
+    every = list(map(str, results["state"].values))
+    looks = {}
+    for among in [every] if len(every) <= len(MARKS) else panels:
+        for state, (colour, _), mark in zip(among, styles(len(among)), MARKS, strict=False):
+            looks[state] = colour, mark
+    return looks
+
+
+def _draw_fragilities(axis: Any, group: xr.Dataset, looks: Mapping[str, tuple[str, str]]) -> None:
+    """Curves with pounding and without, and the shares of the motions at levels that all have."""
+    _, factor = intensity_shown(group.attrs["intensity"])
+    for state in map(str, group["state"].values):
+        colour, mark = looks[state]
+        for side, dash, fill in (("with", "-", colour), ("without", "--", "white")):
+            curve = group.sel(state=state, pounding=side)
+            axis.plot(factor * group["im"].values, curve["probability"], dash, color=colour, linewidth=1.8)
+            if _has_levels(group):
+                runs = curve["runs"].values
+                shares = np.divide(curve["reached"].values, runs, out=np.full(runs.shape, np.nan), where=runs > 0)
+                look: dict[str, Any] = {"color": colour, "markerfacecolor": fill, "markersize": 5, "alpha": 0.8}
+                axis.plot(factor * curve["level"].values, shares, mark, **look)
+    axis.set(ylabel="probability of the state [1]", ylim=(-0.02, 1.02))
+
+
+def _draw_ratios(axis: Any, group: xr.Dataset, looks: Mapping[str, tuple[str, str]]) -> None:
+    """The ratio of both probabilities of each state, with its bounds, where that without pounding is no tail."""
+    _, factor = intensity_shown(group.attrs["intensity"])
+    im = factor * group["im"].values
+    for state in map(str, group["state"].values):
+        one, (colour, mark) = group.sel(state=state), looks[state]
+        shown = one["probability"].sel(pounding="without").values >= LEAST
+        low, high = (one[f"probability_ratio_{end}"].values[shown] for end in ("low", "high"))
+        axis.fill_between(im[shown], low, np.minimum(high, 1e3), color=colour, alpha=0.15, linewidth=0.0)
+        look = {"color": colour, "marker": mark, "linewidth": 1.8, "markevery": 8, "markersize": 5}
+        axis.plot(im[shown], one["probability_ratio"].values[shown], "-", **look)
+    axis.set_ylabel("P with over P without [1]")
+
+
+def _legend(group: xr.Dataset, looks: Mapping[str, tuple[str, str]], *, short: bool) -> list[Any]:
+    """The look of each state, and of the curves with pounding and without."""
+    from matplotlib.lines import Line2D
+
+    handles = []
+    for state, words in zip(group["state"].values, group["state_words"].values, strict=True):
+        colour, mark = looks[str(state)]
+        label = f"{state}\n≥ {str(words).partition(' ≥ ')[2]}" if short else f"{state}: {words}"
+        handles.append(Line2D([], [], color=colour, marker=mark, label=plain(label)))
+    for label, dash, fill in (("with pounding", "-", "black"), ("without", "--", "white")):
+        look: dict[str, Any] = {"linestyle": dash, "markerfacecolor": fill, "label": label}
+        handles.append(Line2D([], [], color="black", marker="o", **look))
+    return handles
+
+
+def _scale_ratios(panels: Sequence[Any]) -> None:
+    """One logarithmic scale of all panels of ratios; a panel without any says so."""
+    known = []
+    for axis in panels:
+        values = np.concatenate([line.get_ydata() for line in axis.get_lines()])
+        known.append(values[np.isfinite(values) & (values > 0.0)])
+        if known[-1].size:
+            axis.axhline(1.0, color="black", linewidth=0.9)
+        else:
+            message(axis, "No ratio: no state has curves both with pounding and without", 30)
+    together = np.concatenate(known)
+    for axis in panels:
+        if together.size:
+            most = float(np.clip(1.3 * max(together.max(), 1.0 / together.min()), 1.5, WIDEST))
+            logarithmic(axis, "y", 1.0 / most, most)
+        else:
+            axis.set_yticks([])
 
 
 def _of_scene(results: xr.Dataset, words: str) -> str:
@@ -100,7 +187,8 @@ def damage_caption(results: xr.Dataset) -> str:
     """What the curves are of, and what marks and bands are."""
     bounds = f"bands: bounds by recording; ratios are drawn where P without is {LEAST:g} or more"
     marks = "marks: shares of the motions; " if _has_levels(results) else ""
-    return f"{case_words(results)}; {METHOD_WORDS[results.attrs['method']]}; {marks}{bounds}"
+    _, left_out = _panels_of(_known(results))
+    return f"{case_words(results)}; {METHOD_WORDS[results.attrs['method']]}; {marks}{bounds}{left_out}"
 
 
 def _has_levels(results: xr.Dataset) -> bool:
@@ -133,21 +221,13 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
         raise PoundingError("the motions of the dataset have one level each; curves of demands need several")
     every, results = list(map(str, results["state"].values)), _known(results)
     lacking = [state for state in every if state not in results["state"]]
-    groups: dict[str, list[str]] = {}  # states that differ in their threshold alone
-    for state in map(str, results["state"].values):
-        demand = str(results["state_words"].sel(state=state).item()).partition(" ≥ ")[0]
-        groups.setdefault(demand, []).append(state)
-    drawn = list(groups.values())[:MOST_PANELS]
+    drawn, left_out = _by_demand(results, MOST_PANELS)
+    looks = _looks(results, drawn)
     figure, axes = blank(len(drawn), 2, (10.0, 0.9 + 4.0 * len(drawn)), sharey=True)
     _, factor = intensity_shown(results.attrs["intensity"])
-    colours = {
-        str(state): colour
-        for state, (colour, _) in zip(results["state"].values, styles(results.sizes["state"]), strict=True)
-    }
     for row, group in enumerate(drawn):
-        _demands(axes[row], results.sel(state=group), factor, [colours[state] for state in group])
+        _demands(axes[row], results.sel(state=group), factor, [looks[state][0] for state in group])
         axes[row, 0].set_ylabel(intensity_label(results.attrs["intensity"]))
-    left_out = f"; {counted(len(groups) - len(drawn), 'more demand')} not drawn" if len(groups) > len(drawn) else ""
     left_out += f"; no run has the demand of {', '.join(lacking)}" if lacking else ""
     lines = "thin: single motions; thick: 16, 50 and 84 % of the motions at each level, counted; dotted: thresholds"
     lines += "; lines end before a collapse, which has no demand" if np.isinf(results["demand_ratio"]).any() else ""
@@ -165,7 +245,7 @@ def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[st
     first = group.isel(state=0)
     threshold, unit = float(first["state_threshold"]), str(first["state_unit"].item())
     name, size = SHOWN[unit]
-    demand = str(first["state_words"].item()).partition(" ≥ ")[0]
+    demand = _demand(group)
     widest = size * float(group["state_threshold"].max())
     most = widest
     sides: dict[str, np.ndarray] = {}

@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pounding_risk._common.counted import counted
-from pounding_risk.assessment.row import BuildingShape, RowCase, any_of_building, force_text, share_of_building
+from pounding_risk.assessment.row import (
+    BuildingShape,
+    RowCase,
+    any_of_building,
+    force_text,
+    share_of_building,
+    yield_force_words,
+)
 from pounding_risk.errors import PoundingError
 from pounding_risk.figures import style
 from pounding_risk.motions.levels import PEAK
@@ -166,18 +173,14 @@ def where_words(case: RowCase) -> str:
     results = case.results
     gaps = sorted(set(np.round(case.gaps, 9)))
     ends = " to ".join(f"{1e3 * gap:.4g}" for gap in dict.fromkeys((gaps[0], gaps[-1])))
-    force = float(results["yield_force"])
-    columns = ""  # F_E of columns, where columns are met and have another than the floors
-    if "contact_point_yield_force" in results.variables:
-        forces = results["contact_point_yield_force"].values[results["contact_point_kind"].values == "column"]
-        others = sorted({round(one / 1e3) for one in forces[np.isfinite(forces) & (forces != force)]})
-        several = f" to {others[-1]}" if len(others) > 1 else ""
-        columns = f" (of columns {others[0]}{several} kN)" if others else ""
+    motions = counted(case.motions, "motion")
     words = [
         f"gap{'s' * (len(gaps) > 1)} {ends} mm",
-        f"{style.force_words(force).replace('$F_E$', 'F_E')}{columns}",
+        yield_force_words(results),
         style.law_words(str(results["contact_model"].values)),
-        f"{case.motions} motion{'s' if case.motions > 1 else ''}",
+        f"{complete} of {motions}"
+        if (complete := min(touch.runs for touch in case.touches)) < case.motions
+        else motions,
     ]
     amplitudes = Results(results).amplitudes
     if amplitudes.values[0] is not None and np.isfinite(amplitudes.values[0]):
@@ -339,8 +342,9 @@ def plan_figure(
         Cells of the grids of one row or several, from `row_case`.
     footprints : mapping of str to array, optional
         Corners (n, 2) [m], east and north, by the building's name, or by the number of its row from 0 and the name, or
-        several such rings, of which those within another that turn the other way are courts; those of buildings in no
-        row are drawn in grey. Without footprints rows are drawn one below the other, with nominal widths and depths.
+        several such rings, of which those within another that turn the other way are courts; buildings of
+        no row given here are drawn in grey. Without footprints rows are drawn one below the other, with nominal widths
+        and depths.
     note : str
         Added to the caption.
     titled : bool
@@ -386,7 +390,7 @@ def plan_figure(
         ):
             handles.append(Patch(label="–: has no $F_E$, or no run is complete", **look))
     if len(corners) > count:
-        handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="in no row"))
+        handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="no result given"))
     figure.draw_without_rendering()  # which lays the panels out
     all_written = all([_fit(axis, of_axis) for axis, of_axis in labels.items()])
     if handles:
@@ -407,7 +411,7 @@ def _plain_rings(cases: Sequence[RowCase]) -> dict[Key, Rings]:
 
 
 def _checked_rings(footprints: Mapping[Any, Any], cases: Sequence[RowCase]) -> dict[Key, Rings]:
-    """Rings of every building by its row, the largest first; buildings in no row by `NO_ROW`."""
+    """Rings of every building by its row, the largest first; buildings of none of these rows by `NO_ROW`."""
     rings = {who: _rings(who if isinstance(who, str) else who[1], corners) for who, corners in footprints.items()}
     inside = [(number, building.name) for number, case in enumerate(cases) for building in case.buildings]
     taken = {who: who if who in rings else who[1] for who in inside}

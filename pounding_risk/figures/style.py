@@ -286,7 +286,7 @@ def panel(draw: Callable[..., None], *arguments: Any, height: float = 4.2) -> Fi
 def message(axis: Any, words: str, letters: int = 46) -> None:
     """Words in the middle of a panel that has nothing to draw, in lines of so many letters."""
     look = {"transform": axis.transAxes, "ha": "center", "va": "center", "fontsize": 9.5, "color": QUIET}
-    axis.text(0.5, 0.5, fill(words, letters), **look)
+    axis.text(0.5, 0.5, fill(UNIT_OF_NUMBER.sub(TIE, words), letters), **look)
 
 
 def beside(axis: Any, words: str, place: tuple[Any, Any], shift: tuple[float, float], size: float, **look: Any) -> Any:

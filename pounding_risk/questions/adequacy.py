@@ -140,9 +140,14 @@ def yielding(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
     keep = [of_own_model[at] for at in evenly(len(of_own_model), KEPT)]
     caption = f"{one.name}: probability of reaching F_E at a gap of {_yield_gap(one)}, motions {one.at}."
     columns = "F_E is that of floors that meet, or of columns where none meet; `validate` shows both of a scene. "
+    columns *= len(assessment.interfaces) > 1
+    if one.column_forces:
+        ends = dict.fromkeys((one.column_forces[0], one.column_forces[-1]))
+        strengths = " to ".join(str(amount(force, "N")["text"]) for force in ends)
+        columns = f"Floors meet here and strike columns: F_E is that of floors; columns reach theirs at {strengths}. "
     return [
         table(caption, heads, rows, keep=keep, note="some of the scene's own contact model"),
-        paragraph(f"{columns * (len(assessment.interfaces) > 1)}The scene's own: {_own_force(one)}."),
+        paragraph(f"{columns}The scene's own: {_own_force(one)}."),
     ]
 
 

@@ -342,9 +342,10 @@ def _facts_of_places(dataset: xr.Dataset) -> list[str]:
     of_gap = dataset.get("interface_gap")
     drawn = [dim for dim in axes_by_name(dataset) if of_gap is not None and dim in of_gap.dims]
     if drawn:
-        sentences.append(
-            f"Each place along {', '.join(drawn)} has gaps of its own; the axis gap has those of the scene."
-        )
+        whose = "those of the scene"
+        if "interface" in dataset.dims:
+            whose = f"the scene's own of {dataset['interface'].values[Results(dataset).varied_interface]}"
+        sentences.append(f"Each place along {', '.join(drawn)} has gaps of its own; the axis gap has {whose}.")
     elif of_gap is not None:
         gaps = of_gap.transpose("gap", "interface").values
         varied = [str(name) for name in dataset["interface"].values[np.ptp(gaps, axis=0) > 0.0]]

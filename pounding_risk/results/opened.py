@@ -208,10 +208,20 @@ class Results:
 
     @property
     def gaps(self) -> xr.DataArray:
-        """Gaps (gap, interface) [m] of a row: a grid may vary the gap of one interface only."""
-        if "interface_gap" in self.dataset.variables:
-            return self.dataset["interface_gap"].transpose("gap", "interface")
-        return self.dataset["gap"].expand_dims(interface=self.dataset["interface"].values).transpose("gap", "interface")
+        """Gaps (gap, interface) [m] of a row: a grid may vary the gap of one interface only.
+
+        Of an interface whose gap differs from sample to sample it is the one that the scene states.
+        """
+        if "interface_gap" not in self.dataset.variables:
+            gaps = self.dataset["gap"].expand_dims(interface=self.dataset["interface"].values)
+            return gaps.transpose("gap", "interface")
+        of_places = self.dataset["interface_gap"].transpose("gap", "interface", ...)
+        along = of_places.dims[2:]
+        if not along:
+            return of_places
+        first = of_places.isel(dict.fromkeys(along, 0)).reset_coords(drop=True)  # without the gaps of one sample
+        stated = [self._stated_gap(at) for at in range(first.sizes["interface"])]
+        return first.copy(data=np.where((of_places == first).all(along), first, stated))
 
     @property
     def varied_interface(self) -> int:
@@ -225,12 +235,16 @@ class Results:
 
         `[[interface]]` stands once for all or once for each.
         """
-        tables = self.scene["interface"]
-        scene_gap = parse(tables[min(interface, len(tables) - 1)]["gap"], GAP)
+        scene_gap = self._stated_gap(interface)
         gridded = self.scene.get("grid", {}).get("gap", ())
         if len(gridded) < 2 or "gap" not in self.dataset.dims or self.dataset.sizes["gap"] > 1:
             return scene_gap
         return float(self.gaps.values[0, interface] if "interface" in self.dataset.dims else self.dataset["gap"][0])
+
+    def _stated_gap(self, interface: int) -> float:
+        """What the table of an interface says of its gap [m]."""
+        tables = self.scene["interface"]
+        return parse(tables[min(interface, len(tables) - 1)]["gap"], GAP)
 
     def has_link(self, interface: int) -> bool:
         """True where a spring or a damper joins the two buildings of an interface."""
@@ -467,13 +481,28 @@ def _own_force(interface: xr.Dataset) -> float:
 
     That of its lowest floors, where a floor that rotates has two points of a half each; of columns the smallest.
     """
-    forces = np.atleast_1d(interface["contact_point_yield_force"].values.squeeze())
-    floors = interface["contact_point_kind"].values != "column"
-    if not floors.any():
-        return float(forces.min())
-    ends = np.stack([interface[f"contact_point_{side}_floor"].values for side in ("left", "right")])
-    first = int(np.argmax(floors))
-    return float(forces[floors & (ends == ends[:, [first]]).all(axis=0)].sum())
+    floors, columns = yield_forces(interface)
+    return floors[0] if floors else min(columns)
+
+
+def yield_forces(case: xr.Dataset) -> tuple[list[float], list[float]]:
+    """Yield forces [N] of a case: of floors that meet, in the order of the contact points, and of struck columns.
+
+    A floor that rotates has two points of a half each.
+    """
+    if "contact_point_yield_force" not in case.variables:
+        return [float(case["yield_force"])], []
+    forces = np.atleast_1d(case["contact_point_yield_force"].values.squeeze()).tolist()
+    names = ("kind", "interface", "left_floor", "right_floor")
+    labels = (np.broadcast_to(case[f"contact_point_{name}"].values, len(forces)) for name in names)
+    floors: dict[tuple[float, ...], float] = {}
+    columns = []
+    for force, kind, *place in zip(forces, *labels, strict=True):
+        if kind == "column":
+            columns.append(force)
+        else:
+            floors[tuple(place)] = floors.get(tuple(place), 0.0) + force
+    return list(floors.values()), columns
 
 
 def _level_of(table: dict[str, Any]) -> Level:

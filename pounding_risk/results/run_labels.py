@@ -73,7 +73,7 @@ CONTACTS = {
     "restitution_asked": ("1", "restitution that the relation gives for this speed"),
     "peak_force": ("N", "largest force transmitted"),
     "uncapped_force": ("N", "largest force without the cap"),
-    "peak_penetration": ("m", "largest penetration, from the gap as permanent indentations widen it"),
+    "peak_penetration": ("m", "largest penetration, from the gap that permanent indentations widen"),
     "yields": ("1", "times the uncapped force rose through the yield force"),
     "rebound_speed": ("m/s", "relative speed at the parting"),
     "impulse": ("N s", "impulse of the contact force"),

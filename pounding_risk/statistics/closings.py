@@ -18,6 +18,7 @@ Statistics 9 (1981), on the jackknife, one recording left out at a time.
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -95,16 +96,28 @@ class CrossedClosings:
         """The share of the motions that close a gap [m], in each sample."""
         return np.asarray((self.closing > gap).mean(axis=1))
 
+    @property
+    def without_lost(self) -> CrossedClosings:
+        """The same with outcomes that have no finite closing as such that close nothing, for lower bounds."""
+        if np.isfinite(self.closing).all():
+            return self
+        one = copy(self)
+        one.closing = np.where(np.isfinite(self.closing), self.closing, 0.0)
+        one.rising = np.sort(one.closing, axis=None)
+        return one
+
     def contact(self, gaps: Any, confidence: float, times: tuple[int, int] = (1, 1)) -> Probability:
         """P(contact) at each gap [m], over samples and motions, with bounds of this confidence.
 
-        Bounds are those of so many ``times`` the samples and the recordings, if further ones were like these.
+        Bounds are those of so many ``times`` the samples and the recordings, if further ones were like these; outcomes
+        without a finite closing are contact, and none in lower bounds.
         """
         levels = np.atleast_1d(np.asarray(gaps, dtype=float))
         share = self._share(levels, "right")
         counted = self.counted.times(*times)
         independent = self._independent(levels, share, counted)
-        return Probability(share, *_bounds((share, share), independent, counted, confidence), independent)
+        least = self.without_lost._share(levels, "right")
+        return Probability(share, *_bounds((least, share), independent, counted, confidence), independent)
 
     def required(self, percentiles: tuple[float, ...], confidence: float) -> tuple[RequiredGap, ...]:
         """Required gap at each percentile [%] of samples and motions together, in rising order, with bounds.
@@ -116,7 +129,7 @@ class CrossedClosings:
         percents = np.array(sorted(set(percentiles)))
         gaps, fitted = enough_for(closings, percents), self._fitted(percents)
         levels = _levels(closings)
-        past, short = self._share(levels, "right"), self._share(levels, "left")
+        past, short = self._share(levels, "right"), self.without_lost._share(levels, "left")
         independent = self._independent(levels, past, self.counted)
         low, high = _bounds((short, past), independent, self.counted, confidence)
         return between_levels(percents, (gaps, fitted), levels, (low, high))

@@ -96,7 +96,7 @@ class RequiredGap:
         """The same in a row that was run at some gaps; without an upper bound, ``is_pushed``, where none is so wide."""
         high = run.above(self.high)
         is_pushed = isinf(high) and isfinite(self.high)
-        high = high if isfinite(high) and self.bounded else self.high
+        high = high if isfinite(high) else self.high
         bounded = self.bounded and not is_pushed
         return replace(self, enough=run.above(self.gap), high=high, bounded=bounded, is_pushed=is_pushed)
 

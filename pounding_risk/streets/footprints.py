@@ -91,6 +91,14 @@ def turned(outline: Outline, axis: Array) -> Outline:
     return Outline(starts, outline.ends @ to, starts.min(axis=0), starts.max(axis=0))
 
 
+def box_along(axis: Array, low: tuple[float, float], high: tuple[float, float]) -> Geometry:
+    """A rectangle in metres east and north, from ``low`` to ``high`` along and across a unit vector."""
+    import shapely
+
+    back = np.array([[axis[0], axis[1]], [-axis[1], axis[0]]])
+    return shapely.transform(shapely.box(*low, *high), lambda corners: corners @ back)
+
+
 def axes(footprints: Sequence[Geometry], outlines: Sequence[Outline]) -> tuple[Array, Array]:
     """Two unit vectors (east, north), at right angles: directions in which a street may run, the likelier one first.
 

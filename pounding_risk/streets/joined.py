@@ -12,7 +12,8 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.words import listed
 from pounding_risk.streets.inventory import inventory_format, read_inventory
 from pounding_risk.streets.inventory._lines import Building
-from pounding_risk.streets.table import DEGREE, BlockError, Entry, Table, file_text, read_table, repeated
+from pounding_risk.streets.table import DEGREE, BlockError, Entry, Table, file_text, read_table
+from pounding_risk.units import shown
 
 NEAR = 50.0  # m; a point outside of the footprint with its id counts as of the same building up to here
 
@@ -24,7 +25,11 @@ def with_inventory(table: Table, path: Path) -> Table:
     the readers do, and where no building has a footprint.
     """
     buildings, notes = _buildings(path)
-    holding, named = _footprints_of(buildings, table.entries)
+    holding, named, doubtful = _footprints_of(buildings, table.entries)
+    if doubtful:
+        repair = "give the buildings points, or leave the ids out of the map to join by its names"
+        sentence = f"{listed(doubtful, 2)}; which is meant is not known; {repair}"
+        raise BlockError(str(path), [sentence])
     first: dict[int, Building] = {}
     doubled, without = [], []
     for number, building in enumerate(buildings):
@@ -65,8 +70,13 @@ def _buildings(path: Path) -> tuple[Sequence[Building], list[str]]:
     return inventory.entries, notes
 
 
-def _footprints_of(buildings: Sequence[Building], entries: Sequence[Entry]) -> tuple[dict[int, int], dict[int, int]]:
-    """Footprints by building: those that hold its point, and for others those with its id or name, if not elsewhere."""
+def _footprints_of(
+    buildings: Sequence[Building], entries: Sequence[Entry]
+) -> tuple[dict[int, int], dict[int, int], list[str]]:
+    """Footprints by building: those that hold its point, and for others those with its name or id, if not elsewhere.
+
+    Then what is the name of one footprint and the id of another, for buildings without a point in one.
+    """
     import shapely
 
     outlines = [entry.mapped.outline if entry.mapped is not None else None for entry in entries]
@@ -78,19 +88,23 @@ def _footprints_of(buildings: Sequence[Building], entries: Sequence[Entry]) -> t
         tree = shapely.STRtree([outlines[number] for number in on_earth])
         places, held = tree.query(shapely.points([points[number] for number in located]), predicate="intersects")
         holding = {located[place]: on_earth[outline] for place, outline in zip(places[::-1], held[::-1], strict=True)}
-    # The number of the footprint that alone has a name, or an id.
-    by_name: dict[str, int] = {}
-    names = [entry.values.get("name", "") for entry in entries]
-    ids = [entry.mapped.id if entry.mapped is not None else "" for entry in entries]
-    for texts in (names, ids):
-        shared = set(repeated(texts))
-        by_name |= {text: number for number, text in enumerate(texts) if text and text not in shared}
-    named = {}
+    # The footprints that have a text as their id or their name.
+    owners: dict[str, dict[int, str]] = {}
+    for number, entry in enumerate(entries):
+        for kind, text in (("id", entry.mapped.id if entry.mapped else ""), ("name", entry.values.get("name", ""))):
+            if text:
+                owners.setdefault(text, {}).setdefault(number, kind)
+    named, doubtful = {}, []
     for number, building in enumerate(buildings):
-        footprint = by_name.get(str(building.values.get("name", "")))
-        if number not in holding and footprint is not None and _is_near(points[number], entries[footprint]):
-            named[number] = footprint
-    return holding, named
+        text = str(building.values.get("name", ""))
+        those = {} if number in holding else owners.get(text, {})
+        if any(_is_near(points[number], entries[one]) for one in those):
+            if len(those) == 1:
+                named[number] = next(iter(those))
+            elif len(set(those.values())) > 1:
+                kinds = " and ".join(f"the {kind} of {entries[one].place}" for one, kind in those.items())
+                doubtful.append(f"{building.place}: {shown(text)} is {kinds}")
+    return holding, named, doubtful
 
 
 def _point(building: Building) -> tuple[float, float]:

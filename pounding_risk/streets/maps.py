@@ -43,21 +43,25 @@ MOST_DECIMALS = 8  # of degrees that are still so coarse
 # m; within, lengths of a transverse Mercator projection about the middle are off by 8e-4 at most.
 FARTHEST_APART = 500e3
 SMALLEST, LARGEST = 0.5, 2e3  # m, across a footprint; outside, its coordinates are taken for those of another kind
+PARTED = 20  # buildings left out beside the edge of an area that a note names
 REPAIRABLE = 0.01  # share of its area by which a repair may change a footprint; else it is drawn again
 
 
-def read_map(path: Path, *, metres: bool = False, layer: str | None = None, within: str | None = None) -> Table:
+def read_map(
+    path: Path, *, metres: bool = False, layer: str | None = None, within: str | None = None, limit: float = 0.0
+) -> Table:
     """The buildings of a file of a map, with footprints in metres; raises BlockError with every fault of it.
 
     ``metres`` says that coordinates are metres that nothing ties to the Earth; ``layer`` is that of a GeoPackage, None
     where it has one only; ``within`` keeps the buildings whose middle lies in there, "west, south, east, north" in
-    degrees, or a file of polygons.
+    degrees, or a file of polygons, and a note names those outside that are closer than ``limit`` [m] to one inside.
     """
     faults: list[str] = []
     features = read_features(path, layer, metres, faults)
     projection = None if faults else _projection(features, metres, faults)
+    parted: list[str] = []
     if not faults and within is not None:
-        features = _within(features, within, projection, faults)
+        features, parted = _within(features, within, projection, limit, faults)
     if faults:
         raise BlockError(str(path), faults)
     table = _table(features, projection, faults)
@@ -66,7 +70,7 @@ def read_map(path: Path, *, metres: bool = False, layer: str | None = None, with
         faults.append(f"has no building{inside}; export the footprints again, a feature for each")
     if faults:
         raise BlockError(str(path), faults)
-    return table
+    return table._replace(left_out=[*table.left_out, *parted])
 
 
 def written_outlines(path: Path) -> tuple[dict[tuple[str, str], Geometry], bool]:
@@ -138,17 +142,41 @@ def _outside(features: Features) -> list[str]:
     return [f"{listed(places)}: [{first[0]:g}, {first[1]:g}] is no longitude and latitude in degrees; {repair}"]
 
 
-def _within(features: Features, within: str, projection: Projection | None, faults: list[str]) -> Features:
-    """The features whose middle lies in a box of degrees, or in polygons of a file."""
+def _within(
+    features: Features, within: str, projection: Projection | None, limit: float, faults: list[str]
+) -> tuple[Features, list[str]]:
+    """The features whose middle lies in a box of degrees, or in polygons of a file; a note on those close to others."""
     area = _area(within)
+    if projection is None:
+        if features.geometries:
+            why = "nothing ties the coordinates of this file to the Earth"
+            faults.append(f"--within is in degrees, and {why}; leave it out")
+        return features, []
     bounds = np.array([shapely.bounds(shape) for shape in features.geometries], dtype=float).reshape(-1, 4)
-    middles = 0.5 * (bounds[:, :2] + bounds[:, 2:])
-    if projection is not None:
-        middles = projection.degrees(middles)
-    elif features.geometries:
-        why = "nothing ties the coordinates of this file to the Earth"
-        faults.append(f"--within is in degrees, and {why}; leave it out")
-    return features.chosen(np.flatnonzero(shapely.contains_xy(area, *middles.T)).tolist())
+    middles = projection.degrees(0.5 * (bounds[:, :2] + bounds[:, 2:]))
+    inside = shapely.contains_xy(area, *middles.T)
+    # The limit in units of the file, or more: a degree east, and a metre of web maps, is shorter by the cosine.
+    wide = 1.1 * limit / (projection.unit * np.cos(np.radians(np.abs(middles[inside, 1]).max(initial=0.0))))
+    boxes = shapely.box(*(bounds[inside] + (-wide, -wide, wide, wide)).T)
+    kept, others = np.flatnonzero(inside).tolist(), np.flatnonzero(~inside).tolist()
+    near = shapely.STRtree([features.geometries[at] for at in others]).query(boxes)
+    pairs = [(kept[one], others[other]) for one, other in near.T]
+    return features.chosen(kept), _parted(features, pairs, projection, limit)
+
+
+def _parted(features: Features, pairs: Sequence[tuple[int, int]], projection: Projection, limit: float) -> list[str]:
+    """A note on those of some pairs of features, one of them left out, that are buildings closer than a limit [m]."""
+    words = []
+    for one, other in pairs:
+        both = [_sound(features.geometries[at])[0] for at in (one, other)]
+        tables = (map_tags.with_other_tags(features.properties[at]) for at in (one, other))
+        if None in both or any(map(map_tags.is_part_of_building, tables)):
+            continue
+        distance = float(shapely.distance(*(shapely.transform(shape, projection.metres) for shape in both)))
+        if distance < limit:
+            words.append(f"{features.places[other]} ({say(distance, GAP, 3)} from {features.places[one]})")
+    why = f"left out by --within (within in Python), though closer than {say(limit, GAP)} to a building that is not"
+    return [f"{listed(words, PARTED)}: {why}; in no row and no table"] if words else []
 
 
 def _area(within: str) -> Geometry:

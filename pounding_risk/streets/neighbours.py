@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pounding_risk._common.letters import csv_text
+from pounding_risk._common.words import listed
 from pounding_risk.models.structures.contact_points import COLUMN, LevelRule, automatic_points
 from pounding_risk.streets import footprints
 from pounding_risk.streets.defaults import Filled, House, Notes, Rules
@@ -29,6 +30,8 @@ LISTED = 5  # neighbours that a note names
 PARTIAL = 0.5  # share of the shorter front; neighbours that face each other over less are noted
 ACROSS = "across the axis of the street"
 CORNER = "corner to corner"
+INSIDE = "one stands in a court of the other, or between its parts"
+NO_AXIS = "no direction makes a row of such two: write a .csv of them with their gap"
 STREETS = "in two streets"
 HEADS = (
     *("street", "building", "other street", "other building"),
@@ -202,7 +205,7 @@ class LinedUp(NamedTuple):
 class View(NamedTuple):
     """Buildings that stand close to each other, seen along and across their axis."""
 
-    axis: Array
+    axes: tuple[Array, Array]  # unit vectors (east, north)
     outlines: Mapping[int, Outline]
     along: list[Facing]
     across: list[Facing]
@@ -224,23 +227,21 @@ class Street(NamedTuple):
             self.notes.faults.append(f"{', '.join(places)}: {shown(name)} is the name of each; tell them apart")
         shapes = [house.footprint for house in self.houses if house.footprint is not None]
         if len(shapes) < len(self.houses):
-            # Each building and the next: by their left walls where all are given, else as the file lists them.
-            walls = [house.walls for house in self.houses]
-            order: Iterable[int] = range(len(walls))
-            if not any(isnan(left) for left, _ in walls):
-                order = sorted(order, key=lambda number: walls[number][0])
-            beside = [Facing(left, right, walls[right][0] - walls[left][1]) for left, right in pairwise(order)]
-            return LinedUp(list(self._rows(self._held(beside, {}), {})), [], [])  # without footprints no more is known
+            return self._lined_up_by_walls()
         # Each group of close buildings has an axis of its own, unless one is stated.
         near, clear = footprints.close_pairs(shapes, reach(self.rules))
         distances = dict(zip(map(tuple, near.tolist()), clear.tolist(), strict=True))
         views = [self._view(shapes, pairs) for pairs in footprints.groups(len(shapes), near)]
         outlines = {number: outline for view in views for number, outline in view.outlines.items()}
-        directions = {number: footprints.azimuth(view.axis) for view in views for number in view.outlines}
+        directions = {number: footprints.azimuth(view.axes[0]) for view in views for number in view.outlines}
         reasons: dict[frozenset[int], str] = {}
-        adjacent = self._held(self._beside((pair for view in views for pair in view.along), outlines, reasons), reasons)
+        # Whether they overlap, which neighbours do not, as one reaches around the other.
+        across = {frozenset(pair[:2]): pair.gap < -self._overlap for view in views for pair in view.across}
+        along = (pair for view in views for pair in view.along)
+        adjacent = self._held(self._beside(along, outlines, across, reasons), reasons)
         rows = list(self._rows(adjacent, directions))
         self._note_partial([each for row in rows for each in row.pairs if each.is_partial])
+        self._note_given(rows)
         neighbours, close = {frozenset(neighbour[:2]) for neighbour in adjacent}, []
         for (first, second), distance in distances.items():
             key = frozenset((first, second))
@@ -248,10 +249,22 @@ class Street(NamedTuple):
                 reason = reasons.get(key)
                 if not reason:  # they do not face each other along the street
                     low, high = ([getattr(outlines[at], end)[0] for at in key] for end in ("low", "high"))
-                    reason = ACROSS if min(high) > max(low) else CORNER
+                    reason = INSIDE if across.get(key) else ACROSS if min(high) > max(low) else CORNER
                 pair = self.houses[first], self.houses[second]
                 close.append(close_pair(*pair, distance, reason, self.rules, self.resolution))
         return LinedUp(rows, close, self._sides(views))
+
+    def _lined_up_by_walls(self) -> LinedUp:
+        """Each building and the next without footprints: by their left walls, or without any as the file lists them."""
+        walls = [house.walls for house in self.houses]
+        lacking = [self._named(number) for number, (left, _) in enumerate(walls) if isnan(left)]
+        order = range(len(walls)) if lacking else sorted(range(len(walls)), key=lambda number: walls[number][0])
+        if 0 < len(lacking) < len(walls):
+            repair = "write it, or leave the walls of all buildings out"
+            self.notes.faults.append(f"{listed(lacking)}: no left wall, by which the others are in order; {repair}")
+            return LinedUp([], [], [])
+        beside = [Facing(left, right, walls[right][0] - walls[left][1]) for left, right in pairwise(order)]
+        return LinedUp(list(self._rows(self._held(beside, {}), {})), [], [])  # without footprints no more is known
 
     @property
     def _overlap(self) -> float:
@@ -276,28 +289,53 @@ class Street(NamedTuple):
             for own in (footprints.facing(seen, near, reach(self.rules), survey) for seen in outlines)
         ]
         first = int(stated is None and len(met[1]) > len(met[0]))
-        return View(both[first], dict(zip(members.tolist(), outlines[first], strict=True)), met[first], met[1 - first])
+        axes, seen = (both[first], both[1 - first]), dict(zip(members.tolist(), outlines[first], strict=True))
+        return View(axes, seen, met[first], met[1 - first])
 
     def _sides(self, views: Sequence[View]) -> list[int]:
         """Of each building the number of its sides, left, right, front and back, on which another one is close."""
         sides: set[tuple[int, str]] = set()
         for view in views:
             for way, pairs in (("along", view.along), ("across", view.across)):
-                for left, right, gap, *_ in pairs:
-                    if -self._overlap <= gap < self.rules.limit:
-                        sides |= {(left, f"{way} +"), (right, f"{way} -")}
+                for pair in pairs:
+                    if pair.gap < -self._overlap:
+                        sides.update(self._walls_around(*pair[:2], view.axes))
+                    elif pair.gap < self.rules.limit:
+                        sides |= {(pair.left, f"{way} +"), (pair.right, f"{way} -")}
         counts = Counter(number for number, _ in sides)
         return [counts[number] for number in range(len(self.houses))]
 
+    def _walls_around(self, one: int, other: int, axes: tuple[Array, Array]) -> Iterator[tuple[int, str]]:
+        """The sides of two, one of which reaches around the other, on which walls of both are close to each other."""
+        shapes = [self.houses[number].footprint for number in (one, other)]
+        for way, axis in zip(("along", "across"), axes, strict=True):
+            seen = [footprints.turned(footprints.outline_of(shape), axis) for shape in shapes]
+            inner = int(np.prod(seen[1].high - seen[1].low) < np.prod(seen[0].high - seen[0].low))
+            (first, bottom), (last, top) = seen[inner].low, seen[inner].high
+            limit, inset = self.rules.limit, self._overlap
+            for side, back, start in (("+", "-", last), ("-", "+", first - limit)):
+                beside = footprints.box_along(axis, (start, bottom + inset), (start + limit, top - inset))
+                if beside.intersects(shapes[1 - inner]):
+                    yield (one, other)[inner], f"{way} {side}"
+                    yield (one, other)[1 - inner], f"{way} {back}"
+
     def _beside(
-        self, pairs: Iterable[Facing], outlines: Mapping[int, Outline], reasons: dict[frozenset[int], str]
+        self,
+        pairs: Iterable[Facing],
+        outlines: Mapping[int, Outline],
+        across: Mapping[frozenset[int], bool],
+        reasons: dict[frozenset[int], str],
     ) -> Iterator[Facing]:
-        """The pairs that may be neighbours in a row; the reason is noted for those that may not."""
+        """The pairs that may be neighbours in a row; the reason is noted for those that may not.
+
+        ``across`` has the pairs that face each other across the street, and whether they overlap there too.
+        """
         for pair in pairs:
             length, share, nearest = footprints.faced(outlines[pair.left], outlines[pair.right], reach(self.rules))
             key, is_overlap = frozenset((pair.left, pair.right)), pair.gap < -self._overlap
             if is_overlap and not self._lie_on_each_other(pair):
-                reasons[key] = ACROSS  # one stands in the other's corner, or a street bends: nothing overlaps
+                # Nothing overlaps: one stands in the other's corner or court, or a street bends.
+                reasons[key] = INSIDE if across.get(key, True) else ACROSS
             elif not is_overlap and share < self.rules.least_facing:
                 reasons[key] = f"facing each other over {say(length, GAP, 2)} only ({percent(share)})"
             else:
@@ -368,14 +406,37 @@ class Street(NamedTuple):
     def _note_partial(self, pairs: Sequence[Neighbours]) -> None:
         """A note on neighbours that face each other over a part of their fronts."""
         each = [f"{pair.left.name} and {pair.right.name} {pair.faced_words}" for pair in pairs]
-        more = f"; and {len(each) - LISTED} more ({NEIGHBOURS})" if len(each) > LISTED else ""
         if each:
-            named = f"{'; '.join(each[:LISTED])}{more}"
             self.notes.doubts.add(
                 "",
-                f"{named}: taken as full neighbours, though a blow beside the middle turns buildings, which a row "
-                "leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over less",
+                f"{_some(each)}: taken as full neighbours, though a blow beside the middle turns buildings, which a "
+                "row leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over "
+                "less",
             )
+
+    def _note_given(self, rows: Sequence[BlockRow]) -> None:
+        """A note on the pairs that given gaps are taken for; a fault for a row of which the file has no order.
+
+        The gap of a building is that to its right, which the order of the file says where no axis is stated.
+        """
+        numbers = {house.place: number for number, house in enumerate(self.houses)}
+        taken = []
+        for row in rows:
+            order = [numbers[house.place] for house in row.buildings]
+            given = [self._named(number) for number in order if isfinite(self.houses[number].gap)]
+            if given and self.rules.axis is None and order != sorted(order):
+                ways = f'--axis "{row.direction:.0f} deg" or "{(row.direction + 180.0) % 360.0:.0f} deg"'
+                self.notes.faults.append(
+                    f"{listed(given, 1)}, gap: is that to the building on the right, and the file does not list the "
+                    f"row from left to right; list it so, or state which way is from left to right ({ways})"
+                )
+            taken += [
+                f"{say(left.gap, GAP)} between {left.name} and {right.name}"
+                for left, right in pairwise(row.buildings)
+                if isfinite(left.gap)
+            ]
+        if taken:
+            self.notes.doubts.add("", f"gap, as given, is that to the building on the right: {_some(taken)}")
 
     def _named(self, number: int) -> str:
         return f"{self.places[number]}, {self.houses[number].name}"
@@ -402,6 +463,12 @@ class Street(NamedTuple):
         if pair.gap < 0.0:
             return fill(0.0, f"the walls overlap by {say(-pair.gap, GAP, 2)}, within the survey's {say(survey, GAP)}")
         return pair.gap
+
+
+def _some(each: Sequence[str]) -> str:
+    """The first sentences on pairs of neighbours, and how many more there are."""
+    more = f"; and {len(each) - LISTED} more ({NEIGHBOURS})" if len(each) > LISTED else ""
+    return f"{'; '.join(each[:LISTED])}{more}"
 
 
 def _unhidden(pairs: Sequence[Facing]) -> list[Facing]:

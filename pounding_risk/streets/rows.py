@@ -24,7 +24,16 @@ from pounding_risk.streets.footprints import Array, rings
 from pounding_risk.streets.inventory import inventory_table
 from pounding_risk.streets.inventory._lines import Notes as Doubts
 from pounding_risk.streets.joined import with_inventory
-from pounding_risk.streets.neighbours import NEIGHBOURS, BlockRow, ClosePair, Street, between_streets, neighbours_csv
+from pounding_risk.streets.neighbours import (
+    INSIDE,
+    NEIGHBOURS,
+    NO_AXIS,
+    BlockRow,
+    ClosePair,
+    Street,
+    between_streets,
+    neighbours_csv,
+)
 from pounding_risk.streets.scenes import CONCRETE, FILLED, Contact, filled_csv, scene_text, slug
 from pounding_risk.streets.table import (
     MAPS,
@@ -189,8 +198,9 @@ class Block(ShortRepr):
             axis = "another direction of the street" if self.rules.axis is not None else "the direction of the street"
             facing = " or a smaller --least-facing" if self.rules.least_facing > 0.0 else ""
             count = f"{len(self.close)} pair{'s stand' if len(self.close) > 1 else ' stands'}"
-            words += f" as neighbours, though {count} so close, such as {self.close[0].words}"
-            words += f"; state {axis} (--axis){facing}"
+            beside = [pair for pair in self.close if pair.reason != INSIDE]
+            words += f" as neighbours, though {count} so close, such as {(beside or self.close)[0].words}; "
+            words += f"state {axis} (--axis){facing}" if beside else NO_AXIS
         else:
             words += "; check the walls and the coordinates, or write a larger limit (--limit)"
         raise BlockError(self.source, [words])
@@ -307,8 +317,8 @@ def read_block(
     -----
     Columns, each with its unit in brackets, `height [m]`, or in its cells: name, street (one table may have several),
     height, storeys, typology, period, damping, floor mass, or floor area and floor load, gap (to the building on the
-    right), and in a CSV left wall and right wall (positions along the street). Without walls the lines are in the order
-    of the street. Lines of a CSV that start with # are left out.
+    right), and in a CSV left wall and right wall (positions along the street; left walls of all buildings or of none).
+    Without walls the lines are in the order of the street. Lines of a CSV that start with # are left out.
 
     Footprints are laid flat by a transverse Mercator projection about their middle, whose scale is 1 there. The axis of
     a street is that of ``rules``; without it each group of buildings that hang together has that direction of its walls
@@ -413,7 +423,7 @@ def _table(source: Path, rules: Rules, layer: str | None, within: str | None, in
         need_maps(str(source))
         from pounding_risk.streets.maps import read_map
 
-        table = read_map(source, metres=rules.metres, layer=layer, within=within)
+        table = read_map(source, metres=rules.metres, layer=layer, within=within, limit=rules.limit)
         return table if inventory is None else with_inventory(table, Path(inventory))
     if suffix != ".csv":
         kinds = ", ".join((".csv", *MAPS))

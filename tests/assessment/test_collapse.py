@@ -14,12 +14,14 @@ from scipy.special import log_ndtr
 
 import pounding_risk as pr
 from pounding_risk.assessment.assess import assess
+from pounding_risk.assessment.demands import motions_of
 from pounding_risk.questions.along import findings
 from pounding_risk.questions.simulate import sheet
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.reports.data import ReportData
 from pounding_risk.reports.explorer import page_model
 from pounding_risk.reports.sections import records
+from pounding_risk.results.opened import Results
 
 G = 9.80665
 LAW = {"rule": "peak_oriented", "backbone": [[4.0, 1.15], [12.0, 0.3]], "collapse_drift": 0.03}
@@ -189,6 +191,81 @@ def test_a_building_that_stands_is_not_damaged_by_the_collapse_of_another():
     assert int(wall["reached"].sum()) == 0 and int(wall["runs"].sum()) == 13
     assert int(frame["reached"].sum()) >= 5 and int(frame["runs"].sum()) == 18
     assert "runs in which frame collapses are left out" in found.attrs["assumptions"]
+
+
+def struck_row(**more) -> pr.Scene:
+    """A weak building that only a blow of its neighbour makes collapse, and a third one 160 mm beside it."""
+    floors = {"storey_heights": "3.2 m", "damping": 0.05}
+    yielding = {"rule": "peak_oriented", "backbone": [[3.0, 1.05], [7.0, 0.1]], "collapse_drift": 0.03}
+    storeys = {"storey_strengths": ["700 kN", "600 kN"], "hysteresis": yielding}
+    chains = [
+        ("hammer", ["900 t", "900 t"], ["140 MN/m", "120 MN/m"], {}),
+        ("weak", ["100 t", "80 t"], ["160 MN/m", "130 MN/m"], storeys),
+        ("far", ["150 t", "150 t"], ["300 MN/m", "250 MN/m"], {}),
+    ]
+    buildings = [
+        pr.ShearBuilding(name, floor_masses=masses, storey_stiffnesses=springs, **floors, **laws)
+        for name, masses, springs, laws in chains
+    ]
+    law = pr.laws.Jankowski(stiffness="2e10 N/m^1.5")
+    interfaces = [pr.Interface(gap=gap, law=law, restitution=0.6) for gap in ("5 mm", "160 mm")]
+    names = ["RSN6-180", "RSN77-164", "RSN753-090", "NAPA-HNN"]
+    polarity = ["as recorded", "reversed"]
+    ground = pr.Records(names, pga="0.22 g", polarity=polarity, window=["0 s", "10 s"])
+    effects = {"inelastic_storeys": {"hardening": 0.05}, "p_delta": {}}
+    return pr.Scene(buildings, interfaces, ground, effects=effects, **more)
+
+
+def test_a_storey_that_pounding_makes_collapse_counts_against_the_verdict_on_the_next_gap(tmp_path):
+    """The run ends there: whether the weak building would have met the far one later is not known."""
+    struck = pr.scan(struck_row())
+    fell = struck["status"].values.ravel() > 0
+    assert fell.sum() == 4 and struck["storey_collapse_time_free"].isnull().all()
+    assert (struck["peak_closing_free"].isel(interface=1) < 0.16).all()  # alone they leave the gap open
+    beside, beyond = pr.assess(struck, target=0.3).interfaces
+    assert (beside.contact_at_gap().count, beside.contact_at_gap().runs) == (8, 8)  # they touch before it
+    here = beyond.contact_at_gap()
+    assert (here.count, here.runs) == (0, 4) and beyond.verdict.word == "depends"
+    lost = "counted against the verdict: 4 motions; in 4 of them pounding in the row makes a storey collapse"
+    assert lost in " ".join(beyond.verdict.evidence)
+    assert any("No gap can be shown to keep 30 %: 4 of 8 motions" in sentence for sentence in beyond.verdict.conclusion)
+    pr.export(struck, "taxonomy", tmp_path / "row.csv")
+    rows = {row["building"]: row for row in csv.DictReader((tmp_path / "row.csv").read_text().splitlines())}
+    assert float(rows["far"]["P(contact)"]) == pytest.approx(4 / 8) and float(rows["far"]["P(contact) low"]) == 0.0
+
+
+def test_a_gap_at_which_pounding_makes_a_storey_collapse_in_every_motion_is_not_known():
+    struck = pr.scan(struck_row()).isel(record=[0, 2])
+    assert (struck["status"] > 0).all()
+    one = pr.assess(struck).interfaces[1]
+    share = one.contact_at_gap()
+    assert (share.count, share.runs, share.high_recordings, one.verdict.word) == (0, 4, 1.0, "depends")
+    assert one.verdict.sentence.endswith("in the runs at this gap pounding makes a storey collapse, or they fail.")
+    assert all(need.at_least for need in one.required)
+
+
+def test_samples_in_which_pounding_makes_a_storey_collapse_are_on_neither_side():
+    drift = {"distribution": "uniform", "low": 0.02, "high": 0.05}
+    samples = {"samples": 4, "building.weak.hysteresis.collapse_drift": drift}
+    struck = pr.scan(struck_row(uncertain=samples))
+    fell = struck["status"].values > 0
+    answer = pr.uncertainty(struck, target=0.3).sel(interface="weak | far")
+    assert float(answer["judged_probability"]) == pytest.approx(fell.mean())
+    assert float(answer["judged_probability_low"]) < 0.01 and str(answer["sentence"].item()).startswith("Depends")
+    assert f"weak | far: {fell.sum()} of {fell.size} outcomes without a finite response" in answer.attrs["assumptions"]
+
+
+def test_a_gap_at_which_pounding_makes_a_storey_collapse_is_not_shown_to_be_enough():
+    """Two motions leave 20 mm open alone, and make the weak building fall where it is 20 mm from either neighbour."""
+    struck = pr.scan(struck_row(grid={"gap": ["10 mm", "20 mm", "300 mm"], "pga": ["0.35 g"]}))
+    fell = struck["status"].transpose(..., "gap").values.reshape(8, 3) > 0
+    alone = struck["peak_closing_free"].isel(interface=1).values.ravel()
+    assert fell.sum(axis=0).tolist() == [2, 2, 0] and 0.01 < alone[fell[:, 0]].max() < 0.02
+    runs = [pr.assess(struck, gap=gap).interfaces[1].contact_at_gap().runs for gap in ("10 mm", "20 mm", "300 mm")]
+    assert runs == [7, 6, 8]  # one of the two closes 10 mm alone
+    motions = motions_of(Results(struck).interfaces[1][1])
+    needs = [motions.run.above(closing) for closing in motions.closing[fell[:, 1], 0].tolist()]
+    assert needs == pytest.approx([0.3, 0.3]) and motions.finite.all()
 
 
 def test_a_collapse_is_an_infinite_demand(tmp_path):

@@ -233,6 +233,7 @@ def test_without_samples_nothing_is_uncertain(scanned, says):
         refusal(pr.uncertainty, scanned.isel(sample=[0])),
         refusal(pr.uncertainty, uncertain_pulses(samples=4), output="peak_contact_force"),
     )
+    assert "as by samples = 0" in refusal(pr.uncertainty, uncertain_pulses(samples=0))
 
 
 def test_correlated_numbers_have_no_sobol_indices():
@@ -317,7 +318,7 @@ def test_a_tornado_of_nothing_says_so(of_scene, output, scale):
     idle["chosen_output"][:] = output
     axis = uncertainty_figure(idle).axes[-1]
     least = {"contact_probability": "P(contact) at 0 %", "required_gap": "the required gap at less than 0.01 mm"}
-    (words,) = (text.get_text().replace("\n", " ") for text in axis.texts)
+    (words,) = (text.get_text().replace("\n", " ").replace("\xa0", " ") for text in axis.texts)
     assert words == f"each number alone leaves {least[output]}" and not axis.patches
 
 

@@ -8,10 +8,12 @@ import pytest
 from axes import AXES, pair_text
 from commands import done, refused, run
 from explorer_page import embedded, unpacked
-from uncertain import uncertain_text
+from uncertain import uncertain_row_text, uncertain_text
 
 import pounding_risk as pr
 from pounding_risk import figures
+from pounding_risk.results.files import open_results
+from pounding_risk.results.opened import Results
 from pounding_risk.statistics.required_gap import rounded_up
 
 PLACE = ["--select", "building.left.period=0.5 s", "--select", "interface.restitution=0.8"]
@@ -84,6 +86,50 @@ def test_view_lets_the_reader_choose_the_place(folder):
         np.testing.assert_array_equal(unpacked(model, outputs[name]), kept.values.astype("f4"), err_msg=name)
     assert "building.left.period" in outputs["peak_displacement_free"]["dims"]
     assert "interface.restitution" not in outputs["peak_displacement_free"]["dims"]
+
+
+@pytest.fixture(scope="module")
+def samples(tmp_path_factory):
+    """A row whose first gap the grid varies and whose second is uncertain, as files of a scan."""
+    file = tmp_path_factory.mktemp("samples") / "row.toml"
+    gap = {"distribution": "uniform", "low": "8 mm", "high": "12 mm"}
+    text = uncertain_row_text({"interface.2.gap": gap}, 2, {"interface": "A | B"}, 2)
+    damage = '[[damage]]\nname = "slight"\ndrift = "0.5 %"\n'
+    file.write_text(f"{text}\n{damage}", encoding="utf-8")
+    done("scan", file, "-o", file.with_suffix(".nc"))
+    return file.with_suffix(".nc")
+
+
+ANSWERING = ("assess -o a.csv", "uncertainty -o u.csv", "summary", "view -o v.html", "draw --figure along=l.svg")
+OF_ONE_PLACE = (
+    "damage",
+    "report -o r.html",
+    "separations",
+    "histories -o h.nc",
+    *(f"draw --{option} d.svg" for option in ("elevation", "plan", "profiles")),
+    *(f"draw --figure {name}=f.svg" for name in ("scan", "ratio", "assessment", "separations", "elevation")),
+    *(f"export --to {name} -o x" for name in ("pelicun", "geoparquet", "csv")),
+    *(f"export --to {name} -o x.{end}" for name, end in (("nrml", "xml"), ("geopackage", "gpkg"), ("taxonomy", "csv"))),
+)
+
+
+def test_a_row_of_uncertain_gaps_has_the_gaps_that_its_scene_states(samples):
+    found = Results(open_results(samples))
+    assert found.gaps.values.tolist() == [[0.005, 0.01], [0.04, 0.01]]
+    assert (found.varied_interface, found.scene_place) == (0, 0)
+
+
+@pytest.mark.parametrize("line", [*ANSWERING, *OF_ONE_PLACE])
+def test_every_command_on_a_row_of_uncertain_gaps_answers_or_says_why_not(line, samples, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    command, *options = line.split()
+    if line in OF_ONE_PLACE:
+        assert "--select 'sample=0'" in refused(command, samples, *options)
+        return
+    done(command, samples, *options)
+    if command == "view":
+        facts = embedded(tmp_path / "v.html")["facts"]
+        assert "Each place along sample has gaps of its own; the axis gap has the scene's own of A | B." in facts
 
 
 def test_separations_of_one_place(folder):

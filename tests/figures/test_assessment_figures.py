@@ -1,6 +1,7 @@
 """Figures of assessments: along axes every number is that of `assess_along`; of damage; and what colours mean."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from pounding_risk.assessment.separations.rules import VERIFICATIONS
 from pounding_risk.assessment.separations.table import Comparison, SeparationRow, code_table
 from pounding_risk.figures import damage_figure, ida_figure, results_figure
 from pounding_risk.figures.along import along_figure
-from pounding_risk.figures.assess import assessment_figure
+from pounding_risk.figures.assess import assessment_figure, draw_rates
 from pounding_risk.figures.separations import draw_rules, separations_figure
 from pounding_risk.figures.style import MEANING, RULE_MARKS, STYLES, contact_styles, panel, strength_styles, styles
 from pounding_risk.questions.damage import sheet as damage_sheet
@@ -225,6 +226,33 @@ def test_figures_say_the_finding(folder, says):
     says(refusal(damage_figure, pr.open_results(folder / "scan.nc")), refusal(ida_figure, results.isel(level=[0])))
 
 
+def many_states(results, demands: int, of_each: int):
+    """The first state of a dataset under other names: so many of each demand."""
+    places = [(demand, state) for demand in range(demands) for state in range(of_each)]
+    many = results.isel(state=[0] * len(places))
+    many["state_words"] = "state", [f"drift of D{demand} ≥ {state + 1} %" for demand, state in places]
+    return many.assign_coords(state=[f"D{demand} S{state}" for demand, state in places])
+
+
+@pytest.mark.parametrize(("demands", "of_each", "panels"), [(2, 3, 1), (4, 4, 4), (1, 8, 2), (7, 2, 5)])
+def test_every_curve_of_many_states_has_a_look_of_its_own_in_its_panel(folder, demands, of_each, panels):
+    """Of six states, as many as there are marks, in one panel; of more in a row of two for each demand, five rows."""
+    many = many_states(pr.damage(folder / "scan.nc", method="ida"), demands, of_each)
+    figure = damage_figure(many)
+    assert len(figure.axes) == 2 * panels
+    legends = [text.get_text() for axis in figure.axes if axis.get_legend() for text in axis.get_legend().get_texts()]
+    drawn = [state for state in many["state"].values if any(label.startswith(state) for label in legends)]
+    for axis in figure.axes[::2]:
+        points = [line for line in axis.lines if line.get_linestyle() == "None"]
+        for lines in ([line for line in axis.lines if line not in points], points):
+            looks = {(line.get_color(), line.get_linestyle(), line.get_marker(), line.get_mfc()) for line in lines}
+            assert len(looks) == len(lines)
+    left_out = len(many["state"]) - len(drawn)
+    assert (f"{left_out} more states not drawn" in words_of(figure)) == (left_out > 0)
+    (caption,) = [block["caption"] for block in damage_sheet(many) if block["kind"] == "figure"]
+    assert ("more states not drawn" in caption) == (left_out > 0)
+
+
 def test_a_report_has_a_section_on_the_states(folder):
     """With the numbers of the command; none for a scene without states."""
     results = pr.open_results(folder / "scan.nc")
@@ -280,6 +308,27 @@ def test_what_is_drawn_twice_has_one_colour(scan):
     assert named(beside, "gap needed") == {MEANING["motions"]}
     for name in ("ABS", "SRSS", "CQC"):
         assert named(beside, name) == named(assessed, name) == {MEANING["rule"]}
+
+
+HAZARD = "pga [g],annual rate [1/year]\n0.05,0.04\n0.2,0.0042\n0.8,0.00012\n"
+
+
+def test_a_rate_at_one_gap_is_seen_and_the_others_are_said_to_lack(scan, tmp_path):
+    """Also where that gap is far wider than the one that is assessed."""
+    hazard = tmp_path / "hazard.csv"
+    hazard.write_text(HAZARD, encoding="utf-8")
+    assessed = assess(scan, gap="20 mm", hazard=hazard)
+    (one,) = assessed.interfaces
+    known = next(rate for rate in one.rates if rate.what == "contact" and rate.annual > 0.0)
+    lacking = tuple(replace(gap, gap=np.nan, fault="scan wider gaps") for gap in one.gaps_for_rates)
+    for gap in (0.02, 0.2):
+        alone = replace(one, rates=(replace(known, gap=gap),), gaps_for_rates=lacking)
+        (axis,) = panel(draw_rates, assessed, alone).axes
+        assert "For 20 % in 50 years: scan wider gaps" in " ".join(axis.texts[0].get_text().split())
+        line = next(line for line in axis.lines if str(line.get_label()).startswith("contact, under"))
+        assert line.get_marker() == "o" and axis.get_xlim()[1] > line.get_xdata()[0] == pytest.approx(1e3 * gap)
+        low, high = axis.get_ylim()
+        assert low < known.low < known.annual < known.high < high
 
 
 def test_how_a_clause_is_known_is_shown_by_the_mark_alone():

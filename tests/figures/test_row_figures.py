@@ -28,6 +28,7 @@ from pounding_risk.figures.row import (
     plan_figure,
     profile,
     profiles_figure,
+    where_words,
 )
 from pounding_risk.figures.simulate import simulation_figure
 from pounding_risk.figures.style import in_lines
@@ -171,7 +172,7 @@ def test_the_plan_takes_footprints_and_says_whose_is_missing(case, says):
     square = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 12.0], [0.0, 12.0]])
     given = {each.name: square + np.array([11.0 * at, 0.0]) for at, each in enumerate(STREET)}
     figure = plan_figure(case, {**given, "Lone": square + np.array([90.0, 0.0])})
-    assert "in no row" in texts(figure)
+    assert "no result given" in texts(figure)  # whether or not it stands in a row
     drawn = figure.findobj(PathCollection)[0].get_paths()
     np.testing.assert_array_equal(drawn[3].vertices[:4], given["Tower"])
     del given["Tower"]
@@ -278,8 +279,13 @@ def test_the_plan_of_several_rows_is_headed_by_all_their_gaps(results):
 
 
 def test_the_columns_own_yield_force_stands_beside_that_of_floors(case):
-    columns = case.results["contact_point_yield_force"].values[case.results["contact_point_kind"].values == "column"]
-    assert f"(of columns {columns.min() / 1e3:.0f}" in texts(elevation_figure(case)).replace("\n", " ")
+    results = case.results
+    forces, is_column = results["contact_point_yield_force"], results["contact_point_kind"].values == "column"
+    columns = f"{forces.values[is_column].min() / 1e3:.0f} kN"
+    assert f"(of columns {columns})" in texts(elevation_figure(case)).replace("\n", " ")
+    of_columns = forces.copy(data=np.where(is_column, forces.values, np.inf))
+    changed = case._replace(results=results.assign_coords(contact_point_yield_force=of_columns))
+    assert f"F_E = {columns} of columns, floors without yielding" in where_words(changed)
 
 
 def test_a_line_that_breaks_leaves_no_single_word():

@@ -83,7 +83,7 @@ def test_several_rows_share_a_plan_only(file, says, tmp_path):
 def test_a_plan_takes_the_footprints_of_a_street(file, tmp_path):
     street = street_file(tmp_path / "street.geojson", [("", name) for name in (*(one.name for one in STREET), "Lone")])
     done("draw", file, "--plan", tmp_path / "p.svg", "--street", street)
-    assert "in no row" in (tmp_path / "p.svg").read_text("utf-8")
+    assert "no result given" in (tmp_path / "p.svg").read_text("utf-8")
 
 
 def test_buildings_of_one_name_in_two_streets_stand_apart(tmp_path):

@@ -419,3 +419,15 @@ def test_an_interface_is_chosen_and_its_buildings_are_shown(driver, row_results,
     np.testing.assert_allclose(drawn[3][1], np.repeat(tower, 2), rtol=2e-7)  # float32 has seven digits
     assert drawn[3][2][-1] == pytest.approx(22.4)
     assert driver.get_log("browser") == []
+
+
+@needs_browser
+def test_the_words_of_the_axis_of_yield_forces_are_whole_beside_its_title(driver, row_written):
+    Reader(driver, row_written)
+    ticks, title, left = driver.execute_script(
+        "const map = document.getElementById('map'), box = (one) => one.getBoundingClientRect();"
+        "const ticks = [...map.querySelectorAll('.ytick text')].map((one) => [one.textContent, box(one).left]);"
+        "return [ticks, box(map.querySelector('.ytitle')).right, box(map).left]"
+    )
+    assert "columns' own" in dict(ticks)
+    assert left < title < min(place for _, place in ticks)

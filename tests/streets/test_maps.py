@@ -227,6 +227,18 @@ def test_buildings_within_a_box_or_polygons(tmp_path, says):
     says(read_faults(path), read_faults(path, within="1,1,2,2"), read_faults(path, within="2,1,1,2"))
 
 
+@pytest.mark.parametrize("system", ["EPSG:4326", "EPSG:3857", "EPSG:32633"])
+def test_a_building_beside_the_edge_of_a_box_is_named(tmp_path, system):
+    """The third house is left out, 300 mm from the second one; in web maps a metre is 1.3 units at 40 degrees north."""
+    path = tmp_path / "street.gpkg"
+    frame(in_degrees(made_street(), 15.0, 40.0), "EPSG:4326").to_crs(system).to_file(path, engine="pyogrio")
+    box = f"14.9,39.9,{15.0 + 20.0 / 85.4e3},40.1"
+    for limit, parted in ((0.29, []), (0.31, ["feature 3 (300 mm from feature 2)"])):
+        notes = read_block(path, Rules(limit=limit), within=box).notes
+        assert [note.partition(": left out by --within")[0] for note in notes] == parted
+    assert read_block(path, within="14.9,39.9,15.1,40.1").notes == ()
+
+
 def test_a_file_of_openstreetmap_is_read_as_it_is(tmp_path, says):
     """Tags in columns and in other_tags, as GDAL writes them; parts stand in their buildings; shared names."""
     shapes = [*in_degrees(made_street(), 15.0, 40.0)]
@@ -307,6 +319,20 @@ def test_gaps_that_were_measured_otherwise_are_known(tmp_path):
     assert uncertain is not None and len(uncertain.numbers) == 3
 
 
+def test_a_given_gap_is_refused_where_the_file_has_no_order(tmp_path, says):
+    """That of the second building is to the third, as the note says, and to the first where right is the other way."""
+    for name, order in (("street.gpkg", [0, 1, 2, 3, 4]), ("mixed.gpkg", [4, 1, 0, 2, 3])):
+        shapes = [in_degrees(made_street(), 15.0, 40.0)[number] for number in order]
+        columns = {"name": [f"No. {number}" for number in order], "gap [mm]": [90.0 if n == 1 else None for n in order]}
+        write(tmp_path / name, shapes, "EPSG:4326", **columns)
+    block = read_block(tmp_path / "street.gpkg", Rules(survey=0.3))
+    assert [pair.right.name for pair in only(block).pairs if pair.gap == 0.09] == ["No. 2"]
+    says(block.notes, read_faults(tmp_path / "mixed.gpkg", Rules(survey=0.3)))
+    for axis, name in ((90.0, "No. 2"), (270.0, "No. 0")):
+        pairs = only(read_block(tmp_path / "mixed.gpkg", Rules(survey=0.3, axis=axis))).pairs
+        assert [pair.right.name for pair in pairs if pair.gap == 0.09] == [name]
+
+
 def test_the_last_decimal_of_coordinates_is_the_resolution(tmp_path):
     """Six decimals of a degree of 111.2 km are 0.1112 m; walls that overlap by less touch."""
     shapes = [shapely.set_precision(shape, 1e-6) for shape in in_degrees(made_street(), 15.0, 40.0)]
@@ -363,6 +389,38 @@ def test_sides_and_positions_are_told(tmp_path):
     assert [row["place in the file"] for row in rows] == [f"feature {n}" for n in range(1, 6)]
     outline = shapely.from_wkt(rows[0]["footprint [WKT, deg]"])
     assert outline.centroid.x == pytest.approx(float(rows[0]["longitude [deg]"]), abs=1e-8)
+
+
+COURT = shapely.box(0, 0, 30, 30).difference(shapely.box(10, 10, 20, 20))
+WINGS = shapely.MultiPolygon([shapely.box(0, 0, 10, 12), shapely.box(20.1, 0, 30, 12)])
+HORSESHOE = shapely.box(0, 0, 30, 20).difference(shapely.box(8, 8, 22, 20))
+CORNER = shapely.box(0, 0, 30, 20).difference(shapely.box(10.05, 5, 30, 20))
+
+
+@pytest.mark.parametrize(
+    ("around", "inner", "sides", "rows"),
+    [
+        (COURT, (10.3, 10.3, 19.7, 19.7), 4, (0, 0)),
+        (WINGS, (10.05, 0, 20.05, 12), 2, (0, 0)),
+        (HORSESHOE, (8.2, 8.2, 21.8, 20), 3, (0, 1)),  # open to the north
+        (CORNER, (10.1, 4.95, 28, 20), 2, (0, 1)),  # by 50 mm on the wing, which the survey explains
+    ],
+    ids=["court", "wings", "horseshoe", "corner"],
+)
+@pytest.mark.parametrize("turn", [0.0, 20.0])
+def test_sides_of_a_building_in_another_are_counted_by_walls(tmp_path, around, inner, sides, rows, turn):
+    """Of both the same; with the axis east and north, neither of which makes a row of a house in a court."""
+    shapes = [shapely.affinity.rotate(shape, -turn, origin=(0, 0)) for shape in (around, shapely.box(*inner))]
+    path = write(tmp_path / "street.parquet", shapes, None)
+    for axis, number in zip((90.0, 0.0), rows, strict=True):
+        block = read_block(path, Rules(metres=True, axis=axis + turn, resolution=0.0))
+        assert list(block.sides.values()) == [sides, sides] and len(block.rows) == number
+        inside = [pair.reason.startswith("one stands in a court") for pair in block.close]
+        assert inside == ([] if number else [rows == (0, 0)])
+    if rows == (0, 0):
+        with pytest.raises(BlockError, match=r"between its parts; no direction makes a row of such two: write a \.csv"):
+            block.check()
+        assert "--axis" not in commands.run("block", str(path), "--metres").output
 
 
 def test_streets_at_an_angle_have_an_axis_of_their_own(tmp_path):
@@ -483,10 +541,41 @@ def test_the_command_reads_a_map(tmp_path, says):
     assert "measured gaps are uniform within 100 mm of the distance of the walls (as stated)" in told.output
     assert "by buildings: 2 on one, 3 on two" in told.output
     assert tomllib.loads((tmp_path / "out" / "street.toml").read_text())["uncertain"]["samples"] == 16
-    for wrong in ("--samples 16", "--within x", "--layer x", "--storeys 0", "--resolution 5"):
+    for wrong in (
+        "--samples 16",
+        "--samples 16 --resolution 0m",
+        "--samples 0 --resolution 1m",
+        "--within x",
+        "--layer x",
+        "--storeys 0",
+        "--resolution 5",
+    ):
         refused = commands.run(*words[:2], *wrong.split())
         assert refused.exit_code == 2
         says(" ".join(refused.stderr.split()))
+
+
+def test_an_option_without_effect_is_noted_or_refused(tmp_path, says):
+    """Of a map whose houses lack typology and load alone; the area and the gap are those of its footprints."""
+    three(tmp_path)
+    can_act = {"--typology": "steel_frame", "--floor-load": "9 kN/m^2", "--storeys": "4", "--storey-height": "3.5 m"}
+    words = ["block", str(tmp_path / "street.gpkg"), *(word for pair in can_act.items() for word in pair)]
+    told = commands.run(*words)
+    assert told.exit_code == 0 and re.findall(r"(--[a-z-]+): without effect", told.output) == [
+        "--storey-height",
+        "--storeys",
+    ]
+    for file, wrong in (
+        ("street.gpkg", ("--gap", "30 mm")),
+        ("street.gpkg", ("--floor-area", "90 m^2")),
+        ("t.csv", ("--axis", "30 deg")),
+        ("t.csv", ("--least-facing", "10 %")),
+    ):
+        (tmp_path / "t.csv").write_text("name,storeys,floor mass [t]\na,3,80\nb,3,80\n")
+        refused = commands.run("block", str(tmp_path / file), *wrong)
+        assert refused.exit_code == 2
+        says(" ".join(refused.stderr.split()))
+    assert "--gap" not in commands.run("block", str(tmp_path / "t.csv"), "--gap", "30 mm").output
 
 
 def test_without_the_extra_a_table_is_read_and_a_map_is_refused(monkeypatch):
@@ -539,6 +628,30 @@ def test_an_inventory_is_joined_by_ids_where_points_agree(tmp_path, says):
     command = ["block", str(path), "--inventory", str(tmp_path / "loc.csv")]
     assert "1 by id or name" in commands.run(*command).output
     says(read_faults(SHIPPED / "street.csv", inventory=tmp_path / "loc.csv"))
+
+
+def test_a_code_without_a_typology_leaves_that_of_the_map(tmp_path):
+    """OED 5050 is a light wood frame, of which no typology is one; the second house has none in the map either."""
+    shapes = in_degrees(made_street(), 23.7, 37.9)
+    path = write(tmp_path / "street.fgb", shapes, "EPSG:4326", typology=["concrete_walls", *4 * [None]])
+    lines = [(f"L{n}", *shapely.point_on_surface(shapes[n]).coords[0], 3) for n in (0, 1)]
+    (tmp_path / "loc.csv").write_text(oed(lines).replace(",5103,", ",5050,"))
+    block = read_block(path, inventory=tmp_path / "loc.csv")
+    assert [house.typology for house in block.houses[:2]] == ["concrete_walls", "masonry"]
+    (note,) = [note for note in block.notes if "has no typology here" in note]
+    assert "one that a column or the map gives is taken, or else the one stated" in note
+
+
+def test_a_name_that_is_the_id_of_another_footprint_joins_nothing(tmp_path, says):
+    """House numbers beside ids that count from 1; a point in a footprint decides."""
+    shapes = in_degrees(made_street(), 23.7, 37.9)
+    numbers = {"name": ["1", "3", "5", "7", "9"], "id": ["1", "2", "3", "4", "5"]}
+    path = write(tmp_path / "street.fgb", shapes, "EPSG:4326", **numbers)
+    (tmp_path / "table.csv").write_text("name,storeys\n1,2\n3,4\n5,6\n")
+    says(read_faults(path, inventory=tmp_path / "table.csv"))
+    inner = shapely.point_on_surface(shapes[1])
+    (tmp_path / "loc.csv").write_text(oed([("3", inner.x, inner.y, 7), ("4", 23.75, 37.9, 5), ("9", 23.75, 37.9, 5)]))
+    assert [house.storeys for house in read_block(path, inventory=tmp_path / "loc.csv").houses] == [3, 7, 3, 3, 3]
 
 
 def test_what_an_inventory_states_is_not_listed_as_that_of_a_part(tmp_path):

@@ -319,6 +319,9 @@ CSV_FAULTS = {
     "a gap to nobody": HEAD + "A,12,3,masonry,180,20\n",
     "a name twice": HEAD + "A,12,3,masonry,9,\nA,12,3,masonry,9,\n",
     "walls changed": "name,storeys,floor mass [t],left wall [m],right wall [m]\nA,3,80,5,2\n",
+    # By their walls C overlaps no other, and A, B and C are a row.
+    "walls of some": "name,storeys,floor mass [t],left wall [m],right wall [m]\n"
+    "C,3,80,20.02,30\nA,3,80,0,10\nD,3,80,,\nB,3,80,10.03,20\n",
     "a gap that the walls contradict": "name,storeys,floor mass [t],left wall [m],right wall [m],gap [mm]\n"
     "A,3,80,0,9,20\nB,3,80,9.5,12,\n",
 }

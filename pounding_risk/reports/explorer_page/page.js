@@ -278,7 +278,7 @@ function axisLayout(axis) {
   const every = Math.ceil(labels.length / MOST_TICKS);
   const shown = [...labels.keys()].filter((index) => index % every === 0 || !isNumber(labels[index]));
   return {
-    title: { text: `${axes[axis].title.replace("F_E", "<i>F</i><sub>E</sub>")} [${axes[axis].unit}]` },
+    title: { text: `${axes[axis].title.replace("F_E", "<i>F</i><sub>E</sub>")} [${axes[axis].unit}]`, standoff: 10 },
     tickvals: shown, ticktext: shown.map((index) => labels[index]),
     range: [-0.5, labels.length - 0.5], showgrid: false, zeroline: false, linecolor: "#555", mirror: true,
   };
@@ -326,7 +326,7 @@ function drawMap(output) {
   const layout = {
     margin: { l: 75, r: 10, t: 34, b: 55 }, plot_bgcolor: "#fff", paper_bgcolor: "#fff", uirevision: "map",
     font: { family: 'system-ui, "Segoe UI", "DejaVu Sans", sans-serif', size: 13, color: "#1a1a1a" },
-    xaxis: axisLayout("gap"), yaxis: axisLayout("yield_force"),
+    xaxis: axisLayout("gap"), yaxis: { ...axisLayout("yield_force"), automargin: true },
     shapes: [frame(state.cell, "#fff", 6), frame(state.cell, "#d55e00", 3)], annotations: pinNotes(),
   };
   // By name, because Plotly's own choice has a button that would upload the chart.

@@ -177,8 +177,9 @@ def closing_motions(results: xr.Dataset, assessment: Assessment) -> Array:
     for (_, interface), one in zip(Results(results).interfaces, assessment.interfaces, strict=True):
         motions = motions_of(interface)
         level = motions.amplitudes.index(one.amplitude)
-        closes.append(np.where(motions.finite[:, level], touching(interface, motions, one.gap)[:, :, level], nan))
-    return np.stack(closes, axis=1).astype(float)
+        touches = touching(interface, motions, one.gap)[:, :, level]
+        closes.append(np.where(motions.finite[:, level] & ~np.isnan(touches[0]), touches, nan))
+    return np.stack(closes, axis=1)
 
 
 def not_run_words(assessment: Assessment) -> Iterator[str]:

@@ -24,7 +24,7 @@ from pounding_risk._common.counted import counted
 from pounding_risk._common.letters import csv_text
 from pounding_risk._common.written import write_folder
 from pounding_risk.assessment.intensities import intensities, resolved_intensity
-from pounding_risk.assessment.sensitivity import force_words
+from pounding_risk.assessment.row import yield_force_words
 from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports import _fragilities as fragilities
@@ -145,8 +145,7 @@ def _case_words(runs: xr.Dataset) -> str:
     gaps = runs["interface_gap" if "interface_gap" in runs.variables else "gap"].values
     ends = " to ".join(f"{1e3 * gap:.6g}" for gap in dict.fromkeys((gaps.min(), gaps.max())))
     where = f"{'a gap' if gaps.min() == gaps.max() else 'gaps'} of {ends} mm, {runs['contact_model'].item()}"
-    columns = " (columns have their own)" if "column" in runs.get("contact_point_kind", np.empty(0)) else ""
-    return f"{where}, {force_words(float(runs['yield_force']))}{columns}"
+    return f"{where}, {yield_force_words(runs)}"
 
 
 def _by_motion(cases: xr.DataArray) -> Array:

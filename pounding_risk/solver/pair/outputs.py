@@ -68,7 +68,7 @@ RUN: dict[str, Output] = {
     "peak_opening": Output("m", "largest u_right - u_left, away from contact", lambda raw, _: -raw[..., LOW]),
     "peak_penetration": Output(
         "m",
-        "largest penetration of any contact, from the gap as permanent indentations widen it",
+        "largest penetration of any contact, from the gap that permanent indentations widen",
         _column(counters.PENETRATION),
     ),
     "impact_count": Output("1", "contacts, each from touch to parting", _column(counters.COUNT), whole=True),

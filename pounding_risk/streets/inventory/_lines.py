@@ -190,7 +190,8 @@ class Draft:
             self.put("typology", kind.typology, rule=rule)
         else:
             others = ", unless storeys are made by Hazus" if kind.hazus else ""
-            self.note(f"{rule}, has no typology here; the one stated for buildings without one is taken{others}")
+            taken = "one that a column or the map gives is taken, or else the one stated for buildings without one"
+            self.note(f"{rule}, has no typology here; {taken}{others}")
         if kind.hazus:
             self.put("hazus type", kind.hazus, rule=rule)
 

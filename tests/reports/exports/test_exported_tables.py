@@ -62,7 +62,9 @@ def test_demands_are_those_of_the_runs(results, tmp_path):
 def test_demands_of_a_row_name_the_gaps_of_all_interfaces(tmp_path):
     row = pr.read_scene(text_of("row"), ["records.window=['0 s', '3 s']"])
     told = pr.export(pr.scan(row), "pelicun", tmp_path / "demands").notes[0]
-    assert told == "demands are those at gaps of 20 to 30 mm, jankowski, F_E 1500 kN (columns have their own)"
+    # Floors meet between flats and shop alone, where no F_E is given; the F_E of offices | flats is that of no contact.
+    contacts = "jankowski, F_E = 400 kN of columns, floors without yielding"
+    assert told == f"demands are those at gaps of 20 to 30 mm, {contacts}"
 
 
 def test_single_masses_have_a_drift_ratio_where_their_height_is_known(tmp_path):
