@@ -157,7 +157,7 @@ def _of_state(pair: Curves, motions: Motions, options: Options) -> Iterator[str]
         fell = int(np.isinf(ratios).sum())
         if fell:
             runs = f"{counted(fell, 'run')} of {motions.ims.size} {side} pounding"
-            yield f"{name}: {runs} ended in the collapse of a storey: reached, by a demand that counts as infinite."
+            yield f"{name}: {runs} ended in the collapse of a storey, and count as reached, of infinite demand."
     for side, fit, capacities in zip(POUNDING, pair.fits, pair.capacities, strict=True):
         whose = f"{name}, {side} pounding"
         if fit.fault:

@@ -188,10 +188,14 @@ def measure_of(results: Results, intensity: str) -> tuple[Measure, int | None]:
     inside = match[1].strip() if match else ""
     known = next((known for known in (["left", "right"], names) if inside in known), None)
     if known is None:
-        listed = ", ".join(f"sa({name})" for name in names)
+        row = [str(table.get("name")) for table in results.scene.get("building", [])]
+        why = f"is that of {inside}, which is not at every interface" if inside in row else "is not known"
+        listed = f"by name {', '.join(f'sa({name})' for name in names)}"
+        if len(row) > len(names):  # one of several interfaces, which have no name in common
+            listed = "sa(longer)"
         raise PoundingError(
-            f"intensity {intensity!r} is not known; write pga, sa(left), sa(right), by name {listed}, or a period such "
-            "as sa(0.5 s); also pgv, or a range of periods such as sa_avg(0.2-2 s)"
+            f"intensity {intensity!r} {why}; write pga, sa(left), sa(right), {listed}, or a period such as "
+            "sa(0.5 s); also pgv, or a range of periods such as sa_avg(0.2-2 s)"
         )
     side = known.index(inside)
     period = float(dataset["building_period"].values[side])

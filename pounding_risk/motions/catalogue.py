@@ -239,5 +239,5 @@ def has(id: str) -> bool:
 
 
 def is_file(name: str) -> bool:
-    """True for what names a file, or a pattern of files, rather than an id or a generated motion."""
-    return not is_recipe(name) and not has(name)
+    """True for what names a file, or a pattern of them, rather than an id, ids joined by "+" or a generated motion."""
+    return not is_recipe(name) and not all(map(has, name.split("+")))

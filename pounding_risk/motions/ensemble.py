@@ -235,7 +235,8 @@ def pairs(sources: Sequence[Source], repeated: Sequence[str] = ()) -> list[tuple
             without = f"; excluded: {'; '.join(repeated)}" if repeated else ""
             raise RecordError(
                 f"direction: of {' at '.join(facts) or pair[0].name} there is {listed}; a row's direction takes the "
-                f"two horizontal components of each recording: name both, or leave direction out{without}"
+                f"two horizontal components of each recording: name both (as one aftershock or ground_record "
+                f'"RSN753-000+RSN753-090", or a pattern of files such as "my/*.AT2"), or leave direction out{without}'
             )
     return [tuple(pair) for pair in recordings.values()]
 

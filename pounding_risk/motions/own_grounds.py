@@ -14,6 +14,7 @@ from pounding_risk.errors import RecordError
 from pounding_risk.models.ground import divided
 from pounding_risk.motions.catalogue import is_file
 from pounding_risk.motions.ensemble import read_ensemble
+from pounding_risk.motions.generated import is_recipe
 from pounding_risk.motions.motion import Motion, after_cut
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.record import AFTERSHOCK, OF_RECORDING
@@ -26,10 +27,11 @@ def read_own(name: str, request: RecordRequest, folder: Path) -> Motion:
     """A record by its name, processed, turned and cut as ``request`` has it for all others, and not scaled.
 
     The name is an id of the catalogue, a generated motion as text, or a file below ``folder``; with a direction of the
-    row a pattern that two files or components answer to. What the request says of source and amplitude plays no part.
-    Raises RecordError as `read_ensemble`, and where the name is not that of one motion.
+    row two ids joined by "+", or a pattern that two files or components answer to. What the request says of source and
+    amplitude plays no part. Raises RecordError as `read_ensemble`, and where the name is not that of one motion.
     """
-    names, files = ((), (name,)) if is_file(name) else ((name,), ())
+    ids = (name,) if is_recipe(name) else tuple(name.split("+"))
+    names, files = ((), (name,)) if is_file(name) else (ids, ())
     unscaled = request.unscaled()
     alone = unscaled._replace(names=names, files=files, set="", manifest="", generated=(), sites="", place=None)
     motions = read_ensemble(alone, folder).motions

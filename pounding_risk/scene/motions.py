@@ -103,6 +103,8 @@ def _one_for_each(
         listed = ", ".join(motion.name for motion in motions)
         count = f"{counted(len(names), 'name')} for {counted(len(motions), 'record')}{of}"
         words = f"{key}: {count}; write one for all, or one for each of {shown(listed)}, in this order"
+        if request.direction is not None:
+            words += '; both components are one name, such as "RSN753-000+RSN753-090" or a pattern of files'
         raise SceneError(study.source, [words])
     by_name = {name: read_own(name, request, study.folder) for name in dict.fromkeys(names)}
     return [by_name[name] for name in (names if len(names) == len(motions) else [*names] * len(motions))]

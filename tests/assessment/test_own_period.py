@@ -6,6 +6,7 @@ from scenes import scene_text, single, storeyed
 from scipy.signal import lsim
 from sentences import refusal
 
+from pounding_risk.assessment.assess import assess
 from pounding_risk.assessment.intensities import intensities
 from pounding_risk.ensemble.scan import scan
 from pounding_risk.motions.read import read_motion
@@ -82,3 +83,13 @@ def test_a_dataset_without_spectra_is_refused_sa_of_a_building_that_yields():
     older = Results(results.dataset.drop_vars("record_spectral_acceleration"))
     told = refusal(intensities, older, "sa(left)")
     assert "no spectra" in told and "`pounding-risk rerun`" in told and "pga" in told
+
+
+def test_an_intensity_that_not_every_interface_has_is_refused_with_one_that_works():
+    """The building of one interface was proposed at the other, and refused there in turn."""
+    row = scan(parse_scene(scene_text(STOREY, OTHER, single("far", "100 t", "0.5 s", height="4 m"))))
+    for name, why in (("far", "is that of far, which is not at every interface"), ("roof", "is not known")):
+        told = refusal(assess, row, intensity=f"sa({name})")
+        assert why in told and "by name" not in told and "sa(longer)" in told
+    for word in ("pga", "sa(left)", "sa(right)", "sa(longer)", "sa(0.5 s)"):
+        assert assess(row, intensity=word).interfaces

@@ -309,6 +309,21 @@ def test_the_sequence_is_both_motions_with_still_ground_between():
     assert motion.record["aftershock"]["name"] == "RSN753-000"
 
 
+def test_with_a_direction_both_components_of_an_aftershock_are_one_name():
+    """Turned by hand: 30 degrees from north, of components at 0 and 90. One id, or two, are told what to write."""
+    turned = {"names": ["RSN6-180", "RSN6-270"], "direction": "30 deg", "pause": "5 s"}
+    (motion,) = motions_of(parse_scene(text_of(**turned, aftershock="RSN753-000+RSN753-090")))
+    north, east = (pr.read_motion(f"RSN753-{azimuth}").acceleration for azimuth in ("000", "090"))
+    count = min(north.size, east.size)
+    known = np.cos(np.radians(30.0)) * north[:count] + np.sin(np.radians(30.0)) * east[:count]
+    np.testing.assert_allclose(motion.acceleration[-count:], known, atol=1e-12 * np.abs(known).max())
+    for aftershock in ("RSN753-000", ["RSN753-000", "RSN753-090"]):
+        told = refusal(motions_of, parse_scene(text_of(**turned, aftershock=aftershock)))
+        assert "RSN753-000+RSN753-090" in told and "a pattern of files" in told
+    alone = refusal(motions_of, parse_scene(text_of(aftershock="RSN753-000+RSN753-090")))
+    assert "one record is needed here, and it is RSN753-000, RSN753-090" in alone
+
+
 def test_a_plan_names_the_aftershock_its_pause_and_its_size():
     words = [dict(pr.validate(parse_scene(text_of(**NAMES | {"aftershock": "RSN753-000"} | more))).facts())["records"]
              for more in ({}, {"pause": "20 s", "aftershock_ratio": 0.5})]  # fmt: skip

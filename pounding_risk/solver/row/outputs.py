@@ -142,7 +142,12 @@ OF_YIELDING = {
 }
 OF_LAWS = {  # of storeys with hysteresis
     "storey_energy": Variable("J", "energy that the hysteresis of the storey has dissipated", AT_STOREYS),
-    "storey_strength_left": Variable("1", "strength left in the weaker direction over that at first", AT_STOREYS),
+    "storey_strength_left": Variable(
+        "1",
+        "strength that energy_capacity, or delta_a and delta_nu, left in the weaker direction over that at first; what "
+        "a falling backbone takes is not counted",
+        AT_STOREYS,
+    ),
     "storey_collapse_time": Variable("s", "time at which the storey collapsed; NaN where it has not", AT_STOREYS),
 }
 OF_RUNS = {

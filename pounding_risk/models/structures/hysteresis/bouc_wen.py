@@ -22,6 +22,7 @@ from pounding_risk.models.structures.hysteresis._numbers import (
     LOWER,
     OWN,
     STIFFNESS,
+    STRENGTH,
     TURN,
     UNLOADING,
     UPPER,
@@ -115,6 +116,8 @@ def advance(law, blank, numbers, slots):
         numbers[ENERGY] += (soft / stiffness) * (part + 4.0 * midway + numbers[PART]) / 6.0 * moved * along
         numbers[PLACE], numbers[SIDE] = drift / yields, along if event != TURN else -along
     part, energy, side = numbers[PART], numbers[ENERGY], numbers[SIDE]
+    share = max(1.0 - numbers[DELTA_A] * energy, 0.0) / (1.0 + numbers[DELTA_NU] * energy)
+    numbers[STRENGTH] = share ** (1.0 / numbers[EXPONENT])  # what ζ tends to, (A/ν)^(1/n)
     toward = side if side != 0.0 else 1.0
     length = chord_length(numbers, part, energy, toward)
     if side == 0.0:
