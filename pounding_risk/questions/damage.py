@@ -33,7 +33,7 @@ from pounding_risk.questions.notes import of_keys
 from pounding_risk.questions.rates import AT_LEAST, at_least
 from pounding_risk.render.sheet import Block, Row, count, figure, head, listing, number, paragraph, table, with_bounds
 from pounding_risk.results.amplitudes import intensity_quantity, place_of
-from pounding_risk.results.attributes import as_text
+from pounding_risk.results.attributes import as_text, collapsed
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import open_scan
 from pounding_risk.results.opened import Results
@@ -85,7 +85,7 @@ def damage(
     yield_force : float or str, optional
         One of the grid's [N, or text with a unit]; the one nearest to the scene's own by default.
     method : {"stripes", "ida", "cloud"}, optional
-        How curves follow from demands; stripes of motions at several levels, a cloud of others by default.
+        How curves follow from demands; by default stripes at several levels or with collapses, else a cloud.
     intensity : str, optional
         Intensity of the curves, as `assess` takes it.
     at : float or str, optional
@@ -133,9 +133,11 @@ def damage(
     if method is not None and method not in METHODS:
         meant = nearest(str(method), METHODS)
         raise PoundingError(f"method: {shown(method)} is none{meant}; write {', '.join(METHODS)}")
+    # Of a collapse a cloud has no demand.
+    fell = any(bool(collapsed(case, without=without).any()) for without in (False, True))
     options = Options(
         intensity=word,
-        method=method or ("stripes" if motions.ims.shape[1] > 1 else "cloud"),
+        method=method or ("stripes" if motions.ims.shape[1] > 1 or fell else "cloud"),
         confidence=share(confidence, "confidence", low=0.5),
         hazard=shaking.hazard,
         at=None if at is None else si(at, intensity_quantity(word), "at"),

@@ -290,6 +290,9 @@ def test_a_collapse_is_an_infinite_demand(tmp_path):
     assert np.isinf(shares).tolist() == [[False, False, True], [False, True, True], [False, True, True]]
     told = pr.damage(results, method="cloud")["fault"].sel(state="frame", pounding="with").item()
     assert "collapses in 8 of 18 runs" in told and "take stripes" in told
+    one_level = results.sel(pga=[0.8 * G], method="nearest")
+    for data, method in ((one_level, "stripes"), (one_level.isel(record=[int(np.argmin(fell[:, 2]))]), "cloud")):
+        assert pr.damage(data).attrs["method"] == method
     figure = pr.figures.ida_figure(pr.open_results(tmp_path / "d.nc"))
     assert "8 of 18 runs collapse" in figure.axes[0].get_title()
     assert "lines end before a collapse" in words_of(figure)
