@@ -53,7 +53,7 @@ Array = NDArray[np.float64]
 
 SCALED_ROW = (
     "Neighbours push these two together at none of the gaps and amplitudes that were run; fragilities by scaling take "
-    "it that they do not at other amplitudes."
+    "it that they do not at others."
 )
 
 

@@ -166,6 +166,15 @@ def test_what_the_row_was_run_at_is_bounded_as_before(wide):
     assert one.run.widest == pytest.approx(0.5) and not one.run.steps
 
 
+def test_fragilities_by_scaling_say_that_they_take_nobody_to_push(together):
+    """Nobody pushes the tall building at the end of the row; the light one beside it is pushed, and not scaled."""
+    said = [" ".join(one.verdict.evidence) for one in pr.assess(together).interfaces]
+    assert ["fragilities by scaling take it that they do not at others" in evidence for evidence in said] == [
+        True,
+        False,
+    ]
+
+
 def test_a_gap_and_a_force_that_the_grid_passes_over_are_named():
     """Of the two nearest the answers are; P(contact) and required gaps are those of the gap itself."""
     masses = [pr.SingleMass("left", mass="500 t", period="1 s"), pr.SingleMass("right", mass="800 t", period="0.5 s")]
