@@ -24,7 +24,7 @@ from pounding_risk.reports.html import packed, script_page
 from pounding_risk.results import check as form
 from pounding_risk.results.amplitudes import axis_words
 from pounding_risk.results.attributes import bumper_words, gaps_needed, isolated_notes, status_sentences
-from pounding_risk.results.check import kind_of
+from pounding_risk.results.check import kind_of, missing_named
 from pounding_risk.results.files import check_target, opened_or_given
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results
@@ -54,6 +54,7 @@ OPTIONS = {"record": "--record", "contact_model": "--contact-model", PGA_AXIS: "
 TITLES = {PGA_AXIS: "amplitude", "contact_model": "contact model", "yield_force": "yield force F_E"}
 
 
+@missing_named()
 def view(
     results: str | Path | xr.Dataset,
     out: str | Path,

@@ -35,7 +35,9 @@ class RunGaps:
 
     def is_known(self, gap: float) -> bool:
         """True where runs say of each motion whether the two touch at a gap [m]."""
-        return bool(np.isclose(self.steps, gap, rtol=0.0, atol=SAME_GAP).any() if self.steps else gap <= self.widest)
+        if self.steps:
+            return bool(np.isclose(self.steps, gap, rtol=0.0, atol=SAME_GAP).any())
+        return gap <= self.widest + SAME_GAP
 
     def below(self, gaps: ArrayLike) -> Array:
         """What a motion needs at most [m] that is shown to leave each of these gaps [m] open; −inf where none is."""

@@ -189,6 +189,17 @@ def test_a_report_without_one_variable_is_a_page_or_a_sentence(sound, storeys, k
     assert all(name in words for name, words in refused.items()), refused
 
 
+def test_a_page_to_explore_without_one_variable_is_a_page_or_a_sentence(storeys, tmp_path):
+    """Of a dataset in memory too, which no file was checked for."""
+    refused, names = set(), sorted(map(str, storeys.variables))
+    for name in {*NEEDED, *random.Random("view").sample(names, 12)}:
+        try:
+            view(storeys.drop_vars(name), tmp_path / "v.html")
+        except PoundingError:
+            refused.add(name)
+    assert refused >= {"peak_closing_free"}
+
+
 def test_an_error_of_a_key_that_is_no_variable_stays_one():
     with pytest.raises(KeyError, match="mine"), missing_named():
         raise KeyError("mine")
