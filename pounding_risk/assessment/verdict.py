@@ -356,7 +356,7 @@ def _provide(basis: Basis, answer: bool | None) -> str:
         still = f"{count} of the {basis.motions} motions ({share}) still close{'s' if count == 1 else ''} that gap"
     gap, low, high = (say(width, GAP, 3) for width in (required.gap, required.low, rounded_up(required.high)))
     below = f"{confidence} bounds: at least {low}, and none from above" if required.low > 0.0 else "without bounds"
-    still += ", pushed by none" if required.at_least or required.is_between else ""
+    still += " without a push by neighbours" if required.at_least or required.is_between else ""
     if required.is_between:
         gap += f", or {say(required.enough, GAP, 3)} where neighbours push the two together,"
         still += f"; {not_run(basis.run, required.gap)}"
