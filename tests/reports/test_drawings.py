@@ -35,7 +35,8 @@ def test_draw_writes_what_is_asked_for(file, tmp_path):
     told = done("draw", file, *words, "--gap", "50 mm", "--building", "Tower", "--yield-force", "inf")
     starts = {"e.svg": b"<?xml", "q.pdf": b"%PDF"}
     assert {name: (tmp_path / name).read_bytes()[: len(start)] for name, start in starts.items()} == starts
-    assert "gap 50 mm, without yielding" in (tmp_path / "e.svg").read_text("utf-8")
+    drawn = (tmp_path / "e.svg").read_text("utf-8")
+    assert "gap 50 mm, $F_E$ = 300 kN of columns, floors without yielding" in drawn
     assert told.output.count("written: ") == 2
 
 
