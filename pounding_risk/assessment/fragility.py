@@ -147,11 +147,13 @@ class ContactMotions(NamedTuple):
 def not_run(run: RunGaps, gap: float) -> str:
     """Sentence on a gap [m] at which a row was not run."""
     narrower = [step for step in run.steps if step < gap]
-    if gap > run.widest or not narrower:
+    if gap > run.widest or not run.steps:
         many, others = f"gaps of up to {say(run.widest, GAP, 3)}", "wider ones"
-    else:
+    elif narrower:
         many = f"gaps of {say(narrower[-1], GAP, 3)} and {say(run.above(gap), GAP, 3)}"
         others = "those between"
+    else:
+        many, others = f"gaps of {say(run.steps[0], GAP, 3)} and more", "narrower ones"
     return f"the row was run at {many} here, and neighbours may push the two together across {others}: scan such gaps"
 
 

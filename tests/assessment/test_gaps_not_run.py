@@ -134,6 +134,15 @@ def test_the_taxonomy_of_a_building_that_neighbours_may_push_says_so(together, t
     assert rows["right"]["POP"] == "not known" and float(rows["right"]["P(contact) high"]) > 0.9
 
 
+def test_a_gap_narrower_than_those_run_together_is_not_known():
+    """Alone none of the motions closes 272 mm; a grid from 300 mm on says nothing of pushes there."""
+    wide_grid = pr.scan(row(NARROW, grid={"gap": ["300 mm", "400 mm"]}))
+    one = pr.assess(wide_grid, gap="272 mm").interfaces[1]
+    assert one.verdict.word == "depends" and one.contact_at_gap().high_recordings == 1.0
+    words = "at gaps of 300 mm and more here, and neighbours may push the two together across narrower ones"
+    assert words in one.verdict.sentence
+
+
 def test_one_gap_that_varies_beside_others_that_do_not_is_known_between_its_steps():
     alone = pr.scan(row(NARROW, grid={"gap": ["0 mm", "50 mm", "300 mm"], "interface": "mid | right"}))
     one, wider = (pr.assess(alone, gap=gap).interfaces[1] for gap in ("100 mm", "400 mm"))
