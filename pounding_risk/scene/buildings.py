@@ -174,7 +174,8 @@ class TypologyBuilding(OfStoreys):
         "that of period, and a stated shape of the first mode.",
         '"concrete_frame"',
         "storeys are not generated",
-        f'missing; write typology = "concrete_frame", or another of {", ".join(TYPOLOGIES)}',
+        f'missing; write typology = "concrete_frame", or another of {", ".join(TYPOLOGIES)}; with a known period '
+        "write floor_masses, storey_heights and period in place of typology, floor_mass and height",
         ELSEWHERE,
     ).required()
     floor_mass: float = measured(

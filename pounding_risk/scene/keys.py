@@ -24,7 +24,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from pounding_risk._common.words import meant_by, nearest
 from pounding_risk.errors import SceneError
-from pounding_risk.scene.not_modelled import instead_of
+from pounding_risk.scene.not_modelled import instead_of, key_meant
 from pounding_risk.scene.toml import Fault, KeyPath
 from pounding_risk.units import EXAMPLES, Quantity, bounds, exact, parse, shown, si, written_example
 
@@ -213,7 +213,9 @@ class Table(BaseModel):
             if fault["type"] == "missing":
                 yield f"{name}: {cls.keys()[name].lacks(name)}"
             elif fault["type"] == "extra_forbidden":
-                near = f"{nearest(name, cls.key_names())}; it takes {', '.join(cls.key_names())}"
+                meant = key_meant(name, cls.key_names())
+                near = f' (did you mean "{meant}"?)' if meant else nearest(name, cls.key_names())
+                near += f"; it takes {', '.join(cls.key_names())}"
                 yield f"{name}: unknown key{f'; {answer}' if (answer := instead_of(name)) else near}"
             else:
                 yield f"{name}: {cause}"

@@ -1,10 +1,12 @@
-"""Words that scenes do not take because the model has not what they mean, each with what to write instead.
+"""Words that scenes do not take: other names of a key, and subjects that are not modelled, with what to write instead.
 
-`docs/limits.md` says of each how good the substitute is. A key that is none of a table is looked up here before the
-nearest known key is named.
+`docs/limits.md` says of each subject how good the substitute is. A key that is none of a table is looked up here before
+the nearest known key is named.
 """
 
 from __future__ import annotations
+
+from collections.abc import Container
 
 PAGE = "docs/limits.md"
 # By what people write for each subject; none of it is a key of a scene.
@@ -12,6 +14,9 @@ SENTENCES = {
     "period_1 periods t1 fundamental_period mode_shapes frequency frequencies": (
         "T1 is period, beside floor_masses and storey_heights, and storey_stiffnesses too where their ratios are "
         "known; several modes are a table, modes, with period or frequency and the shape of each"
+    ),
+    "floor_heights floor_levels levels elevations floor_elevations elevation": (
+        "levels of floors follow from storey_heights, the height of each storey from the ground up, no elevations"
     ),
     "matrix matrices": ("write stiffness_matrix, with the masses of the floors in floor_masses, or with mass_matrix"),
     "isolators isolator base_isolation isolation_period isolation_stiffness lead_rubber friction_pendulum pendulum lrb "
@@ -109,6 +114,24 @@ LAWS_ELSEWHERE = {
     ),
     "rubber rubber_bumper bumper polymer": 'bumpers are bumper_length and contact_model = "tabulated" with a table',
 }
+# Names that papers and other programs have for a key.
+NAMES_ELSEWHERE = {
+    "gap": "distance clearance separation spacing seismic_gap initial_gap joint_width",
+    "contact_model": "model law contact_law impact_model impact_law",
+    "stiffness": "k beta contact_stiffness impact_stiffness",
+    "restitution": "e cor coefficient_of_restitution restitution_coefficient",
+    "yield_force": "f_e fe f_y fy yield_strength",
+    "damping": "xi zeta damping_ratio damping_ratios",
+    "mass": "m weight",
+    "floor_masses": "masses weights storey_masses story_masses floor_weights lumped_masses",
+    "floor_mass": "storey_mass story_mass floor_weight mass_per_floor",
+    "storey_stiffnesses": "stiffnesses storey_stiffness story_stiffness story_stiffnesses interstorey_stiffness",
+    "storey_heights": "heights storey_height story_height story_heights",
+    "storey_strengths": "strengths storey_strength storey_shears yield_shears yield_forces yield_strengths",
+    "storeys": "stories floors n_storeys n_stories number_of_storeys number_of_stories number_of_floors",
+    "names": "record records name id ids",
+    "files": "file path paths",
+}
 BY_WORD = {word: sentence for words, sentence in SENTENCES.items() for word in words.split()}
 
 
@@ -116,3 +139,8 @@ def instead_of(key: str) -> str:
     """What to write in place of a key whose subject is not modelled; "" for any other key."""
     sentence = BY_WORD.get(key.lower())
     return f"{sentence} ({PAGE})" if sentence else ""
+
+
+def key_meant(name: str, keys: Container[str]) -> str:
+    """The key, one of these, of which ``name`` is another name; "" where it is none of any."""
+    return next((key for key, names in NAMES_ELSEWHERE.items() if key in keys and name.lower() in names.split()), "")

@@ -22,7 +22,7 @@ from pounding_risk.scene.damage import DamageState, damage_checks, unknown_key
 from pounding_risk.scene.interfaces import Interface
 from pounding_risk.scene.keys import Draft, Key, Section, Several, Table, read_section
 from pounding_risk.scene.known_motions import known_motion_checks
-from pounding_risk.scene.not_modelled import instead_of
+from pounding_risk.scene.not_modelled import instead_of, key_meant
 from pounding_risk.scene.overrides import ARRAYS, override
 from pounding_risk.scene.records import Records, missing_files, record_checks
 from pounding_risk.scene.resolved_interfaces import interface_checks
@@ -129,7 +129,8 @@ def read_tables(
             if not isinstance(table, dict):
                 faults.append(Fault(path, _not_a_table(path, table)))
                 continue
-            kind = buildings.kind_of(table) if name == "building" else KINDS[name]
+            meant = {key_meant(key, KEYS[name]) or key: value for key, value in table.items()}
+            kind = buildings.kind_of(meant) if name == "building" else KINDS[name]
             section, wrong = read_section(kind, path, table, KEYS[name], partial(_unknown, path))
             section, unread = _with_files(section, Path(source).parent)
             sections[name].append(section)
@@ -212,6 +213,8 @@ def _unknown(table: KeyPath, key: str) -> str:
     if answer := instead_of(key):
         return f"unknown key; {answer}"
     section = str(table[0])
+    if meant := key_meant(key, KEYS[section]):
+        return f'unknown key (did you mean "{meant}"?)'
     if section != "damage" and (close := nearest(key, KNOWN[section], CLOSE)):
         return f"unknown key{close}"
     homes = [_header(other) for other, keys in KEYS.items() if key in keys]

@@ -34,7 +34,7 @@ from pounding_risk.scene.buildings import (
 )
 from pounding_risk.scene.interfaces import EqualTerms
 from pounding_risk.scene.keys import measured
-from pounding_risk.scene.not_modelled import BY_WORD, PAGE, SENTENCES
+from pounding_risk.scene.not_modelled import BY_WORD, NAMES_ELSEWHERE, PAGE, SENTENCES
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.scene.scene import scene_of
 from pounding_risk.scene.sections import KEYS, KINDS
@@ -385,6 +385,16 @@ def test_no_word_is_a_key_of_a_scene_and_each_stands_once():
     of_links = {"link_stiffness", "link_damping", "link_at"}  # of interfaces, which are looked for in buildings
     assert set(BY_WORD) & {key for keys in KEYS.values() for key in keys} == of_links
     assert len(BY_WORD) == sum(len(words.split()) for words in SENTENCES)
+
+
+def test_each_other_name_of_a_key_means_one_key_and_is_none_of_its_section():
+    names = [name for group in NAMES_ELSEWHERE.values() for name in group.split()]
+    assert len(names) == len(set(names))
+    assert not set(names) & set(BY_WORD)
+    for key, group in NAMES_ELSEWHERE.items():
+        sections = [keys for keys in KEYS.values() if key in keys]
+        assert sections
+        assert not any(name in keys for keys in sections for name in group.split())
 
 
 @pytest.mark.parametrize(
