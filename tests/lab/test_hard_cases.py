@@ -84,6 +84,7 @@ def test_it_holds_at_other_tolerances(rtol: float):
     assert [(row.case.number, row.law, row.figure) for row in rows if not row.holds] == []
 
 
+README = (TESTS.parent / "README.md").read_text("utf-8")
 PAGE = (TESTS.parent / "docs" / "stability.md").read_text("utf-8")
 # Groups, or numbers of cases, of the rows of its table; 20a and 23 are those of a physical limit, of which it speaks.
 OF_PAGE = ["rest", "touches", "limits", "extreme", "chains", "condensed", "isolated", "51", "yielding", "53", "exact"]
@@ -95,7 +96,8 @@ def test_the_page_counts_the_cases():
     groups = [case.group for case in CASES]
     found = [sum(of in (case.group.split()[0], numbered(case)) for case in CASES) for of in OF_PAGE]
     assert counted == found and sum(found) == len(groups)
-    assert f"runs {len(CASES)} difficult cases" in PAGE and f"{sum(len(case.laws) for case in CASES)} rows" in PAGE
+    for text in (PAGE, README):
+        assert f"runs {len(CASES)} difficult cases" in text and f"{sum(len(case.laws) for case in CASES)} rows" in text
     assert f"of the {sum('jankowski' in case.laws for case in CASES)} cases have such a run" in PAGE
 
 
