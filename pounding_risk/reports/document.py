@@ -77,7 +77,8 @@ def _shortened(blocks: Iterable[Block]) -> list[Block]:
     """Cut long tables to the rows that stay in the text, in place; returns the whole ones in order."""
     full_tables: list[Block] = []
     for block in blocks:
-        if block["kind"] != "table" or len(block["rows"]) <= LONG:
+        # A table of which the text would have more than half stands there whole.
+        if block["kind"] != "table" or len(block["rows"]) <= max(LONG, 2 * len(block["keep"])):
             continue
         anchor = f"whole-{len(full_tables) + 1}"
         full_tables.append({**block, "anchor": anchor, "whole": True})
