@@ -27,7 +27,7 @@ from pounding_risk.results.check import check_scan
 from pounding_risk.results.files import open_results, open_scan
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results
-from pounding_risk.results.scene_axes import axes_of, has_drawn_motions, with_axes
+from pounding_risk.results.scene_axes import axes_of, check_one_place, has_drawn_motions, with_axes
 from pounding_risk.results.variables import UNPUSHED, described
 from pounding_risk.scene.scene_axis import SAMPLE
 from pounding_risk.scene.uncertain import SOBOL, points_of
@@ -409,9 +409,7 @@ def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
         raise PoundingError(
             f"{source}: has no samples of uncertain numbers; scan a scene with a table [uncertain], or use assess"
         )
-    others = [one.name for one in axes_of(dataset) if one.name != SAMPLE and dataset.sizes.get(one.name, 1) > 1]
-    if others:
-        raise PoundingError(f"{source}: has several values of {' and '.join(others)}; choose one of each with sel")
+    check_one_place(dataset.isel({SAMPLE: [0]}), source)
     check_scan(dataset, source)
     open_scan(dataset.isel({SAMPLE: [0]}), source)
     written = Results(dataset).scene.get("uncertain", {})

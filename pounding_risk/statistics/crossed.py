@@ -126,7 +126,7 @@ class Analysis(NamedTuple):
 
         def share(components: Components) -> Any:
             with np.errstate(divide="ignore", invalid="ignore"):
-                return np.clip(of(components) / components.total, 0.0, 1.0)
+                return np.clip(np.divide(of(components), components.total), 0.0, 1.0)
 
         estimate = float(share(self.all))
         half = self.half_width(share, LIKENESS_CONFIDENCE)

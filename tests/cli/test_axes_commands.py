@@ -66,6 +66,16 @@ def test_assess_draws_along_the_axes_and_a_report_has_them_and_one_place(folder)
     assert "building.left.period = 0.5 s, interface.restitution = 0.5: the scene&#39;s own values, and of" in page
 
 
+def test_samples_beside_an_axis_are_answered_at_a_value_of_it(tmp_path):
+    axis = {"interface.restitution": [0.5, 0.8]}
+    numbers = {"building.left.mass": {"distribution": "normal", "cov": 0.1}}
+    (tmp_path / "s.toml").write_text(uncertain_text(numbers, axes=axis), encoding="utf-8")
+    done("scan", tmp_path / "s.toml", "-o", tmp_path / "r.nc")
+    repair = re.search(r"choose with --select '(\S+)'", refused("uncertainty", tmp_path / "r.nc"))[1]
+    told = done("uncertainty", tmp_path / "r.nc", "--select", repair).output
+    assert "(interface.restitution = 0.5)" in told and "4 samples of 1 number" in told
+
+
 @pytest.mark.parametrize("words", [["draw", "--elevation", "e.png"], ["separations"], ["assess", "--hazard", "h.csv"]])
 def test_commands_that_take_one_place_say_so(folder, words):
     assert "--select 'building.left.period=0.3 s'" in refused(words[0], folder / "r.nc", *words[1:])

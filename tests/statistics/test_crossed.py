@@ -174,6 +174,18 @@ def test_bounds_of_deviations_hold_the_true_ones():
     assert np.all(held >= 0.92 * repeats)
 
 
+@pytest.mark.parametrize("samples, motions", [(4, 1), (4, 3), (1, 1), (1, 3)])
+def test_outcomes_that_never_differ_count_as_one_of_what_they_share(samples, motions):
+    """One motion, or several that close the same, under numbers without influence: no component can be estimated."""
+    labels = np.arange(motions)
+    closings = CrossedClosings(np.full((samples, motions), 0.03), labels)
+    assert (closings.counted.like_samples, closings.counted.like_motions) == (1.0, 1.0)
+    contact = closings.contact([0.02, 0.04], CONFIDENCE)
+    assert contact.value.tolist() == [1.0, 0.0]
+    # One outcome of which nothing is known bounds a probability to 2.5 % at best.
+    assert contact.low[0] >= 0.0 and contact.high[0] == 1.0 and contact.low[1] == 0.0 and contact.high[1] >= 0.6
+
+
 def test_one_recording_tells_nothing_of_the_motions():
     logs, _ = drawn(np.random.default_rng(10), 30, 4, (0.3, 0.5, 0.1))
     found = analysed(logs, np.zeros(4, dtype=np.int64))

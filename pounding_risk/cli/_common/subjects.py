@@ -144,8 +144,8 @@ SUBJECTS: dict[str, Subject] = {
     ),
     "scene": Subject({"scene": (shared.Scene, REQUIRED), **OVERRIDES, **SELECT}, _scene),
     "scene or results": Subject(
-        _argument("source", Path, "SOURCE", UNCERTAIN) | OVERRIDES,
-        lambda values: _file(values.pop("source"), [], values.pop("overrides")),
+        _argument("source", Path, "SOURCE", UNCERTAIN) | SELECT | OVERRIDES,
+        lambda values: _file(values.pop("source"), values.pop("select"), values.pop("overrides")),
     ),
     "records": Subject(
         {
