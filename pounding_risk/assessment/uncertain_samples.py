@@ -108,7 +108,7 @@ KINDS_OF_OUTPUT = {
 
 
 class Output(NamedTuple):
-    """An output of each sample and at the points of a design; ``analysis`` is that of its values, where not of closings."""
+    """An output of each sample and at the points of a design; ``analysis`` is of its values, where not of closings."""
 
     values: Array
     unit: str
