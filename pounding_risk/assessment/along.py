@@ -87,49 +87,49 @@ def assess_along(
         As `assess`, for a dataset that has one place along each axis, which `assess` takes, and for samples each of
         which has a motion of its own.
     """
-    whole, whose = opened_or_given(results, "the dataset")
-    axes = open_axes(whole)
+    scan, source = opened_or_given(results, "the dataset")
+    axes = open_axes(scan)
     if not axes:
-        raise PoundingError(f"{whose}: has no axis of another number of the scene with several values; use assess")
-    _check_samples(whole, whose, axes)
+        raise PoundingError(f"{source}: has no axis of another number of the scene with several values; use assess")
+    _check_samples(scan, source, axes)
     criterion = read_criterion(target, percentile, confidence)
-    at_gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
-    level = Results(whole).level(pga, intensity_level)
-    sizes = tuple(whole.sizes[axis.name] for axis in axes)
+    gap_value = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
+    level = Results(scan).level(pga, intensity_level)
+    sizes = tuple(scan.sizes[axis.name] for axis in axes)
     columns: dict[str, Any] = {}
     at, names = "", []
     for places in product(*map(range, sizes)):
-        chosen = {axis.name: [place] for axis, place in zip(axes, places, strict=True)}
-        opened = open_scan(whole.isel(chosen), whose)
+        cell = {axis.name: [place] for axis, place in zip(axes, places, strict=True)}
+        opened = open_scan(scan.isel(cell), source)
         names = [name for name, _ in opened.interfaces]
         for index, (_, interface) in enumerate(opened.interfaces):
-            contact = contact_of(interface, index, at_gap, level, criterion)
-            (share, need), at = contact.with_lost(criterion), contact.at
+            contact = contact_of(interface, index, gap_value, level, criterion)
+            (share, required), at = contact.with_lost(criterion), contact.at
             shares = contact.gap, share.probability, share.low_recordings, share.high_recordings
-            bounded = -1.0 if need.is_pushed else need.bounded
-            numbers = *shares, need.shown, need.low, need.high, bounded, contact.lost
+            bound_kind = -1.0 if required.is_pushed else required.bounded
+            numbers = *shares, required.shown, required.low, required.high, bound_kind, contact.lost
             for name, number in zip(OUTPUTS, numbers, strict=True):
                 columns.setdefault(name, np.full((*sizes, len(names)), np.nan))[(*places, index)] = number
     dims = (*(axis.name for axis in axes), "interface")
     keys = [key for axis in axes for key in axis.keys]
-    coords = {key: whole[key] for key in keys} | {"interface": whole["interface"]}
+    coords = {key: scan[key] for key in keys} | {"interface": scan["interface"]}
     assessed = xr.Dataset(
-        {name: (dims, columns[name], described(*about)) for name, about in OUTPUTS.items()},
+        {name: (dims, columns[name], described(*facts)) for name, facts in OUTPUTS.items()},
         {name: coordinate.variable for name, coordinate in coords.items()},
     )
-    about = criterion._asdict() | {"title": str(whole.attrs.get("title", "")), "asked": criterion.words, "motions": at}
-    about |= {OWN: json.dumps(own_places(whole)), IDLE: json.dumps(idle_axes(assessed, axes, JUDGED))}
-    return assessed.assign_attrs(about)
+    facts = criterion._asdict() | {"title": str(scan.attrs.get("title", "")), "asked": criterion.words, "motions": at}
+    facts |= {OWN: json.dumps(own_places(scan)), IDLE: json.dumps(idle_axes(assessed, axes, JUDGED))}
+    return assessed.assign_attrs(facts)
 
 
-def _check_samples(whole: xr.Dataset, whose: str, axes: Sequence[SceneAxis]) -> None:
+def _check_samples(dataset: xr.Dataset, source: str, axes: Sequence[SceneAxis]) -> None:
     """Raise PoundingError where samples differ by their motions too."""
-    if has_drawn_motions(whole) and SAMPLE in [axis.name for axis in axes]:
-        others = " ".join(f"--select '{axis.name}=...'" for axis in axes if axis.name != SAMPLE)
+    if has_drawn_motions(dataset) and SAMPLE in [axis.name for axis in axes]:
+        options_text = " ".join(f"--select '{axis.name}=...'" for axis in axes if axis.name != SAMPLE)
         raise PoundingError(
-            f"{whose}: one motion is drawn with each sample, so that samples differ by their motions too: assess one "
+            f"{source}: one motion is drawn with each sample, so that samples differ by their motions too: assess one "
             f"sample, with --select 'sample=0', or all of them together"
-            + (f", at one value of what varies beside them: {others}" if others else ", with uncertainty")
+            + (f", at one value of what varies beside them: {options_text}" if options_text else ", with uncertainty")
         )
 
 
@@ -150,16 +150,16 @@ def usual_place(assessed: xr.Dataset) -> Place:
     """The place of the scene's own values; along axes without them, that which needs the widest gap."""
     axes = [str(dim) for dim in assessed.dims if dim != "interface"]
     own_at = {name: int(place) for name, place in json.loads(assessed.attrs[OWN]).items() if name in axes}
-    others = [axis for axis in axes if axis not in own_at]
+    other_axes = [axis for axis in axes if axis not in own_at]
     places = dict(own_at)
-    if others:
-        needed = assessed["required_gap"].isel(own_at).transpose(*others, "interface").max("interface").values
-        widest_at = np.unravel_index(int(needed.argmax()), needed.shape)
-        places |= {axis: int(place) for axis, place in zip(others, widest_at, strict=True)}
+    if other_axes:
+        gaps = assessed["required_gap"].isel(own_at).transpose(*other_axes, "interface").max("interface").values
+        widest_at = np.unravel_index(int(gaps.argmax()), gaps.shape)
+        places |= {axis: int(place) for axis, place in zip(other_axes, widest_at, strict=True)}
     widest = "those that need the widest gap"
-    listed = " and ".join(filter(None, [", ".join(others[:-1]), *others[-1:]]))
-    why = f"the scene's own values{f', and of {listed} {widest}' if others else ''}" if own_at else widest
-    return Place(places, ", ".join(value_words(assessed, axis, places[axis]) for axis in axes), why)
+    axes_text = " and ".join(filter(None, [", ".join(other_axes[:-1]), *other_axes[-1:]]))
+    reason = f"the scene's own values{f', and of {axes_text} {widest}' if other_axes else ''}" if own_at else widest
+    return Place(places, ", ".join(value_words(assessed, axis, places[axis]) for axis in axes), reason)
 
 
 def value_words(assessed: xr.Dataset, axis: str, place: int) -> str:
@@ -170,25 +170,25 @@ def value_words(assessed: xr.Dataset, axis: str, place: int) -> str:
 
 def along_finding(assessed: xr.Dataset) -> str:
     """Sentence on how far the probability of contact and the required gap change along the axes, and where most."""
-    share, needed = assessed["contact_probability"], assessed["required_gap"]
+    share, required = assessed["contact_probability"], assessed["required_gap"]
     axes = [str(dim) for dim in assessed.dims if dim != "interface"]
-    order = needed.transpose(*axes, "interface")
+    order = required.transpose(*axes, "interface")
     widest = np.unravel_index(int(order.values.argmax()), order.shape)
     idle = json.loads(assessed.attrs[IDLE])
-    where = ", ".join(
+    place_text = ", ".join(
         value_words(assessed, axis, int(place)) for axis, place in zip(axes, widest, strict=False) if axis not in idle
     )
-    several = f" at {assessed['interface'].values[widest[-1]]}" if assessed.sizes["interface"] > 1 else ""
+    interface_text = f" at {assessed['interface'].values[widest[-1]]}" if assessed.sizes["interface"] > 1 else ""
     gap = assessed["assessed_gap"].values
-    one = f" of {say(float(gap.flat[0]), GAP, 6)}" if np.ptp(gap) == 0.0 else ""
+    gap_text = f" of {say(float(gap.flat[0]), GAP, 6)}" if np.ptp(gap) == 0.0 else ""
 
     def between(low: str, high: str) -> str:
         return f"is {low}" if low == high else f"lies from {low} to {high}"
 
-    shares = between(*(f"{100 * float(end):.3g} %" for end in (share.min(), share.max())))
-    ends = between(*(_gap_words(float(end)) for end in (needed.min(), needed.max())))
-    most = f" (the most where {where}{several})" if where else several
-    return f"The gap required {ends}{most}; P(contact){one} {shares}"
+    shares_text = between(*(f"{100 * float(end):.3g} %" for end in (share.min(), share.max())))
+    gaps_text = between(*(_gap_words(float(end)) for end in (required.min(), required.max())))
+    most_text = f" (the most where {place_text}{interface_text})" if place_text else interface_text
+    return f"The gap required {gaps_text}{most_text}; P(contact){gap_text} {shares_text}"
 
 
 def _gap_words(gap: float) -> str:
@@ -197,12 +197,12 @@ def _gap_words(gap: float) -> str:
 
 def lost_words(assessed: xr.Dataset) -> str:
     """Sentence on motions without a finite response; "" where there are none."""
-    lost = assessed["motions_without_response"]
-    if not lost.any():
+    counts = assessed["motions_without_response"]
+    if not counts.any():
         return ""
-    places = int((lost.transpose(..., "interface").values > 0).any(axis=-1).sum())
+    places = int((counts.transpose(..., "interface").values > 0).any(axis=-1).sum())
     return (
-        f"at {counted(places, 'place')} motions have no finite response, up to {int(lost.max())} of them: they count "
+        f"at {counted(places, 'place')} motions have no finite response, up to {int(counts.max())} of them: they count "
         "as contact at every gap, and as none in the lower bounds"
     )
 
@@ -210,21 +210,21 @@ def lost_words(assessed: xr.Dataset) -> str:
 def kept_words(assessed: xr.Dataset) -> str:
     """Sentence on where P(contact) and its upper bound are within the target, at every interface of a row."""
     share, high = (assessed[f"contact_probability{end}"].max("interface") for end in ("", "_high"))
-    every = " at every interface" if assessed.sizes["interface"] > 1 else ""
+    scope = " at every interface" if assessed.sizes["interface"] > 1 else ""
     target = float(assessed.attrs["target"])
     return (
-        f"P(contact){every} is within the target of {percent_words(target)} {_where(assessed, share <= target)}, "
-        f"its upper bound {_where(assessed, high <= target)}"
+        f"P(contact){scope} is within the target of {percent_words(target)} {_places(assessed, share <= target)}, "
+        f"its upper bound {_places(assessed, high <= target)}"
     )
 
 
-def _where(assessed: xr.Dataset, holds: xr.DataArray) -> str:
+def _places(assessed: xr.Dataset, holds: xr.DataArray) -> str:
     """The places that are true, in words: from one value of the only axis on, or their number."""
     if holds.all() or not holds.any():
         return "everywhere" if holds.all() else "nowhere"
-    number = f"at {int(holds.sum())} of {holds.size} places"
+    count_text = f"at {int(holds.sum())} of {holds.size} places"
     if holds.ndim > 1:
-        return number
+        return count_text
     axis = str(holds.dims[0])
     is_number = holds[axis].dtype.kind in "if"
     order = holds[axis].values.argsort() if is_number else np.arange(holds.size)
@@ -234,7 +234,7 @@ def _where(assessed: xr.Dataset, holds: xr.DataArray) -> str:
         return f"where {words[0]} or more"
     if is_number and (flags == np.sort(flags)[::-1]).all():
         return f"where {words[-1]} or less"
-    return f"{number} ({'; '.join(words)})"
+    return f"{count_text} ({'; '.join(words)})"
 
 
 def idle_words(assessed: xr.Dataset) -> str:

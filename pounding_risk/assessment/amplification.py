@@ -39,8 +39,8 @@ def reference_name(results: xr.Dataset) -> str:
 def ratio_words(results: xr.Dataset) -> str:
     """The ratio of the periods as a formula: "T(frame) / T(masonry)"."""
     names = [str(name) for name in results["building"].values]
-    stays = ("left", "right").index(str(results.attrs["fixed"]))
-    return f"T({names[1 - stays]}) / T({names[stays]})"
+    fixed_side = ("left", "right").index(str(results.attrs["fixed"]))
+    return f"T({names[1 - fixed_side]}) / T({names[fixed_side]})"
 
 
 class Worst(NamedTuple):
@@ -58,30 +58,30 @@ def worst(results: xr.Dataset, stiffer: bool, output: str = "displacement", perc
 
     Where both periods are equal, both buildings count.
     """
-    at = usual_percentile(results) if percentile is None else percentile
-    amplified = results[f"{output}_amplification"].sel(percentile=at)
+    used_percentile = usual_percentile(results) if percentile is None else percentile
+    amplified = results[f"{output}_amplification"].sel(percentile=used_percentile)
     periods = results["building_period"]
-    here, across = periods, periods.isel(building=[1, 0]).assign_coords(building=periods["building"])
-    of_kind = (here <= across) if stiffer else (here >= across)
-    chosen = amplified.where(of_kind).transpose("fixed_period", "period_ratio", gap_dim(results), "building")
-    if not np.isfinite(chosen.values).any():
+    own_period, other_period = periods, periods.isel(building=[1, 0]).assign_coords(building=periods["building"])
+    is_kind = (own_period <= other_period) if stiffer else (own_period >= other_period)
+    values = amplified.where(is_kind).transpose("fixed_period", "period_ratio", gap_dim(results), "building")
+    if not np.isfinite(values.values).any():
         return Worst(1.0, "", float("nan"), float("nan"), float("nan"))
-    place = np.unravel_index(int(np.nanargmax(chosen.values)), chosen.shape)
-    cell = chosen[place]
+    index = np.unravel_index(int(np.nanargmax(values.values)), values.shape)
+    cell = values[index]
     return Worst(
         float(cell),
         str(cell["building"].item()),
         float(cell["period_ratio"]),
-        float(results[gap_dim(results)][place[2]]),
+        float(results[gap_dim(results)][index[2]]),
         float(cell["fixed_period"]),
     )
 
 
 def finding(results: xr.Dataset, output: str = "displacement", percentile: float | None = None) -> str:
     """Sentence on how much contact raises the peak of the stiffer and of the softer building, and where."""
-    at = usual_percentile(results) if percentile is None else percentile
-    clauses = [f"{rise} ({where})" if where else rise for rise, where in rises(results, output, at)]
-    return f"{raised_words(output, at)}: {'; '.join(clauses)}"
+    used_percentile = usual_percentile(results) if percentile is None else percentile
+    clauses = [f"{rise} ({where})" if where else rise for rise, where in rises(results, output, used_percentile)]
+    return f"{raised_words(output, used_percentile)}: {'; '.join(clauses)}"
 
 
 def raised_words(output: str, percentile: float) -> str:

@@ -52,12 +52,12 @@ def read_rate(stated: float | str, name: str = "rate") -> AnnualRate:
     number of 1 a year or more, which is meant as a return period.
     """
     if isinstance(stated, str):
-        return _of_text(stated, name)
+        return _rate_of_text(stated, name)
     try:
         number = float(stated)
     except (TypeError, ValueError):
         raise QuantityError(f"{name}: {shown(stated)} is no rate; {REPAIR}") from None
-    return _plain(number, stated, name)
+    return _plain_rate(number, stated, name)
 
 
 def read_target_rate(stated: AnnualRate | float | str | None, has_hazard: bool) -> AnnualRate | None:
@@ -72,45 +72,45 @@ def read_target_rate(stated: AnnualRate | float | str | None, has_hazard: bool) 
     return read_rate(stated, "target_rate")
 
 
-def _of_text(text: str, name: str) -> AnnualRate:
+def _rate_of_text(text: str, name: str) -> AnnualRate:
     lowered = " ".join(text.lower().split())
     if match := _PROBABILITY.fullmatch(lowered):
-        probability, years = float(match[1]) / (100.0 if match[2] else 1.0), _positive(match[3], text, name)
+        probability, years = float(match[1]) / (100.0 if match[2] else 1.0), _checked_years(match[3], text, name)
         if not 0.0 < probability < 1.0:
             raise QuantityError(
                 f"{name}: {shown(text)} has a probability of {probability:g}, which must lie between 0 and 1 (100 %), "
                 f"ends excluded; {REPAIR}"
             )
         rate = rate_of_probability(probability, years)
-        return AnnualRate(_known(rate, text, name), f"{100.0 * probability:.6g} % in {_years(years)}", years)
+        return AnnualRate(_finite_rate(rate, text, name), f"{100.0 * probability:.6g} % in {_span(years)}", years)
     if match := _RETURN_PERIOD.fullmatch(lowered):
-        period = _positive(match[1], text, name)
-        return AnnualRate(_known(1.0 / period, text, name), f"once in {_years(period)}")
+        period = _checked_years(match[1], text, name)
+        return AnnualRate(_finite_rate(1.0 / period, text, name), f"once in {_span(period)}")
     if match := _RATE.fullmatch(lowered):
-        return _plain(float(match[1]), text, name)
+        return _plain_rate(float(match[1]), text, name)
     raise QuantityError(f"{name}: {shown(text)} is no rate; {REPAIR}")
 
 
-def _plain(rate: float, stated: Any, name: str) -> AnnualRate:
+def _plain_rate(rate: float, value: Any, name: str) -> AnnualRate:
     if not 0.0 < rate < MOST:
         raise QuantityError(
-            f"{name}: {shown(stated)} is a rate of {rate:g} a year, which must be above 0 and below {MOST:g}; {REPAIR}"
+            f"{name}: {shown(value)} is a rate of {rate:g} a year, which must be above 0 and below {MOST:g}; {REPAIR}"
         )
     return AnnualRate(rate, f"{rate:.6g} a year")
 
 
-def _positive(number: str, text: str, name: str) -> float:
+def _checked_years(number: str, text: str, name: str) -> float:
     years = float(number)
     if not 0.0 < years < inf:
         raise QuantityError(f"{name}: {shown(text)} has {years:g} years, which must be above 0 and finite; {REPAIR}")
     return years
 
 
-def _known(rate: float, text: str, name: str) -> float:
+def _finite_rate(rate: float, text: str, name: str) -> float:
     if not (isfinite(rate) and rate > 0.0):
         raise QuantityError(f"{name}: {shown(text)} is a rate of {rate:g} a year, which no number holds; {REPAIR}")
     return rate
 
 
-def _years(years: float) -> str:
+def _span(years: float) -> str:
     return "1 year" if years == 1.0 else f"{years:.6g} years"

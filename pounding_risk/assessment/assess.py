@@ -166,10 +166,10 @@ class Assessment(ShortRepr):
     def unlike_verdicts(self) -> tuple[str, ...]:
         """A sentence for each pair of gaps with as many contacts and another verdict: why it is another."""
         sentences = []
-        alone = [side for side in self.interfaces if side.rate_verdict is None]
-        for pair in combinations(alone, 2):
-            (share, other), words = [side.contact_at_gap() for side in pair], {side.verdict.word for side in pair}
-            if len(words) == 1 or (share.count, share.runs) != (other.count, other.runs):
+        judged_by_share = [side for side in self.interfaces if side.rate_verdict is None]
+        for pair in combinations(judged_by_share, 2):
+            (share, other_share), words = [side.contact_at_gap() for side in pair], {side.verdict.word for side in pair}
+            if len(words) == 1 or (share.count, share.runs) != (other_share.count, other_share.runs):
                 continue
             reasons = [
                 f"{side.verdict.word} at {side.name}, where "
@@ -180,8 +180,8 @@ class Assessment(ShortRepr):
                 )
                 for side in pair
             ]
-            touched = f"{share.count} of {share.runs} motions touch at both"
-            sentences.append(f"{touched}, and the verdict is {' and '.join(reasons)}.")
+            touch_text = f"{share.count} of {share.runs} motions touch at both"
+            sentences.append(f"{touch_text}, and the verdict is {' and '.join(reasons)}.")
         return tuple(sentences)
 
     @property
@@ -303,7 +303,7 @@ def assess(
         hazard=curve.source or curve.name if curve else "",
         hazard_rows=tuple(zip(curve.im.tolist(), curve.rate.tolist(), strict=True)) if curve else (),
         interfaces=interfaces,
-        notes=(*notes, *curve_doubts(curve, [rate for each in interfaces for rate in each.rates])),
+        notes=(*notes, *curve_doubts(curve, [rate for assessed in interfaces for rate in assessed.rates])),
         unused_keys=opened.unused_keys,
         flags=opened.flags,
         left_out=opened.left_out,
@@ -320,43 +320,43 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     if hazard is not None:
         check_intensity(results, options.shaking.intensity, hazard.name)
     contact = contact_of(results, index, options.gap, options.level, criterion)
-    gap, every, level, dataset = contact.gap, contact.every, contact.level, results.dataset
+    gap, all_motions, level, dataset = contact.gap, contact.every, contact.level, results.dataset
     columns = column_sentences(results, level, gap)
     yield_gap, yields = yields_of(dataset, gap)
     is_nearest = options.gap is not None and abs(yield_gap - gap) > SAME_GAP
-    often = _return_period(hazard, results, every.amplitudes[level])
-    where = f"Forces, yielding and struck columns are those at {say(yield_gap, GAP, 4)}, the nearest gap of the grid."
+    period = _return_period_words(hazard, results, all_motions.amplitudes[level])
+    note = f"Forces, yielding and struck columns are those at {say(yield_gap, GAP, 4)}, the nearest gap of the grid."
     response = responses_at(results.at_level(level).dataset, yield_gap, isolated_buildings(results.scene))
     sensitivity = _influences(results, contact, yields[:, level], response, criterion)
-    motions = _contact_motions(results, every, options.shaking.intensity)
-    of_contact = (motions.curve(share.gap) for share in contact.shares)
-    fragility = (*of_contact, *_yield_curves(results, every, yield_gap, yields, motions))
-    rates, gaps_for_rates, by_rate = _by_rate(motions, fragility, contact, options)
-    levels = options.shaking.events(results)
+    motions = _contact_motions(results, all_motions, options.shaking.intensity)
+    contact_curves = (motions.curve(share.gap) for share in contact.shares)
+    fragility = (*contact_curves, *_yield_curves(results, all_motions, yield_gap, yields, motions))
+    rates, gaps_for_rates, rate_verdict = _rate_results(motions, fragility, contact, options)
+    events = options.shaking.events(results)
     is_scaled = any(curve.method == SCALED and not curve.fault for curve in fragility)
-    scaled = SCALED_ROW * (is_scaled and isfinite(every.run.widest))
+    row_note = SCALED_ROW * (is_scaled and isfinite(all_motions.run.widest))
     counts = (
         results.run_counts | {"unpushed": results.unpushed} | _collapses(results.at_level(level), yield_gap, contact)
     )
     verdict = judge(contact, criterion, sensitivity[0], counts, doubts)
     verdict = replace(
         verdict,
-        conclusion=(*columns, *verdict.conclusion, *(by_rate.conclusion if by_rate else ())),
+        conclusion=(*columns, *verdict.conclusion, *(rate_verdict.conclusion if rate_verdict else ())),
         evidence=(
             *verdict.evidence,
-            *filter(None, (where * is_nearest, often, scaled, *_notes(name, results, motions, options.level))),
+            *filter(None, (note * is_nearest, period, row_note, *_notes(name, results, motions, options.level))),
         ),
     )
     return InterfaceAssessment(
         name=name,
         gap=gap,
-        amplitude=every.amplitudes[level],
+        amplitude=all_motions.amplitudes[level],
         at=contact.at,
         yield_gap=yield_gap,
         own_force=results.scene_force,
         own_model=results.scene_model,
         closing=tuple(np.sort(contact.motions.closing[:, 0]).tolist()),
-        run=every.run,
+        run=all_motions.run,
         contact=contact.shares,
         yielding=_yield_shares(dataset, level, contact.weight, confidence),
         response=response,
@@ -368,9 +368,9 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
         what_matters=what_matters(sensitivity),
         separations=separations_of(results.at_level(level), criterion.percentile).rules,
         verdict=verdict,
-        rate_verdict=by_rate,
+        rate_verdict=rate_verdict,
         intensity=results.amplitudes.name,
-        scenario=() if levels is None else tuple(scenario_of(levels, curve, confidence) for curve in fragility),
+        scenario=() if events is None else tuple(scenario_of(events, curve, confidence) for curve in fragility),
         columns=columns,
         column_forces=_column_forces(results),
     )
@@ -379,10 +379,10 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
 def _collapses(results: Results, gap: float, contact: Contact) -> dict[str, int]:
     """Motions in which a storey collapses, without contact, and those that are lost as it does with contact alone."""
     dataset = results.dataset
-    alone = collapsed(dataset, without=True)
+    is_collapsed = collapsed(dataset, without=True)
     case = dataset.isel(results.scene_contact | {"gap": int(np.abs(dataset["gap"].values - gap).argmin())})
-    struck = int((collapsed(case) & ~alone).sum()) if contact.lost > int(alone.sum()) else 0
-    return {"collapsed": int(alone.sum()), "struck": min(struck, contact.lost - int(alone.sum()))}
+    struck_count = int((collapsed(case) & ~is_collapsed).sum()) if contact.lost > int(is_collapsed.sum()) else 0
+    return {"collapsed": int(is_collapsed.sum()), "struck": min(struck_count, contact.lost - int(is_collapsed.sum()))}
 
 
 def _column_forces(results: Results) -> tuple[float, ...]:
@@ -411,24 +411,24 @@ def _notes(name: str, results: Results, motions: ContactMotions, level: int | No
     for words, without in (("Motions without contact", True), ("Cases", False)):
         if storeys := collapses(results.dataset, without=without):
             yield f"{words} in which storeys collapse: {storeys}."
-    if lost := int(np.isinf(motions.closing).sum()):
+    if count := int(np.isinf(motions.closing).sum()):
         yield (
-            f"Fragilities of contact and their rates count {lost} of {motions.closing.size} motions at all amplitudes "
+            f"Fragilities of contact and their rates count {count} of {motions.closing.size} motions at all amplitudes "
             "together, without a finite response, as contact at every gap."
         )
 
 
-def _return_period(hazard: Hazard | None, results: Results, amplitude: float | None) -> str:
+def _return_period_words(hazard: Hazard | None, results: Results, amplitude: float | None) -> str:
     """Sentence on how often the assessed amplitude comes under a hazard curve of its measure; "" without one."""
     if hazard is None or amplitude is None or hazard.name != results.amplitudes.name:
         return ""
     rate = float(np.exp(np.interp(np.log(amplitude), np.log(hazard.im), np.log(hazard.rate))))
-    beyond = "less than " if amplitude > hazard.im[-1] else "more than " if amplitude < hazard.im[0] else ""
-    how = f"is exceeded {beyond}{return_period_words(rate)} under {hazard.source or hazard.name}"
-    return f"{results.amplitude_words(amplitude).removeprefix('at ')} {how}: P(contact) is that of such motions."
+    bound_text = "less than " if amplitude > hazard.im[-1] else "more than " if amplitude < hazard.im[0] else ""
+    text = f"is exceeded {bound_text}{return_period_words(rate)} under {hazard.source or hazard.name}"
+    return f"{results.amplitude_words(amplitude).removeprefix('at ')} {text}: P(contact) is that of such motions."
 
 
-def _by_rate(
+def _rate_results(
     motions: ContactMotions, fragility: Sequence[Fragility], contact: Contact, options: Options
 ) -> tuple[tuple[Rate, ...], tuple[GapForRate, ...], RateVerdict | None]:
     """Rates of the fragilities, gaps for usual rates and the target, the most frequent first, and the verdict."""
@@ -436,14 +436,14 @@ def _by_rate(
     if hazard is None:
         return (), (), None
     rates = tuple(rate_of(hazard, curve, confidence) for curve in fragility)
-    wanted = {usual.rate: usual for usual in (*USUAL, *(() if target is None else (target,)))}
+    targets = {usual.rate: usual for usual in (*USUAL, *(() if target is None else (target,)))}
     of_gaps = RateOfGaps(hazard, motions, confidence)
-    gaps = {rate: of_gaps.gap(wanted[rate]) for rate in sorted(wanted, reverse=True)}
+    gaps = {rate: of_gaps.gap(targets[rate]) for rate in sorted(targets, reverse=True)}
     verdict = None
     if target is not None:
-        here = rate_of(hazard, motions.curve(contact.gap), confidence)
-        against = RateCriterion(target, confidence, hazard.source or hazard.name)
-        verdict = judge_rate(here, gaps[target.rate], against, contact.lost)
+        contact_rate = rate_of(hazard, motions.curve(contact.gap), confidence)
+        criterion = RateCriterion(target, confidence, hazard.source or hazard.name)
+        verdict = judge_rate(contact_rate, gaps[target.rate], criterion, contact.lost)
     return rates, tuple(gaps.values()), verdict
 
 
@@ -453,9 +453,9 @@ def _amplitude_note(results: Results) -> str:
     if len(amplitudes.values) < 2:
         return ""
     levels = [amplitudes.words(amplitude) for amplitude in amplitudes.values if amplitude is not None]
-    why = "the largest" if results.scene_amplitude is None else "the scene's own"
+    reason = "the largest" if results.scene_amplitude is None else "the scene's own"
     *others, last = levels
-    return f"Of the amplitudes {', '.join(others)} and {last}, {levels[results.scene_level]} is assessed: {why}."
+    return f"Of the amplitudes {', '.join(others)} and {last}, {levels[results.scene_level]} is assessed: {reason}."
 
 
 def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: float) -> tuple[Share, ...]:
@@ -469,25 +469,25 @@ def _yield_shares(results: xr.Dataset, level: int, weight: float, confidence: fl
         return ()
     for gap in map(float, results["gap"].values):
         _, yields = yields_of(results, gap)
-        about = [{"gap": gap, "contact_model": model, "yield_force": force} for model in models for force in forces]
-        yielding.extend(shares(yields[:, level].reshape(len(yields), -1), about, weight, confidence))
+        cases = [{"gap": gap, "contact_model": model, "yield_force": force} for model in models for force in forces]
+        yielding.extend(shares(yields[:, level].reshape(len(yields), -1), cases, weight, confidence))
     return tuple(yielding)
 
 
 def _contact_motions(results: Results, motions: Motions, intensity: str) -> ContactMotions:
-    """What fragilities of contact at any gap follow from."""
+    """The motions that fragilities of contact at any gap are fitted to."""
     amplitudes, measure = results.amplitudes, read_measure(intensity)
     # What is pushed across a gap by others does not grow with the motion.
-    pushed = motions.alone is not None and bool((motions.closing > motions.alone)[motions.finite].any())
-    linear = is_linear(results) and not pushed
+    is_pushed = motions.alone is not None and bool((motions.closing > motions.alone)[motions.finite].any())
+    linear = is_linear(results) and not is_pushed
     # No gap is wide enough for a motion in which a storey collapses.
     closing = motions.closing if linear else np.where(motions.finite, motions.closing, np.inf)
-    taken = motions.finite.all(axis=1) if linear else np.repeat(results.is_shaking, len(set(motions.polarities)))
-    ims, closing = intensities(results, intensity)[taken], closing[taken]
+    is_used = motions.finite.all(axis=1) if linear else np.repeat(results.is_shaking, len(set(motions.polarities)))
+    ims, closing = intensities(results, intensity)[is_used], closing[is_used]
     is_own = measure is not None and amplitudes.measure.is_same(measure)
     method = STRIPES if is_own and len(amplitudes.values) > 1 else OWN
-    who = numbered(motions.recordings[taken])
-    return ContactMotions(intensity, method, ims, closing, who, linear, motions.run)
+    recordings = numbered(motions.recordings[is_used])
+    return ContactMotions(intensity, method, ims, closing, recordings, linear, motions.run)
 
 
 def _yield_curves(
@@ -496,17 +496,17 @@ def _yield_curves(
     """Fragilities of yielding at one gap, by contact model and finite F_E, against the same intensity."""
     intensity, method = of_contact.intensity, of_contact.method
     ims = intensities(results, intensity)
-    who = np.repeat(motions.recordings, ims.shape[1])
+    recordings = np.repeat(motions.recordings, ims.shape[1])
     for column, model in enumerate(map(str, results.dataset["contact_model"].values)):
         for row, force in enumerate(finite_forces(results.dataset).tolist()):
             failed = yields[:, :, column, row].ravel()
-            known = ~np.isnan(failed)
-            if not known.any():
+            is_known = ~np.isnan(failed)
+            if not is_known.any():
                 continue
-            im, reached = ims.ravel()[known], failed[known] > 0.0
-            fitted = fit(im, reached, numbered(who[known]), shown_as(intensity))
-            about = "yield", gap, force, model, intensity, method
-            yield Fragility(*about, **asdict(fitted), stripes=stripes_of(im, reached))
+            im, is_reached = ims.ravel()[is_known], failed[is_known] > 0.0
+            fitted = fit(im, is_reached, numbered(recordings[is_known]), shown_as(intensity))
+            case = "yield", gap, force, model, intensity, method
+            yield Fragility(*case, **asdict(fitted), stripes=stripes_of(im, is_reached))
 
 
 def plain(fact: Any) -> Any:

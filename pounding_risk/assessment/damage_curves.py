@@ -48,9 +48,9 @@ class Motions(NamedTuple):
     @property
     def levels(self) -> Array | None:
         """The intensities that all motions have, level by level; None where they differ."""
-        known = self.ims[np.isfinite(self.ims).all(axis=1)]
-        alike = len(known) > 0 and all(map(of_one_intensity, known.T))
-        return np.asarray(np.median(known, axis=0)) if alike else None
+        finite_ims = self.ims[np.isfinite(self.ims).all(axis=1)]
+        is_common = len(finite_ims) > 0 and all(map(of_one_intensity, finite_ims.T))
+        return np.asarray(np.median(finite_ims, axis=0)) if is_common else None
 
 
 class Options(NamedTuple):
@@ -84,8 +84,8 @@ class Curves:
     @property
     def drawn_alike(self) -> tuple[Array, Array]:
         """The samples in which both have a curve."""
-        both = np.isfinite(self.drawn[0]).all(axis=1) & np.isfinite(self.drawn[1]).all(axis=1)
-        return self.drawn[0][both], self.drawn[1][both]
+        has_both = np.isfinite(self.drawn[0]).all(axis=1) & np.isfinite(self.drawn[1]).all(axis=1)
+        return self.drawn[0][has_both], self.drawn[1][has_both]
 
     @property
     def lost(self) -> int:
@@ -110,12 +110,12 @@ class Curves:
         """Bounds from values by sample along the first axis; NaN where too many samples have no curve."""
         if not self.is_compared or self.lost > LOST * len(self.drawn[0]):
             return np.full(of_samples.shape[1:], np.nan), np.full(of_samples.shape[1:], np.nan)
-        enough = (~np.isnan(of_samples)).sum(axis=0) >= (1.0 - LOST) * len(self.drawn[0])
-        known = np.where(enough, of_samples, 0.0)
+        has_enough = (~np.isnan(of_samples)).sum(axis=0) >= (1.0 - LOST) * len(self.drawn[0])
+        filled = np.where(has_enough, of_samples, 0.0)
         # Each bound is one sample's own value, as a ratio may be infinite.
-        low = np.nanpercentile(known, tails[0], axis=0, method="lower")
-        high = np.nanpercentile(known, tails[1], axis=0, method="higher")
-        return np.where(enough, low, np.nan), np.where(enough, high, np.nan)
+        low = np.nanpercentile(filled, tails[0], axis=0, method="lower")
+        high = np.nanpercentile(filled, tails[1], axis=0, method="higher")
+        return np.where(has_enough, low, np.nan), np.where(has_enough, high, np.nan)
 
 
 def curves_of(case: xr.Dataset, state: Any, motions: Motions, options: Options, weights: Array) -> Curves:
@@ -124,17 +124,17 @@ def curves_of(case: xr.Dataset, state: Any, motions: Motions, options: Options, 
     Of a state whose demand or place the dataset lacks nothing is known, and the fault says why.
     """
     try:
-        demands, lacking = demands_of(case, state), ""
+        demands, lacking_text = demands_of(case, state), ""
     except Lacking as error:
-        unknown = np.full(motions.ims.shape, np.nan)
-        demands, lacking = Demands(unknown, unknown), error.why
-    known = np.isfinite(motions.ims) & ~np.isnan(demands.with_contact) & ~np.isnan(demands.without)
-    method, shown = METHODS[options.method], shown_as(options.intensity)
+        unknown_demands = np.full(motions.ims.shape, np.nan)
+        demands, lacking_text = Demands(unknown_demands, unknown_demands), error.why
+    is_known = np.isfinite(motions.ims) & ~np.isnan(demands.with_contact) & ~np.isnan(demands.without)
+    method, intensity_text = METHODS[options.method], shown_as(options.intensity)
     ratios, fits, crossings, drawn = [], [], [], []
     for side, demand in zip(POUNDING, demands[:2], strict=True):
-        ratios.append(np.where(known, demand, np.nan))
-        observed = Observed(motions.ims, ratios[-1], motions.recordings, shown, demands.jumps)
-        fault = lacking or (NO_CONTACT if side == "without" and state.demand.interfaces else "")
+        ratios.append(np.where(is_known, demand, np.nan))
+        observed = Observed(motions.ims, ratios[-1], motions.recordings, intensity_text, demands.jumps)
+        fault = lacking_text or (NO_CONTACT if side == "without" and state.demand.interfaces else "")
         fits.append(Fit(fault=fault) if fault else method.fit(observed))
         crossings.append(capacities(motions.ims, ratios[-1], demands.jumps))
         drawn.append(np.full((len(weights), 2), np.nan) if fits[-1].fault else method.drawn(observed, weights))
@@ -167,14 +167,14 @@ def demands_of(case: xr.Dataset, state: Any) -> Demands:
     building, interface or contact point that is not in the dataset, and a demand that it has not.
     """
     largest_demands = _of_interfaces if state.demand.interfaces else _of_links if state.demand.links else _of_buildings
-    both = [largest_demands(case, state, without) for without in (False, True)]
+    pair = [largest_demands(case, state, without) for without in (False, True)]
     jumps = bool(state.demand.interfaces) or state.demand.key == "link_spring_force"  # of springs that slip
     jumps = jumps or (state.demand.key == "storey_shear" and _may_yield(case, state))
-    ratios = [np.where(np.isfinite(peaks), peaks, np.nan) / state.threshold for peaks in both]
+    ratios = [np.where(np.isfinite(peaks), peaks, np.nan) / state.threshold for peaks in pair]
     if state.demand.of_structure:  # of buildings beside the one that collapses nothing is known
         fell = [by_amplitude(collapsed(case, without=without, building=state.building)) for without in (False, True)]
-        if any(one.any() for one in fell):
-            ratios = [np.where(one & np.isnan(ratio), np.inf, ratio) for one, ratio in zip(fell, ratios, strict=True)]
+        if any(side.any() for side in fell):
+            ratios = [np.where(side & np.isnan(ratio), np.inf, ratio) for side, ratio in zip(fell, ratios, strict=True)]
             return Demands(ratios[0], ratios[1], True)
     if jumps:  # a demand that is capped at the threshold may be less than it by rounding
         ratios = [np.where(np.isclose(ratio, 1.0, rtol=0.0, atol=ROUNDED), 1.0, ratio) for ratio in ratios]
@@ -197,46 +197,46 @@ def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
     """The largest demand of the chosen buildings and storeys by motion and level."""
     demand, ending = state.demand, "_free" if without else ""
     names = list(map(str, case["building"].values))
-    chosen = [at for at in _chosen(case, state, "building") if not np.isnan(case["building_period"].values[at])]
-    if state.building and not chosen:
-        raise _lacking(state, f"{state.building} is rigid and moves with the ground; name another building")
+    places = [i for i in _indices_of(case, state, "building") if not np.isnan(case["building_period"].values[i])]
+    if state.building and not places:
+        raise _lacking_demand(state, f"{state.building} is rigid and moves with the ground; name another building")
     # The displacement of a mass is the drift of a building without storeys alone, and each dataset has either.
     name = demand.storeys if "storey_displacement_free" in case else demand.mass
     if not name or not (demand.mass or f"{name}_free" in case):
-        raise _lacking(state, demand.absent)
-    peaks = finite(case, f"{name}{ending}").isel(building=chosen)
+        raise _lacking_demand(state, demand.absent)
+    peaks = finite(case, f"{name}{ending}").isel(building=places)
     peaks = peaks if "storey" in peaks.dims else peaks.expand_dims(storey=[1], axis=-1)
     if state.storey > peaks.sizes["storey"]:
-        raise _lacking(state, f"storey {state.storey} is asked for, and the highest is {peaks.sizes['storey']}")
+        raise _lacking_demand(state, f"storey {state.storey} is asked for, and the highest is {peaks.sizes['storey']}")
     storeys = slice(state.storey - 1, state.storey) if state.storey else slice(None)
     demands = by_amplitude(peaks, ["building", "storey"])[..., storeys]
     if demand.per_height:
-        levels = case["floor_level"].transpose("building", "storey").values[chosen]
+        levels = case["floor_level"].transpose("building", "storey").values[places]
         heights = np.diff(levels, axis=1, prepend=0.0)  # NaN where there is no storey
-        for place, row in zip(chosen, heights, strict=True):
+        for place, row in zip(places, heights, strict=True):
             if np.isnan(row[0]):
-                raise _lacking(state, f"of {names[place]} {demand.absent}")
+                raise _lacking_demand(state, f"of {names[place]} {demand.absent}")
         demands = demands / heights[:, storeys]
     if demand.of_structure and not state.storey:  # isolators are made to move
         isolated = isolated_buildings(Results(case).scene)
         demands = demands.copy()
-        demands[..., [names[place] in isolated for place in chosen], 0] = np.nan
+        demands[..., [names[place] in isolated for place in places], 0] = np.nan
     largest = np.fmax.reduce(demands, axis=(-2, -1))
     if without and not (np.isfinite(largest).any() or collapsed(case, without=True, building=state.building).any()):
         repair = f"it has no storey {state.storey}" if state.storey else demand.absent or "every run failed"
-        raise _lacking(state, repair)
+        raise _lacking_demand(state, repair)
     return np.asarray(largest)
 
 
 def _of_interfaces(case: xr.Dataset, state: Any, without: bool) -> Array:
     """The largest demand of the chosen interfaces or contact points by motion and level; 0 without contact."""
     demand = state.demand
-    is_chosen = np.isin(case["contact_point_interface"].values, _chosen(case, state, "interface"))
-    is_chosen &= np.isin(np.arange(is_chosen.size), _chosen(case, state, "contact_point"))
+    is_chosen = np.isin(case["contact_point_interface"].values, _indices_of(case, state, "interface"))
+    is_chosen &= np.isin(np.arange(is_chosen.size), _indices_of(case, state, "contact_point"))
     if demand.points:
         is_chosen &= case["contact_point_kind"].values.astype(str) == demand.points
     if not is_chosen.any():
-        raise _lacking(state, demand.absent or f"{state.contact_point} is no contact point of {state.interface}")
+        raise _lacking_demand(state, demand.absent or f"{state.contact_point} is no contact point of {state.interface}")
     name, place = f"{POINT}{demand.interfaces}", "contact_point"
     if name not in case:  # two single masses: their one contact point is their interface
         name, place = demand.interfaces, "interface"
@@ -246,25 +246,25 @@ def _of_interfaces(case: xr.Dataset, state: Any, without: bool) -> Array:
 
 def _of_links(case: xr.Dataset, state: Any, without: bool) -> Array:
     """The largest demand of the links at the chosen interfaces by motion and level."""
-    chosen = _chosen(case, state, "interface")
+    interfaces = _indices_of(case, state, "interface")
     name = state.demand.links + "_free" * without
     if name not in case:
-        raise _lacking(state, state.demand.absent)
-    peaks = by_amplitude(finite(case, name).isel(interface=chosen), ["interface"])
+        raise _lacking_demand(state, state.demand.absent)
+    peaks = by_amplitude(finite(case, name).isel(interface=interfaces), ["interface"])
     largest = np.fmax.reduce(peaks, axis=-1)
     if without and not np.isfinite(largest).any():
-        raise _lacking(state, state.demand.absent)
+        raise _lacking_demand(state, state.demand.absent)
     return np.asarray(largest)
 
 
-def _chosen(case: xr.Dataset, state: Any, place: str) -> list[int]:
+def _indices_of(case: xr.Dataset, state: Any, place: str) -> list[int]:
     """Which buildings, interfaces or contact points a state is of: the one that it names, or all."""
-    names, named = list(map(str, case[place].values)), getattr(state, place)
-    if named and named not in names:
-        meant = f"{shown_text(named)} is not in the dataset{nearest(named, names)}"
-        raise Lacking(state, f"{place.replace('_', ' ')} {meant}, which has {', '.join(names)}")
-    return [at for at, name in enumerate(names) if not named or name == named]
+    names, wanted_name = list(map(str, case[place].values)), getattr(state, place)
+    if wanted_name and wanted_name not in names:
+        hint = f"{shown_text(wanted_name)} is not in the dataset{nearest(wanted_name, names)}"
+        raise Lacking(state, f"{place.replace('_', ' ')} {hint}, which has {', '.join(names)}")
+    return [index for index, name in enumerate(names) if not wanted_name or name == wanted_name]
 
 
-def _lacking(state: Any, why: str) -> Lacking:
+def _lacking_demand(state: Any, why: str) -> Lacking:
     return Lacking(state, f"{state.demand.key}: {why}")

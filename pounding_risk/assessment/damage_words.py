@@ -43,8 +43,8 @@ def gap_words(dataset: xr.Dataset) -> str:
     gaps = np.ravel(dataset["interface_gap"].values)
     if len(gaps) > NAMED:
         return f"{say(gaps.min(), GAP)} to {say(gaps.max(), GAP)}, by interface"
-    named = zip(gaps, dataset["interface"].values, strict=True)
-    return " and ".join(f"{say(gap, GAP)} ({name})" for gap, name in named)
+    pairs = zip(gaps, dataset["interface"].values, strict=True)
+    return " and ".join(f"{say(gap, GAP)} ({name})" for gap, name in pairs)
 
 
 def case_words(dataset: xr.Dataset) -> str:
@@ -63,8 +63,8 @@ def finding(dataset: xr.Dataset) -> str:
     other dispersions both may go one way; the rate, which counts every intensity, is the one that counts.
     """
     words, _ = measure_words(dataset)
-    known = (dataset["runs"] > 0).any(["pounding", "level"]).values
-    order = np.lexsort((np.isnan(dataset["median_ratio"].values), ~known))  # ratios first, what is left out last
+    is_known = (dataset["runs"] > 0).any(["pounding", "level"]).values
+    order = np.lexsort((np.isnan(dataset["median_ratio"].values), ~is_known))  # ratios first, what is left out last
     clauses = "; ".join(_clause(dataset.isel(state=place)) for place in order)
     gap = gap_words(dataset)
     if "annual_rate_ratio" not in dataset:
@@ -94,9 +94,9 @@ def _clause(state: xr.Dataset) -> str:
             beyond = f"{100.0 * missing:.2g} % of one lie beyond the hazard curve"
             return f"{name} median {median} (no ratio of rates: {beyond})"
         return f"{name} {median}"
-    opposed = (round(rate, 2) - 1.0) * (round(ratio, 2) - 1.0) > 0.0  # a lower median alone raises the rate
+    is_opposed = (round(rate, 2) - 1.0) * (round(ratio, 2) - 1.0) > 0.0  # a lower median alone raises the rate
     return f"{name} rate {_ratio_words(state, 'annual_rate_ratio')}, median {median}" + (
-        " (they point opposite ways, as the dispersions differ: the rate counts)" if opposed else ""
+        " (they point opposite ways, as the dispersions differ: the rate counts)" if is_opposed else ""
     )
 
 
@@ -111,9 +111,9 @@ def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, resul
     yield from (f"{pair.state.name} is left out: {pair.fits[0].fault}." for pair in curves if not pair.is_known)
     curves, count = [pair for pair in curves if pair.is_known], options.recordings
     is_linked = any(map(results.has_link, range(results.dataset.sizes["interface"])))
-    alone = "the buildings with their links but without contact" if is_linked else "each building alone"
+    model = "the buildings with their links but without contact" if is_linked else "each building alone"
     yield (
-        f"Curves ({options.method}): {METHODS[options.method].words}. Without pounding: {alone} under the same motion."
+        f"Curves ({options.method}): {METHODS[options.method].words}. Without pounding: {model} under the same motion."
     )
     yield (
         f"Bounds of ratios: {100.0 * options.confidence:g} % by {DRAWS} samples of the {counted(count, 'recording')}, "
@@ -122,58 +122,58 @@ def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, resul
     if count < FEW:
         yield f"With {counted(count, 'recording')} the bounds may be too narrow all the same."
     if "inelastic_storeys" not in results.scene.get("effects", {}):
-        besides = ", but isolators do" if isolated_buildings(results.scene) else ""
-        yield f"No storey yields in the runs{besides}: demands beyond yield are those of elastic buildings."
+        isolator_text = ", but isolators do" if isolated_buildings(results.scene) else ""
+        yield f"No storey yields in the runs{isolator_text}: demands beyond yield are those of elastic buildings."
     isolated = isolated_buildings(results.scene)
     if isolated and any(pair.state.demand.of_structure and not pair.state.storey for pair in curves):
         names = " and ".join(isolated)
         yield f"Drifts and ductility of {names} are those above the isolators, which are storey 1: name it to count it."
-    moved = [pair for pair in curves if "building" in pair.state.demand.places]
+    pairs = [pair for pair in curves if "building" in pair.state.demand.places]
     rotating = [
-        name for name in rotating_buildings(results.scene) if any(pair.state.building in ("", name) for pair in moved)
+        name for name in rotating_buildings(results.scene) if any(pair.state.building in ("", name) for pair in pairs)
     ]
     if rotating:
         names = " and ".join(rotating)
         yield f"Demands of {names}, whose floors rotate, are those of the centres of mass: edges drift further."
     fragile = collapsible_buildings(results.scene)
-    for pair in moved:
+    for pair in pairs:
         if pair.state.demand.of_structure and pair.state.building not in ("", *fragile) and results.fallen:
             yield (
                 f"{pair.state.name}: runs in which {' or '.join(fragile)} collapses are left out, for they end there: "
                 f"of {pair.state.building} nothing is known."
             )
     for pair in curves:
-        yield from _of_state(pair, motions, options)
+        yield from _state_notes(pair, motions, options)
 
 
-def _of_state(pair: Curves, motions: Motions, options: Options) -> Iterator[str]:
+def _state_notes(pair: Curves, motions: Motions, options: Options) -> Iterator[str]:
     """Sentences on one state."""
     name = pair.state.name
     failed = int(np.isnan(pair.ratios[0]).sum())
     if failed:
-        what = f"{counted(failed, 'run')} of {motions.ims.size}"
-        yield f"{name}: {what} failed, or have no such demand, and are left out."
+        count_text = f"{counted(failed, 'run')} of {motions.ims.size}"
+        yield f"{name}: {count_text} failed, or have no such demand, and are left out."
     for side, ratios in zip(POUNDING, pair.ratios, strict=True):
-        fell = int(np.isinf(ratios).sum())
-        if fell:
-            runs = f"{counted(fell, 'run')} of {motions.ims.size} {side} pounding"
+        collapsed = int(np.isinf(ratios).sum())
+        if collapsed:
+            runs = f"{counted(collapsed, 'run')} of {motions.ims.size} {side} pounding"
             yield f"{name}: {runs} ended in the collapse of a storey, and count as reached, of infinite demand."
     for side, fit, capacities in zip(POUNDING, pair.fits, pair.capacities, strict=True):
-        whose = f"{name}, {side} pounding"
+        curve_text = f"{name}, {side} pounding"
         if fit.fault:
-            yield f"{whose}: no curve: {fit.fault}."
+            yield f"{curve_text}: no curve: {fit.fault}."
         if fit.fault == NO_CONTACT or options.method != "ida":
             continue
-        if back := int(capacities.falls_back.sum()):
-            what = counted(back, "motion")
-            yield f"{whose}: reached by {what} at a level and not at a higher one; the first counts."
-        if ends := int((np.abs(capacities.status) == 1).sum()):
-            what = f"of {int((capacities.status != NONE).sum())} capacities {ends}"
-            yield f"{whose}: {what} outside the tested levels, which count as such."
-        if between := int((capacities.status == BETWEEN).sum()):
-            what = counted(between, "capacity", "capacities")
+        if fallen := int(capacities.falls_back.sum()):
+            count_text = counted(fallen, "motion")
+            yield f"{curve_text}: reached by {count_text} at a level and not at a higher one; the first counts."
+        if outside_count := int((np.abs(capacities.status) == 1).sum()):
+            count_text = f"of {int((capacities.status != NONE).sum())} capacities {outside_count}"
+            yield f"{curve_text}: {count_text} outside the tested levels, which count as such."
+        if between_count := int((capacities.status == BETWEEN).sum()):
+            count_text = counted(between_count, "capacity", "capacities")
             yield (
-                f"{whose}: {what} known as between two levels only, for the demand jumps: a contact "
+                f"{curve_text}: {count_text} known as between two levels only, for the demand jumps: a contact "
                 "force is 0 without touch, and a force is capped where what carries it yields."
             )
     if pair.state.demand.interfaces and options.method == "cloud":
@@ -182,5 +182,5 @@ def _of_state(pair: Curves, motions: Motions, options: Options) -> Iterator[str]
             "follow; several levels and stripes do."
         )
     if pair.is_compared and pair.lost:
-        without = "no bounds are given" if pair.lost > LOST * DRAWS else "left out of the bounds"
-        yield f"{name}: no curve from {counted(pair.lost, 'sample')} of recordings; {without}."
+        consequence = "no bounds are given" if pair.lost > LOST * DRAWS else "left out of the bounds"
+        yield f"{name}: no curve from {counted(pair.lost, 'sample')} of recordings; {consequence}."

@@ -85,7 +85,7 @@ def motions_of(results: Results) -> Motions:
     records, polarities = (list(map(str, dataset[axis].values)) for axis in ("record", "polarity"))
     closing = alone = by_amplitude(dataset["peak_closing_free"])
     is_pushed, run = "impact_count" in dataset and "interior" in dataset["building_position"].values, EVERY_GAP
-    finite, turns = _responds(results), len(polarities)
+    finite, polarity_count = _has_response(results), len(polarities)
     if is_pushed:
         gaps = np.sort(dataset["gap"].values).tolist()
         run = RunGaps(gaps[-1], tuple(gaps) if len(gaps) > 1 and "interface_gap" not in dataset.variables else ())
@@ -96,7 +96,7 @@ def motions_of(results: Results) -> Motions:
     return Motions(
         tuple(name for name in records for _ in polarities),
         tuple(polarities) * len(records),
-        np.repeat(results.recordings, turns),
+        np.repeat(results.recordings, polarity_count),
         results.amplitudes.values,
         closing,
         finite,
@@ -105,7 +105,7 @@ def motions_of(results: Results) -> Motions:
     )
 
 
-def _responds(results: Results) -> NDArray[np.bool_]:
+def _has_response(results: Results) -> NDArray[np.bool_]:
     """(motions, amplitudes) True where the record holds a motion and the response without contact is finite."""
     shakes = np.repeat(results.is_shaking, results.dataset.sizes["polarity"])
     return np.isfinite(by_amplitude(gaps_needed(results.dataset))) & shakes[:, None]
@@ -135,10 +135,10 @@ def touching(results: Results, motions: Motions, gap: float) -> Array:
     shows to leave the gap open. NaN and 1 where its run failed.
     """
     closes = motions.closing > gap
-    at = np.flatnonzero(np.isclose(results.dataset["gap"].values, gap, rtol=0.0, atol=SAME_GAP))
-    if motions.alone is None or not at.size:
+    places = np.flatnonzero(np.isclose(results.dataset["gap"].values, gap, rtol=0.0, atol=SAME_GAP))
+    if motions.alone is None or not places.size:
         return np.stack([closes, motions.closing > motions.run.below(gap)]).astype(float)
-    counts = by_amplitude(results.dataset["impact_count"].isel(results.scene_contact | {"gap": int(at[0])}))
+    counts = by_amplitude(results.dataset["impact_count"].isel(results.scene_contact | {"gap": int(places[0])}))
     failed = run_failed(results, motions.alone, gap)
     touches = np.where(counts == UNDEFINED, closes, counts > 0)
     return np.stack([np.where(failed, nan, touches), touches | failed])
@@ -146,8 +146,8 @@ def touching(results: Results, motions: Motions, gap: float) -> Array:
 
 def by_motion(cases: xr.DataArray, inner: Sequence[str] = ()) -> Array:
     """Values as (motions, ...), the axes ``inner`` in this order."""
-    ordered = cases.variable.transpose("record", "polarity", *inner).values  # without the coordinates, a copy of each
-    return np.asarray(ordered.reshape(ordered.shape[0] * ordered.shape[1], *ordered.shape[2:]))
+    table = cases.variable.transpose("record", "polarity", *inner).values  # without the coordinates, a copy of each
+    return np.asarray(table.reshape(table.shape[0] * table.shape[1], *table.shape[2:]))
 
 
 def by_amplitude(cases: xr.DataArray, inner: Sequence[str] = ()) -> Array:
@@ -196,7 +196,7 @@ class Contact(NamedTuple):
     shares: tuple[Share, ...]  # that close each gap of the grid, and the assessed one
     required: dict[float, RequiredGap]  # by percentile [%]
     touched: NDArray[np.bool_]  # by motion: contact at the assessed gap
-    may_touch: NDArray[np.bool_]  # or none that a run shows to be absent
+    may_touch: NDArray[np.bool_]  # by motion: contact that no run excludes
     lost: int  # motions without a finite response at this amplitude, or whose run at the gap fails
 
     @property
@@ -212,23 +212,23 @@ class Contact(NamedTuple):
     def with_lost(self, criterion: Criterion) -> tuple[Share, RequiredGap]:
         """The share at the assessed gap and the required gap, no gap being wide enough for a motion that is lost.
 
-        The lower bound of the share is that were they none.
+        The lower bound of the share counts them as none.
         """
-        share, need = self.at_gap, self.required[criterion.percentile]
+        share, required = self.at_gap, self.required[criterion.percentile]
         if not self.lost:
-            return share, need
-        both = np.array([self.touched, self.may_touch], dtype=float)
-        touched = np.pad(both, ((0, 0), (0, self.lost)), constant_values=nan)
+            return share, required
+        contact_flags = np.array([self.touched, self.may_touch], dtype=float)
+        touched = np.pad(contact_flags, ((0, 0), (0, self.lost)), constant_values=nan)
         closing = np.pad(self.motions.closing[:, 0], (0, self.lost), constant_values=inf)
-        (need,) = required_gaps(closing, self.weight, (criterion.percentile,), criterion.confidence)
+        (required,) = required_gaps(closing, self.weight, (criterion.percentile,), criterion.confidence)
         share = share_with_lost(touched[:, None], self.gap, self.weight, criterion.confidence)
-        return share, need.in_row(self.every.run)
+        return share, required.in_row(self.every.run)
 
 
 def share_with_lost(touched: Array, gap: float, weight: float, confidence: float) -> Share:
     """The share of the motions with contact at any interface, of which those that are lost count as contact.
 
-    The lower bound of the share is that were they none.
+    The lower bound of the share counts them as none.
 
     Parameters
     ----------
@@ -242,16 +242,16 @@ def share_with_lost(touched: Array, gap: float, weight: float, confidence: float
     confidence : float
         Confidence of the bounds.
     """
-    seen, possible, least = (
-        shares(np.nan_to_num(each, nan=of_lost).max(axis=0)[:, None], [{"gap": gap}], weight, confidence)[0]
-        for each, of_lost in ((touched[0], 1.0), (touched[1], 1.0), (touched[0], 0.0))
+    share, upper, lower = (
+        shares(np.nan_to_num(flags, nan=lost_value).max(axis=0)[:, None], [{"gap": gap}], weight, confidence)[0]
+        for flags, lost_value in ((touched[0], 1.0), (touched[1], 1.0), (touched[0], 0.0))
     )
-    return replace(_up_to(seen, possible), low=least.low, low_recordings=least.low_recordings)
+    return replace(_with_upper(share, upper), low=lower.low, low_recordings=lower.low_recordings)
 
 
-def _up_to(seen: Share, possible: Share) -> Share:
+def _with_upper(share: Share, upper: Share) -> Share:
     """The share of the motions that bring contact, with the upper bounds of that of those which may."""
-    return replace(seen, high=possible.high, high_recordings=possible.high_recordings)
+    return replace(share, high=upper.high, high_recordings=upper.high_recordings)
 
 
 def contact_of(results: Results, index: int, gap: float | None, level: int | None, criterion: Criterion) -> Contact:
@@ -262,50 +262,50 @@ def contact_of(results: Results, index: int, gap: float | None, level: int | Non
     """
     gap = results.scene_gap(index) if gap is None else gap
     level = results.scene_level if level is None else level
-    every = motions_of(results)
-    finite = np.flatnonzero(every.finite[:, level] & ~np.isnan(touching(results, every, gap)[0, :, level]))
-    if not finite.size and every.alone is not None:  # of none is known what neighbours push: what they do alone is
-        finite = np.flatnonzero(_responds(results)[:, level])
+    ensemble = motions_of(results)
+    finite = np.flatnonzero(ensemble.finite[:, level] & ~np.isnan(touching(results, ensemble, gap)[0, :, level]))
+    if not finite.size and ensemble.alone is not None:  # pushes by neighbours are known of none, the response alone is
+        finite = np.flatnonzero(_has_response(results)[:, level])
     if not finite.size:
-        at = results.amplitude_words(every.amplitudes[level])
+        at = results.amplitude_words(ensemble.amplitudes[level])
         why = no_response(results.at_level(level).dataset, at=at)
-        if others := np.asarray(every.amplitudes)[every.finite.any(axis=0)].tolist():
+        if levels := np.asarray(ensemble.amplitudes)[ensemble.finite.any(axis=0)].tolist():
             option = "intensity-level" if results.amplitudes.axis == LEVEL_AXIS else "pga"
-            why += f"; at {', '.join(map(results.amplitudes.words, others))} motions can be assessed, with --{option}"
+            why += f"; at {', '.join(map(results.amplitudes.words, levels))} motions can be assessed, with --{option}"
         raise PoundingError(why)
-    chosen = finite, slice(level, level + 1)
+    part = finite, slice(level, level + 1)
     motions = Motions(
-        tuple(every.records[motion] for motion in finite),
-        tuple(every.polarities[motion] for motion in finite),
-        labels(list(every.recordings[finite])),
-        (every.amplitudes[level],),
-        every.closing[chosen],
-        every.finite[chosen],
-        None if every.alone is None else every.alone[chosen],
-        every.run,
+        tuple(ensemble.records[motion] for motion in finite),
+        tuple(ensemble.polarities[motion] for motion in finite),
+        labels(list(ensemble.recordings[finite])),
+        (ensemble.amplitudes[level],),
+        ensemble.closing[part],
+        ensemble.finite[part],
+        None if ensemble.alone is None else ensemble.alone[part],
+        ensemble.run,
     )
     closing = motions.closing[:, 0]
     independent = independent_motions(logs_of(closing), motions.recordings)
     weight = independent / closing.size
     gaps = np.unique([*map(float, results.dataset["gap"].values), gap]).tolist()
-    touched = np.stack([touching(results, every, width)[:, finite, level] for width in gaps], axis=2) > 0.0
+    touched = np.stack([touching(results, ensemble, width)[:, finite, level] for width in gaps], axis=2) > 0.0
     percentiles = (*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile)
-    at, here = results.amplitude_words(every.amplitudes[level]), touched[:, :, gaps.index(gap)]
-    lost = len(every.finite) - finite.size
-    of_gaps = [{"gap": width} for width in gaps]
-    seen, possible = (shares(each.astype(float), of_gaps, weight, criterion.confidence) for each in touched)
+    at, at_gap = results.amplitude_words(ensemble.amplitudes[level]), touched[:, :, gaps.index(gap)]
+    lost = len(ensemble.finite) - finite.size
+    gap_labels = [{"gap": width} for width in gaps]
+    touch, upper = (shares(flags.astype(float), gap_labels, weight, criterion.confidence) for flags in touched)
     needs = required_gaps(closing, weight, percentiles, criterion.confidence)
-    required = {need.percentile: need.in_row(every.run) for need in needs}
+    required = {need.percentile: need.in_row(ensemble.run) for need in needs}
     return Contact(
         gap,
-        every,
+        ensemble,
         level,
         at,
         motions,
         independent,
-        tuple(map(_up_to, seen, possible)),
+        tuple(map(_with_upper, touch, upper)),
         required,
-        here[0],
-        here[1],
+        at_gap[0],
+        at_gap[1],
         lost,
     )

@@ -1,7 +1,7 @@
 """Fragilities of contact at any gap, from what each motion closes without contact.
 
-Of linear buildings the intensity at which each motion closes a gap is known: from those, which is all that can be known
-of the motions. Where it is not, from who closes the gap at the intensities that were scanned.
+Of linear buildings from the intensity at which each motion closes the gap, which is then known. Elsewhere from the
+motions that close it at the scanned intensities.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class ContactMotions(NamedTuple):
     """Motions with a finite response: their intensities, and how far each closes the gap.
 
     ``linear`` says that the closing is proportional to the motion: scaled by gap over closing it just closes a gap.
-    ``run`` are the gaps at which what neighbours push across them is known.
+    ``run`` are the gaps at which pushes by neighbours are known.
     """
 
     intensity: str
@@ -99,20 +99,20 @@ class ContactMotions(NamedTuple):
 
     def curve(self, gap: float) -> Fragility:
         """The fragility of contact at a gap [m]; its ``fault`` says why there is none."""
-        im, touching = self.ims.ravel(), (self.closing > gap).ravel()
-        who = np.repeat(self.recordings, self.ims.shape[1])
-        curve = curves.fit(im, touching, who, shown_as(self.intensity))
+        im, is_touching = self.ims.ravel(), (self.closing > gap).ravel()
+        recordings = np.repeat(self.recordings, self.ims.shape[1])
+        curve = curves.fit(im, is_touching, recordings, shown_as(self.intensity))
         method, note, factor, independent = self.method, "", np.nan, np.nan
         if self.linear:
-            scaled, times = self._by_scaling(gap)
+            scaled, scaled_factor = self._by_scaling(gap)
             if curve.fault or not scaled.fault:
-                curve, method, note, factor = scaled, SCALED, curve.fault, times
+                curve, method, note, factor = scaled, SCALED, curve.fault, scaled_factor
                 independent = np.nan if curve.fault else self.independent
         if self.is_unknown(gap):
             curve, note, factor, independent = Fit(fault=not_run(self.run, gap)), "", np.nan, np.nan
-        about = "contact", gap, None, None, self.intensity, method
-        stripes = curves.stripes_of(im, touching)
-        return Fragility(*about, **asdict(curve), note=note, stripes=stripes, factor=factor, independent=independent)
+        case = "contact", gap, None, None, self.intensity, method
+        stripes = curves.stripes_of(im, is_touching)
+        return Fragility(*case, **asdict(curve), note=note, stripes=stripes, factor=factor, independent=independent)
 
     def is_unknown(self, gap: float) -> bool:
         """True where neighbours may push the two together across a gap [m], as the row was not run at it.
@@ -146,15 +146,15 @@ class ContactMotions(NamedTuple):
 
 def not_run(run: RunGaps, gap: float) -> str:
     """Sentence on a gap [m] at which a row was not run."""
-    narrower = [step for step in run.steps if step < gap]
+    narrower_gaps = [step for step in run.steps if step < gap]
     if gap > run.widest or not run.steps:
-        many, others = f"gaps of up to {say(run.widest, GAP, 3)}", "wider ones"
-    elif narrower:
-        many = f"gaps of {say(narrower[-1], GAP, 3)} and {say(run.above(gap), GAP, 3)}"
+        gaps, others = f"gaps of up to {say(run.widest, GAP, 3)}", "wider ones"
+    elif narrower_gaps:
+        gaps = f"gaps of {say(narrower_gaps[-1], GAP, 3)} and {say(run.above(gap), GAP, 3)}"
         others = "those between"
     else:
-        many, others = f"gaps of {say(run.steps[0], GAP, 3)} and more", "narrower ones"
-    return f"the row was run at {many} here, and neighbours may push the two together across {others}: scan such gaps"
+        gaps, others = f"gaps of {say(run.steps[0], GAP, 3)} and more", "narrower ones"
+    return f"the row was run at {gaps} here, and neighbours may push the two together across {others}: scan such gaps"
 
 
 def out_of_scale(fitted: Fit, factors: Array, shown: Shown = curves.plain) -> tuple[float, str]:
@@ -165,8 +165,8 @@ def out_of_scale(fitted: Fit, factors: Array, shown: Shown = curves.plain) -> tu
     """
     nearest = float(factors[np.abs(np.log(factors)).argmin()])
     low, high = USUAL_FACTORS
-    between = factors.min() <= 1.0 <= factors.max()
-    if between or low <= nearest <= high:
+    is_between = factors.min() <= 1.0 <= factors.max()
+    if is_between or low <= nearest <= high:
         return nearest, ""
     repair = "stronger" if nearest > high else "weaker"
     return nearest, (

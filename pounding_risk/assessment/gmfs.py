@@ -49,7 +49,7 @@ class Fields:
 
     def has(self, intensity: str) -> bool:
         """True for an intensity of the file, and for Sa at a period between two of the file."""
-        return intensity in self.levels or self._around(intensity) is not None
+        return intensity in self.levels or self._neighbours(intensity) is not None
 
     def at(self, intensity: str) -> Array:
         """Intensities of all events; Sa between two periods by straight lines in the logarithms, event by event.
@@ -58,24 +58,24 @@ class Fields:
         """
         if intensity in self.levels:
             return self.levels[intensity]
-        around = self._around(intensity)
-        if around is None:
+        neighbours = self._neighbours(intensity)
+        if neighbours is None:
             raise PoundingError(
                 f"{self.source}: has no {intensity}, it has {', '.join(self.levels)}; choose one of them with "
                 f'--intensity, such as --intensity "{next(iter(self.levels))}"'
             )
-        (low, below), (high, above) = around
+        (low, below), (high, above) = neighbours
         share = np.log(_period(intensity) / low) / np.log(high / low)
         both = (below > 0.0) & (above > 0.0)
-        safe = [np.where(both, field, 1.0) for field in (below, above)]
-        return np.asarray(np.where(both, np.exp((1.0 - share) * np.log(safe[0]) + share * np.log(safe[1])), 0.0))
+        fields = [np.where(both, field, 1.0) for field in (below, above)]
+        return np.asarray(np.where(both, np.exp((1.0 - share) * np.log(fields[0]) + share * np.log(fields[1])), 0.0))
 
-    def _around(self, intensity: str) -> tuple[tuple[float, Array], tuple[float, Array]] | None:
+    def _neighbours(self, intensity: str) -> tuple[tuple[float, Array], tuple[float, Array]] | None:
         """The periods below and above that of an intensity, with their levels."""
         period = _period(intensity)
-        known = sorted((_period(name), levels) for name, levels in self.levels.items() if _period(name) > 0.0)
-        after = [place for place, (known_period, _) in enumerate(known) if known_period >= period]
-        return (known[after[0] - 1], known[after[0]]) if period > 0.0 and after and after[0] else None
+        by_period = sorted((_period(name), levels) for name, levels in self.levels.items() if _period(name) > 0.0)
+        above = [place for place, (known_period, _) in enumerate(by_period) if known_period >= period]
+        return (by_period[above[0] - 1], by_period[above[0]]) if period > 0.0 and above and above[0] else None
 
 
 @dataclass(frozen=True)
@@ -100,9 +100,9 @@ class Scenario:
 
 def scenario_of(levels: Array, fragility: Fragility, confidence: float) -> Scenario:
     """Probability of one fragility over events of these intensities; NaN where it could not be fitted."""
-    about = (fragility.what, fragility.gap, fragility.yield_force, fragility.contact_model)
+    case = (fragility.what, fragility.gap, fragility.yield_force, fragility.contact_model)
     if fragility.fault:
-        return Scenario(*about, nan, nan, nan, nan, fragility.fault)
+        return Scenario(*case, nan, nan, nan, nan, fragility.fault)
     probabilities = _probabilities(levels, fragility.median, fragility.dispersion)
     silent = float((levels <= 0.0).mean())
     weakest = levels[levels > 0.0].min(initial=np.inf)
@@ -116,7 +116,7 @@ def scenario_of(levels: Array, fragility: Fragility, confidence: float) -> Scena
         tail = 50.0 * (1.0 - confidence)
         low, high = np.clip(np.percentile(means, (tail, 100.0 - tail)), 0.0, 1.0)
         high = min(high + left_out, 1.0)
-    return Scenario(*about, float(probabilities.mean()), float(low), float(high), left_out)
+    return Scenario(*case, float(probabilities.mean()), float(low), float(high), left_out)
 
 
 def _probabilities(levels: Array, median: float, dispersion: float) -> Array:
@@ -138,7 +138,7 @@ def read_fields(path: str | Path) -> Fields:
     PoundingError
         With the line, for a damaged file, for a site that it has not, and for several of which none is named.
     """
-    name, where = split_site(str(path))
+    name, site_text = split_site(str(path))
     table = read_table(Path(name), error=PoundingError)
     columns = {what: next((alias for alias in names if alias in table.head), "") for what, names in _NAMES.items()}
     measures = {column: measure_of(column[4:]) for column in table.head if column.startswith("gmv_")}
@@ -147,65 +147,65 @@ def read_fields(path: str | Path) -> Fields:
             "is no file of ground-motion fields: it needs the columns event_id, site_id and gmv_PGA, or gmv_SA(0.3) at "
             f"some period; {AGAIN}"
         )
-    site, words = _site(table, columns["site"], where)
-    of_realisation = columns["realisation"] or columns["event"]
+    site, words = _site(table, columns["site"], site_text)
+    realisation_column = columns["realisation"] or columns["event"]
     events: dict[tuple[str, str], int] = {}
     rows = {}
     for row in table.rows:
-        key = table.whole_id(row, of_realisation), table.whole_id(row, columns["event"])
+        key = table.whole_id(row, realisation_column), table.whole_id(row, columns["event"])
         event = events.setdefault(key, len(events))
         if table.whole_id(row, columns["site"]) == site:
             if event in rows:
                 raise row.fault(f"has event {key[1]} at site {site} a second time; {AGAIN}")
             rows[event] = row
     levels = {}
-    for column, known in measures.items():
-        if known is None:
+    for column, measure in measures.items():
+        if measure is None:
             continue
-        levels[known[0]] = of_events = np.zeros(len(events))
+        levels[measure[0]] = event_levels = np.zeros(len(events))
         for event, row in rows.items():
             level = table.number(row, column)
             if level < 0.0:
                 raise row.fault(f"{column} is {level:g}; it must be 0 or above: {AGAIN}")
-            of_events[event] = known[1] * level
-    left = [column for column, known in measures.items() if known is None]
+            event_levels[event] = measure[1] * level
+    unknown_columns = [column for column, measure in measures.items() if measure is None]
     sentences = [f"{words} {len(events)} events, {len(rows)} of them with a row at the site; all count alike."]
-    sentences += [f"Left out, as datasets do not hold it: {', '.join(left)}."] if left else []
+    sentences += [f"Left out, as datasets do not hold it: {', '.join(unknown_columns)}."] if unknown_columns else []
     if columns["realisation"] and len({key[0] for key in events}) > 1:
         sentences.append("Realisations are not weighted.")
-    return Fields(f"{Path(name).name}{f'#{where}' if where else ''}", levels, tuple(sentences))
+    return Fields(f"{Path(name).name}{f'#{site_text}' if site_text else ''}", levels, tuple(sentences))
 
 
-def _site(table: Table, column: str, where: str) -> tuple[str, str]:
-    """The id of the site that is wanted for, and a sentence on it."""
+def _site(table: Table, column: str, site_text: str) -> tuple[str, str]:
+    """The id of the site whose fields are read, and a sentence on it."""
     ids = list(dict.fromkeys(table.whole_id(row, column) for row in table.rows))
-    wanted = read_site(where, str(table.path)) if where else None
-    if wanted is None or wanted.place is None:
-        site = wanted.id if wanted else ids[0] if len(ids) == 1 else ""
+    site_request = read_site(site_text, str(table.path)) if site_text else None
+    if site_request is None or site_request.place is None:
+        site = site_request.id if site_request else ids[0] if len(ids) == 1 else ""
         if site not in ids:
-            known = f"{len(ids)} sites, {', '.join(ids[:5])}{' ...' if len(ids) > 5 else ''}"
-            lacking = f"has no site {site}, and {known}" if site else f"has {known}"
-            raise table.fault(f"{lacking}; choose one with --site, by its id, or by longitude and latitude")
+            sites_text = f"{len(ids)} sites, {', '.join(ids[:5])}{' ...' if len(ids) > 5 else ''}"
+            lacking_text = f"has no site {site}, and {sites_text}" if site else f"has {sites_text}"
+            raise table.fault(f"{lacking_text}; choose one with --site, by its id, or by longitude and latitude")
         return site, f"Site {site}."
     mesh = _mesh(table.path)
     places = [place_of(mesh, row) for row in mesh.rows]
     names = [mesh.whole_id(row, "site_id") for row in mesh.rows]
-    nearest_site = find_site(places, names, wanted, str(mesh.path))
-    return names[nearest_site.position], site_words(nearest_site, wanted)
+    nearest_site = find_site(places, names, site_request, str(mesh.path))
+    return names[nearest_site.position], site_words(nearest_site, site_request)
 
 
 def _mesh(path: Path) -> Table:
     """The table of sites beside a file of fields: the one of its calculation, or the only one."""
     number = re.search(r"_(\d+)$", path.stem)
     table = path.parent / f"{MESH}_{number[1]}.csv" if number else path.parent / f"{MESH}.csv"
-    beside = [table] if table.is_file() else sorted(path.parent.glob(f"{MESH}*.csv"))
-    if len(beside) != 1:
-        how_many = f"{len(beside)} are" if beside else "none is"
+    tables = [table] if table.is_file() else sorted(path.parent.glob(f"{MESH}*.csv"))
+    if len(tables) != 1:
+        count = f"{len(tables)} are" if tables else "none is"
         raise PoundingError(
-            f"{path}: a site by its place needs the table of sites {table.name} beside it, and {how_many} there; copy "
+            f"{path}: a site by its place needs the table of sites {table.name} beside it, and {count} there; copy "
             "it there, or name the site by its id"
         )
-    return read_table(beside[0], error=PoundingError, needed=("site_id", "lon", "lat"))
+    return read_table(tables[0], error=PoundingError, needed=("site_id", "lon", "lat"))
 
 
 def _period(intensity: str) -> float:

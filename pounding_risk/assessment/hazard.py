@@ -72,32 +72,32 @@ class HazardSpectrum:
             if self.pga is None:
                 raise PoundingError(f"{self.source}: has no column of pga; {repair}")
             return Hazard("pga", *self.own.get("pga", (self.pga, self.rate)), self.source, self.reading)
-        wanted = read_sa(intensity)
-        if wanted is None:
+        measure = read_sa(intensity)
+        if measure is None:
             raise PoundingError(f"{self.source}: has no curve of {intensity}; {repair}")
-        given_measure = sa_at(wanted.period, self.damping)
-        if not wanted.is_same(given_measure):
+        given_measure = sa_at(measure.period, self.damping)
+        if not measure.is_same(given_measure):
             raise PoundingError(
                 f"{self.source}: has spectra of {100.0 * self.damping:g} % damping, and {intensity} is asked for; "
                 f'write --intensity "{given_measure.intensity}"'
             )
         first, last = float(self.periods[0]), float(self.periods[-1])
-        if not first <= wanted.period <= last:
+        if not first <= measure.period <= last:
             raise PoundingError(
                 f"{self.source}: has spectra from {first:g} s to {last:g} s, and {intensity} is asked for; add that "
                 f"period to the table, or {repair}"
             )
         for name, curve in self.own.items():
-            if (stated := read_sa(name)) is not None and wanted.is_same(stated):
+            if (own_measure := read_sa(name)) is not None and measure.is_same(own_measure):
                 return Hazard(intensity, *curve, self.source, self.reading)
         log_periods = np.log(self.periods)
-        im = np.array([np.exp(np.interp(np.log(wanted.period), log_periods, np.log(spectrum))) for spectrum in self.im])
+        im = np.array([np.exp(np.interp(np.log(measure.period), log_periods, np.log(ims))) for ims in self.im])
         reading = self.reading
-        if not np.isclose(self.periods, wanted.period, rtol=1e-9, atol=0.0).any():
-            after = int(np.searchsorted(self.periods, wanted.period))
+        if not np.isclose(self.periods, measure.period, rtol=1e-9, atol=0.0).any():
+            after = int(np.searchsorted(self.periods, measure.period))
             low, high = self.periods[after - 1], self.periods[after]
-            between = f"{wanted.words} is read between {low:g} s and {high:g} s, by straight lines in the logarithms at"
-            reading = f"{reading} {between} equal rates.".strip()
+            note = f"{measure.words} is read between {low:g} s and {high:g} s, by straight lines in the logarithms at"
+            reading = f"{reading} {note} equal rates.".strip()
         return Hazard(intensity, im, self.rate, self.source, reading)
 
 
@@ -160,9 +160,9 @@ def curve_doubts(curve: Hazard | None, rates: Sequence[Rate]) -> list[str]:
 
 def rate_of(hazard: Hazard, fragility: Fragility, confidence: float) -> Rate:
     """Annual rate and 50-year probability of one fragility; NaN where that could not be fitted."""
-    about = (fragility.what, fragility.gap, fragility.yield_force, fragility.contact_model)
+    case = (fragility.what, fragility.gap, fragility.yield_force, fragility.contact_model)
     if fragility.fault:
-        return Rate(*about, nan, nan, nan, nan, nan, nan, fragility.fault)
+        return Rate(*case, nan, nan, nan, nan, nan, nan, fragility.fault)
     annual = float(annual_rate(hazard, fragility.median, fragility.dispersion))
     low = high = nan
     medians, dispersions = fragility.draws()
@@ -172,4 +172,4 @@ def rate_of(hazard: Hazard, fragility: Fragility, confidence: float) -> Rate:
     below = float(fragility_curve(hazard.im[0], fragility.median, fragility.dispersion))
     missing = missing_share(hazard, fragility.median, fragility.dispersion)
     numbers = (annual, low, high, in_years(annual), below, float(hazard.rate[-1]))
-    return Rate(*about, *numbers, missing=missing, at_least=missing > COVERED)
+    return Rate(*case, *numbers, missing=missing, at_least=missing > COVERED)

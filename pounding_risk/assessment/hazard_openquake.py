@@ -49,28 +49,28 @@ def exported(path: str | Path) -> Exported | None:
     None where that is no export of OpenQuake. Raises PoundingError, with the line, for a damaged one, for a site that
     it has not, and for files of a pattern that do not belong together.
     """
-    name, where = split_site(str(path))
+    name, site_text = split_site(str(path))
     files = [Path(name)] if Path(name).exists() else [Path(file) for file in sorted(glob.glob(name))]
-    ours = [file for file in files if {"lon", "lat"} <= set(head_of(file))]
-    if not ours:
-        if where and files:
-            raise PoundingError(f"{name}: is a table without sites; leave the site {where} out")
+    csvs = [file for file in files if {"lon", "lat"} <= set(head_of(file))]
+    if not csvs:
+        if site_text and files:
+            raise PoundingError(f"{name}: is a table without sites; leave the site {site_text} out")
         return None
-    if len(ours) < len(files):
-        odd = next(file for file in files if file not in ours)
-        raise PoundingError(f"{odd}: is no hazard curve of OpenQuake, as others of {name} are; narrow the pattern")
-    wanted = read_site(where) if where else None
-    exports = [_curve_or_spectra(read_table(file, error=PoundingError, needed=("lon", "lat")), wanted) for file in ours]
+    if len(csvs) < len(files):
+        other = next(file for file in files if file not in csvs)
+        raise PoundingError(f"{other}: is no hazard curve of OpenQuake, as others of {name} are; narrow the pattern")
+    site = read_site(site_text) if site_text else None
+    exports = [_curve_or_spectra(read_table(file, error=PoundingError, needed=("lon", "lat")), site) for file in csvs]
     first = exports[0]
-    for file, export in zip(ours, exports, strict=True):
+    for file, export in zip(csvs, exports, strict=True):
         if (export.years, export.reading[0]) != (first.years, first.reading[0]):
             raise PoundingError(
-                f"{file}: states {export.years:g} years and {export.reading[0]!r}, and {ours[0]} {first.years:g} years "
+                f"{file}: states {export.years:g} years and {export.reading[0]!r}, and {csvs[0]} {first.years:g} years "
                 f"and {first.reading[0]!r}; name files of one calculation, one kind and one site"
             )
     reading = tuple(dict.fromkeys(sentence for export in exports for sentence in export.reading))
     return Exported(
-        f"{Path(name).name}{f'#{where}' if where else ''}",
+        f"{Path(name).name}{f'#{site_text}' if site_text else ''}",
         first.years,
         tuple(chain.from_iterable(export.intensities for export in exports)),
         tuple(chain.from_iterable(export.levels for export in exports)),
@@ -87,40 +87,40 @@ def measure_of(imt: str) -> tuple[str, float] | None:
     return (sa_at(float(match[1])).intensity, STANDARD_GRAVITY) if match and float(match[1]) > 0.0 else None
 
 
-def _curve_or_spectra(table: Table, wanted: SiteRequest | None) -> Exported:
-    at = table.head.index("custom_site_id") if "custom_site_id" in table.head else -1
-    ids = [row.cells[at] for row in table.rows] if at >= 0 else []
-    site = find_site([place_of(table, row) for row in table.rows], ids, wanted, str(table.path))
+def _curve_or_spectra(table: Table, request: SiteRequest | None) -> Exported:
+    id_column = table.head.index("custom_site_id") if "custom_site_id" in table.head else -1
+    ids = [row.cells[id_column] for row in table.rows] if id_column >= 0 else []
+    site = find_site([place_of(table, row) for row in table.rows], ids, request, str(table.path))
     row = table.rows[site.position]
     columns = [name for name in table.head if name not in ("custom_site_id", "lon", "lat", "depth")]
     if columns and all(map(_POE.fullmatch, columns)):
-        return _curve(table, row, columns, _about(table, site, wanted))
+        return _curve(table, row, columns, _reading_words(table, site, request))
     if columns and all(map(_SPECTRUM.fullmatch, columns)):
-        return _spectra(table, row, columns, _about(table, site, wanted, ", uniform hazard spectra"))
+        return _spectra(table, row, columns, _reading_words(table, site, request, ", uniform hazard spectra"))
     raise table.fault(
         "is an export of OpenQuake, and neither a hazard curve (columns poe-0.1 ...) nor uniform hazard spectra "
         "(columns 0.002105~PGA ...); export hcurves or uhs"
     )
 
 
-def _about(table: Table, site: Site, wanted: SiteRequest | None, shape: str = "") -> str:
+def _reading_words(table: Table, site: Site, request: SiteRequest | None, shape: str = "") -> str:
     """Sentences on the program with the kind and shape of its file, and on the site."""
     kind = table.facts.get("kind", "")
-    return f"OpenQuake{f', {kind}' if kind else ''}{shape}. {site_words(site, wanted)}"
+    return f"OpenQuake{f', {kind}' if kind else ''}{shape}. {site_words(site, request)}"
 
 
 def _intensity(table: Table, imt: str) -> tuple[str, float]:
-    known = measure_of(imt)
-    if known is None:
-        stated = short(imt) if imt else "an intensity that nothing states"
+    measure = measure_of(imt)
+    if measure is None:
+        imt_text = short(imt) if imt else "an intensity that nothing states"
         raise table.fault(
-            f"is of {stated}, which datasets do not hold for their motions; export "
+            f"is of {imt_text}, which datasets do not hold for their motions; export "
             'PGA, PGV, or SA at a period such as SA(0.5), and keep the comment line, which says imt="PGA"'
         )
-    return known
+    return measure
 
 
-def _curve(table: Table, row: Row, columns: Sequence[str], about: str) -> Exported:
+def _curve(table: Table, row: Row, columns: Sequence[str], reading: str) -> Exported:
     """One curve, without what has no finite rate, and without levels that are exceeded as often as a stronger one."""
     intensity, unit = _intensity(table, table.facts.get("imt", ""))
     levels = unit * np.array([float(column.removeprefix("poe-")) for column in columns])
@@ -128,27 +128,27 @@ def _curve(table: Table, row: Row, columns: Sequence[str], about: str) -> Export
     for column, poe in zip(columns, poes.tolist(), strict=True):
         if not 0.0 <= poe <= 1.0:
             raise row.fault(f"{column} is {poe:g}; a probability goes from 0 to 1: {AGAIN}")
-    for at in range(1, len(columns)):
-        if not (levels[at] > levels[at - 1] and poes[at] <= poes[at - 1]):
+    for k in range(1, len(columns)):
+        if not (levels[k] > levels[k - 1] and poes[k] <= poes[k - 1]):
             raise row.fault(
-                f"{columns[at]}: intensities must rise and probabilities fall from column to column, and {poes[at]:g} "
-                f"follows {poes[at - 1]:g}; {AGAIN}"
+                f"{columns[k]}: intensities must rise and probabilities fall from column to column, and {poes[k]:g} "
+                f"follows {poes[k - 1]:g}; {AGAIN}"
             )
-    bounded = (levels > 0.0) & (poes > 0.0) & (poes < 1.0)
-    is_used = bounded & np.append(poes[1:] < poes[:-1], True)
+    is_inside = (levels > 0.0) & (poes > 0.0) & (poes < 1.0)
+    is_used = is_inside & np.append(poes[1:] < poes[:-1], True)
     if is_used.sum() < 2:
         raise row.fault(f"has {is_used.sum()} different probabilities between 0 and 1, two are the least; {AGAIN}")
-    words = []
-    if (~bounded).any():
-        words.append(f"{counted((~bounded).sum(), 'level')} of {intensity} with a probability of 0 or 1 left out.")
-    if (bounded & ~is_used).any():
-        equal = counted((bounded & ~is_used).sum(), "level")
-        words.append(f"{equal} of {intensity} left out, exceeded as often as the next one.")
+    notes = []
+    if (~is_inside).any():
+        notes.append(f"{counted((~is_inside).sum(), 'level')} of {intensity} with a probability of 0 or 1 left out.")
+    if (is_inside & ~is_used).any():
+        equal_text = counted((is_inside & ~is_used).sum(), "level")
+        notes.append(f"{equal_text} of {intensity} left out, exceeded as often as the next one.")
     years = table.fact("investigation_time")
-    return Exported(table.path.name, years, (intensity,), (levels[is_used],), (poes[is_used],), (about, *words))
+    return Exported(table.path.name, years, (intensity,), (levels[is_used],), (poes[is_used],), (reading, *notes))
 
 
-def _spectra(table: Table, row: Row, columns: Sequence[str], about: str) -> Exported:
+def _spectra(table: Table, row: Row, columns: Sequence[str], reading: str) -> Exported:
     """Uniform hazard spectra: a curve for each intensity, at the probabilities of the file."""
     by_imt: dict[str, list[tuple[float, float]]] = {}
     for column in columns:
@@ -173,4 +173,4 @@ def _spectra(table: Table, row: Row, columns: Sequence[str], about: str) -> Expo
         levels.append(unit * ims)
         probabilities.append(poes)
     years = table.fact("investigation_time")
-    return Exported(table.path.name, years, tuple(names), tuple(levels), tuple(probabilities), (about,))
+    return Exported(table.path.name, years, tuple(names), tuple(levels), tuple(probabilities), (reading,))

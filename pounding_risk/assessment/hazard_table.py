@@ -133,9 +133,9 @@ def read_hazard(path: str | Path) -> Hazard | HazardSpectrum:
         return _by_period(lines)
     if len(table.rows) < 2:
         raise table.fault(f"has {counted(len(table.rows), 'row')} below its head, two are the least; {HEAD}")
-    stated = statement(cells[0])
-    if stated is not None:
-        return _by_rate(lines, stated)
+    form = statement(cells[0])
+    if form is not None:
+        return _by_rate(lines, form)
     has_period = len(cells) > 2 or re.search(r" at (\.?\d|pga\b)", cells[-1], re.IGNORECASE)
     return _by_intensity(lines) if has_period else _one_curve(lines)
 
@@ -168,27 +168,27 @@ def _one_curve(lines: list[Row]) -> Hazard:
     column = _column(head, head.cells[0])
     if column is None or len(head.cells) != 2:
         raise head.fault(f"{head.shown} names no intensity with its unit; {HEAD}")
-    stated = statement(head.cells[1])
-    if stated is None:
-        how = "write 'annual rate [1/year]', 'return period [years]' or 'probability in 50 years'"
+    form = statement(head.cells[1])
+    if form is None:
+        repair = "write 'annual rate [1/year]', 'return period [years]' or 'probability in 50 years'"
         if re.search(r"\b(probability|poe)\b", head.cells[1], re.IGNORECASE):
-            how = "a probability needs its years, such as 'probability in 50 years'"
-        raise head.fault(f"the second column is {short(head.cells[1])}; it must be {OFTEN}: {how}")
-    rows = [(_intensity(line, line.cells[0], column), _rate(line, line.cells[1], stated)) for line in lines[1:]]
+            repair = "a probability needs its years, such as 'probability in 50 years'"
+        raise head.fault(f"the second column is {short(head.cells[1])}; it must be {OFTEN}: {repair}")
+    rows = [(_intensity(line, line.cells[0], column), _rate(line, line.cells[1], form)) for line in lines[1:]]
     table = np.array(rows)
-    _check_order(lines[1:], table[:, 0], table[:, 1], stated)
-    return Hazard(column.name, table[:, 0], table[:, 1], lines[0].source.name, stated.reading)
+    _check_order(lines[1:], table[:, 0], table[:, 1], form)
+    return Hazard(column.name, table[:, 0], table[:, 1], lines[0].source.name, form.reading)
 
 
-def _rate(line: Row, cell: str, stated: Statement) -> float:
-    if "%" in cell and stated.kind != "probability":
+def _rate(line: Row, cell: str, form: Statement) -> float:
+    if "%" in cell and form.kind != "probability":
         raise line.fault(f"{line.shown} has a percentage; write a number a year; {HEAD}")
     try:
-        return stated.rate(cell)
+        return form.rate(cell)
     except QuantityError as error:
-        chance = "; leave out rows of 0 and of 1" if stated.kind == "probability" else ""
-        percent = ", and end the head in [%] where numbers are in %" if chance and not stated.percent else ""
-        raise line.fault(f"{line.shown} is no row of the table ({error}){chance}{percent}; {HEAD}") from None
+        advice = "; leave out rows of 0 and of 1" if form.kind == "probability" else ""
+        percent_advice = ", and end the head in [%] where numbers are in %" if advice and not form.percent else ""
+        raise line.fault(f"{line.shown} is no row of the table ({error}){advice}{percent_advice}; {HEAD}") from None
 
 
 def _intensity(line: Row, cell: str, column: Column) -> float:
@@ -198,61 +198,61 @@ def _intensity(line: Row, cell: str, column: Column) -> float:
         raise line.fault(f"{line.shown} is no row of the table ({error}); {HEAD}") from None
 
 
-def _check_order(lines: Sequence[Row], im: Array, rate: Array, stated: Statement, name: str = "intensities") -> None:
+def _check_order(lines: Sequence[Row], im: Array, rate: Array, form: Statement, name: str = "intensities") -> None:
     """Raise PoundingError with the line where intensities do not rise or rates do not fall."""
     for row in range(1, len(im)):
         if not (im[row] > im[row - 1] and rate[row] < rate[row - 1]):
             raise lines[row].fault(
-                f"{name} must rise and {FALLS[stated.kind]} from row to row; sort the table, and leave out rows that "
+                f"{name} must rise and {FALLS[form.kind]} from row to row; sort the table, and leave out rows that "
                 "repeat one"
             )
 
 
-def _by_rate(lines: list[Row], stated: Statement) -> Hazard | HazardSpectrum:
+def _by_rate(lines: list[Row], form: Statement) -> Hazard | HazardSpectrum:
     """A row for each annual rate: a curve where there is one intensity, spectra where there are several."""
     head = lines[0]
     columns = [_column(head, cell) for cell in head.cells[1:]]
-    named = [column for column in columns if column is not None]
-    if not named or len(named) < len(columns):
+    im_columns = [column for column in columns if column is not None]
+    if not im_columns or len(im_columns) < len(columns):
         raise head.fault(f"{head.shown} has a column that names no intensity with its unit; {SPECTRA}")
     rows = []
     for line in lines[1:]:
-        spectrum = [_intensity(line, cell, column) for cell, column in zip(line.cells[1:], named, strict=True)]
-        rows.append([_rate(line, line.cells[0], stated), *spectrum])
+        spectrum = [_intensity(line, cell, column) for cell, column in zip(line.cells[1:], im_columns, strict=True)]
+        rows.append([_rate(line, line.cells[0], form), *spectrum])
     table = np.array(rows)
-    for at, column in enumerate(named, start=1):
-        _check_order(lines[1:], table[:, at], table[:, 0], stated, f"intensities of {column.name}")
-    if len(named) == 1:
-        return Hazard(named[0].name, table[:, 1], table[:, 0], head.source.name, stated.reading)
-    return _spectrum(head, [column.name for column in named], table[:, 0], table[:, 1:], stated.reading)
+    for place, column in enumerate(im_columns, start=1):
+        _check_order(lines[1:], table[:, place], table[:, 0], form, f"intensities of {column.name}")
+    if len(im_columns) == 1:
+        return Hazard(im_columns[0].name, table[:, 1], table[:, 0], head.source.name, form.reading)
+    return _spectrum(head, [column.name for column in im_columns], table[:, 0], table[:, 1:], form.reading)
 
 
 def _by_period(lines: list[Row]) -> HazardSpectrum:
     """A row for each period of vibration, 0 for PGA, and a column for each annual rate."""
-    head, levels = lines[0], []
+    head, columns = lines[0], []
     for cell in head.cells[1:]:
         column = _column(head, cell)
         if column is None:
             raise head.fault(f"{short(cell)} has no unit of its intensities; {SPECTRA}")
         try:
-            levels.append((read_rate(column.name), column))
+            columns.append((read_rate(column.name), column))
         except QuantityError as error:
             raise head.fault(f"{short(cell)} says not how often it is exceeded ({error})") from None
-    if len(levels) < 2:
-        raise head.fault(f"has spectra of {counted(len(levels), 'rate')}, two are the least; {SPECTRA}")
+    if len(columns) < 2:
+        raise head.fault(f"has spectra of {counted(len(columns), 'rate')}, two are the least; {SPECTRA}")
     names, rows = [], []
     for line in lines[1:]:
         names.append(_period_name(line, line.cells[0], head.cells[0]))
-        rows.append([_intensity(line, cell, column) for cell, (_, column) in zip(line.cells[1:], levels, strict=True)])
-    rates = np.array([level.rate for level, _ in levels])
+        rows.append([_intensity(line, cell, column) for cell, (_, column) in zip(line.cells[1:], columns, strict=True)])
+    rates = np.array([level.rate for level, _ in columns])
     order = np.argsort(-rates)
     table = np.array(rows)[:, order]
     for line, spectrum in zip(lines[1:], table, strict=True):
         if not (np.diff(spectrum) > 0.0).all() or not (np.diff(rates[order]) < 0.0).all():
             raise line.fault("intensities must rise as the annual rates of the columns fall; leave out equal columns")
-    words, read = map(", ".join, zip(*((rate.words, f"{rate.rate:.3g}") for rate, _ in levels), strict=True))
+    words, values = map(", ".join, zip(*((rate.words, f"{rate.rate:.3g}") for rate, _ in columns), strict=True))
     reading = (
-        f"The columns {words} are read as annual rates of {read}, events being independent of each other (Poisson)."
+        f"The columns {words} are read as annual rates of {values}, events being independent of each other (Poisson)."
     )
     return _spectrum(head, names, rates[order], table.T, reading)
 
@@ -263,31 +263,31 @@ def _by_intensity(lines: list[Row]) -> HazardSpectrum:
     column = _column(head, head.cells[0])
     if column is None:
         raise head.fault(f"{head.shown} names no intensity with its unit; {HEAD}")
-    named = [_rate_at_period(head, cell) for cell in head.cells[1:]]
-    if not named or len({stated for stated, _ in named}) > 1:
+    rate_columns = [_rate_at_period(head, cell) for cell in head.cells[1:]]
+    if not rate_columns or len({form for form, _ in rate_columns}) > 1:
         raise head.fault(f"{head.shown} has not one form of rates at several periods; {CURVES}")
-    stated, curves = named[0][0], []
-    for at, (_, name) in enumerate(named, start=1):
-        rows = [line for line in lines[1:] if line.cells[at]]
+    form, curves = rate_columns[0][0], []
+    for place, (_, name) in enumerate(rate_columns, start=1):
+        rows = [line for line in lines[1:] if line.cells[place]]
         if len(rows) < 2:
             raise head.fault(f"has {counted(len(rows), 'rate')} of {name}, two are the least; {CURVES}")
         im = np.array([_intensity(line, line.cells[0], column) for line in rows])
-        rate = np.array([_rate(line, line.cells[at], stated) for line in rows])
-        _check_order(rows, im, rate, stated)
+        rate = np.array([_rate(line, line.cells[place], form) for line in rows])
+        _check_order(rows, im, rate, form)
         curves.append((im, rate))
-    return _at_common_rates(head, [name for _, name in named], curves, stated.reading)
+    return _at_common_rates(head, [name for _, name in rate_columns], curves, form.reading)
 
 
 def _rate_at_period(head: Row, cell: str) -> tuple[Statement, str]:
     """How a column states rates, and the intensity whose curve it holds: "annual rate at 0.5 s [1/year]"."""
     match = re.fullmatch(r"(.*?) at ([^\[\]]+?)\s*(\[[^\]]*\])?", cell)
-    stated = statement(f"{match[1]} {match[3] or ''}".strip()) if match else None
-    if match is None or stated is None:
+    form = statement(f"{match[1]} {match[3] or ''}".strip()) if match else None
+    if match is None or form is None:
         raise head.fault(f"{short(cell)} says not how often intensities at which period are exceeded; {CURVES}")
     if match[2].lower() == "pga":
-        return stated, "pga"
+        return form, "pga"
     try:
-        return stated, sa_at(parse(match[2], PERIOD)).intensity
+        return form, sa_at(parse(match[2], PERIOD)).intensity
     except QuantityError as error:
         raise head.fault(f"{short(cell)} names no period ({error}); {CURVES}") from None
 
@@ -296,9 +296,9 @@ def _at_common_rates(
     head: Row, names: Sequence[str], curves: Sequence[tuple[Array, Array]], reading: str
 ) -> HazardSpectrum:
     """Spectra at the rates that all curves have, each curve straight in the logarithms between its rows."""
-    least, most = max(rate[-1] for _, rate in curves), min(rate[0] for _, rate in curves)
+    low_rate, high_rate = max(rate[-1] for _, rate in curves), min(rate[0] for _, rate in curves)
     rates = np.unique(np.concatenate([rate for _, rate in curves]))
-    rates = rates[(rates >= least) & (rates <= most)][::-1]
+    rates = rates[(rates >= low_rate) & (rates <= high_rate)][::-1]
     if rates.size < 2:
         raise head.fault("has curves that share no two rates; write rows that reach further")
     spectra = [np.exp(np.interp(-np.log(rates), -np.log(rate), np.log(im))) for im, rate in curves]
@@ -320,34 +320,34 @@ def _period_name(line: Row, cell: str, head: str) -> str:
 
 def _spectrum(head: Row, names: Sequence[str], rate: Array, im: Array, reading: str) -> HazardSpectrum:
     """Spectra by rising period, from ``im`` (rates, intensities); raises PoundingError for other intensities."""
-    known: list[Measure] = []  # with the period 0 of PGA
+    measures: list[Measure] = []  # with the period 0 of PGA
     for name in names:
         measure = sa_at(0.0) if name == "pga" else read_sa(name)
         if measure is None:
             raise head.fault(f"{short(name)} is neither pga nor sa at a period such as sa(0.5 s); {SPECTRA}")
-        known.append(measure)
-    periods = [measure.period for measure in known]
-    for at, period in enumerate(periods):
-        if period in periods[:at]:
-            raise head.fault(f"has {names[at]} twice; leave one of them out")
-    of_period = [measure for measure in known if measure.period > 0.0]
-    if not of_period:
+        measures.append(measure)
+    periods = [measure.period for measure in measures]
+    for place, period in enumerate(periods):
+        if period in periods[:place]:
+            raise head.fault(f"has {names[place]} twice; leave one of them out")
+    sa_measures = [measure for measure in measures if measure.period > 0.0]
+    if not sa_measures:
         raise head.fault(f"has no sa at a period; {SPECTRA}")
-    if not all(isclose(measure.damping, of_period[0].damping) for measure in of_period):
+    if not all(isclose(measure.damping, sa_measures[0].damping) for measure in sa_measures):
         raise head.fault("has spectra of several damping ratios; write a table for each")
     order = np.argsort(periods)
     sorted_periods, table = np.array(periods)[order], im[:, order]
-    at_zero = bool(sorted_periods[0] == 0.0)
-    curves = sorted_periods[at_zero:], rate, table[:, at_zero:], of_period[0].damping
-    return HazardSpectrum(*curves, table[:, 0] if at_zero else None, head.source.name, reading)
+    has_pga = bool(sorted_periods[0] == 0.0)
+    curves = sorted_periods[has_pga:], rate, table[:, has_pga:], sa_measures[0].damping
+    return HazardSpectrum(*curves, table[:, 0] if has_pga else None, head.source.name, reading)
 
 
 def _column(head: Row, cell: str) -> Column | None:
     """Name and unit of an intensity, from the head of its column; None where it names none with a unit."""
-    stated, unit = split_unit(cell)
-    if not stated or not unit:
+    label, unit = split_unit(cell)
+    if not label or not unit:
         return None
-    name = stated.lower()
+    name = label.lower()
     if re.match(r"pgd\b", name):
         raise head.fault(
             f"the hazard is one of {name}, which datasets do not hold for their motions; take a curve of pga or pgv, "

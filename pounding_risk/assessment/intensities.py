@@ -24,8 +24,8 @@ from pounding_risk.results.opened import Results
 
 Array = NDArray[np.float64]
 
-# Keys of a building of one elastic mass, and effects, that leave what it does on its ground to the record: a delay, and
-# a velocity of the ground, change nothing there. What is not listed may.
+# Keys of a building of one elastic mass, and effects, with which the record alone moves it on its ground: a delay and
+# a velocity of the ground change nothing there. Keys that are not listed may.
 OF_OSCILLATORS = {"name", "mass", "period", "stiffness", "damping", "damping_rule", "height", "floor_depth"} | {
     *("floor_length", "wave_speed", "column_strength", "ground_delay", "ground_velocity", "storeys", "floor_masses"),
     *("storey_stiffnesses", "storey_heights", "storey_strengths"),
@@ -64,30 +64,30 @@ def shaking_of(
     `read_fields`.
     """
     fields = read_fields(gmfs) if isinstance(gmfs, str | Path) else gmfs
-    known = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
+    hazard_data = read_hazard(hazard) if isinstance(hazard, str | Path) else hazard
     usual = results.usual_intensity
-    if fields is not None and requested is None and known is None:
+    if fields is not None and requested is None and hazard_data is None:
         requested = usual
         if not fields.has(spectral_intensity(results, usual)):
-            longer = resolved_intensity(results, "sa(longer)")
-            requested = next((name for name in (longer, "pga") if fields.has(name)), usual)
-    if isinstance(known, HazardSpectrum):
+            sa_longer = resolved_intensity(results, "sa(longer)")
+            requested = next((name for name in (sa_longer, "pga") if fields.has(name)), usual)
+    if isinstance(hazard_data, HazardSpectrum):
         word = "" if usual.startswith("sa(") else "sa(longer)"
         intensity = resolved_intensity(results, requested or word or usual)
-        curve = known.at(spectral_intensity(results, intensity))
-        why = PERIOD_WORDS.get(word if requested is None else requested, "")
+        curve = hazard_data.at(spectral_intensity(results, intensity))
+        reason = PERIOD_WORDS.get(word if requested is None else requested, "")
         if requested is None and not word:
-            why = ", which the motions are scaled to"
-        reading = f"{curve.reading} The curve is that of {intensity_words(curve.name)}{why}.".strip()
+            reason = ", which the motions are scaled to"
+        reading = f"{curve.reading} The curve is that of {intensity_words(curve.name)}{reason}.".strip()
         return Shaking(intensity, curve, reading, fields)
     if requested is not None:
         intensity = resolved_intensity(results, requested)
-    elif known is None:
+    elif hazard_data is None:
         intensity = usual
     else:  # that of the curve
-        measure = read_measure(known.name)
+        measure = read_measure(hazard_data.name)
         intensity = measure.intensity if measure else usual
-    return Shaking(intensity, known, known.reading if known else "", fields)
+    return Shaking(intensity, hazard_data, hazard_data.reading if hazard_data else "", fields)
 
 
 def intensities(results: Results, intensity: str) -> Array:
@@ -107,27 +107,27 @@ def intensities(results: Results, intensity: str) -> Array:
         motions = dataset.sizes["record"] * dataset.sizes["polarity"]
         return np.tile(np.array(amplitudes.values, dtype=float), (motions, 1))
     if measure.name != "sa":
-        before = dataset["record_pga"].values
+        pga = dataset["record_pga"].values
         if PGA_AXIS in dataset.coords:
-            felt = np.tile(np.atleast_1d(dataset[PGA_AXIS].values), (before.size, 1))
+            levels = np.tile(np.atleast_1d(dataset[PGA_AXIS].values), (pga.size, 1))
         elif LEVEL_AXIS in dataset.coords:
-            felt = dataset["record_pga_felt"].transpose("record", ...).values.reshape(before.size, -1)
+            levels = dataset["record_pga_felt"].transpose("record", ...).values.reshape(pga.size, -1)
         else:
-            felt = before[:, None]
+            levels = pga[:, None]
         if measure.name != "pga":  # by factors from the records before the amplitude of the grid, 1 of still ground
-            grown = np.divide(felt, before[:, None], out=np.ones_like(felt), where=before[:, None] > 0.0)
-            felt = _before_scaling(results, measure, intensity)[:, None] * grown
-        return np.repeat(felt, dataset.sizes["polarity"], axis=0)
+            factors = np.divide(levels, pga[:, None], out=np.ones_like(levels), where=pga[:, None] > 0.0)
+            levels = _before_scaling(results, measure, intensity)[:, None] * factors
+        return np.repeat(levels, dataset.sizes["polarity"], axis=0)
     if side is not None and _is_oscillator(results, side):
-        free = by_amplitude(dataset["peak_displacement_free"].isel(building=side))
-        return free * (2.0 * np.pi / measure.period) ** 2
-    known = results.scaled_to
-    if known is not None and known.measure.is_same(measure):
-        return np.full((dataset.sizes["record"] * dataset.sizes["polarity"], 1), known.value)
+        displacements = by_amplitude(dataset["peak_displacement_free"].isel(building=side))
+        return displacements * (2.0 * np.pi / measure.period) ** 2
+    scaling = results.scaled_to
+    if scaling is not None and scaling.measure.is_same(measure):
+        return np.full((dataset.sizes["record"] * dataset.sizes["polarity"], 1), scaling.value)
     _check_spectra(results, (measure,), intensity)
-    at = np.exp(_log_spectra(results, np.array([measure.period]))[:, 0])
-    scaled = at[:, None] / dataset["record_pga"].values[:, None]
-    return np.asarray(np.repeat(scaled, dataset.sizes["polarity"], axis=0) * intensities(results, "pga"))
+    spectral_values = np.exp(_log_spectra(results, np.array([measure.period]))[:, 0])
+    ratios = spectral_values[:, None] / dataset["record_pga"].values[:, None]
+    return np.asarray(np.repeat(ratios, dataset.sizes["polarity"], axis=0) * intensities(results, "pga"))
 
 
 def _check_spectra(results: Results, required: Sequence[Measure], intensity: str) -> None:
@@ -147,11 +147,11 @@ def _check_spectra(results: Results, required: Sequence[Measure], intensity: str
     )
 
 
-def _log_spectra(results: Results, at: NDArray[Any]) -> Array:
+def _log_spectra(results: Results, at_periods: NDArray[Any]) -> Array:
     """Logarithms of Sa of the records before the amplitude of the grid at these periods, (records, periods)."""
     spectra = results.dataset["record_spectral_acceleration"].transpose("record", "period").values
     periods = np.log(results.dataset["period"].values)
-    return np.array([np.interp(np.log(at), periods, np.log(spectrum)) for spectrum in spectra])
+    return np.array([np.interp(np.log(at_periods), periods, np.log(spectrum)) for spectrum in spectra])
 
 
 def _before_scaling(results: Results, measure: Measure, intensity: str) -> Array:
@@ -169,7 +169,7 @@ def _before_scaling(results: Results, measure: Measure, intensity: str) -> Array
             )
         return np.asarray(results.dataset["record_pgv"].values)
     periods = mean_periods(measure.periods[0], measure.periods[-1])
-    # The ends as they are written: what a power and a logarithm make of them may lie outside the spectra.
+    # The ends as they are written: rounded by a power and a logarithm they may lie outside the spectra.
     periods[[0, -1]] = measure.periods
     _check_spectra(results, [sa_at(float(period), measure.damping) for period in periods], intensity)
     return np.exp(_log_spectra(results, periods).mean(axis=1))
@@ -185,19 +185,19 @@ def measure_of(results: Results, intensity: str) -> tuple[Measure, int | None]:
         return measure, None
     dataset, names = results.dataset, list(map(str, results.dataset["building"].values))
     match = re.fullmatch(r"sa\((.+)\)", intensity)
-    inside = match[1].strip() if match else ""
-    known = next((known for known in (["left", "right"], names) if inside in known), None)
-    if known is None:
-        row = [str(table.get("name")) for table in results.scene.get("building", [])]
-        why = f"is that of {inside}, which is not at every interface" if inside in row else "is not known"
-        listed = f"by name {', '.join(f'sa({name})' for name in names)}"
-        if len(row) > len(names):  # one of several interfaces, which have no name in common
-            listed = "sa(longer)"
+    label = match[1].strip() if match else ""
+    sides = next((sides for sides in (["left", "right"], names) if label in sides), None)
+    if sides is None:
+        row_names = [str(table.get("name")) for table in results.scene.get("building", [])]
+        reason = f"is that of {label}, which is not at every interface" if label in row_names else "is not known"
+        choices_text = f"by name {', '.join(f'sa({name})' for name in names)}"
+        if len(row_names) > len(names):  # one of several interfaces, which have no name in common
+            choices_text = "sa(longer)"
         raise PoundingError(
-            f"intensity {intensity!r} {why}; write pga, sa(left), sa(right), {listed}, or a period such as "
+            f"intensity {intensity!r} {reason}; write pga, sa(left), sa(right), {choices_text}, or a period such as "
             "sa(0.5 s); also pgv, or a range of periods such as sa_avg(0.2-2 s)"
         )
-    side = known.index(inside)
+    side = sides.index(label)
     period = float(dataset["building_period"].values[side])
     if np.isnan(period):
         raise PoundingError(
@@ -214,12 +214,12 @@ def _is_oscillator(results: Results, side: int) -> bool:
     if "building_storeys" in dataset.coords and int(dataset["building_storeys"].values[side]) > 1:
         return False
     name, tables = str(dataset["building"].values[side]), scene.get("building", [])
-    place = next((at for at, table in enumerate(tables) if table.get("name") == name), None)
+    place = next((index for index, table in enumerate(tables) if table.get("name") == name), None)
     if place is None:  # the text of the scene is lost
         return True
-    is_linked = any(results.has_link(at) for at in (place - 1, place) if 0 <= at < len(tables) - 1)
-    known = set(tables[place]) <= OF_OSCILLATORS and set(scene.get("effects", {})) <= WITHOUT_EFFECT
-    return known and not is_linked and name not in yielding_buildings(scene)
+    is_linked = any(results.has_link(index) for index in (place - 1, place) if 0 <= index < len(tables) - 1)
+    has_known_keys = set(tables[place]) <= OF_OSCILLATORS and set(scene.get("effects", {})) <= WITHOUT_EFFECT
+    return has_known_keys and not is_linked and name not in yielding_buildings(scene)
 
 
 def resolved_intensity(results: Results, intensity: str) -> str:
@@ -234,8 +234,8 @@ def resolved_intensity(results: Results, intensity: str) -> str:
     periods = periods[np.isfinite(periods)]
     if not periods.size:
         raise PoundingError(f"intensity {intensity!r}: every building is rigid and has no period; write pga")
-    chosen = {"longer": periods.max(), "shorter": periods.min(), "mean": np.exp(np.log(periods).mean())}[match[1]]
-    return sa_at(float(chosen)).intensity
+    period = {"longer": periods.max(), "shorter": periods.min(), "mean": np.exp(np.log(periods).mean())}[match[1]]
+    return sa_at(float(period)).intensity
 
 
 def spectral_intensity(results: Results, intensity: str) -> str:
@@ -261,14 +261,14 @@ def check_intensity(results: Results, intensity: str, curve: str) -> None:
     if measure.name == "sa_avg":
         _check_range(measure, of_curve, curve)
         return
-    named = re.search(r"\d*\.?\d+", curve)
-    if measure.name != "sa" or named is None:
+    stated_period = re.search(r"\d*\.?\d+", curve)
+    if measure.name != "sa" or stated_period is None:
         return
     period = measure.period
-    if abs(float(named[0]) - period) > NEAR * period:
-        whose = ", the building's own period" if side is not None else ""
+    if abs(float(stated_period[0]) - period) > NEAR * period:
+        note = ", the building's own period" if side is not None else ""
         raise PoundingError(
-            f"the hazard curve is one of {curve}, the fragility one against Sa at {period:.6g} s{whose}; take the "
+            f"the hazard curve is one of {curve}, the fragility one against Sa at {period:.6g} s{note}; take the "
             "curve of that period, or the intensity that the curve is of"
         )
     if of_curve is not None and abs(of_curve.damping - measure.damping) > NEAR * of_curve.damping:
@@ -287,7 +287,7 @@ def _check_range(measure: Measure, of_curve: Measure | None, curve: str) -> None
             f"{measure.words}; write the head {measure.intensity} [g]"
         )
     pairs = [*zip(measure.periods, of_curve.periods, strict=True), (measure.damping, of_curve.damping)]
-    if any(abs(one - other) > NEAR * one for one, other in pairs):
+    if any(abs(value - curve_value) > NEAR * value for value, curve_value in pairs):
         raise PoundingError(
             f"the hazard curve is one of {of_curve.words}, the fragility one against {measure.words}; take the curve "
             f"of these periods and damping, or write --intensity {shlex.quote(of_curve.intensity)}"

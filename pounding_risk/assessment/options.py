@@ -70,19 +70,19 @@ def read_criterion(
     A target is below 50 %, a percentile and the confidence above it; ``prefix`` stands before the names in an error,
     such as ``--`` of a command's options. Raises QuantityError for what is no share, and for one that cannot be meant.
     """
-    allowed = None if target is None else _target(target, f"{prefix}target")
+    target_share = None if target is None else _read_target(target, f"{prefix}target")
     if percentile is not None:
-        required = percentile_of(percentile, f"{prefix}percentile")
+        gap_percentile = percentile_of(percentile, f"{prefix}percentile")
     else:
-        required = USUAL_PERCENTILE if allowed is None else percentile_for(allowed)
-    bounds = share(confidence, f"{prefix}confidence", low=HALF)
-    return Criterion(target_left_by(required) if allowed is None else allowed, required, bounds)
+        gap_percentile = USUAL_PERCENTILE if target_share is None else percentile_for(target_share)
+    level = share(confidence, f"{prefix}confidence", low=HALF)
+    return Criterion(target_left_by(gap_percentile) if target_share is None else target_share, gap_percentile, level)
 
 
-def percentile_of(asked: float | str, name: str = "percentile") -> float:
+def percentile_of(value: float | str, name: str = "percentile") -> float:
     """A percentile in %, between 50 and 100, from 84, 0.84 or "84 %"; raises QuantityError that names it."""
     try:
-        return round(100.0 * share(asked, name, low=HALF, high=1.0 - LEAST), DIGITS)
+        return round(100.0 * share(value, name, low=HALF, high=1.0 - LEAST), DIGITS)
     except QuantityError as error:
         raise QuantityError(
             f"{error}. It is the share of the motions that the gap required is for, such as 84 %"
@@ -99,16 +99,16 @@ def percent_words(fraction: float) -> str:
     return f"{round(100.0 * fraction, DIGITS):.6g} %"
 
 
-def _target(asked: Any, name: str) -> float:
-    if isinstance(asked, str) and "year" in asked:
+def _read_target(value: Any, name: str) -> float:
+    if isinstance(value, str) and "year" in value:
         raise QuantityError(
-            f"{name}: {shown(asked)} is a rate; write it as --target-rate (target_rate in Python), beside a hazard "
+            f"{name}: {shown(value)} is a rate; write it as --target-rate (target_rate in Python), beside a hazard "
             "curve. The target is the probability of contact under one motion of the dataset, such as 10 %"
         )
     try:
-        target = share(asked, name, high=HALF)
+        target = share(value, name, high=HALF)
         if target < LEAST:
-            raise QuantityError(f"{name}: {asked} is less than {LEAST:g}, which no number of motions shows")
+            raise QuantityError(f"{name}: {value} is less than {LEAST:g}, which no number of motions shows")
         return target
     except QuantityError as error:
         raise QuantityError(f"{error}. It is the probability of contact that is accepted, such as 10 %") from None

@@ -35,8 +35,8 @@ from pounding_risk.units import GAP, say
 Array = NDArray[np.float64]
 
 USUAL = tuple(read_rate(f"{percent} % in 50 years") for percent in (20, 10, 5, 2, 1))
-EVERY = 8  # of the drawn dispersions gets the median of a rate; between them it is as good as straight
-DRAWN_HALVINGS = 28  # of bounds, of which the draws give no more digits
+EVERY = 8  # step of the drawn dispersions whose median is solved; the others are interpolated
+DRAWN_HALVINGS = 28  # of bounds: the draws resolve no more digits
 MOST_GAPS = 100  # at which curves are fitted where capacities are not known
 SHAPE = "Scaling a motion keeps the shape of its spectrum; that of motions as rare as the hazard curve says may differ."
 TOO_SHORT = "the hazard curve ends where contact does not"
@@ -76,11 +76,11 @@ class RateOfGaps:
     def gap(self, target: AnnualRate) -> GapForRate:
         """The gap that keeps contact to a rate."""
         about = (target.rate, target.words)
-        most = float(self.hazard.rate[0])
-        if target.rate >= most:
+        limit = float(self.hazard.rate[0])
+        if target.rate >= limit:
             return GapForRate(
                 *about,
-                fault=f"the hazard curve counts motions that come {most:.3g} times a year in all, no more often than "
+                fault=f"the hazard curve counts motions that come {limit:.3g} times a year in all, no more often than "
                 "that: give it rows of weaker motions",
             )
         if self._unit is not None:
@@ -95,25 +95,25 @@ class RateOfGaps:
         fitted = fit_capacities(self.motions.unit_capacities, self.motions.recordings)
         return None if fitted.fault else fitted
 
-    def _by_scaling(self, target: AnnualRate, unit: Fit) -> GapForRate:
+    def _by_scaling(self, target: AnnualRate, unit_fit: Fit) -> GapForRate:
         hazard, rate = self.hazard, target.rate
-        gap = float(median_at_rate(hazard, unit.dispersion, rate)) / unit.median
+        gap = float(median_at_rate(hazard, unit_fit.dispersion, rate)) / unit_fit.median
         curve = self.motions.curve(gap)
         if curve.fault or curve.method != SCALED:
-            scaled = f"the gap would be {say(gap, GAP, 3)}, and {curve.fault or 'scaling does not reach it'}"
-            return GapForRate(rate, target.words, fault=scaled)
+            fault = f"the gap would be {say(gap, GAP, 3)}, and {curve.fault or 'scaling does not reach it'}"
+            return GapForRate(rate, target.words, fault=fault)
         medians, dispersions = curve.draws()
         low, high = nan, nan
         if medians.size:
             tail = 50.0 * (1.0 - self.confidence)
-            some = np.append(np.sort(dispersions)[::EVERY], dispersions.max())
-            unit_gaps = np.log(median_at_rate(hazard, some, rate, DRAWN_HALVINGS))
-            drawn = gap * np.exp(np.interp(dispersions, some, unit_gaps)) / medians
-            low, high = np.percentile(drawn, (tail, 100.0 - tail), method="nearest").tolist()  # inf is no number to add
-        here = rate_of(hazard, curve, self.confidence)
+            knots = np.append(np.sort(dispersions)[::EVERY], dispersions.max())
+            unit_gaps = np.log(median_at_rate(hazard, knots, rate, DRAWN_HALVINGS))
+            gaps = gap * np.exp(np.interp(dispersions, knots, unit_gaps)) / medians
+            low, high = np.percentile(gaps, (tail, 100.0 - tail), method="nearest").tolist()  # inf is no number to add
+        contact_rate = rate_of(hazard, curve, self.confidence)
         by_count = counted_gap(hazard, self.motions.unit_capacities, rate)
-        bounds = (low, high, here.low, here.high)
-        return GapForRate(rate, target.words, gap, *bounds, by_count, here.missing, here.at_least)
+        bounds = (low, high, contact_rate.low, contact_rate.high)
+        return GapForRate(rate, target.words, gap, *bounds, by_count, contact_rate.missing, contact_rate.at_least)
 
     def _by_steps(self, target: AnnualRate) -> GapForRate:
         gaps, rates, faults = self._steps
@@ -121,19 +121,19 @@ class RateOfGaps:
         if not gaps.size:
             return GapForRate(*about, fault=faults[0][1] if faults else "no motion closes any gap")
         annual, lows, highs, missing = rates
-        enough = annual <= target.rate
-        at = int(enough.argmax())
-        if not enough.any():
-            beyond = [fault for gap, fault in faults if gap > gaps[-1]][:1]
-            return GapForRate(*about, fault=_refusal("widest", float(gaps[-1]), float(annual[-1]), beyond))
-        if at == 0:
-            beyond = [fault for gap, fault in faults if gap < gaps[0]][-1:]
-            return GapForRate(*about, fault=_refusal("narrowest", float(gaps[0]), float(annual[0]), beyond))
+        is_enough = annual <= target.rate
+        place = int(is_enough.argmax())
+        if not is_enough.any():
+            faults_beyond = [fault for gap, fault in faults if gap > gaps[-1]][:1]
+            return GapForRate(*about, fault=_refusal("widest", float(gaps[-1]), float(annual[-1]), faults_beyond))
+        if place == 0:
+            faults_beyond = [fault for gap, fault in faults if gap < gaps[0]][-1:]
+            return GapForRate(*about, fault=_refusal("narrowest", float(gaps[0]), float(annual[0]), faults_beyond))
         with_end = np.append(gaps, np.inf)  # where no gap is wide enough
         low, high = (float(with_end[np.append(bound <= target.rate, True).argmax()]) for bound in (lows, highs))
         low = 0.0 if low == gaps[0] else low  # narrower gaps have no curve, and may keep the rate too
-        bounds, share = (low, high, float(lows[at]), float(highs[at])), float(missing[at])
-        return GapForRate(*about, float(gaps[at]), *bounds, nan, share, share > COVERED)
+        bounds, share = (low, high, float(lows[place]), float(highs[place])), float(missing[place])
+        return GapForRate(*about, float(gaps[place]), *bounds, nan, share, share > COVERED)
 
     @cached_property
     def _steps(self) -> tuple[Array, Array, list[tuple[float, str]]]:
@@ -142,7 +142,7 @@ class RateOfGaps:
         Between two closings the curve is the same. Rates and bounds are at each gap the largest of the gaps from it
         on, so that they fall: curves that are fitted one by one may cross.
         """
-        closings = np.unique([self.motions.run.above(each) for each in np.unique(self.motions.closing).tolist()])
+        closings = np.unique([self.motions.run.above(width) for width in np.unique(self.motions.closing).tolist()])
         closings = closings[(closings > 0.0) & np.isfinite(closings)]
         gaps, rows, faults = [], [], []
         for gap in closings[evenly(closings.size, MOST_GAPS)].tolist():
@@ -157,13 +157,13 @@ class RateOfGaps:
         return np.array(gaps), np.concatenate([falling, columns[3:]]), faults
 
 
-def _refusal(which: str, gap: float, annual: float, beyond: list[str]) -> str:
+def _refusal(end_name: str, gap: float, annual: float, faults_beyond: list[str]) -> str:
     """Sentence on a rate that is not reached at the widest or narrowest gap with a fragility, and why that one is."""
-    still, repair = ("still", "stronger") if which == "widest" else ("only", "weaker")
-    why = f", and beyond it there is no fragility ({beyond[0]})" if beyond else ""
+    adverb, repair = ("still", "stronger") if end_name == "widest" else ("only", "weaker")
+    reason = f", and beyond it there is no fragility ({faults_beyond[0]})" if faults_beyond else ""
     return (
-        f"at {say(gap, GAP, 3)}, the {which} gap whose fragility these motions carry, contact {still} comes "
-        f"{annual:.3g} times a year{why}: scan {repair} motions, and more amplitudes"
+        f"at {say(gap, GAP, 3)}, the {end_name} gap whose fragility these motions carry, contact {adverb} comes "
+        f"{annual:.3g} times a year{reason}: scan {repair} motions, and more amplitudes"
     )
 
 
@@ -217,67 +217,67 @@ class RateCriterion(NamedTuple):
     source: str
 
 
-def judge_rate(here: Rate, required: GapForRate, criterion: RateCriterion, lost: int = 0) -> RateVerdict:
-    """The verdict on a gap by its rate of contact ``here``; the docstring of this module states the rule.
+def judge_rate(at_gap: Rate, required: GapForRate, criterion: RateCriterion, lost: int = 0) -> RateVerdict:
+    """The verdict on a gap by its rate of contact ``at_gap``; the docstring of this module states the rule.
 
     ``required`` is the gap that keeps contact to the target; ``lost`` motions without a finite response are in neither.
     """
     target, confidence = criterion.target, percent_words(criterion.confidence)
     word = DEPENDS
-    if here.low > target.rate:
+    if at_gap.low > target.rate:
         word = INADEQUATE
-    elif here.high <= target.rate and not (here.at_least or lost):
+    elif at_gap.high <= target.rate and not (at_gap.at_least or lost):
         word = ADEQUATE
-    sentence = f"{word.capitalize()} by rate: {_finding(here, target, confidence)}{_why(word, here, target, lost)}"
-    provide = _provide(required, criterion)
-    rates = here.annual, here.low, here.high
-    return RateVerdict(word, sentence, (f"{sentence} {provide}",), target.rate, target.words, *rates, required)
+    sentence = f"{word.capitalize()} by rate: {_finding(at_gap, target, confidence)}{_why(word, at_gap, target, lost)}"
+    advice = _provide(required, criterion)
+    rates = at_gap.annual, at_gap.low, at_gap.high
+    return RateVerdict(word, sentence, (f"{sentence} {advice}",), target.rate, target.words, *rates, required)
 
 
-def _finding(here: Rate, target: AnnualRate, confidence: str) -> str:
-    gap = say(here.gap, GAP, 3)
-    if here.fault:
-        return f"how often contact comes at a gap of {gap} is not known ({here.fault})"
-    least = "at least " if here.at_least else ""
-    shares = [in_years(rate, target.years) for rate in (here.annual, here.low, here.high)]
-    chance, *ends = (f"{100.0 * share:.2g} %" for share in shares)
-    held = ", of what the curve holds" if here.at_least else ""
-    bounds = f" ({confidence} bounds {ends[0]} to {ends[1]}{held})" if isfinite(here.low) else ""
-    often = return_period_words(here.annual) if here.annual > 0.0 else "never"
-    span = "1 year" if target.years == 1.0 else f"{target.years:g} years"
-    return f"at a gap of {gap} contact comes {least}{often}, {least}{chance} in {span}{bounds}"
+def _finding(at_gap: Rate, target: AnnualRate, confidence: str) -> str:
+    gap = say(at_gap.gap, GAP, 3)
+    if at_gap.fault:
+        return f"how often contact comes at a gap of {gap} is not known ({at_gap.fault})"
+    prefix = "at least " if at_gap.at_least else ""
+    shares = [in_years(rate, target.years) for rate in (at_gap.annual, at_gap.low, at_gap.high)]
+    chance_text, *ends = (f"{100.0 * share:.2g} %" for share in shares)
+    scope_text = ", of what the curve holds" if at_gap.at_least else ""
+    bounds = f" ({confidence} bounds {ends[0]} to {ends[1]}{scope_text})" if isfinite(at_gap.low) else ""
+    period = return_period_words(at_gap.annual) if at_gap.annual > 0.0 else "never"
+    years_text = "1 year" if target.years == 1.0 else f"{target.years:g} years"
+    return f"at a gap of {gap} contact comes {prefix}{period}, {prefix}{chance_text} in {years_text}{bounds}"
 
 
-def _why(word: str, here: Rate, target: AnnualRate, lost: int) -> str:
-    if here.fault:
+def _why(word: str, at_gap: Rate, target: AnnualRate, lost: int) -> str:
+    if at_gap.fault:
         return "."
-    aim = target.words if target.words.endswith("%") else f"the target of {target.words}"
+    target_text = target.words if target.words.endswith("%") else f"the target of {target.words}"
     if word == ADEQUATE:
-        return f", within {aim} throughout."
+        return f", within {target_text} throughout."
     if word == INADEQUATE:
-        return f", above {aim} throughout."
+        return f", above {target_text} throughout."
     reason = ""
-    if here.high <= target.rate:
-        reason = f", as {TOO_SHORT}" if here.at_least else f", as {counted(lost, 'motion')} without a finite response"
-        reason += "" if here.at_least else f" {'is' if lost == 1 else 'are'} not in it"
-    return f": on which side of {aim} it is stays open{reason}."
+    if at_gap.high <= target.rate:
+        reason = f", as {TOO_SHORT}" if at_gap.at_least else f", as {counted(lost, 'motion')} without a finite response"
+        reason += "" if at_gap.at_least else f" {'is' if lost == 1 else 'are'} not in it"
+    return f": on which side of {target_text} it is stays open{reason}."
 
 
 def _provide(required: GapForRate, criterion: RateCriterion) -> str:
     target = criterion.target
-    often = target.words if target.words.startswith("once") else f"{target.words} ({return_period_words(target.rate)})"
-    aim = f"contact no more often than {often} under {criterion.source}"
+    rate = target.words if target.words.startswith("once") else f"{target.words} ({return_period_words(target.rate)})"
+    aim_text = f"contact no more often than {rate} under {criterion.source}"
     if required.fault:
-        return f"No gap can be given for {aim}: {required.fault}."
+        return f"No gap can be given for {aim_text}: {required.fault}."
     gap = say(rounded_up(required.gap), GAP, 3)
-    least = "at least " if required.at_least else ""
+    prefix = "at least " if required.at_least else ""
     bounds = "none" if isnan(required.low) else f"at least {say(required.low, GAP, 3)}"
     if isfinite(required.high) and not required.at_least:
         bounds = f"{say(required.low, GAP, 3)} to {say(rounded_up(required.high), GAP, 3)}"
-    sentence = f"Provide {least}{gap} for {aim} ({percent_words(criterion.confidence)} bounds {bounds})"
+    sentence = f"Provide {prefix}{gap} for {aim_text} ({percent_words(criterion.confidence)} bounds {bounds})"
     sentence += f", as {TOO_SHORT}." if required.at_least else "."
     if not isnan(required.counted):
-        how = ", with the hazard curve continued at its last slope" if required.at_least else ""
+        method_text = ", with the hazard curve continued at its last slope" if required.at_least else ""
         counted_words = say(rounded_up(required.counted), GAP, 3)
-        sentence += f" Counted motion by motion, without a lognormal curve{how}, it is {counted_words}."
+        sentence += f" Counted motion by motion, without a lognormal curve{method_text}, it is {counted_words}."
     return sentence

@@ -80,13 +80,13 @@ class RowCase(NamedTuple):
         places = [point[1:6] for point in self.points]  # all but the name and the contact
         if len(set(places)) == len(places):
             return self.points
-        shown, meetings = _of_points(self.results, "contact_point", POINT), []
+        outputs, meetings = _contact_columns(self.results, "contact_point", POINT), []
         for place in dict.fromkeys(places):
-            ends = [at for at, other in enumerate(places) if other == place]
-            count, yields, force = (column[ends] for column in shown)
+            ends = [index for index, end_place in enumerate(places) if end_place == place]
+            count, yields, force = (column[ends] for column in outputs)
             failed = (count == UNDEFINED).any(axis=0)
-            ours = np.where(failed, UNDEFINED, count.sum(axis=0)), yields.max(axis=0), np.fmax.reduce(force)
-            meetings.append(self.points[ends[0]]._replace(touch=_touch(*map(np.ravel, ours))))
+            merged = np.where(failed, UNDEFINED, count.sum(axis=0)), yields.max(axis=0), np.fmax.reduce(force)
+            meetings.append(self.points[ends[0]]._replace(touch=_touch(*map(np.ravel, merged))))
         return tuple(meetings)
 
     @property
@@ -147,68 +147,68 @@ def row_case(
     if yield_force is not None:
         cell["yield_force"] = _nearest(results["yield_force"].values, si(yield_force, YIELD_FORCE, "yield_force"))
     if contact_model is not None:
-        known = list(map(str, results["contact_model"].values))
-        if contact_model not in known:
-            raise PoundingError(f"contact model {contact_model!r} is not in the dataset, which has {', '.join(known)}")
-        cell["contact_model"] = known.index(contact_model)
+        models = list(map(str, results["contact_model"].values))
+        if contact_model not in models:
+            raise PoundingError(f"contact model {contact_model!r} is not in the dataset, which has {', '.join(models)}")
+        cell["contact_model"] = models.index(contact_model)
     if level is not None:
-        asked = si(level, amplitudes.measure.quantity, "pga" if intensity_level is None else "intensity_level")
+        level_value = si(level, amplitudes.measure.quantity, "pga" if intensity_level is None else "intensity_level")
         if amplitudes.axis in results.dims:
-            cell[amplitudes.axis] = _nearest(np.array(amplitudes.values), asked)
+            cell[amplitudes.axis] = _nearest(np.array(amplitudes.values), level_value)
     gaps = opened.gaps.isel(gap=cell["gap"]).values
-    shown = results.isel(cell)
-    touches = _touches(shown, "interface")
-    return RowCase(shown, building_shapes(shown), tuple(gaps.tolist()), _points(shown, touches), touches)
+    case = results.isel(cell)
+    touches = _touches(case, "interface")
+    return RowCase(case, building_shapes(case), tuple(gaps.tolist()), _points(case, touches), touches)
 
 
-def _nearest(labels: Array, wanted: float) -> int:
-    return int(np.argmax(labels) if np.isinf(wanted) else np.abs(labels - wanted).argmin())
+def _nearest(axis_values: Array, value: float) -> int:
+    return int(np.argmax(axis_values) if np.isinf(value) else np.abs(axis_values - value).argmin())
 
 
-def building_shapes(shown: xr.Dataset) -> tuple[BuildingShape, ...]:
+def building_shapes(case: xr.Dataset) -> tuple[BuildingShape, ...]:
     """Every building of a dataset; one without a height is as tall as its taller neighbour."""
-    heights = shown["building_height"].values.astype(float)
-    levels = shown["floor_level"].transpose("building", "storey").values
-    storeys = shown["building_storeys"].values
+    heights = case["building_height"].values.astype(float)
+    levels = case["floor_level"].transpose("building", "storey").values
+    storeys = case["building_storeys"].values
     shapes = []
-    for at, name in enumerate(map(str, shown["building"].values)):
-        floors = levels[at][np.isfinite(levels[at])]
+    for i, name in enumerate(map(str, case["building"].values)):
+        floors = levels[i][np.isfinite(levels[i])]
         if not floors.size:
-            count = max(int(storeys[at]), 1)
-            beside = [height for height in heights[max(at - 1, 0) : at + 2] if np.isfinite(height)]
-            height = heights[at] if np.isfinite(heights[at]) else max(beside, default=STOREY_HEIGHT * count)
+            count = max(int(storeys[i]), 1)
+            neighbours = [height for height in heights[max(i - 1, 0) : i + 2] if np.isfinite(height)]
+            height = heights[i] if np.isfinite(heights[i]) else max(neighbours, default=STOREY_HEIGHT * count)
             floors = height * np.arange(1, count + 1) / count
-        position = str(shown["building_position"].values[at])
-        shapes.append(BuildingShape(name, tuple(floors.tolist()), position, int(storeys[at]) == 0))
+        position = str(case["building_position"].values[i])
+        shapes.append(BuildingShape(name, tuple(floors.tolist()), position, int(storeys[i]) == 0))
     return tuple(shapes)
 
 
-def _points(shown: xr.Dataset, of_interfaces: tuple[Touch, ...]) -> tuple[ContactPoint, ...]:
-    buildings = building_shapes(shown)
-    columns = [shown[f"{POINT}{name}"].values for name in ("interface", "left_floor", "right_floor", "kind", "level")]
+def _points(case: xr.Dataset, interface_touches: tuple[Touch, ...]) -> tuple[ContactPoint, ...]:
+    buildings = building_shapes(case)
+    columns = [case[f"{POINT}{name}"].values for name in ("interface", "left_floor", "right_floor", "kind", "level")]
     # What is not known point by point is that of an interface with one point.
-    of_points = _touches(shown, "contact_point", POINT) if f"{POINT}impact_count" in shown else ()
+    point_touches = _touches(case, "contact_point", POINT) if f"{POINT}impact_count" in case else ()
     points = []
-    for at, (interface, left, right, kind, level) in enumerate(zip(*columns, strict=True)):
+    for place, (interface, left, right, kind, level) in enumerate(zip(*columns, strict=True)):
         if not np.isfinite(level):
             # Two masses of which no height is given touch where the lower is drawn to end.
             level = min(buildings[int(interface) + side].height for side in (0, 1))
-        touch = of_points[at] if of_points else of_interfaces[int(interface)]
-        name = str(shown["contact_point"].values[at])
+        touch = point_touches[place] if point_touches else interface_touches[int(interface)]
+        name = str(case["contact_point"].values[place])
         points.append(ContactPoint(name, int(interface), float(left), float(right), str(kind), float(level), touch))
     return tuple(points)
 
 
-def _touches(shown: xr.Dataset, dim: str, prefix: str = "") -> tuple[Touch, ...]:
+def _touches(case: xr.Dataset, dim: str, prefix: str = "") -> tuple[Touch, ...]:
     """The contact at every interface, or with the ``prefix`` `POINT` at every contact point, along ``dim``."""
-    columns = _of_points(shown, dim, prefix)
-    return tuple(_touch(*(column[at].ravel() for column in columns)) for at in range(shown.sizes[dim]))
+    columns = _contact_columns(case, dim, prefix)
+    return tuple(_touch(*(column[place].ravel() for column in columns)) for place in range(case.sizes[dim]))
 
 
-def _of_points(shown: xr.Dataset, dim: str, prefix: str) -> list[NDArray[Any]]:
+def _contact_columns(case: xr.Dataset, dim: str, prefix: str) -> list[NDArray[Any]]:
     """Counts of impacts, flags of yielding and peak forces, with ``dim`` first."""
     names = (f"{prefix}{name}" for name in ("impact_count", "yield_exceedance", "peak_contact_force"))
-    return [shown.variables[name].transpose(dim, ...).values for name in names]
+    return [case.variables[name].transpose(dim, ...).values for name in names]
 
 
 def _touch(count: NDArray[Any], yields: NDArray[Any], force: Array) -> Touch:
@@ -243,13 +243,13 @@ def any_of_building(case: RowCase, name: str, building: int) -> Array:
     NaN where the run failed, or where it is not defined at any of them, as yielding where no contact of the building
     has a finite F_E.
     """
-    beside = [at for at in (building - 1, building) if 0 <= at < case.results.sizes["interface"]]
+    sides = [index for index in (building - 1, building) if 0 <= index < case.results.sizes["interface"]]
     if name == "yield_exceedance" and "contact_point_yield_force" in case.results.variables:
-        is_own = np.isin(case.results["contact_point_interface"].values, beside)
-        if not np.isfinite(case.results["contact_point_yield_force"].values[is_own]).any():
+        is_beside = np.isin(case.results["contact_point_interface"].values, sides)
+        if not np.isfinite(case.results["contact_point_yield_force"].values[is_beside]).any():
             return np.full(case.motions, np.nan)
-    outputs = case.results.variables[name].isel(interface=beside).transpose("interface", "record", "polarity").values
-    flat = outputs.reshape(len(beside), -1)
+    outputs = case.results.variables[name].isel(interface=sides).transpose("interface", "record", "polarity").values
+    flat = outputs.reshape(len(sides), -1)
     answers = np.where((flat > 0).any(axis=0), 1.0, 0.0)
     return np.where((flat == UNDEFINED).all(axis=0), np.nan, answers)
 
@@ -263,13 +263,13 @@ def share_of_building(case: RowCase, name: str, building: int) -> float:
 def yield_force_words(case: xr.Dataset) -> str:
     """F_E of the contacts of a case in words: of floors that meet, and of columns where these have another."""
     floors, columns = yield_forces(case)
-    others = [force for force in columns if isfinite(force) and force not in floors]
+    column_forces = [force for force in columns if isfinite(force) and force not in floors]
     if min(floors, default=inf) < inf:
-        of_floors = f"F_E = {_range_words(floors)}"
-        return f"{of_floors} (of columns {_range_words(others)})" if others else of_floors
-    if not others:
+        floors_text = f"F_E = {_range_words(floors)}"
+        return f"{floors_text} (of columns {_range_words(column_forces)})" if column_forces else floors_text
+    if not column_forces:
         return "without yielding"
-    return f"F_E = {_range_words(others)} of columns{', floors without yielding' if floors else ''}"
+    return f"F_E = {_range_words(column_forces)} of columns{', floors without yielding' if floors else ''}"
 
 
 def _range_words(forces: Sequence[float]) -> str:
@@ -303,27 +303,27 @@ def column_sentences(results: Results, level: int, gap: float) -> tuple[str, ...
         return ()
     worst = max(struck, key=lambda column: (column.reached, column.touched, column.force))
     gaps = results.dataset["gap"].values
-    here = say(float(gaps[_nearest(gaps, gap)]), GAP, 3)
-    high = f", {say(worst.level, units.STOREY_HEIGHT, 3)} above the ground," if isfinite(worst.level) else ""
-    pair = f"the columns of {worst.column}{high}"
+    width = say(float(gaps[_nearest(gaps, gap)]), GAP, 3)
+    level_text = f", {say(worst.level, units.STOREY_HEIGHT, 3)} above the ground," if isfinite(worst.level) else ""
+    pair = f"the columns of {worst.column}{level_text}"
     status = _case(results, level, gap)["status"].values
     if unpushed := int((status == UNPUSHED).sum()):
-        words = f"{unpushed} of {counted(status.size, 'motion')} at {here} are {NOT_RUN}"
+        words = f"{unpushed} of {counted(status.size, 'motion')} at {width} are {NOT_RUN}"
         return (f"{worst.floor} faces {pair.rstrip(',')}, and {words}: how often it strikes them is not known.",)
     if not worst.runs:
-        return (f"{worst.floor} faces {pair} and no motion is run at {here}: how often it strikes them is not known.",)
+        return (f"{worst.floor} faces {pair} and no motion is run at {width}: how often it strikes them is not known.",)
     if not worst.touched:
-        return (f"{worst.floor} faces {pair} and strikes them in none of {counted(worst.runs, 'motion')} at {here}.",)
+        return (f"{worst.floor} faces {pair} and strikes them in none of {counted(worst.runs, 'motion')} at {width}.",)
     count = sum(column.touched > 0 for column in struck)
-    several = f" (columns are struck at {count} of {len(struck)} levels)" if len(struck) > 1 else ""
-    hits = f"{worst.floor} strikes {pair} in {worst.touched} of {counted(worst.runs, 'motion')} at a gap of {here}"
+    extent = f" (columns are struck at {count} of {len(struck)} levels)" if len(struck) > 1 else ""
+    hits = f"{worst.floor} strikes {pair} in {worst.touched} of {counted(worst.runs, 'motion')} at a gap of {width}"
     force, strength = say(worst.force, YIELD_FORCE, 3), say(worst.strength, YIELD_FORCE, 3)
     if not isfinite(worst.strength):
-        unknown = f"No strength of these columns is given (column_strength): forces up to {force} are taken as borne."
-        return f"{hits}{several}.", unknown
+        note = f"No strength of these columns is given (column_strength): forces up to {force} are taken as borne."
+        return f"{hits}{extent}.", note
     if not worst.reached:
-        return (f"{hits}{several}; the largest force, {force}, stays below their strength of {strength}.",)
-    first = f"{hits}; their strength of {strength} is reached in {worst.reached} of them{several}."
+        return (f"{hits}{extent}; the largest force, {force}, stays below their strength of {strength}.",)
+    first = f"{hits}; their strength of {strength} is reached in {worst.reached} of them{extent}."
     if worst.force > PLATEAU * worst.strength:
         return first, (
             f"The model does not hold the force at that strength: it goes up to {force}, which such columns do not "
@@ -359,19 +359,19 @@ def struck_columns(results: Results, level: int, gap: float) -> tuple[StruckColu
         )
         floors = [float(point[f"{POINT}{side}_floor"]) for side in ("left", "right")]
         column = 0 if floors[0] % 1.0 else 1
-        strikes, struck = names[1 - column], names[column]
+        striker, struck_name = names[1 - column], names[column]
         has_storeys = int(case["building_storeys"].values[1 - column]) > 1
-        touched = counts > 0
+        is_touched = counts > 0
         columns.append(
             StruckColumn(
-                f"Floor {floors[1 - column]:g} of {strikes}" if has_storeys else f"The floor of {strikes}",
-                f"storey {int(floors[column]) + 1} of {struck}",
+                f"Floor {floors[1 - column]:g} of {striker}" if has_storeys else f"The floor of {striker}",
+                f"storey {int(floors[column]) + 1} of {struck_name}",
                 float(point[f"{POINT}level"]),
                 float(point[f"{POINT}yield_force"]) if f"{POINT}yield_force" in case.variables else np.inf,
                 int((counts != UNDEFINED).sum()),
-                int(touched.sum()),
-                int((touched & (yields > 0)).sum()),
-                float(np.nanmax(forces[touched], initial=0.0)),
+                int(is_touched.sum()),
+                int((is_touched & (yields > 0)).sum()),
+                float(np.nanmax(forces[is_touched], initial=0.0)),
             )
         )
     return tuple(columns)

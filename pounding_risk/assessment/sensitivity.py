@@ -76,20 +76,20 @@ def responses_at(results: xr.Dataset, gap: float, isolated: Collection[str] = ()
     for output, words in OUTPUTS.items():
         if output not in at_gap:
             continue
-        inside = [axis for axis in at_gap[output].dims if axis not in ("record", "polarity", *CASES)]
+        inner_axes = [axis for axis in at_gap[output].dims if axis not in ("record", "polarity", *CASES)]
         outputs = finite(at_gap, output)
         if output == "storey_ductility" and isolated:
             words = f"{words} above isolators"
             outputs = outputs.where(~outputs["building"].isin(list(isolated)) | (outputs["storey"] > 1))
             if outputs.isnull().all():  # the isolators alone yield
                 continue
-        peaks = np.where(touching, by_motion(outputs.max(inside), CASES), np.nan)
+        peaks = np.where(touching, by_motion(outputs.max(inner_axes), CASES), np.nan)
         for model, force in np.ndindex(peaks.shape[1:]):
-            known = peaks[np.isfinite(peaks[:, model, force]), model, force]
-            spread = np.percentile(known, (LOW, MIDDLE, HIGH)) if known.size else np.full(3, np.nan)
-            about = (str(at_gap["contact_model"].values[model]), float(at_gap["yield_force"].values[force]))
-            low, median, high = map(float, spread)
-            responses.append(Response(output, words, unit_of(output), gap, *about, low, median, high, known.size))
+            known_peaks = peaks[np.isfinite(peaks[:, model, force]), model, force]
+            percentiles = np.percentile(known_peaks, (LOW, MIDDLE, HIGH)) if known_peaks.size else np.full(3, np.nan)
+            case = (str(at_gap["contact_model"].values[model]), float(at_gap["yield_force"].values[force]))
+            low, median, high = map(float, percentiles)
+            responses.append(Response(output, words, unit_of(output), gap, *case, low, median, high, known_peaks.size))
     return tuple(responses)
 
 
@@ -137,19 +137,19 @@ def contact_influences(
 ) -> tuple[Influence, ...]:
     """Influences on the probability of contact and on the required gap; ``touched`` is contact by motion."""
     percentile, target, in_row = criterion.percentile, criterion.target, motions.alone is not None
-    closing, kinds = motions.closing[:, 0], np.array(motions.polarities)
+    closing, polarities = motions.closing[:, 0], np.array(motions.polarities)
     names = list(dict.fromkeys(motions.polarities))
-    shares = [(name, float(touched[kinds == name].mean())) for name in names]
-    gaps = [(name, float(enough_for(closing[kinds == name], percentile))) for name in names]
-    free = "none: the motion is free up to the first touch, so that it alone decides whether there is contact"
+    shares = [(name, float(touched[polarities == name].mean())) for name in names]
+    gaps = [(name, float(enough_for(closing[polarities == name], percentile))) for name in names]
+    text = "none: the motion is free up to the first touch, so that it alone decides whether there is contact"
     if in_row:
-        free = "none on the first touch of the row; P(contact) is that of the scene's own contact model and F_E"
+        text = "none on the first touch of the row; P(contact) is that of the scene's own contact model and F_E"
     spread = nan if in_row else 0.0
-    none = tuple(Influence(key, CONTACT, spread, "1", (), False, free) for key in ("yield_force", "contact_model"))
+    by_law = tuple(Influence(key, CONTACT, spread, "1", (), False, text) for key in ("yield_force", "contact_model"))
     return (
         _influence("polarity", CONTACT, shares, target),
         _influence("polarity", f"{REQUIRED} at {percentile:g} %", gaps, gap, "m"),
-        *none,
+        *by_law,
     )
 
 
@@ -157,17 +157,17 @@ def yield_influences(yielding: Yielding, force: float, target: float) -> tuple[I
     """Influences on the probability that the force reaches F_E, at one gap and one F_E of the grid [N]."""
 
     def mean(outcomes: Array) -> float:
-        known = outcomes[~np.isnan(outcomes)]
-        return float(known.mean()) if known.size else nan
+        known_outcomes = outcomes[~np.isnan(outcomes)]
+        return float(known_outcomes.mean()) if known_outcomes.size else nan
 
-    kinds = np.array(yielding.polarities)
+    polarities = np.array(yielding.polarities)
     failed = yielding.failed[:, :, yielding.forces.index(force)]
     by_model = [(name, mean(failed[:, index])) for index, name in enumerate(yielding.models)]
-    by_polarity = [(name, mean(failed[kinds == name])) for name in dict.fromkeys(yielding.polarities)]
-    at = f"{YIELD} at {force_words(force) if isfinite(force) else 'the F_E of columns'}"
+    by_polarity = [(name, mean(failed[polarities == name])) for name in dict.fromkeys(yielding.polarities)]
+    yield_text = f"{YIELD} at {force_words(force) if isfinite(force) else 'the F_E of columns'}"
     keys = (("contact_model", by_model), ("polarity", by_polarity))
-    listed = [_influence(key, at, levels, target) for key, levels in keys]
-    return tuple(sorted(listed, key=lambda influence: -np.nan_to_num(influence.spread, nan=-1.0)))
+    influences = [_influence(key, yield_text, levels, target) for key, levels in keys]
+    return tuple(sorted(influences, key=lambda influence: -np.nan_to_num(influence.spread, nan=-1.0)))
 
 
 def response_influences(
@@ -212,24 +212,24 @@ def what_matters(influences: Sequence[Influence]) -> str:
     for key in ("yield_force", "contact_model"):
         of_key = [influence for influence in influences if influence.key == key]
         levels = [influence for influence in of_key if influence.output in OF_BUILDINGS and isfinite(influence.spread)]
-        most = max(levels, key=lambda influence: influence.share, default=None)
-        if most is not None and most.share < NOTABLE:
+        largest = max(levels, key=lambda influence: influence.share, default=None)
+        if largest is not None and largest.share < NOTABLE:
             sentences.append(f"{WORDS[key]} changes no median response of the buildings by {100 * NOTABLE:g} % or more")
-        elif most is not None:
-            sentences.append(f"{WORDS[key]} changes the {most.what} most, {most.words}")
+        elif largest is not None:
+            sentences.append(f"{WORDS[key]} changes the {largest.what} most, {largest.words}")
     yielding = [influence for influence in influences if influence.what.startswith(YIELD) and influence.spread > 0.0]
     if yielding:
-        at = yielding[0].what.partition(" at ")[2]
+        yield_text = yielding[0].what.partition(" at ")[2]
         causes = " and ".join(f"{WORDS[influence.key]} (by {influence.spread:.2f})" for influence in yielding)
-        sentences.append(f"whether {at} is reached depends on {causes}")
+        sentences.append(f"whether {yield_text} is reached depends on {causes}")
     contact = {influence.key: influence.spread for influence in influences if influence.what == CONTACT}
-    never = contact["yield_force"] == contact["contact_model"] == 0.0
+    is_never = contact["yield_force"] == contact["contact_model"] == 0.0
     polarity = contact["polarity"]
     if not np.isnan(polarity):
         changes = f"changes P(contact) by {polarity:.2f}" if polarity > 0.0 else "does not change P(contact)"
-        others = "; F_E and the contact model never do" if polarity > 0.0 else ", nor do F_E and the contact model"
-        sentences.append(f"the polarity {changes}{others if never else ''}")
-    elif never:
+        others_text = "; F_E and the contact model never do" if polarity > 0.0 else ", nor do F_E and the contact model"
+        sentences.append(f"the polarity {changes}{others_text if is_never else ''}")
+    elif is_never:
         sentences.append("F_E and the contact model never change whether there is contact")
     return "; ".join(sentences) or "one level of each key was scanned, which shows nothing of what matters"
 
@@ -241,20 +241,20 @@ def force_words(force: float, columns_yield: bool = False) -> str:
 
 def _influence(key: str, what: str, levels: list[tuple[str, float]], limit: float, unit: str = "1") -> Influence:
     """Influence of a key; ``limit`` is the target or the gap, NaN where the values are compared with neither."""
-    known = [(name, output) for name, output in levels if not np.isnan(output)]
-    if len(known) < 2:
-        only = f"{known[0][0]} alone: scan several to see" if known else "not defined: no run has such a value"
-        return Influence(key, what, nan, unit, tuple(known), False, only)
-    least, most = min(known, key=lambda level: level[1]), max(known, key=lambda level: level[1])
-    turns = least[1] <= limit < most[1]
+    points = [(name, output) for name, output in levels if not np.isnan(output)]
+    if len(points) < 2:
+        text = f"{points[0][0]} alone: scan several to see" if points else "not defined: no run has such a value"
+        return Influence(key, what, nan, unit, tuple(points), False, text)
+    lowest, highest = min(points, key=lambda level: level[1]), max(points, key=lambda level: level[1])
+    turns = lowest[1] <= limit < highest[1]
     quantity = Quantity({"m/s2": "m/s^2"}.get(unit, unit), -inf, inf, "")
     is_share = unit == "1" and isfinite(limit)
-    low, high = (f"{end[1]:.2f}" if is_share else say(end[1], quantity, 3) for end in (least, most))
-    words = f"{low} ({least[0]}) to {high} ({most[0]})"
-    if least[1] == most[1]:
+    low, high = (f"{end[1]:.2f}" if is_share else say(end[1], quantity, 3) for end in (lowest, highest))
+    words = f"{low} ({lowest[0]}) to {high} ({highest[0]})"
+    if lowest[1] == highest[1]:
         words = f"none: {high} at every level"
     elif turns:
         words += "; on both sides of " + (f"the gap, {own(limit, GAP)}" if unit == "m" else f"the target, {limit:g}")
-    if lacking := [name for name, output in levels if np.isnan(output)]:
-        words += f"; not defined for {', '.join(lacking)}"
-    return Influence(key, what, most[1] - least[1], unit, tuple(known), turns, words)
+    if undefined_names := [name for name, output in levels if np.isnan(output)]:
+        words += f"; not defined for {', '.join(undefined_names)}"
+    return Influence(key, what, highest[1] - lowest[1], unit, tuple(points), turns, words)

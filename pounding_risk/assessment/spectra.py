@@ -29,11 +29,11 @@ def charted() -> tuple[str, ...]:
     return tuple(name for name, rule in RULES.items() if not rule.needs)
 
 
-def read_percentiles(asked: Sequence[float | str], name: str = "percentiles") -> tuple[float, ...]:
+def read_percentiles(percentiles: Sequence[float | str], name: str = "percentiles") -> tuple[float, ...]:
     """Percentiles in %, rising and each once; raises QuantityError, or PoundingError where there is none."""
-    if isinstance(asked, str | float | int):
-        asked = (asked,)
-    shares = {round(100.0 * share(percentile, name, high=1.0 - LEAST), 6) for percentile in asked}
+    if isinstance(percentiles, str | float | int):
+        percentiles = (percentiles,)
+    shares = {round(100.0 * share(percentile, name, high=1.0 - LEAST), 6) for percentile in percentiles}
     if not shares:
         raise PoundingError(f"{name}: none is given; write shares of the motions such as 50 and 84")
     return tuple(sorted(shares))
@@ -58,8 +58,8 @@ def with_rules(results: xr.Dataset) -> xr.Dataset:
     coords = {
         "rule": ("rule", list(rules), {"long_name": "separation rule"}),
         **{
-            f"rule_{fact}": ("rule", [getattr(RULES[name], fact) for name in rules], {"long_name": said})
-            for fact, said in facts.items()
+            f"rule_{fact}": ("rule", [getattr(RULES[name], fact) for name in rules], {"long_name": label})
+            for fact, label in facts.items()
         },
     }
     return results.assign(separation=xr.Variable(dims, separation, described("m", words))).assign_coords(coords)
@@ -67,8 +67,8 @@ def with_rules(results: xr.Dataset) -> xr.Dataset:
 
 def usual_percentile(results: xr.Dataset) -> float:
     """The percentile [%] that findings, tables and figures show: 84, or the largest where that is not among them."""
-    known = results["percentile"].values
-    return USUAL_PERCENTILE if USUAL_PERCENTILE in known else float(known.max())
+    percentiles = results["percentile"].values
+    return USUAL_PERCENTILE if USUAL_PERCENTILE in percentiles else float(percentiles.max())
 
 
 class Shortfall(NamedTuple):
@@ -83,19 +83,19 @@ class Shortfall(NamedTuple):
 
 def shortfall(results: xr.Dataset, rule: str, percentile: float | None = None) -> Shortfall:
     """Compare a rule of the dataset with the gap required; all 0 where no pair needs a gap."""
-    at = usual_percentile(results) if percentile is None else percentile
-    gap = results["required_gap"].sel(percentile=at).values
-    ratio = ratio_to_rule(results, rule, at)
-    known = np.isfinite(ratio)
-    if not known.any():
+    used_percentile = usual_percentile(results) if percentile is None else percentile
+    gap = results["required_gap"].sel(percentile=used_percentile).values
+    ratio = ratio_to_rule(results, rule, used_percentile)
+    is_known = np.isfinite(ratio)
+    if not is_known.any():
         return Shortfall(rule, 0.0, 0.0, (0.0, 0.0), 0.0)
-    row, column = np.unravel_index(np.nanargmax(np.where(known, ratio, -1.0)), gap.shape)
+    row, column = np.unravel_index(np.nanargmax(np.where(is_known, ratio, -1.0)), gap.shape)
     return Shortfall(
         rule,
-        float((ratio[known] > 1.0 + SAME).mean()),
+        float((ratio[is_known] > 1.0 + SAME).mean()),
         float(ratio[row, column]),
         (float(results["left_period"][row]), float(results["right_period"][column])),
-        float(np.median(ratio[known])),
+        float(np.median(ratio[is_known])),
     )
 
 
@@ -108,8 +108,8 @@ def ratio_to_rule(results: xr.Dataset, rule: str, percentile: float) -> Array:
     """Gap required over what a rule requires, (left, right); NaN where either is 0: two alike move alike."""
     gap = results["required_gap"].sel(percentile=percentile).values
     separation = results["separation"].sel(percentile=percentile, rule=rule).values
-    known = (separation > 0.0) & (gap > 0.0) & np.isfinite(separation)
-    return np.divide(gap, separation, out=np.full(gap.shape, np.nan), where=known)
+    is_known = (separation > 0.0) & (gap > 0.0) & np.isfinite(separation)
+    return np.divide(gap, separation, out=np.full(gap.shape, np.nan), where=is_known)
 
 
 def motions_words(results: xr.Dataset) -> str:
@@ -122,35 +122,35 @@ def motions_words(results: xr.Dataset) -> str:
 
 def rule_words(rule: str) -> str:
     """A rule's short name, with how its text is known where it was not read: SRSS, "Canada (quoted)"."""
-    known = RULES[rule]
-    return SHORT_WORDS.get(rule) or (known.title if known.is_checked else f"{known.title} ({known.verification})")
+    entry = RULES[rule]
+    return SHORT_WORDS.get(rule) or (entry.title if entry.is_checked else f"{entry.title} ({entry.verification})")
 
 
 def check_rules(results: xr.Dataset, rules: Sequence[str]) -> tuple[str, ...]:
     """The rules, each once; raises PoundingError for one that the dataset has not."""
-    known = [str(rule) for rule in results["rule"].values]
+    names = [str(rule) for rule in results["rule"].values]
     for rule in rules:
-        if rule not in known:
+        if rule not in names:
             raise PoundingError(
-                f"rule: {shown(rule)} is not in the dataset{nearest(rule, known)}; it has {', '.join(known)}"
+                f"rule: {shown(rule)} is not in the dataset{nearest(rule, names)}; it has {', '.join(names)}"
             )
     return tuple(dict.fromkeys(rules))
 
 
 def finding(results: xr.Dataset, rules: Sequence[str] = JUDGED) -> str:
     """Sentence on where rules require less than the motions need, at the usual percentile, and by how much at most."""
-    at = usual_percentile(results)
+    used_percentile = usual_percentile(results)
     count = results.sizes["record"] * results.sizes["polarity"]
     clauses = []
     for rule in rules:
-        short, words = shortfall(results, rule, at), rule_words(rule)
-        if short.pairs == 0.0:
+        comparison, words = shortfall(results, rule, used_percentile), rule_words(rule)
+        if comparison.pairs == 0.0:
             clauses.append(f"{words} at no pair of periods")
             continue
-        left, right = short.periods
-        most = f"by up to {100.0 * (short.ratio - 1.0):.0f} % ({left:.2g} s beside {right:.2g} s)"
-        clauses.append(f"{words} at {100.0 * short.pairs:.0f} % of the pairs of periods, {most}")
-    return f"The gap that {at:g} % of {counted(count, 'motion')} need exceeds " + "; ".join(clauses)
+        left, right = comparison.periods
+        extent = f"by up to {100.0 * (comparison.ratio - 1.0):.0f} % ({left:.2g} s beside {right:.2g} s)"
+        clauses.append(f"{words} at {100.0 * comparison.pairs:.0f} % of the pairs of periods, {extent}")
+    return f"The gap that {used_percentile:g} % of {counted(count, 'motion')} need exceeds " + "; ".join(clauses)
 
 
 def is_symmetric(results: xr.Dataset) -> bool:

@@ -55,37 +55,37 @@ def assessed(subject: Samples, request: Request) -> xr.Dataset:
     places = range(len(subject.interfaces))
     closings = [subject.closings(index, request.level) for index in places]
     own_gaps = [subject.gap(index) for index in places]
-    judged = own_gaps if request.gap is None else [request.gap for _ in places]
+    judged_gaps = own_gaps if request.gap is None else [request.gap for _ in places]
     largest = max(float(np.percentile(closing.rising, 99.5)) for closing in closings)
-    most = max(largest, 1.2 * max(judged), 1e-6)
-    finite = most if np.isfinite(most) else max(float(np.exp(closing.logs.max())) for closing in closings)
-    finite = max(finite, 1.2 * max(judged), 1e-6)
-    gaps = np.unique([*np.linspace(0.0, finite, GAPS), *judged, *own_gaps])
-    datasets = [_interface(subject, index, closings[index], judged[index], gaps, request) for index in places]
+    most = max(largest, 1.2 * max(judged_gaps), 1e-6)
+    largest_gap = most if np.isfinite(most) else max(float(np.exp(closing.logs.max())) for closing in closings)
+    largest_gap = max(largest_gap, 1.2 * max(judged_gaps), 1e-6)
+    gaps = np.unique([*np.linspace(0.0, largest_gap, GAPS), *judged_gaps, *own_gaps])
+    datasets = [_interface(subject, index, closings[index], judged_gaps[index], gaps, request) for index in places]
     names = xr.Variable("interface", list(subject.interfaces), {"long_name": "buildings on both sides of a gap"})
     labels = {}
-    for key, of_key in zip(subject.keys, subject.values, strict=True):
+    for key, key_values in zip(subject.keys, subject.values, strict=True):
         about = subject.dataset[key].attrs if key in subject.dataset.variables else {}
-        labels[f"value_of_{key}"] = "sample", of_key, {"long_name": f"value of {key}"} | about
+        labels[f"value_of_{key}"] = "sample", key_values, {"long_name": f"value of {key}"} | about
     dataset = xr.concat(datasets, dim=names, combine_attrs="override").assign_coords(labels)
     few = words.of_few(closings[0], request.criterion)
-    lost = (words.lost_words(name, one) for name, one in zip(subject.interfaces, closings, strict=True))
-    of_places = filter(None, (*(words.offset_words(subject, index) for index in places), *lost))
-    assumed = [*subject.assumptions, *of_places]
-    usual = request.criterion.agrees and request.criterion.percentile == USUAL_PERCENTILE
+    failures = (words.lost_words(name, crossed) for name, crossed in zip(subject.interfaces, closings, strict=True))
+    notes = filter(None, (*(words.offset_words(subject, index) for index in places), *failures))
+    assumptions = [*subject.assumptions, *notes]
+    is_usual = request.criterion.agrees and request.criterion.percentile == USUAL_PERCENTILE
     about = {
         "title": subject.title,
-        "asked": f"{request.criterion.words}{USUAL_TARGET if usual else ''}",
+        "asked": f"{request.criterion.words}{USUAL_TARGET if is_usual else ''}",
         "samples": subject.words,
         "motions": subject.motions_words(request.level),
-        "assumptions": as_text([*assumed, *few, *subject.first_sample.record_doubts]),
+        "assumptions": as_text([*assumptions, *few, *subject.first_sample.record_doubts]),
         **request.criterion._asdict(),
         **created("pounding_risk.uncertainty"),
     }
-    of_run = {
+    run_attributes = {
         name: attribute for name, attribute in subject.dataset.attrs.items() if name not in (SCENE_AXES, VARIANTS)
     }
-    return dataset.assign_attrs(of_run | about)
+    return dataset.assign_attrs(run_attributes | about)
 
 
 def _interface(
@@ -95,22 +95,22 @@ def _interface(
     criterion = request.criterion
     confidence = criterion.confidence
     outputs = subject.outputs(index, closings, gap, request)
-    chosen = named_output(outputs, request.output)
+    chosen_output = named_output(outputs, request.output)
     percentiles = tuple(sorted({*USUAL_PERCENTILES, criterion.percentile, criterion.target_percentile}))
     components = PARTS_DRAWN if closings.is_drawn else PARTS
-    analysis = outputs[chosen].analysis or closings.analysis
-    deviation = described("m", "standard deviation of the gap over the samples; 0 where it is known")
-    below = described("1", "outcomes whose closing, less what the gap has more than the scene's own, is 0")
+    analysis = outputs[chosen_output].analysis or closings.analysis
+    about_deviation = described("m", "standard deviation of the gap over the samples; 0 where it is known")
+    about_zero = described("1", "outcomes whose closing, less what the gap has more than the scene's own, is 0")
     variables: dict[str, Any] = {
-        **_contact(closings, gap, gaps, criterion),
-        **_required(closings, percentiles, confidence),
-        **_variances(analysis, outputs[chosen].analysis_unit, confidence, components),
+        **_contact_shares(closings, gap, gaps, criterion),
+        **_required_gaps(closings, percentiles, confidence),
+        **_variances(analysis, outputs[chosen_output].analysis_unit, confidence, components),
         **_fragilities(subject, index, closings, gap, request),
         **_indices(subject, outputs, closings, confidence),
         **subject.moved(index, gap, request),
         "scene_gap": ((), subject.gap(index), described("m", "gap of the scene")),
-        "gap_deviation": ((), subject.gap_deviation(index), deviation),
-        "outcomes_without_closing": ((), int((closings.closing <= 0.0).sum()), below),
+        "gap_deviation": ((), subject.gap_deviation(index), about_deviation),
+        "outcomes_without_closing": ((), int((closings.closing <= 0.0).sum()), about_zero),
     }
     coords = {
         "gap": ("gap", gaps, described("m", "gap") | {"description": GAPS_WORDS}),
@@ -129,28 +129,28 @@ def _interface(
     verdict, sentence = words.verdict_of(closings, subject, index, gap, request.level, criterion)
     dataset["verdict"] = ((), verdict, {"long_name": "verdict on the gap"})
     dataset["sentence"] = ((), sentence, {"long_name": "verdict in words"})
-    dataset["chosen_output"] = ((), chosen, {"long_name": "output that the sentences are of"})
+    dataset["chosen_output"] = ((), chosen_output, {"long_name": "output that the sentences are of"})
     narrowing = words.narrowing(dataset, closings, gap, criterion)
     dataset["narrowing"] = ((), " ".join(narrowing), {"long_name": "what would narrow the answer"})
     return dataset
 
 
-def _contact(closings: CrossedClosings, gap: float, gaps: Array, criterion: Criterion) -> dict[str, Any]:
+def _contact_shares(closings: CrossedClosings, gap: float, gaps: Array, criterion: Criterion) -> dict[str, Any]:
     """P(contact) over the gaps and at the judged one, in all and in each sample; what drawn motions close."""
-    over, here = closings.contact(gaps, criterion.confidence), closings.contact(gap, criterion.confidence)
+    over_gaps, at_gap = closings.contact(gaps, criterion.confidence), closings.contact(gap, criterion.confidence)
     contact = "P(contact) over samples and motions"
-    judged = (here.value[0], here.low[0], here.high[0])
+    judged = (at_gap.value[0], at_gap.low[0], at_gap.high[0])
     variables = {
-        **bounded("contact_probability", "gap", over[:3], "1", contact),
+        **bounded("contact_probability", "gap", over_gaps[:3], "1", contact),
         "judged_gap": ((), gap, described("m", "gap that is judged")),
         **bounded("judged_probability", (), judged, "1", f"{contact} at the judged gap"),
-        "independent": ((), here.independent[0], described("1", "independent outcomes that these bounds are for")),
+        "independent": ((), at_gap.independent[0], described("1", "independent outcomes that these bounds are for")),
         "independent_motions": ((), closings.counted.motions, described("1", "independent motions")),
     }
     if closings.is_drawn:
         about = described("m", "what the sample's motion closes without contact, which its gap is to be wider than")
         return variables | {"closing_of_sample": ("sample", closings.closing[:, 0], about)}
-    of_samples = np.stack([np.percentile(closings.of_samples(width), OVER_SAMPLES) for width in gaps.tolist()])
+    by_sample = np.stack([np.percentile(closings.of_samples(width), OVER_SAMPLES) for width in gaps.tolist()])
     share = closings.of_samples(gap)
     count = int((share > criterion.target).sum())
     bounds = map(float, exact_bounds(count, share.size, criterion.confidence))
@@ -158,13 +158,13 @@ def _contact(closings: CrossedClosings, gap: float, gaps: Array, criterion: Crit
     exceeding = "share of the samples in which P(contact) under these motions exceeds the target"
     return {
         **variables,
-        "contact_probability_of_samples": (("gap", "sample_percentile"), of_samples, described("1", over_samples)),
+        "contact_probability_of_samples": (("gap", "sample_percentile"), by_sample, described("1", over_samples)),
         "contact_probability_of_sample": ("sample", share, described("1", "P(contact) over the motions at the gap")),
         **bounded("samples_over_target", (), (count / share.size, *bounds), "1", exceeding),
     }
 
 
-def _required(closings: CrossedClosings, percentiles: tuple[float, ...], confidence: float) -> dict[str, Any]:
+def _required_gaps(closings: CrossedClosings, percentiles: tuple[float, ...], confidence: float) -> dict[str, Any]:
     """Required gaps at the percentiles, over samples and motions, and over the samples."""
     required = closings.required(percentiles, confidence)
     columns = [[getattr(need, name) for need in required] for name in ("gap", "low", "high")]
@@ -187,9 +187,9 @@ def _variances(analysis: Analysis, unit: str, confidence: float, names: tuple[st
     variances = np.maximum([component(analysis.all) for component in of[:-1]], 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         shares = np.append(variances / variances.sum(), 1.0)
-    whose = "of the logarithm of what is closed" if unit == "1" else "of the output"
+    output_text = "of the logarithm of what is closed" if unit == "1" else "of the output"
     return {
-        **bounded("dispersion", "component", bounds.T, unit, f"standard deviation {whose} by what it comes from"),
+        **bounded("dispersion", "component", bounds.T, unit, f"standard deviation {output_text} by what it comes from"),
         "variance_share": ("component", shares, described("1", "share of the variance, of what is above 0")),
     }
 
@@ -212,14 +212,14 @@ def _fragilities(
         confidence = request.criterion.confidence
         analysis, counted = closings.of_logs(logs)
         alone, total = (
-            np.sqrt(analysis.variance_bounds(of, confidence))
-            for of in (lambda one: one.motions + one.interaction, lambda one: one.total)
+            np.sqrt(analysis.variance_bounds(getter, confidence))
+            for getter in (lambda parts: parts.motions + parts.interaction, lambda parts: parts.total)
         )
         if closings.is_drawn:  # what motions do in a sample is not separable from what they do in the mean over samples
             alone = np.full(3, np.nan)
         freedom = max(min(counted.motions, float(counted.samples)) - 1.0, 1.0)
-        half = float(stdtrit(freedom, 0.5 * (1.0 + confidence))) * np.sqrt(counted.variance_of_mean(analysis.all))
-        medians[:] = np.exp(logs.mean() + np.array([0.0, -half, half]))
+        half_width = float(stdtrit(freedom, 0.5 * (1.0 + confidence))) * np.sqrt(counted.variance_of_mean(analysis.all))
+        medians[:] = np.exp(logs.mean() + np.array([0.0, -half_width, half_width]))
         dispersions = np.stack([alone, total])
     measure = read_measure(intensity)
     unit = "m/s2" if measure is None else measure.unit
@@ -245,8 +245,8 @@ def _log_capacities(
             )
         intensity = "pga"
     reach = subject.reach_of(subject.dataset, index, request.level)[:, closings.order]
-    drawn = subject.gaps_of(subject.dataset, index, gap)
-    gaps = np.full(len(reach), gap) if drawn is None else drawn
+    sample_gaps = subject.gaps_of(subject.dataset, index, gap)
+    gaps = np.full(len(reach), gap) if sample_gaps is None else sample_gaps
     fault = ""
     if not is_linear(one_sample):
         fault = "the motion without contact is not linear: closings do not grow with the motion"
@@ -273,28 +273,28 @@ def _indices(
     subject: Samples, outputs: Mapping[str, Output], closings: CrossedClosings, confidence: float
 ) -> dict[str, Any]:
     """Indices of each output and number: of first order those of the samples or of a design, by the width of bounds."""
-    dims, would = ("output", "uncertain_number"), "share of the variance over the samples that would go were the"
-    of_outputs = np.stack([one.values for one in outputs.values()])
-    first = given_indices(subject.values, of_outputs, confidence, subject.is_balanced)
+    dims, share_text = ("output", "uncertain_number"), "share of the variance over the samples that would go were the"
+    output_values = np.stack([output.values for output in outputs.values()])
+    first = given_indices(subject.values, output_values, confidence, subject.is_balanced)
     from_design, variables = np.zeros(len(outputs), dtype=bool), {}
     if subject.design_dataset is not None:
-        designed = np.stack([one.design for one in outputs.values() if one.design is not None])
+        designed = np.stack([output.design for output in outputs.values() if output.design is not None])
         of_design, total = sobol_indices(designed, len(subject.keys), confidence)
         from_design = ~(first.width <= of_design.width)  # where those of the samples are NaN too
-        first = Indices(*(np.where(from_design[:, None], *both) for both in zip(of_design, first, strict=True)))
-        remains = "share of the variance that would remain were all other numbers known exactly"
-        variables = bounded("total_order", dims, total, "1", remains)
+        first = Indices(*(np.where(from_design[:, None], *pair) for pair in zip(of_design, first, strict=True)))
+        total_text = "share of the variance that would remain were all other numbers known exactly"
+        variables = bounded("total_order", dims, total, "1", total_text)
         points = subject.design_dataset.sizes[SAMPLE] // (len(subject.keys) + 2)
         variables["sobol_points"] = ((), points, described("1", "points N of the Sobol design"))
     if isinstance(closings, DrawnClosings):
         labels = closings.of_motions, closings.recordings
-        shares = np.array([motion_share(analysed_clusters(one, *labels), confidence) for one in of_outputs])
-        variables |= bounded("first_order_of_motions", "output", shares.T, "1", f"{would} motion known exactly")
+        shares = np.array([motion_share(analysed_clusters(output, *labels), confidence) for output in output_values])
+        variables |= bounded("first_order_of_motions", "output", shares.T, "1", f"{share_text} motion known exactly")
     deviation = described("1", "standard deviation over the samples, in the unit of the output")
     source = described("1", "1 where first-order shares are those of the Sobol design, 0 where those of the samples")
     return {
         **variables,
-        **bounded("first_order", dims, first, "1", f"{would} number known exactly"),
+        **bounded("first_order", dims, first, "1", f"{share_text} number known exactly"),
         "first_order_of_design": ("output", from_design.astype(np.int8), source),
-        "output_deviation": ("output", np.std(of_outputs, axis=1), deviation),
+        "output_deviation": ("output", np.std(output_values, axis=1), deviation),
     }

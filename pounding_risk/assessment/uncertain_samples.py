@@ -108,7 +108,7 @@ KINDS_OF_OUTPUT = {
 
 
 class Output(NamedTuple):
-    """An output of each sample and at the points of a design; ``analysis`` of what it is of, where not of closings."""
+    """An output of each sample and at the points of a design; ``analysis`` is of its values, where not of closings."""
 
     values: Array
     unit: str
@@ -144,17 +144,17 @@ class Samples:
 
     def _with_drawn_records(self, one_sample: xr.Dataset) -> xr.Dataset:
         """The dataset of one sample without its motion, and with the facts on every record that is drawn."""
-        _, first = np.unique(self.dataset["record"].values, return_index=True)
-        facts = [str(name) for name in self.dataset.variables if str(name).startswith("record")]
-        variables = {name: self.dataset[name].variable.isel({SAMPLE: first}) for name in facts}
+        _, first_samples = np.unique(self.dataset["record"].values, return_index=True)
+        fact_names = [str(name) for name in self.dataset.variables if str(name).startswith("record")]
+        variables = {name: self.dataset[name].variable.isel({SAMPLE: first_samples}) for name in fact_names}
         for name, variable in variables.items():
             dims = tuple("record" if dim == SAMPLE else dim for dim in variable.dims)
             variables[name] = type(variable)(dims, variable.values, variable.attrs)
-        cases = [name for name, variable in one_sample.variables.items() if "record" in variable.dims]
+        outputs = [name for name, variable in one_sample.variables.items() if "record" in variable.dims]
         of_records = {name: self.dataset.attrs[name] for name in OF_RECORDS if name in self.dataset.attrs}
-        bare = one_sample.drop_vars([*cases, *({"polarity"} & set(one_sample.variables))]).assign_attrs(of_records)
+        bare = one_sample.drop_vars([*outputs, *({"polarity"} & set(one_sample.variables))]).assign_attrs(of_records)
         variables["polarity"] = type(variables["record"])("polarity", self.dataset["polarity"].values[:1])
-        spectra = {name: variables.pop(name) for name in facts if name not in self.dataset.coords}
+        spectra = {name: variables.pop(name) for name in fact_names if name not in self.dataset.coords}
         return bare.assign_coords(variables).assign(spectra)
 
     @property
@@ -197,10 +197,10 @@ class Samples:
         """Values of the motions of `first_sample` in the order of the closings: (1, motions), or (samples, 1)."""
         if not self.is_drawn:
             return table[None, closings.order]
-        first = self.first_sample.dataset
-        at = {name: place for place, name in enumerate(first["record"].values.tolist())}
-        turns = first.sizes["polarity"]
-        return np.array([[table[turns * at[name]]] for name in self.dataset["record"].values.tolist()])
+        first_dataset = self.first_sample.dataset
+        places = {name: place for place, name in enumerate(first_dataset["record"].values.tolist())}
+        polarity_count = first_dataset.sizes["polarity"]
+        return np.array([[table[polarity_count * places[name]]] for name in self.dataset["record"].values.tolist()])
 
     def level(self, requested: int | None) -> int:
         """Index of the assessed amplitude."""
@@ -209,10 +209,10 @@ class Samples:
     def motions_words(self, level: int | None) -> str:
         """How many motions of how many recordings at which amplitude, in words."""
         motions = self.motions(0)
-        number = len(set(zip(motions.records, motions.polarities, strict=True)))
-        many = f"{counted(number, 'motion')} of {counted(int(motions.recordings.max()) + 1, 'recording')}"
-        many = f"one of {many} drawn with each," if self.is_drawn else many
-        return f"{many} {self.first_sample.amplitude_words(motions.amplitudes[self.level(level)])}"
+        count = len(set(zip(motions.records, motions.polarities, strict=True)))
+        motions_text = f"{counted(count, 'motion')} of {counted(int(motions.recordings.max()) + 1, 'recording')}"
+        motions_text = f"one of {motions_text} drawn with each," if self.is_drawn else motions_text
+        return f"{motions_text} {self.first_sample.amplitude_words(motions.amplitudes[self.level(level)])}"
 
     def gap(self, index: int) -> float:
         """The scene's own gap at an interface [m]."""
@@ -223,22 +223,22 @@ class Samples:
         closing, motions = self.closing_of(self.dataset, index, level), self.motions(index)
         if not self.is_drawn:
             return CrossedClosings(closing, motions.recordings)
-        return DrawnClosings(closing[:, 0], _numbered(motions), motions.recordings)
+        return DrawnClosings(closing[:, 0], _motion_numbers(motions), motions.recordings)
 
     def closing_of(self, dataset: xr.Dataset, index: int, level: int | None) -> Array:
-        """Closings (samples, motions) [m], less what the gap of a sample has more than the scene's own.
+        """Closings (samples, motions) [m], less the excess of a sample's gap over the scene's.
 
-        Of a dataset of these or other points; inf where there is no finite one.
+        The dataset may be of other points; inf where no closing is finite.
         """
-        alone, gaps = self.reach_of(dataset, index, level), self.gaps_of(dataset, index, self.gap(index))
-        return alone if gaps is None else np.maximum(alone - (gaps - self.gap(index))[:, None], 0.0)
+        reach, gaps = self.reach_of(dataset, index, level), self.gaps_of(dataset, index, self.gap(index))
+        return reach if gaps is None else np.maximum(reach - (gaps - self.gap(index))[:, None], 0.0)
 
     def gaps_of(self, dataset: xr.Dataset, index: int, gap: float) -> Array | None:
         """The gap of each sample [m], were the scene's own ``gap``; None where gaps are not uncertain."""
-        here = dataset.isel(interface=index, missing_dims="ignore")
+        interface = dataset.isel(interface=index, missing_dims="ignore")
         for name in ("sample_gap", "interface_gap"):
-            if name in here.variables and SAMPLE in here[name].dims:
-                gaps = here[name].transpose(SAMPLE, ...).values
+            if name in interface.variables and SAMPLE in interface[name].dims:
+                gaps = interface[name].transpose(SAMPLE, ...).values
                 return np.asarray(gaps.reshape(len(gaps), -1)[:, 0], dtype=float) - self.gap(index) + gap
         return None
 
@@ -257,28 +257,28 @@ class Samples:
 
     def reach_of(self, dataset: xr.Dataset, index: int, level: int | None) -> Array:
         """What motions close (samples, motions) [m], whatever the gap; inf where there is no finite closing."""
-        here = dataset.isel(interface=index, missing_dims="ignore")
-        free = here["peak_closing_free"]
-        if SAMPLE not in free.dims:  # without contact it is one for all where gaps alone are uncertain
-            free = free.expand_dims({SAMPLE: here.sizes[SAMPLE]})
-        closing = _by_sample(free, self.level(level))
+        interface = dataset.isel(interface=index, missing_dims="ignore")
+        free_closing = interface["peak_closing_free"]
+        if SAMPLE not in free_closing.dims:  # without contact it is one for all where gaps alone are uncertain
+            free_closing = free_closing.expand_dims({SAMPLE: interface.sizes[SAMPLE]})
+        closing = _by_sample(free_closing, self.level(level))
         finite = np.isfinite(closing) & (self._shaking[:, None] if self.is_drawn else self._shaking)
         if "peak_displacement_free" in dataset:
             # As `demands.motions_of`: the closing of a motion in which a storey collapses is that up to there.
-            sides = dataset["peak_displacement_free"].isel(building=[index, index + 1])
-            finite &= np.isfinite(_by_sample(sides.max("building", skipna=False), self.level(level)))
-        alone = np.where(finite, closing, np.inf)
+            peaks = dataset["peak_displacement_free"].isel(building=[index, index + 1])
+            finite &= np.isfinite(_by_sample(peaks.max("building", skipna=False), self.level(level)))
+        free_reach = np.where(finite, closing, np.inf)
         if "impact_count" not in dataset or not self.is_inner(index):
-            return alone
-        gaps = here["interface_gap"] if "interface_gap" in here.variables else here["gap"]
-        pushed = pushed_closing(here, gaps, (SAMPLE, "record", "polarity", amplitude_axis(here)))
-        case = here.isel(Results(dataset).scene_contact)
+            return free_reach
+        gaps = interface["interface_gap"] if "interface_gap" in interface.variables else interface["gap"]
+        pushed = pushed_closing(interface, gaps, (SAMPLE, "record", "polarity", amplitude_axis(interface)))
+        case = interface.isel(Results(dataset).scene_contact)
         # As `demands.run_failed`: what neighbours push is not known.
         failed = (
             (case["impact_count"] == UNDEFINED) & (case["status"] != UNPUSHED) & (case["peak_closing_free"] <= gaps)
         )
-        known = np.fmax(alone, _by_sample(pushed, self.level(level)))
-        return np.where(_by_sample(failed.astype(float), self.level(level)) > 0.0, np.inf, known)
+        reach = np.fmax(free_reach, _by_sample(pushed, self.level(level)))
+        return np.where(_by_sample(failed.astype(float), self.level(level)) > 0.0, np.inf, reach)
 
     def may_be_pushed(self, index: int, gap: float) -> bool:
         """True in a row that was not run at so wide a gap [m], across which neighbours may push the two together."""
@@ -292,10 +292,10 @@ class Samples:
     def outputs(self, index: int, closings: CrossedClosings, gap: float, request: Request) -> dict[str, Output]:
         """The outputs of each sample by name: those of the closing, and another of the dataset that is requested."""
         design = None if self.design_dataset is None else self.closing_of(self.design_dataset, index, request.level)
-        about = gap, request.criterion.percentile
+        args = gap, request.criterion.percentile
         outputs = {}
         for name, kind in KINDS_OF_OUTPUT[self.is_drawn].items():
-            by_sample, designed = (None if one is None else kind.of(one, *about) for one in (closings.closing, design))
+            by_sample, designed = (None if one is None else kind.of(one, *args) for one in (closings.closing, design))
             outputs[name] = Output(np.asarray(by_sample), kind.unit, kind.words, designed)
         if request.output is not None and request.output not in outputs:
             outputs[request.output] = self._other_output(index, request.output, request.level)
@@ -304,41 +304,41 @@ class Samples:
     def _other_output(self, index: int, name: str, level: int | None) -> Output:
         """An output of the dataset at the scene's own case in each sample: the median over the motions."""
         axes = {SAMPLE} if self.is_drawn else {SAMPLE, "record", "polarity"}
-        others = [
-            str(other)
-            for other, variable in self.dataset.data_vars.items()
-            if other != "record_spectral_acceleration" and axes <= set(variable.dims) and variable.dtype.kind in "fiu"
+        names = [
+            str(key)
+            for key, variable in self.dataset.data_vars.items()
+            if key != "record_spectral_acceleration" and axes <= set(variable.dims) and variable.dtype.kind in "fiu"
         ]
-        if name not in others:
-            known = [*KINDS_OF_OUTPUT[self.is_drawn], *others]
-            why = "" if "impact_count" in self.dataset else "; others need runs of contact: name a dataset of a scan"
+        if name not in names:
+            known_names = [*KINDS_OF_OUTPUT[self.is_drawn], *names]
+            reason = "" if "impact_count" in self.dataset else "; others need runs of contact: name a dataset of a scan"
             if self.is_drawn and name in KINDS_OF_OUTPUT[False]:
-                why = f"; it is over all motions in each sample, and these have one each: {ALL_MOTIONS}"
-            raise PoundingError(f"output: {unknown(name, 'none', known)}{why}")
+                reason = f"; it is over all motions in each sample, and these have one each: {ALL_MOTIONS}"
+            raise PoundingError(f"output: {unknown(name, 'none', known_names)}{reason}")
         case = self.first_sample.scene_case | {"interface": index, "building": slice(index, index + 2)}
         case[amplitude_axis(self.dataset)] = self.level(level)
         variable = self.dataset[name]
-        of_outcomes = _by_sample(variable.isel({axis: at for axis, at in case.items() if axis in variable.dims}), 0)
-        known_values = np.isfinite(of_outcomes)
+        outcomes = _by_sample(variable.isel({axis: at for axis, at in case.items() if axis in variable.dims}), 0)
+        is_known = np.isfinite(outcomes)
         with np.errstate(invalid="ignore"):
-            medians = np.nanmedian(np.where(known_values, of_outcomes, np.nan), axis=1)
+            medians = np.nanmedian(np.where(is_known, outcomes, np.nan), axis=1)
         if not np.isfinite(medians).all():
             raise PoundingError(f"output: {name} has no number in some sample at the scene's own case; choose another")
-        whole = np.where(known_values, of_outcomes, medians[:, None])
-        lost = int(of_outcomes.size - known_values.sum())
-        is_positive = bool((whole > 0.0).all())
-        compared = np.log(whole) if is_positive else whole
+        filled = np.where(is_known, outcomes, medians[:, None])
+        lost_count = int(outcomes.size - is_known.sum())
+        is_positive = bool((filled > 0.0).all())
+        analysed_values = np.log(filled) if is_positive else filled
         unit, words = str(variable.attrs.get("units", "1")), str(variable.attrs.get("long_name", name))
         motions = self.motions(index)
         recordings = numbered(motions.recordings)
         if self.is_drawn:
             words = f"{words}, under the sample's motion"
-            analysis = analysed_clusters(compared[:, 0], _numbered(motions), recordings)
+            analysis = analysed_clusters(analysed_values[:, 0], _motion_numbers(motions), recordings)
         else:
             words = f"median over the motions of {words}"
-            words += f", without the {lost} of {of_outcomes.size} outcomes that have no number" if lost else ""
+            words += f", without the {lost_count} of {outcomes.size} outcomes that have no number" if lost_count else ""
             order = np.argsort(recordings, kind="stable")
-            analysis = analysed(compared[:, order], recordings[order])
+            analysis = analysed(analysed_values[:, order], recordings[order])
         return Output(medians, unit, words, None, analysis, "1" if is_positive else unit)
 
     def moved(self, index: int, gap: float, request: Request) -> dict[str, Any]:
@@ -350,11 +350,11 @@ class Samples:
         for name, kind in KINDS_OF_OUTPUT[False].items():
             moved_outputs = kind.of(closing, gap, request.criterion.percentile)
             ends = moved_outputs[1:].reshape(-1, 2)
-            three = np.column_stack([ends[:, 0], np.full(len(ends), moved_outputs[0]), ends[:, 1]])
+            columns = np.column_stack([ends[:, 0], np.full(len(ends), moved_outputs[0]), ends[:, 1]])
             words = f"{kind.words}, the number at a quantile and all others at their medians"
-            variables[f"{name}_moved"] = (("uncertain_number", "quantile"), three, described(kind.unit, words))
-        about = described("m", "what each motion closes with all numbers at their medians, rising")
-        return variables | {"closing_at_medians": ("motion", np.sort(closing[0]), about)}
+            variables[f"{name}_moved"] = (("uncertain_number", "quantile"), columns, described(kind.unit, words))
+        attributes = described("m", "what each motion closes with all numbers at their medians, rising")
+        return variables | {"closing_at_medians": ("motion", np.sort(closing[0]), attributes)}
 
 
 def _by_sample(output: xr.DataArray, level: int) -> Array:
@@ -362,12 +362,12 @@ def _by_sample(output: xr.DataArray, level: int) -> Array:
     output = output if SAMPLE in output.dims else output.expand_dims(SAMPLE)
     output = output.isel({axis: level for axis in (PGA_AXIS, LEVEL_AXIS) if axis in output.dims})
     axes = [axis for axis in (SAMPLE, "record", "polarity") if axis in output.dims]
-    others = [axis for axis in output.dims if axis not in axes]
-    ordered = (output.max(others) if others else output).transpose(*axes).values
-    return np.asarray(ordered.reshape(len(ordered), -1), dtype=float)
+    other_axes = [axis for axis in output.dims if axis not in axes]
+    table = (output.max(other_axes) if other_axes else output).transpose(*axes).values
+    return np.asarray(table.reshape(len(table), -1), dtype=float)
 
 
-def _numbered(motions: Motions) -> NDArray[np.int64]:
+def _motion_numbers(motions: Motions) -> NDArray[np.int64]:
     """Numbers from 0, equal for samples of one record and polarity."""
     return labels(list(zip(motions.records, motions.polarities, strict=True)))
 
@@ -390,7 +390,7 @@ def opened_samples(source: Any) -> Samples | Scene:
     """The samples of a dataset or its file, or the scene of anything else; raises PoundingError without samples."""
     is_file = isinstance(source, str | Path) and str(source).lower().endswith((".nc", STORE))
     if is_file or hasattr(source, "data_vars"):
-        return _of_dataset(open_results(source) if is_file else source, str(source) if is_file else "the dataset")
+        return _from_dataset(open_results(source) if is_file else source, str(source) if is_file else "the dataset")
     from pounding_risk.scene.reader import as_scene
 
     scene = as_scene(source)
@@ -403,8 +403,8 @@ def opened_samples(source: Any) -> Samples | Scene:
     return scene
 
 
-def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
-    axis = next((one for one in axes_of(dataset) if one.name == SAMPLE), None)
+def _from_dataset(dataset: xr.Dataset, source: str) -> Samples:
+    axis = next((axis for axis in axes_of(dataset) if axis.name == SAMPLE), None)
     if axis is None or dataset.sizes.get(SAMPLE, 1) < LEAST_SAMPLES:
         raise PoundingError(
             f"{source}: has no samples of uncertain numbers; scan a scene with a table [uncertain], or use assess"
@@ -413,7 +413,7 @@ def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
     check_scan(dataset, source)
     open_scan(dataset.isel({SAMPLE: [0]}), source)
     written = Results(dataset).scene.get("uncertain", {})
-    correlated = [" and ".join(one["between"]) for one in written.get("correlations", [])]
+    correlated = [" and ".join(pair["between"]) for pair in written.get("correlations", [])]
     assumptions = [
         "The samples are counted as if they were drawn independently; those of a Latin hypercube or Sobol points are "
         "spread more evenly, so that bounds are wider than need be.",
@@ -423,9 +423,9 @@ def _of_dataset(dataset: xr.Dataset, source: str) -> Samples:
         *json.loads(dataset.attrs.get("notes", "[]")),
         *([f"{'; '.join(correlated)} {CORRELATED}"] if correlated else []),
     ]
-    of_keys = tuple(np.asarray(dataset[key].values) for key in axis.keys)
+    key_values = tuple(np.asarray(dataset[key].values) for key in axis.keys)
     words = f"{dataset.sizes[SAMPLE]} samples of {counted(len(axis.keys), 'number')}"
-    return Samples(dataset, axis.keys, of_keys, str(dataset.attrs.get("title", "")), words, tuple(assumptions))
+    return Samples(dataset, axis.keys, key_values, str(dataset.attrs.get("title", "")), words, tuple(assumptions))
 
 
 def sampled_scene(
@@ -449,14 +449,14 @@ def sampled_scene(
     if num:
         _check_sobol(num, uncertain)
         points.append(saltelli_points(points_of(SOBOL, power_of_two(max(num, 8)), 2 * numbers, uncertain.seed)))
-    whole = free_motion(scene, np.concatenate(points), workers=workers, progress=progress)
+    dataset = free_motion(scene, np.concatenate(points), workers=workers, progress=progress)
     ends = np.cumsum([0, *map(len, points)]).tolist()
-    datasets = [whole.isel({SAMPLE: slice(low, high)}) for low, high in pairwise(ends)]
-    of_keys = tuple(np.asarray(datasets[0][key].values) for key in uncertain.keys)
+    datasets = [dataset.isel({SAMPLE: slice(low, high)}) for low, high in pairwise(ends)]
+    key_values = tuple(np.asarray(datasets[0][key].values) for key in uncertain.keys)
     words = "; ".join(f"{name}: {words}" for name, words in uncertain.described()).removeprefix("samples: ")
-    title, assumptions = str(whole.attrs.get("title", "")), tuple(_assumptions_of_scene(uncertain, whole))
-    others = None if is_drawn else datasets[1], datasets[2] if num else None
-    return Samples(datasets[0], tuple(uncertain.keys), of_keys, title, words, assumptions, *others)
+    title, assumptions = str(dataset.attrs.get("title", "")), tuple(_assumptions_of_scene(uncertain, dataset))
+    extra_datasets = None if is_drawn else datasets[1], datasets[2] if num else None
+    return Samples(datasets[0], tuple(uncertain.keys), key_values, title, words, assumptions, *extra_datasets)
 
 
 def _check_sobol(num: int, uncertain: Any) -> None:
@@ -502,6 +502,6 @@ def _assumptions_of_scene(uncertain: Any, free: xr.Dataset) -> Iterator[str]:
         yield ONE_MOTION
     yield from uncertain.notes()
     if uncertain.correlations:
-        pairs = "; ".join(" and ".join(one.between) for one in uncertain.correlations)
+        pairs = "; ".join(" and ".join(correlation.between) for correlation in uncertain.correlations)
         yield f"{pairs} {CORRELATED}"
     yield from json.loads(free.attrs.get("notes", "[]"))

@@ -39,28 +39,28 @@ def verdict_of(
     closings: CrossedClosings, subject: Samples, index: int, gap: float, level: int | None, criterion: Criterion
 ) -> tuple[str, str]:
     """Adequate, inadequate or depends by the rule of `verdict`, with bounds over samples and motions; its sentence."""
-    here = closings.contact(gap, criterion.confidence)
-    share, low, high = float(here.value[0]), float(here.low[0]), float(here.high[0])
-    polarities, closed = np.array(subject.motions(index).polarities), closings.closing > gap
+    contact = closings.contact(gap, criterion.confidence)
+    share, low, high = float(contact.value[0]), float(contact.low[0]), float(contact.high[0])
+    polarities, is_closed = np.array(subject.motions(index).polarities), closings.closing > gap
     by_polarity = {
-        str(one): closings.of_polarity(closed, polarities == one) for one in dict.fromkeys(polarities.tolist())
+        str(name): closings.of_polarity(is_closed, polarities == name) for name in dict.fromkeys(polarities.tolist())
     }
-    sides = {one > criterion.target for one in by_polarity.values()}
+    sides = {chance > criterion.target for chance in by_polarity.values()}
     word = DEPENDS if len(sides) > 1 else ADEQUATE if high <= criterion.target else INADEQUATE
     word = word if word != INADEQUATE or low > criterion.target else DEPENDS
     is_unrun = word == ADEQUATE and subject.may_be_pushed(index, gap)
     word = DEPENDS if is_unrun else word
-    joint = ", " if closings.is_drawn else " × "
-    who = f"{counted(len(closings.closing), 'sample')}{joint}{subject.motions_words(level)}"
+    separator = ", " if closings.is_drawn else " × "
+    motions_text = f"{counted(len(closings.closing), 'sample')}{separator}{subject.motions_words(level)}"
     bounds = f"{100 * criterion.confidence:g} % bounds {share_words(low)} to {share_words(high)}"
-    deviation, where = subject.gap_deviation(index), f"a gap of {say(gap, GAP, 3)}"
+    deviation, gap_text = subject.gap_deviation(index), f"a gap of {say(gap, GAP, 3)}"
     if deviation > 0.0:  # where gaps are uncertain the nominal one, from which that of a sample departs
-        where = f"a nominal gap of {say(gap, GAP, 3)} plus its scatter (deviation {say(deviation, GAP, 2)})"
-    finding = f"{word.capitalize()}: over {who} P(contact) at {where} is {share_words(share)} ({bounds})"
+        gap_text = f"a nominal gap of {say(gap, GAP, 3)} plus its scatter (deviation {say(deviation, GAP, 2)})"
+    finding = f"{word.capitalize()}: over {motions_text} P(contact) at {gap_text} is {share_words(share)} ({bounds})"
     target = f"the target of {percent_words(criterion.target)}"
     if len(sides) > 1:
-        answers = ", ".join(f"{name} {share_words(one)}" for name, one in by_polarity.items())
-        return word, f"{finding}. Each polarity alone would answer otherwise to {target}: {answers}."
+        shares_text = ", ".join(f"{name} {share_words(chance)}" for name, chance in by_polarity.items())
+        return word, f"{finding}. Each polarity alone would answer otherwise to {target}: {shares_text}."
     if is_unrun:
         pushes = "what neighbours may push across it, which was not run: scan the samples at this gap"
         return word, f"{finding}, within {target} but for {pushes}."
@@ -79,35 +79,35 @@ def offset_words(subject: Samples, index: int) -> str:
     offset = subject.gap_offset(index)
     if not offset:
         return ""
-    wider, mean = "wider" if offset > 0.0 else "narrower", say(abs(offset), GAP, 3)
+    side, amount = "wider" if offset > 0.0 else "narrower", say(abs(offset), GAP, 3)
     return (
-        f"{subject.interfaces[index]}: the gaps of the samples are {mean} {wider} in the mean than the scene's own of "
+        f"{subject.interfaces[index]}: the gaps of the samples are {amount} {side} in the mean than the scene's own of "
         f"{say(subject.gap(index), GAP, 3)}, which is the nominal one: a required nominal gap stands for gaps that are "
-        f"{mean} {wider} in the mean."
+        f"{amount} {side} in the mean."
     )
 
 
 def of_few(closings: CrossedClosings, criterion: Criterion) -> Iterator[str]:
     """Sentences where there are too few motions or samples for the target."""
-    least = least_upper_bound(closings.counted.without_contact, criterion.confidence)
-    if least > criterion.target:
-        needed = motions_to_show(criterion.target, criterion.confidence)
-        each = "recordings, all with as many samples" if closings.is_drawn else "of each"
+    least_bound = least_upper_bound(closings.counted.without_contact, criterion.confidence)
+    if least_bound > criterion.target:
+        needed_motions = motions_to_show(criterion.target, criterion.confidence)
+        unit_text = "recordings, all with as many samples" if closings.is_drawn else "of each"
         yield (
             f"Few: the motions count as {closings.counted.motions:.3g} independent ones, beside "
             f"{counted(closings.counted.samples, 'sample')}. Even without any contact these could only show P(contact) "
-            f"< {share_words(least)}; the target of {percent_words(criterion.target)} takes {needed} "
-            f"{each}."
+            f"< {share_words(least_bound)}; the target of {percent_words(criterion.target)} takes {needed_motions} "
+            f"{unit_text}."
         )
 
 
 def lost_words(interface: str, closings: CrossedClosings) -> str:
     """A sentence on outcomes without a finite response; "" where there are none."""
-    lost, whole = int((~np.isfinite(closings.closing)).sum()), closings.closing.size
-    if not lost:
+    count, total = int((~np.isfinite(closings.closing)).sum()), closings.closing.size
+    if not count:
         return ""
-    why = "without a finite response, or whose run in the row fails, as where pounding makes a storey collapse"
-    return f"{interface}: {lost} of {whole} outcomes {why}, count as contact at every gap, in lower bounds as none."
+    cause = "without a finite response, or whose run in the row fails, as where pounding makes a storey collapse"
+    return f"{interface}: {count} of {total} outcomes {cause}, count as contact at every gap, in lower bounds as none."
 
 
 def samples_words(interface: xr.Dataset) -> str:
@@ -130,22 +130,22 @@ def parts_words(interface: xr.Dataset) -> str:
     scatter = gap_scatter(interface) > 0.0
     whose = ("ln (closing less the scatter of the gap)" if scatter else "ln closing") if is_of_closing else "the output"
     ordered = sorted((name for name in COMPONENTS if name in share), key=lambda name: -share[name])
-    sources = ", ".join(f"{_share(share[name])} from {COMPONENTS[name]}" for name in ordered)
+    sources = ", ".join(f"{_percent(share[name])} from {COMPONENTS[name]}" for name in ordered)
     sources = sources.replace(" from", " comes from", 1)
     unit = str(interface["dispersion"].attrs["units"])
-    total = f"{deviation['total']:.2g}" if unit == "1" else _said(deviation["total"], unit)
+    total = f"{deviation['total']:.2g}" if unit == "1" else _in_unit(deviation["total"], unit)
     sentence = f"Of the variance of {whose} {sources} (deviation {total} in all)."
-    beyond = int(interface.get("outcomes_without_closing", 0))
-    if is_of_closing and beyond:
+    zeros = int(interface.get("outcomes_without_closing", 0))
+    if is_of_closing and zeros:
         sentence += (
-            f" {counted(beyond, 'outcome')} in which the scatter is the larger {'counts' if beyond == 1 else 'count'} "
+            f" {counted(zeros, 'outcome')} in which the scatter is the larger {'counts' if zeros == 1 else 'count'} "
             "as the least of the others."
         )
     return sentence
 
 
 def closing_words(interface: xr.Dataset) -> str:
-    """What the variance is split of, where it is that of closings."""
+    """The output whose variance is split, where that is the closing."""
     return "the closing without contact" + LESS_SCATTER * (gap_scatter(interface) > 0.0)
 
 
@@ -157,69 +157,69 @@ def narrowing(interface: xr.Dataset, closings: CrossedClosings, gap: float, crit
 def words_of_number(interface: xr.Dataset, criterion: Criterion) -> str:
     """Sentence on the number with the largest first-order index, if it stands out from chance and from the next."""
     output = str(interface["chosen_output"].item())
-    named = OUTPUT_WORDS.get(output, output.replace("_", " "))
-    chosen = interface.sel(output=output)
-    first, low, high = (chosen[f"first_order{ending}"].values for ending in ("", "_low", "_high"))
+    words = OUTPUT_WORDS.get(output, output.replace("_", " "))
+    indices = interface.sel(output=output)
+    first, low, high = (indices[f"first_order{ending}"].values for ending in ("", "_low", "_high"))
     names = [str(name) for name in interface["uncertain_number"].values]
     if not np.isfinite(first).any():
         if interface.sizes["sample"] < 2:
-            return f"One sample does not show whether {named} depends on any number: draw more."
-        if float(chosen["output_deviation"]) > 0.0:
-            drawn = counted(interface.sizes["sample"], "sample")
-            return f"On which number {named} depends most is not known from {drawn}."
-        return f"Over the samples {named} does not vary: no number changes it."
+            return f"One sample does not show whether {words} depends on any number: draw more."
+        if float(indices["output_deviation"]) > 0.0:
+            samples = counted(interface.sizes["sample"], "sample")
+            return f"On which number {words} depends most is not known from {samples}."
+        return f"Over the samples {words} does not vary: no number changes it."
     order = np.argsort(-np.nan_to_num(first, nan=-1.0))
     lead = int(order[0])
     if not low[lead] > 0.0:
         return (
-            f"No number stands out: the largest share of the variance of {named} over the samples, "
-            f"{_share(first[lead])} of {names[lead]}, is not significant at {100 * criterion.confidence:g} %."
+            f"No number stands out: the largest share of the variance of {words} over the samples, "
+            f"{_percent(first[lead])} of {names[lead]}, is not significant at {100 * criterion.confidence:g} %."
         )
-    deviation = float(chosen["output_deviation"])
+    deviation = float(indices["output_deviation"])
     narrowed = deviation * float(np.sqrt(max(1.0 - first[lead], 0.0)))
-    unit = str(chosen["output_unit"].item())
-    change = f"its deviation over the samples would fall from {_said(deviation, unit)} to {_said(narrowed, unit)}"
-    beside = [names[at] for at in order[1:] if high[at] > low[lead] and first[at] > 0.0]
+    unit = str(indices["output_unit"].item())
+    change = f"its deviation over the samples would fall from {_in_unit(deviation, unit)} to {_in_unit(narrowed, unit)}"
+    overlaps = [names[number] for number in order[1:] if high[number] > low[lead] and first[number] > 0.0]
     lead_words = (
-        f"Knowing {names[lead]} exactly would narrow {named} most: it has {_share(first[lead])} of the variance over "
-        f"the samples (bounds {_share(low[lead])} to {_share(high[lead])}), and {change}."
+        f"Knowing {names[lead]} exactly would narrow {words} most: it has {_percent(first[lead])} of the variance over "
+        f"the samples (bounds {_percent(low[lead])} to {_percent(high[lead])}), and {change}."
     )
-    if beside:
-        lead_words += f" Its bounds overlap those of {', '.join(beside)}."
+    if overlaps:
+        lead_words += f" Its bounds overlap those of {', '.join(overlaps)}."
     return lead_words
 
 
 def indices_words(interface: xr.Dataset) -> str:
     """Sentences on what the shares are from, and where samples or points are too few for them; "" where none vary."""
-    chosen = interface.sel(output=str(interface["chosen_output"].item()))
-    if not float(chosen["output_deviation"]) > 0.0:
+    indices = interface.sel(output=str(interface["chosen_output"].item()))
+    if not float(indices["output_deviation"]) > 0.0:
         return ""
     samples, points = interface.sizes["sample"], int(interface.get("sobol_points", 0))
-    is_designed = points > 0 and bool(chosen["first_order_of_design"])
+    is_designed = points > 0 and bool(indices["first_order_of_design"])
     sentences = []
     if samples < LEAST_SAMPLES:
-        have = f"there {'is' if samples == 1 else 'are'} {samples}"
+        there_are = f"there {'is' if samples == 1 else 'are'} {samples}"
         sentences.append(
-            f"First-order shares from samples are withheld: their bounds hold from {LEAST_SAMPLES} on, and {have}."
+            f"First-order shares from samples are withheld: their bounds hold from {LEAST_SAMPLES} on, and {there_are}."
         )
     elif points:
         source = f"the N = {points} points of --sobol" if is_designed else f"the {samples} samples"
         sentences.append(f"First-order shares are from {source}, whose bounds are narrower.")
-    designed = ("first_order", "total_order") if is_designed else ("total_order",)
-    for many, count, kinds in (
-        (f"N = {points}", points, designed if points else ()),
+    design_kinds = ("first_order", "total_order") if is_designed else ("total_order",)
+    for label, count, kinds in (
+        (f"N = {points}", points, design_kinds if points else ()),
         (f"{samples} samples", samples, () if is_designed else ("first_order",)),
     ):
-        width = max((float((chosen[f"{kind}_high"] - chosen[f"{kind}_low"]).max()) for kind in kinds), default=0.0)
+        width = max((float((indices[f"{kind}_high"] - indices[f"{kind}_low"]).max()) for kind in kinds), default=0.0)
         if width > WIDE:  # bounds narrow with the root of the count
-            needed = power_of_two(int(np.ceil(count * (width / WIDE) ** 2)))
-            is_few = "is too small" if count == points and kinds == designed else "are few"
+            number = power_of_two(int(np.ceil(count * (width / WIDE) ** 2)))
+            verb = "is too small" if count == points and kinds == design_kinds else "are few"
             sentences.append(
-                f"{many} {is_few}: bounds of shares are up to {_share(width)} wide; {needed} would bring them to "
-                f"about {_share(WIDE)}."
+                f"{label} {verb}: bounds of shares are up to {_percent(width)} wide; {number} would bring them to "
+                f"about {_percent(WIDE)}."
             )
-    shares = [kind for kind in ("first_order", "total_order") if kind in chosen]
-    if any(bool(((chosen[kind] < 0.0) | (chosen[kind] > 1.0)).any()) for kind in shares):
+    shares = [kind for kind in ("first_order", "total_order") if kind in indices]
+    if any(bool(((indices[kind] < 0.0) | (indices[kind] > 1.0)).any()) for kind in shares):
         sentences.append(
             "A share below 0 or above 1 is so by an error of the estimate, which more samples or points reduce."
         )
@@ -238,41 +238,41 @@ def _dispersion(interface: xr.Dataset) -> Iterator[str]:
     if not np.isfinite(first).any():
         return
     lead = int(np.nanargmax(first))
-    gone = min(max(float(first[lead]), 0.0), 1.0) * deviation["total" if is_drawn else "parameters"] ** 2
-    left = float(np.sqrt(max(deviation["total"] ** 2 - gone, 0.0)))
+    removed_variance = min(max(float(first[lead]), 0.0), 1.0) * deviation["total" if is_drawn else "parameters"] ** 2
+    remaining_deviation = float(np.sqrt(max(deviation["total"] ** 2 - removed_variance, 0.0)))
     name = str(interface["uncertain_number"].values[lead])
-    total, narrowed = f"{deviation['total']:.2g}", f"{left:.2g}"
-    whose = "the closing" + LESS_SCATTER * (gap_scatter(interface) > 0.0)
-    change = f"fall to {narrowed}" if narrowed != total else "hardly change"
+    total_text, remaining_text = f"{deviation['total']:.2g}", f"{remaining_deviation:.2g}"
+    closing_text = "the closing" + LESS_SCATTER * (gap_scatter(interface) > 0.0)
+    change = f"fall to {remaining_text}" if remaining_text != total_text else "hardly change"
     yield (
-        f"The total dispersion of {whose}, {total}, would {change} were {name} known; "
+        f"The total dispersion of {closing_text}, {total_text}, would {change} were {name} known; "
         f"{deviation['motions']:.2g} is that of the motions, which no such knowledge narrows."
     )
 
 
 def _bounds(closings: CrossedClosings, gap: float, criterion: Criterion) -> Iterator[str]:
     """Sentence on whether more recordings or more samples would narrow the bounds of P(contact)."""
-    widths = []
+    intervals = []
     for samples, motions in ((1, 1), (1, 2), (2, 1)):
-        here = closings.contact(gap, criterion.confidence, times=(samples, motions))
-        widths.append((float(here.low[0]), float(here.high[0])))
-    now, recordings, samples_ = (f"{share_words(low)} to {share_words(high)}" for low, high in widths)
-    sizes = [high - low for low, high in widths]
+        contact = closings.contact(gap, criterion.confidence, times=(samples, motions))
+        intervals.append((float(contact.low[0]), float(contact.high[0])))
+    now_text, recordings_text, samples_text = (f"{share_words(low)} to {share_words(high)}" for low, high in intervals)
+    sizes = [high - low for low, high in intervals]
     gains = sizes[0] - sizes[1], sizes[0] - sizes[2]
     if max(gains) < 0.02 * sizes[0]:
         return
-    whence = "of recordings and samples alike"
+    source = "of recordings and samples alike"
     if gains[0] >= MOSTLY * sum(gains):
-        whence = "mostly of the recordings"
+        source = "mostly of the recordings"
     elif gains[1] >= MOSTLY * sum(gains):
-        whence = "mostly of the samples"
+        source = "mostly of the samples"
     yield (
-        f"The bounds of P(contact), {now}, come {whence}: twice as many recordings like these would make them "
-        f"{recordings}, twice as many samples {samples_}."
+        f"The bounds of P(contact), {now_text}, come {source}: twice as many recordings like these would make them "
+        f"{recordings_text}, twice as many samples {samples_text}."
     )
 
 
-def _share(share: Any) -> str:
+def _percent(share: Any) -> str:
     return f"{100.0 * float(share):.0f} %"
 
 
@@ -280,7 +280,7 @@ def _by_component(indices: xr.Dataset, name: str) -> dict[str, float]:
     return dict(zip(indices["component"].values.tolist(), indices[name].values.tolist(), strict=True))
 
 
-def _said(deviation: float, unit: str) -> str:
+def _in_unit(deviation: float, unit: str) -> str:
     if unit == "1":
         return f"{deviation:.2g}"
     return say(deviation, Quantity(unit.replace("m/s2", "m/s^2"), -np.inf, np.inf, ""), 3)

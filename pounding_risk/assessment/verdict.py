@@ -110,14 +110,12 @@ class Basis(NamedTuple):
     def answer(self, recordings: int) -> bool | None:
         """True where a gap is adequate, False where it is not, None where bounds lie on both sides of the target.
 
-        Of so many recordings, were all like these.
+        With this number of recordings, all like those of the dataset.
         """
-        whole = self.motions + self.lost
-        count = self.independent * (1.0 + self.lost / self.motions) * recordings / self.recordings
-        low, _ = exact_bounds(self.contacts / whole * count, count, self.criterion.confidence)
-        _, high = exact_bounds(
-            (self.contacts + self.unknown + self.lost) / whole * count, count, self.criterion.confidence
-        )
+        total = self.motions + self.lost
+        n = self.independent * (1.0 + self.lost / self.motions) * recordings / self.recordings
+        low, _ = exact_bounds(self.contacts / total * n, n, self.criterion.confidence)
+        _, high = exact_bounds((self.contacts + self.unknown + self.lost) / total * n, n, self.criterion.confidence)
         return True if high <= self.criterion.target else False if low > self.criterion.target else None
 
 
@@ -131,7 +129,7 @@ def judge(
     """
     closing, motions = contact.motions.closing[:, 0], contact.motions
     required = contact.required[criterion.percentile]
-    keeps_target = contact.required[criterion.target_percentile]
+    target_gap = contact.required[criterion.target_percentile]
     basis = Basis(
         gap=contact.gap,
         criterion=criterion,
@@ -140,18 +138,18 @@ def judge(
         lost=contact.lost,
         recordings=int(motions.recordings.max()) + 1,
         independent=contact.independent,
-        required=replace(keeps_target, gap=keeps_target.provided),
-        still_closing=int((closing > keeps_target.provided).sum()),
+        required=replace(target_gap, gap=target_gap.provided),
+        still_closing=int((closing > target_gap.provided).sum()),
         amplitude=contact.at,
         hangs_on_polarity=polarity.what == CONTACT and polarity.turns,
         unknown=int((contact.may_touch & ~contact.touched).sum()),
         run=contact.every.run,
     )
     answer = None if basis.hangs_on_polarity else basis.answer(basis.recordings)
-    more: int | None = 0
+    more_recordings: int | None = 0
     if answer is None:
-        in_all = None if basis.hangs_on_polarity or basis.is_unrun else recordings_to_settle(basis)
-        more = None if in_all is None else in_all - basis.recordings
+        recordings_in_all = None if basis.hangs_on_polarity or basis.is_unrun else recordings_to_settle(basis)
+        more_recordings = None if recordings_in_all is None else recordings_in_all - basis.recordings
     word = DEPENDS if answer is None else ADEQUATE if answer else INADEQUATE
     governing = tuple(
         Governing(motions.records[index], motions.polarities[index], float(closing[index]))
@@ -159,9 +157,9 @@ def judge(
     )
     return Verdict(
         word=word,
-        sentence=f"{word.capitalize()}: {_finding(contact, criterion)}{_why(answer, basis, polarity)}",
+        sentence=f"{word.capitalize()}: {_finding(contact, criterion)}{_reason(answer, basis, polarity)}",
         conclusion=conclusion(basis, answer),
-        more_recordings=more,
+        more_recordings=more_recordings,
         margin=contact.gap / required.gap if required.gap > 0.0 else nan,
         governing=governing,
         motions=closing.size,
@@ -177,31 +175,31 @@ def judge(
 
 def _finding(contact: Contact, criterion: Criterion) -> str:
     share = contact.at_gap
-    one = share.count < 2
+    is_singular = share.count < 2
     in_row = contact.motions.alone is not None and contact.every.run.is_known(contact.gap)
-    verb = ("touches at" if one else "touch at") if in_row else ("closes" if one else "close")
-    who = f"{share.count or 'none'} of {counted(share.runs, 'motion')} {contact.at} {verb}"
+    verb = ("touches at" if is_singular else "touch at") if in_row else ("closes" if is_singular else "close")
+    motions_text = f"{share.count or 'none'} of {counted(share.runs, 'motion')} {contact.at} {verb}"
     low, high = share_words(share.low_recordings), share_words(share.high_recordings)
     bounds = f"{100 * criterion.confidence:g} % bounds {low} to {high}"
-    return f"{who} a gap of {say(contact.gap, GAP, 3)}: P(contact) {share_words(share.probability)} ({bounds})"
+    return f"{motions_text} a gap of {say(contact.gap, GAP, 3)}: P(contact) {share_words(share.probability)} ({bounds})"
 
 
-def _why(answer: bool | None, basis: Basis, polarity: Influence) -> str:
+def _reason(answer: bool | None, basis: Basis, polarity: Influence) -> str:
     target = f"the target of {basis.target}"
     if answer is not None:
         return f", {'within' if answer else 'above'} {target} throughout."
     if polarity.turns:
         return f". Each polarity alone would answer otherwise to {target}: {polarity.words}."
     if basis.is_unrun:
-        failed = "in the runs at this gap pounding makes a storey collapse, or they fail"
-        return f": {failed if basis.run.is_known(basis.gap) else not_run(basis.run, basis.gap)}."
+        failed_text = "in the runs at this gap pounding makes a storey collapse, or they fail"
+        return f": {failed_text if basis.run.is_known(basis.gap) else not_run(basis.run, basis.gap)}."
     if basis.lost:
         return f". The bounds, which {counted(basis.lost, 'failed motion')} widen, lie on both sides of {target}."
-    least = least_upper_bound(basis.independent, basis.criterion.confidence)
-    if not basis.contacts and least > basis.criterion.target:
-        needed = motions_to_show(basis.criterion.target, basis.criterion.confidence)
-        reach = f", or a target of {np.ceil(100.0 * least):.0f} %" if least < LARGEST_TARGET else ""
-        repair = f"it takes {needed} independent ones{reach}"
+    least_bound = least_upper_bound(basis.independent, basis.criterion.confidence)
+    if not basis.contacts and least_bound > basis.criterion.target:
+        needed_motions = motions_to_show(basis.criterion.target, basis.criterion.confidence)
+        alternative = f", or a target of {np.ceil(100.0 * least_bound):.0f} %" if least_bound < LARGEST_TARGET else ""
+        repair = f"it takes {needed_motions} independent ones{alternative}"
         return f". So few motions cannot show that a gap keeps {target}, though none closes it: {repair}."
     return f". The bounds lie on both sides of {target}."
 
@@ -216,41 +214,41 @@ def _evidence(
 ) -> Iterator[str]:
     yield _margin(basis, required)
     yield sample_size(basis)
-    named = "; ".join(f"{motion.record} {motion.polarity} {say(motion.closing, GAP, 4)}" for motion in governing)
-    yield f"The motions that close most: {named}."
-    tail = lognormal_share(contact.motions.closing[:, 0], contact.gap)
-    if not np.isnan(tail):
-        share = share_words(tail)
+    motions_text = "; ".join(f"{motion.record} {motion.polarity} {say(motion.closing, GAP, 4)}" for motion in governing)
+    yield f"The motions that close most: {motions_text}."
+    tail_share = lognormal_share(contact.motions.closing[:, 0], contact.gap)
+    if not np.isnan(tail_share):
+        share = share_words(tail_share)
         yield f"Were what they close lognormal, P(contact) would be {share}: assumed of the tail, not counted."
-    some = f"{counts['simulated']} of them simulated, the others known exactly"
-    runs = f"{counted(counts['cases'], 'case')}, {some if counts['simulated'] < counts['cases'] else 'all simulated'}"
-    checked = (
+    part = f"{counts['simulated']} of them simulated, the others known exactly"
+    runs = f"{counted(counts['cases'], 'case')}, {part if counts['simulated'] < counts['cases'] else 'all simulated'}"
+    checked_text = (
         f"{counts['sensitive']} sensitive of {counts['checked']} recomputed" if counts["checked"] else "none checked"
     )
-    if unpushed := counts.get("unpushed", 0):
-        cases = f"{unpushed} of {counts['cases']} cases are not run, in which a known motion would have to be pushed"
+    if unrun_count := counts.get("unpushed", 0):
+        cases = f"{unrun_count} of {counts['cases']} cases are not run, in which a known motion would have to be pushed"
         yield f"Behind it: the motions without contact; {cases}; {counts['failed'] or 'none'} failed."
     else:
-        yield f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked}."
+        yield f"Behind it: {runs}; {counts['failed'] or 'none'} failed; {checked_text}."
     yield _contact_elsewhere(contact)
     if basis.lost:
-        fell = counts.get("collapsed", 0)
-        why = f"; in {fell} of them a storey collapses, for which no gap is wide enough" if fell else ""
-        if struck := counts.get("struck", 0):
-            why += (
-                f"; in {struck} of them pounding in the row makes a storey collapse, so that contact here is not known"
+        count = counts.get("collapsed", 0)
+        cause = f"; in {count} of them a storey collapses, for which no gap is wide enough" if count else ""
+        if number := counts.get("struck", 0):
+            cause += (
+                f"; in {number} of them pounding in the row makes a storey collapse, so that contact here is not known"
             )
-        yield f"Without a finite response, and counted against the verdict: {counted(basis.lost, 'motion')}{why}."
+        yield f"Without a finite response, and counted against the verdict: {counted(basis.lost, 'motion')}{cause}."
     if doubts:
-        more = len(doubts) - NAMED_DOUBTS
-        yield f"Records: {'; '.join(doubts[:NAMED_DOUBTS])}{f'; and {more} more' if more > 0 else ''}."
+        more_doubts = len(doubts) - NAMED_DOUBTS
+        yield f"Records: {'; '.join(doubts[:NAMED_DOUBTS])}{f'; and {more_doubts} more' if more_doubts > 0 else ''}."
 
 
 def _margin(basis: Basis, required: RequiredGap) -> str:
-    finite = " with a finite response" if basis.lost else ""
+    finite_text = " with a finite response" if basis.lost else ""
     amount = "at least" if required.at_least else "no more than"
-    needs = f"{required.percentile:g} % of the motions{finite} need {amount} {say(required.provided, GAP, 3)}"
-    needs += f", or {say(required.enough, GAP, 3)} where neighbours push" if required.is_between else ""
+    needs_text = f"{required.percentile:g} % of the motions{finite_text} need {amount} {say(required.provided, GAP, 3)}"
+    needs_text += f", or {say(required.enough, GAP, 3)} where neighbours push" if required.is_between else ""
     low, high = say(required.low, GAP, 3), say(rounded_up(required.high), GAP, 3)
     if required.low > 0.0:
         bounds = f"bounds {low} to {high}"
@@ -262,38 +260,38 @@ def _margin(basis: Basis, required: RequiredGap) -> str:
         upper = f"upper bound {high}, " if required.bounded else f"largest seen {high}, no upper bound, "
         bounds = f"{upper}no lower bound: so few recordings give none"
     ratio = f"{basis.gap / required.gap:.2f} times that" if required.gap > 0.0 else "no less"
-    return f"{needs} ({bounds}); the gap is {ratio if basis.gap > 0.0 else 'closed'}."
+    return f"{needs_text} ({bounds}); the gap is {ratio if basis.gap > 0.0 else 'closed'}."
 
 
 def sample_size(basis: Basis) -> str:
     """Sentence on how many independent motions there are, and what so many can show."""
-    least = least_upper_bound(basis.independent, basis.criterion.confidence)
-    worth = f"{basis.independent:.0f}" if basis.independent >= 10.0 else f"{basis.independent:.2g}"
-    many = "1 motion" if worth == "1" else f"{worth} motions"
-    needed = motions_to_show(basis.criterion.target, basis.criterion.confidence)
-    who = f"{counted(basis.motions, 'motion')} from {counted(basis.recordings, 'recording')}"
-    can = f"Even with no contact at all, {many} could only show P(contact) < {share_words(least)}"
-    takes = f"showing {basis.target} takes at least {needed} independent motions"
+    least_bound = least_upper_bound(basis.independent, basis.criterion.confidence)
+    worth_text = f"{basis.independent:.0f}" if basis.independent >= 10.0 else f"{basis.independent:.2g}"
+    motions_text = "1 motion" if worth_text == "1" else f"{worth_text} motions"
+    needed_motions = motions_to_show(basis.criterion.target, basis.criterion.confidence)
+    sample_text = f"{counted(basis.motions, 'motion')} from {counted(basis.recordings, 'recording')}"
+    can_text = f"Even with no contact at all, {motions_text} could only show P(contact) < {share_words(least_bound)}"
+    takes_text = f"showing {basis.target} takes at least {needed_motions} independent motions"
     recordings = recordings_to_settle(basis.without_contact)
-    takes += f", those of {recordings} such recordings" if recordings and recordings != needed else ""
-    return f"{who} (effective sample size {worth}). {can}; {takes}."
+    takes_text += f", those of {recordings} such recordings" if recordings and recordings != needed_motions else ""
+    return f"{sample_text} (effective sample size {worth_text}). {can_text}; {takes_text}."
 
 
 def _contact_elsewhere(contact: Contact) -> str:
     """Sentence on how contact here differs from that of the free relative motion, by contact elsewhere in the row."""
     if contact.motions.alone is None:
         return "Contact does not depend on the contact model, F_E or sensitive runs."
-    free = contact.motions.alone[:, 0] > contact.gap
-    pushed, held = int((contact.touched & ~free).sum()), int((free & ~contact.touched).sum())
-    often = counted(free.sum(), "motion")
-    counts = f"The free relative motion, without contact elsewhere in the row, closes the gap in {often}"
-    if not pushed + held:
-        return f"{counts} too: the same ones."
+    closes = contact.motions.alone[:, 0] > contact.gap
+    gains, losses = int((contact.touched & ~closes).sum()), int((closes & ~contact.touched).sum())
+    count = counted(closes.sum(), "motion")
+    text = f"The free relative motion, without contact elsewhere in the row, closes the gap in {count}"
+    if not gains + losses:
+        return f"{text} too: the same ones."
     effects = [
-        f"brings it in {pushed} more, whose closings with contact the required gaps count" if pushed else "",
-        f"prevents it in {held}, which the required gaps count all the same" if held else "",
+        f"brings it in {gains} more, whose closings with contact the required gaps count" if gains else "",
+        f"prevents it in {losses}, which the required gaps count all the same" if losses else "",
     ]
-    return f"{counts}; contact elsewhere {' and '.join(filter(None, effects))}."
+    return f"{text}; contact elsewhere {' and '.join(filter(None, effects))}."
 
 
 def share_words(share: float) -> str:
@@ -335,7 +333,7 @@ def conclusion(basis: Basis, answer: bool | None) -> tuple[str, ...]:
     else:
         first = f"A gap of {gap} is {'' if answer else 'not '}adequate for a probability of contact of {basis.target}."
         sentences = [first, _provide(basis, answer)]
-    count = f"{counted(basis.motions, 'motion')} of {_recordings(basis.recordings)}"
+    count = f"{counted(basis.motions, 'motion')} of {_recordings_text(basis.recordings)}"
     scope = f"This rests on {count} {basis.amplitude}, and holds for sites and levels of shaking that they stand for."
     return (*sentences, scope)
 
@@ -345,35 +343,35 @@ def _provide(basis: Basis, answer: bool | None) -> str:
     required, target = basis.required, basis.target
     confidence = percent_words(basis.criterion.confidence)
     if basis.lost > basis.criterion.target * (basis.motions + basis.lost):
-        without = f"{basis.lost} of {counted(basis.motions + basis.lost, 'motion')} have no finite response"
-        return f"No gap can be shown to keep {target}: {without}; the gaps required are those of the others."
+        lost_text = f"{basis.lost} of {counted(basis.motions + basis.lost, 'motion')} have no finite response"
+        return f"No gap can be shown to keep {target}: {lost_text}; the gaps required are those of the others."
     if required.gap <= 0.0 and not required.is_between:
         return f"For {target} these motions require no gap at all."
-    count, least = basis.still_closing, "at least " * required.at_least
-    still = "none of the motions closes that gap"
+    count, prefix = basis.still_closing, "at least " * required.at_least
+    note = "none of the motions closes that gap"
     if count:
         share = percent_words(round(count / basis.motions, 3))
-        still = f"{count} of the {basis.motions} motions ({share}) still close{'s' if count == 1 else ''} that gap"
+        note = f"{count} of the {basis.motions} motions ({share}) still close{'s' if count == 1 else ''} that gap"
     gap, low, high = (say(width, GAP, 3) for width in (required.gap, required.low, rounded_up(required.high)))
-    below = f"{confidence} bounds: at least {low}, and none from above" if required.low > 0.0 else "without bounds"
-    still += " without a push by neighbours" if required.at_least or required.is_between else ""
+    bounds = f"{confidence} bounds: at least {low}, and none from above" if required.low > 0.0 else "without bounds"
+    note += " without a push by neighbours" if required.at_least or required.is_between else ""
     if required.is_between:
         gap += f", or {say(required.enough, GAP, 3)} where neighbours push the two together,"
-        still += f"; {not_run(basis.run, required.gap)}"
+        note += f"; {not_run(basis.run, required.gap)}"
     if required.is_pushed:
-        provide = f"Provide {least}{gap} for a probability of contact of {target} ({below}); {still}."
+        provide = f"Provide {prefix}{gap} for a probability of contact of {target} ({bounds}); {note}."
         return f"{provide} No gap is shown to be enough: {not_run(basis.run, inf)}."
     if required.bounded:
         verb = f"Required is {gap}" if answer else f"Provide {gap}"
         return (
-            f"{verb} ({confidence} bounds {low} to {high}) for a probability of contact of {target}; {still}. "
+            f"{verb} ({confidence} bounds {low} to {high}) for a probability of contact of {target}; {note}. "
             f"At {high} the upper bound of that probability is within {target} too."
         )
-    few = f"With {_recordings(basis.recordings)} no gap can be shown to meet {target} at {confidence} confidence"
-    needed = recordings_to_settle(basis.without_contact)
-    if needed:
-        few += f"; at least {needed} recordings without contact are needed"
-    return f"Provide at least {gap} for a probability of contact of {target}, an estimate ({below}); {still}. {few}."
+    text = f"With {_recordings_text(basis.recordings)} no gap can be shown to meet {target} at {confidence} confidence"
+    number = recordings_to_settle(basis.without_contact)
+    if number:
+        text += f"; at least {number} recordings without contact are needed"
+    return f"Provide at least {gap} for a probability of contact of {target}, an estimate ({bounds}); {note}. {text}."
 
 
 def _settle(basis: Basis) -> str:
@@ -384,22 +382,22 @@ def _settle(basis: Basis) -> str:
     if basis.is_unrun:
         repair = "weaker motions or stronger storeys" if basis.run.is_known(basis.gap) else f"the gap of {gap}"
         return f"More recordings do not settle it: a scan with {repair} does."
-    in_all = recordings_to_settle(basis)
-    if in_all is None and basis.lost:
+    recordings_in_all = recordings_to_settle(basis)
+    if recordings_in_all is None and basis.lost:
         return f"More recordings do not settle the gap of {gap} while so many motions have no finite response."
-    if in_all is None:
+    if recordings_in_all is None:
         return (
             f"More recordings do not settle the gap of {gap} while {share} of the motions close it: "
             "that is too near the target."
         )
-    more = in_all - basis.recordings
-    shown = "not adequate" if basis.contacts / basis.motions > basis.criterion.target else "adequate"
-    many = "1 more recording" if more == 1 else f"{more} more recordings"
+    more_recordings = recordings_in_all - basis.recordings
+    word = "not adequate" if basis.contacts / basis.motions > basis.criterion.target else "adequate"
+    number = "1 more recording" if more_recordings == 1 else f"{more_recordings} more recordings"
     return (
-        f"About {many} would show a gap of {gap} to be {shown}, if their motions were as much alike as "
+        f"About {number} would show a gap of {gap} to be {word}, if their motions were as much alike as "
         f"these and closed it as often ({share})."
     )
 
 
-def _recordings(count: int) -> str:
+def _recordings_text(count: int) -> str:
     return "one recording" if count == 1 else f"{count} recordings"

@@ -31,7 +31,7 @@ HEADS = ("displacement", "force", "count", "yields", "first touch", "gap")
 
 def sheet(dataset: xr.Dataset) -> list[Block]:
     """The finding, time, errors, steps and energy residual of each setting, and what they are of."""
-    about: list[tuple[str, Cell | str]] = [
+    pairs: list[tuple[str, Cell | str]] = [
         ("scene", dataset.attrs["title"]),
         ("cases", count(dataset.sizes["case"])),
         ("reference", dataset.attrs["reference"]),
@@ -40,18 +40,18 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
         *(("unused", words) for words in of_keys(dataset.attrs)),
         *(("quicker elsewhere", words) for words in beaten_at(dataset)),
     ]
-    return [paragraph(dataset.attrs["finding"]), _settings(dataset), facts("", about)]
+    return [paragraph(dataset.attrs["finding"]), _settings(dataset), facts("", pairs)]
 
 
 def _settings(dataset: xr.Dataset) -> Block:
     rows: list[Row] = []
     for setting in dataset["setting"].values:
-        one = dataset.sel(setting=setting)
-        time = one["time"].sel(output="peak_relative_displacement")
-        errors = (summed_up(one["error"].sel(output=output).values) for output in OUTPUTS)
+        row = dataset.sel(setting=setting)
+        time = row["time"].sel(output="peak_relative_displacement")
+        errors = (summed_up(row["error"].sel(output=output).values) for output in OUTPUTS)
         ends = (joined(*(number(error, digits=2) for error in pair), names=("median", "largest")) for pair in errors)
-        steps = number(one["steps_per_contact"], digits=5)
-        rows.append([str(setting), computing_time(time), *ends, steps, number(one["energy_residual"], digits=2)])
+        steps = number(row["steps_per_contact"], digits=5)
+        rows.append([str(setting), computing_time(time), *ends, steps, number(row["energy_residual"], digits=2)])
     worst = ", each that of its worst interface" if dataset.sizes["interface"] > 1 else ""
     caption = (
         f"Time without compiling, and errors against the reference, median to largest over the cases{worst}. "

@@ -84,33 +84,33 @@ def without_upper(bounds: Cell, mark: str) -> Cell:
 
 def marks(required: Iterable[RequiredGap], words: Mapping[str, str]) -> list[Block]:
     """What each mark in the bounds of these required gaps means: a paragraph, as a list has marks of its own."""
-    bounds = " ".join(bounds_cell(each)["text"] for each in required)
+    bounds = " ".join(bounds_cell(gap)["text"] for gap in required)
     explained = [f"{mark} {meaning}." for mark, meaning in words.items() if mark in bounds]
     return [paragraph(" ".join(explained))] if explained else []
 
 
-def required_gaps(one: InterfaceAssessment) -> list[Block]:
+def required_gaps(pair: InterfaceAssessment) -> list[Block]:
     """Table of the gaps that percentiles of the motions require, and what the marks of missing bounds mean."""
     heads = ["sufficient for [%]", head("required gap", "m"), head("bounds by recording", "m")]
     heads += [head("lognormal", "m"), "gap / required"]
     rows: list[Row] = []
-    for required in one.required:
-        ratio = one.gap / required.gap if required.gap > 0.0 else float("nan")
+    for required in pair.required:
+        ratio = pair.gap / required.gap if required.gap > 0.0 else float("nan")
         row: Row = [number(required.percentile), need(required), bounds_cell(required)]
         rows.append([*row, number(required.fitted, "m"), number(ratio, digits=3)])
-    caption = f"{one.name}: required gaps, by the closings of {counted(len(one.closing), 'motion')}."
-    return [table(caption, heads, rows), *marks(one.required, NO_BOUND)]
+    caption = f"{pair.name}: required gaps, by the closings of {counted(len(pair.closing), 'motion')}."
+    return [table(caption, heads, rows), *marks(pair.required, NO_BOUND)]
 
 
-def contact(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
+def contact(assessment: Assessment, pair: InterfaceAssessment) -> list[Block]:
     """Table of the motions with contact against the gap."""
     heads = [head("gap", "m"), "contact in", *_share_heads("P(contact)", assessment)]
-    rows = [[number(share.gap, "m", GIVEN), *share_cells(share)] for share in one.contact]
-    partial = [at for at, share in enumerate(one.contact) if 0 < share.count < share.runs]
+    rows = [[number(share.gap, "m", GIVEN), *share_cells(share)] for share in pair.contact]
+    partial = [k for k, share in enumerate(pair.contact) if 0 < share.count < share.runs]
     first, last = (max(partial[0] - 1, 0), min(partial[-1] + 2, len(rows))) if partial else (0, len(rows))
-    keep = {*(first + at for at in evenly(last - first, KEPT - 1)), one.contact.index(one.contact_at_gap())}
+    keep = {*(first + k for k in evenly(last - first, KEPT - 1)), pair.contact.index(pair.contact_at_gap())}
     note = "from the widest gap that all motions close to the narrowest that none closes"
-    caption = f"{one.name}: motions with contact against the gap, motions {one.at}."
+    caption = f"{pair.name}: motions with contact against the gap, motions {pair.at}."
     return [table(caption, heads, rows, keep=sorted(keep), note=note), paragraph(BOUNDS)]
 
 
@@ -126,9 +126,9 @@ def share_cells(share: Share) -> list[Cell]:
     return [count(share.count), count(share.runs), probability(share.probability), *cells]
 
 
-def yielding(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
+def yielding(assessment: Assessment, pair: InterfaceAssessment) -> list[Block]:
     """Table of the motions in which the force reaches F_E, at the gap of the grid nearest to the assessed one."""
-    shares = [share for share in one.yielding if share.gap == one.yield_gap]
+    shares = [share for share in pair.yielding if share.gap == pair.yield_gap]
     if not shares:
         return []
     heads = ["contact model", head("F_E", "N"), "reached in", *_share_heads("P(yield)", assessment), "excluded"]
@@ -136,67 +136,67 @@ def yielding(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
     for share in shares:
         excluded = count(share.left_out) if share.left_out else MISSING
         rows.append([model_of(share), strength(share.yield_force), *share_cells(share), excluded])
-    of_own_model = [at for at, share in enumerate(shares) if share.contact_model == one.own_model]
-    keep = [of_own_model[at] for at in evenly(len(of_own_model), KEPT)]
-    caption = f"{one.name}: probability of reaching F_E at a gap of {_yield_gap(one)}, motions {one.at}."
+    own_rows = [k for k, share in enumerate(shares) if share.contact_model == pair.own_model]
+    keep = [own_rows[k] for k in evenly(len(own_rows), KEPT)]
+    caption = f"{pair.name}: probability of reaching F_E at a gap of {_yield_gap(pair)}, motions {pair.at}."
     columns = "F_E is that of floors that meet, or of columns where none meet; `validate` shows both of a scene. "
     columns *= len(assessment.interfaces) > 1
-    if one.column_forces:
-        ends = dict.fromkeys((one.column_forces[0], one.column_forces[-1]))
+    if pair.column_forces:
+        ends = dict.fromkeys((pair.column_forces[0], pair.column_forces[-1]))
         strengths = " to ".join(str(amount(force, "N")["text"]) for force in ends)
         columns = f"Floors meet here and strike columns: F_E is that of floors; columns reach theirs at {strengths}. "
     return [
         table(caption, heads, rows, keep=keep, note="some of the scene's own contact model"),
-        paragraph(f"{columns}The scene's own: {_own_force(one)}."),
+        paragraph(f"{columns}The scene's own: {_own_force(pair)}."),
     ]
 
 
-def _own_force(one: InterfaceAssessment) -> str:
+def _own_force(pair: InterfaceAssessment) -> str:
     """The scene's own yield force in words, with whether columns yield where floors have it."""
-    return force_words(one.own_force, any(share.yield_force == one.own_force for share in one.yielding))
+    return force_words(pair.own_force, any(share.yield_force == pair.own_force for share in pair.yielding))
 
 
-def _yield_gap(one: InterfaceAssessment) -> str:
-    return str(amount(one.yield_gap, "m", GIVEN)["text"])
+def _yield_gap(pair: InterfaceAssessment) -> str:
+    return str(amount(pair.yield_gap, "m", GIVEN)["text"])
 
 
-def response(one: InterfaceAssessment) -> list[Block]:
+def response(pair: InterfaceAssessment) -> list[Block]:
     """Table of the response under each F_E: medians over the motions with contact, under the scene's contact model."""
-    medians = [median for median in one.response if median.contact_model == one.own_model and median.motions]
+    medians = [median for median in pair.response if median.contact_model == pair.own_model and median.motions]
     if not medians:
         return []
     outputs = {median.output: head(median.words, median.unit) for median in medians}
     rows: list[Row] = []
     for force in dict.fromkeys(median.yield_force for median in medians):
         of_force = {median.output: median for median in medians if median.yield_force == force}
-        columns_yield = any(share.yield_force == force for share in one.yielding)
+        columns_yield = any(share.yield_force == force for share in pair.yielding)
         level = number(force, "N", GIVEN) if isfinite(force) else strength(force) if columns_yield else NEVER
         row: Row = [level, count(max(median.motions for median in of_force.values()))]
-        shown = (of_force.get(output) for output in outputs)  # none where no motion has a finite value of an output
-        rows.append([*row, *(MISSING if each is None else number(each.median, each.unit, 3) for each in shown)])
-    caption = f"{one.name}: response against F_E, at a gap of {_yield_gap(one)}, under {name_of(one.own_model)}."
+        entries = (of_force.get(output) for output in outputs)  # none where no motion has a finite value of an output
+        rows.append([*row, *(MISSING if entry is None else number(entry.median, entry.unit, 3) for entry in entries)])
+    caption = f"{pair.name}: response against F_E, at a gap of {_yield_gap(pair)}, under {name_of(pair.own_model)}."
     words = "Medians over the motions with contact, the larger of both buildings; the scene's own"
     heads = [head("F_E", "N"), "contact in", *outputs.values()]
-    return [table(caption, heads, rows), paragraph(f"{words}: {_own_force(one)}.")]
+    return [table(caption, heads, rows), paragraph(f"{words}: {_own_force(pair)}.")]
 
 
-def influences(one: InterfaceAssessment) -> list[Block]:
+def influences(pair: InterfaceAssessment) -> list[Block]:
     """Table of how far each output moves with polarity, F_E and contact model; keys with one level are named below."""
     heads = ["influence of", "on", "from one level to another"]
-    rows = [(KEYS[each.key], each.what, each.words) for each in one.sensitivity if not each.is_single]
-    levels = {(name_of(each.key), each.levels[0][0]): None for each in one.sensitivity if each.is_single}
+    rows = [(KEYS[item.key], item.what, item.words) for item in pair.sensitivity if not item.is_single]
+    levels = {(name_of(item.key), item.levels[0][0]): None for item in pair.sensitivity if item.is_single}
     single = " and ".join(f"one {key} ({level})" for key, level in levels)
     return [
-        *([table(f"{one.name}: influences on the outputs.", heads, rows)] if rows else []),
+        *([table(f"{pair.name}: influences on the outputs.", heads, rows)] if rows else []),
         *([paragraph(f"The grid has {single}: scan several to see what they change.")] if single else []),
     ]
 
 
-def fragilities(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
+def fragilities(assessment: Assessment, pair: InterfaceAssessment) -> list[Block]:
     """Table of the medians and dispersions of fragilities, with standard errors, and why others were not fitted."""
-    curves = fitted(one)
+    curves = fitted(pair)
     if not curves:
-        return _not_fitted(one)
+        return _not_fitted(pair)
     median = head(f"median {intensity_words(assessment.intensity)}", intensity_unit(assessment.intensity))
     heads = [*EVENT_HEADS, median, "dispersion", "s.e. of ln median; by recording", "s.e. of dispersion; by recording"]
     heads += ["method", "scaled by"]
@@ -206,12 +206,12 @@ def fragilities(assessment: Assessment, one: InterfaceAssessment) -> list[Block]
         row.append(_error(curve.se_median, curve.se_median_recordings))
         row.append(_error(curve.se_dispersion, curve.se_dispersion_recordings))
         rows.append([*row, curve.method, number(curve.factor, digits=3)])
-    caption = f"{one.name}: fragility against {intensity_words(assessment.intensity)}, by maximum likelihood."
-    keep = of_gap(one, curves)
+    caption = f"{pair.name}: fragility against {intensity_words(assessment.intensity)}, by maximum likelihood."
+    keep = of_gap(pair, curves)
     return [
         table(caption, heads, rows, keep=keep, note=OF_GAP),
         paragraph("Standard errors (s.e.) are those for independent motions, then those by recording."),
-        *_not_fitted(one),
+        *_not_fitted(pair),
     ]
 
 
@@ -219,10 +219,10 @@ EVENT_HEADS = ["of", head("gap", "m"), "contact model", head("F_E", "N")]
 OF_GAP = "contact at the assessed gap, and yielding"
 
 
-def event_cells(one: Fragility | Rate | Scenario) -> Row:
+def event_cells(answer: Fragility | Rate | Scenario) -> Row:
     """What a curve or rate is of, as the columns of `EVENT_HEADS`."""
-    event = "yielding" if one.what == "yield" else one.what
-    return [event, number(one.gap, "m", GIVEN), model_of(one), strength(one.yield_force)]
+    event = "yielding" if answer.what == "yield" else answer.what
+    return [event, number(answer.gap, "m", GIVEN), model_of(answer), strength(answer.yield_force)]
 
 
 def model_of(answer: Share | Fragility | Rate | Scenario) -> str:
@@ -230,53 +230,53 @@ def model_of(answer: Share | Fragility | Rate | Scenario) -> str:
     return name_of(answer.contact_model) if answer.contact_model else "any"
 
 
-def of_gap(one: InterfaceAssessment, results: Iterable[Fragility | Rate | Scenario]) -> list[int]:
+def of_gap(pair: InterfaceAssessment, results: Iterable[Fragility | Rate | Scenario]) -> list[int]:
     """Indices of the results on contact at the assessed gap, and on yielding."""
-    return [at for at, answer in enumerate(results) if answer.what == "yield" or answer.gap == one.gap]
+    return [k for k, answer in enumerate(results) if answer.what == "yield" or answer.gap == pair.gap]
 
 
-def fitted(one: InterfaceAssessment) -> list[Fragility]:
+def fitted(pair: InterfaceAssessment) -> list[Fragility]:
     """The fragilities that have a median and a dispersion."""
-    return [curve for curve in one.fragility if isfinite(curve.median) and isfinite(curve.dispersion)]
+    return [curve for curve in pair.fragility if isfinite(curve.median) and isfinite(curve.dispersion)]
 
 
-def _error(plain: float, clustered: float) -> Cell:
+def _error(independent: float, by_recording: float) -> Cell:
     """A standard error were motions independent, and that by recording."""
-    cells = [number(error, digits=3) for error in (plain, clustered)]
-    both = joined(*cells, names=("", "by recording"))
-    return both | {"text": f"{cells[0]['text']}; {cells[1]['text']}"}
+    cells = [number(error, digits=3) for error in (independent, by_recording)]
+    cell = joined(*cells, names=("", "by recording"))
+    return cell | {"text": f"{cells[0]['text']}; {cells[1]['text']}"}
 
 
-def _not_fitted(one: InterfaceAssessment) -> list[Block]:
+def _not_fitted(pair: InterfaceAssessment) -> list[Block]:
     """Which curves could not be fitted, and why: contact at the assessed gap, yielding, and at how many other gaps."""
     faults: dict[str, list[str]] = {}
-    others = 0
-    for curve in one.fragility:
-        if curve.fault and curve.what == "contact" and curve.gap != one.gap:
-            others += 1
+    other_count = 0
+    for curve in pair.fragility:
+        if curve.fault and curve.what == "contact" and curve.gap != pair.gap:
+            other_count += 1
         elif curve.fault:
             words = f"{'yielding' if curve.what == 'yield' else curve.what}, gap {amount(curve.gap, 'm')['text']}"
             words += "" if curve.yield_force is None else f", F_E {strength(curve.yield_force, unit=True)['text']}"
             words += f" under {name_of(curve.contact_model)}" if curve.contact_model else ""
             faults.setdefault(curve.fault, []).append(words)
-    more = {fault: f" and {len(which) - FIRST} more" * (len(which) > FIRST) for fault, which in faults.items()}
-    sentences = [f"{'; '.join(which[:FIRST])}{more[fault]}: {fault}." for fault, which in faults.items()]
-    if others:
-        sentences.append(f"contact at {counted(others, 'other gap')}: `assess -o` writes the reason of each.")
-    return [paragraph(f"{one.name}, not fitted:"), listing(sentences, mark="")] if sentences else []
+    more_text = {fault: f" and {len(events) - FIRST} more" * (len(events) > FIRST) for fault, events in faults.items()}
+    sentences = [f"{'; '.join(events[:FIRST])}{more_text[fault]}: {fault}." for fault, events in faults.items()]
+    if other_count:
+        sentences.append(f"contact at {counted(other_count, 'other gap')}: `assess -o` writes the reason of each.")
+    return [paragraph(f"{pair.name}, not fitted:"), listing(sentences, mark="")] if sentences else []
 
 
-def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
+def rules(percentile: float, pair: InterfaceAssessment) -> list[Block]:
     """What the rules of building codes require, motion by motion, over the gap that the motion needs."""
-    bumper = max((rule.bumper for rule in one.separations), default=0.0)
-    motions = sum(closing > bumper for closing in one.closing)
-    compared = [at for at, rule in enumerate(one.separations) if rule.exceeded is not None]
-    notes = [rule.row.note for rule in one.separations]
+    bumper = max((rule.bumper for rule in pair.separations), default=0.0)
+    motions = sum(closing > bumper for closing in pair.closing)
+    given_rows = [k for k, rule in enumerate(pair.separations) if rule.exceeded is not None]
+    notes = [rule.row.note for rule in pair.separations]
     # The parts that every note of a separation has are written once, above the table.
-    clauses = [rule.row.note.split("; ") for rule in one.separations if rule.row.separation is not None]
-    common = [clause for clause in clauses[0] if all(clause in others for others in clauses)] if clauses else []
+    clauses = [rule.row.note.split("; ") for rule in pair.separations if rule.row.separation is not None]
+    common = [clause for clause in clauses[0] if all(clause in parts for parts in clauses)] if clauses else []
     sentences = [
-        short_in(one.separations, motions),
+        short_in(pair.separations, motions),
         *(f"Everywhere {note}" for note in common if note not in SHARED),
         *(words for shared, words in SHARED.items() if any(shared in note for note in notes)),
         RATIONAL,
@@ -285,20 +285,20 @@ def rules(percentile: float, one: InterfaceAssessment) -> list[Block]:
     ]
     heads = ["rule", "clause", "text of the clause", head("median", "m"), head(f"{percentile:g} %", "m")]
     heads += ["rule / gap required: median (16 to 84 %)", "insufficient for", f"gap / rule at {percentile:g} %", "note"]
-    rows = [_rule_cells(rule, one.gap, motions, common) for rule in one.separations]
-    caption = f"{one.name}: separations that rules require, {OWN_PEAKS}."
+    rows = [_rule_cells(rule, pair.gap, motions, common) for rule in pair.separations]
+    caption = f"{pair.name}: separations that rules require, {OWN_PEAKS}."
     return [
         paragraph(" ".join(f"{sentence}." for sentence in sentences)),
-        table(caption, heads, rows, keep=compared or None, note="those that give a separation" if compared else ""),
+        table(caption, heads, rows, keep=given_rows or None, note="those that give a separation" if given_rows else ""),
     ]
 
 
 def _rule_cells(rule: Comparison, gap: float, motions: int, common: Sequence[str]) -> Row:
     row = rule.row
-    elsewhere = {*common, *SHARED}  # above the table, and in its column of texts
-    note = "; ".join(clause for clause in row.note.split("; ") if clause not in elsewhere) or MISSING
-    over = number((gap - rule.bumper) / rule.upper, digits=3) if rule.exceeded is not None and rule.upper else MISSING
-    return [row.title, row.clause, row.verification, *compared(rule, motions), over, note]
+    explained_clauses = {*common, *SHARED}  # above the table, and in its column of texts
+    note = "; ".join(clause for clause in row.note.split("; ") if clause not in explained_clauses) or MISSING
+    ratio = number((gap - rule.bumper) / rule.upper, digits=3) if rule.exceeded is not None and rule.upper else MISSING
+    return [row.title, row.clause, row.verification, *compared(rule, motions), ratio, note]
 
 
 def compared(rule: Comparison, motions: int) -> Row:
@@ -306,8 +306,8 @@ def compared(rule: Comparison, motions: int) -> Row:
     if rule.exceeded is None:
         return [length(rule.row.separation), MISSING, MISSING, MISSING]
     low, median, high = (ratio or 0.0 for ratio in (rule.ratio_low, rule.ratio_median, rule.ratio_high))
-    short = out_of(round(rule.exceeded * motions), motions)
-    return [number(rule.middle, "m"), number(rule.upper, "m"), middle((low, median, high), "1"), short]
+    short_cell = out_of(round(rule.exceeded * motions), motions)
+    return [number(rule.middle, "m"), number(rule.upper, "m"), middle((low, median, high), "1"), short_cell]
 
 
 def length(metres: float | None) -> Cell | str:

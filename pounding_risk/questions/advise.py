@@ -33,30 +33,30 @@ def _lines(advice: Advice) -> Block:
     text = []
     for line in advice.lines:
         text.append(f"# {line.why}")
-        where = f"   # {line.interface}" if line.interface else ""
-        if line.line or where:
-            text.append(f"{line.line or '# write nothing'}{where}")
+        place = f"   # {line.interface}" if line.interface else ""
+        if line.line or place:
+            text.append(f"{line.line or '# write nothing'}{place}")
     return source("What to write in [[interface]]", "\n".join(text))
 
 
-def _rules(one: StiffnessRange) -> Block:
-    """The range of one interface, and where the published rules lie."""
-    ends = [amount(end, one.unit, 3)["text"] for end in (one.low, one.high)]
-    limits = [f"{milliseconds(time)['text']} ms" for time in (one.shortest, one.longest)]
-    gives = "no stiffness gives" if one.is_empty else f"{ends[0]} to {ends[1]} give"
+def _rules(span: StiffnessRange) -> Block:
+    """The range of an interface, and where the published rules lie."""
+    ends = [amount(end, span.unit, 3)["text"] for end in (span.low, span.high)]
+    limits = [f"{milliseconds(time)['text']} ms" for time in (span.shortest, span.longest)]
+    phrase = "no stiffness gives" if span.is_empty else f"{ends[0]} to {ends[1]} give"
     caption = (
-        f"{one.interface}: a reduced mass of {amount(one.mass, 'kg', 3)['text']} strikes at "
-        f"{amount(one.speed, 'm/s', 2)['text']}; {gives} a contact of {limits[0]} (wave through a floor) to "
+        f"{span.interface}: a reduced mass of {amount(span.mass, 'kg', 3)['text']} strikes at "
+        f"{amount(span.speed, 'm/s', 2)['text']}; {phrase} a contact of {limits[0]} (wave through a floor) to "
         f"{limits[1]} (T/10), undamped"
     )
-    if one.is_column:
+    if span.is_column:
         caption += ". This is of floors that strike each other; columns, which are struck here, are not judged by it"
     heads = ["rule", "published", "equivalent stiffness", "contact lasts [ms]", "verdict", "source"]
-    of_scene: Row = ["the scene's", "", amount(one.own, one.unit), milliseconds(one.duration)]
-    rows: list[Row] = [[*of_scene, "–" if one.is_column else one.verdict or "–", ""]]
-    for rule in one.rules:
-        row: Row = [rule.name, amount(rule.published, rule.unit, 3), amount(rule.equivalent, one.unit, 3)]
-        verdict = "–" if one.is_column else rule.verdict or "–"
+    of_scene: Row = ["the scene's", "", amount(span.own, span.unit), milliseconds(span.duration)]
+    rows: list[Row] = [[*of_scene, "–" if span.is_column else span.verdict or "–", ""]]
+    for rule in span.rules:
+        row: Row = [rule.name, amount(rule.published, rule.unit, 3), amount(rule.equivalent, span.unit, 3)]
+        verdict = "–" if span.is_column else rule.verdict or "–"
         rows.append([*row, milliseconds(rule.duration), verdict, f"{rule.source} ({rule.known})"])
     return table(f"{caption}.", heads, rows)
 
@@ -65,8 +65,8 @@ def _influences(advice: Advice) -> Block:
     """A row for each output at each place, with a verdict on each factor."""
     rows: list[Row] = []
     for (output, place), median in advice.now.items():
-        ones = [advice.influence(factor, output, place) for factor in FACTORS]
-        cells = ["–" if one is None else one.words for one in ones]
+        influences = [advice.influence(factor, output, place) for factor in FACTORS]
+        cells = ["–" if influence is None else influence.words for influence in influences]
         rows.append([OUTPUTS[output], place, amount(median, unit_of(output), 3), *cells])
     little, much = (amount(share, "%")["text"] for share in (LITTLE, MUCH))
     caption = (

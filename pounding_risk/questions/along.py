@@ -30,11 +30,11 @@ def sheet(assessed: xr.Dataset) -> list[Block]:
 
 def findings(assessed: xr.Dataset) -> list[str]:
     """Sentences on how far contact and the required gap change, where the target is kept, and on idle axes."""
-    others = filter(None, (lost_words(assessed), idle_words(assessed)))
+    notes = filter(None, (lost_words(assessed), idle_words(assessed)))
     return [
         f"{along_finding(assessed)}.",
         f"{kept_words(assessed)}.",
-        *(f"{words[0].upper()}{words[1:]}." for words in others),
+        *(f"{words[0].upper()}{words[1:]}." for words in notes),
     ]
 
 
@@ -42,11 +42,11 @@ def places(assessed: xr.Dataset) -> Block:
     """Contact and the gap required at every place; those that need most stay in the text where they are many."""
     axes = [str(dim) for dim in assessed.dims if dim != "interface"]
     keys = [str(key) for key, coordinate in assessed.coords.items() if coordinate.dims[:1] != ("interface",)]
-    several = assessed.sizes["interface"] > 1
+    is_row = assessed.sizes["interface"] > 1
     units = {key: str(assessed[key].attrs.get("units", "1")) for key in keys}
     shown = {key: unit if unit in SHOWN else "1" for key, unit in units.items()}
     heads = [head(key, units[key]) if units[key] in SHOWN else f"{key} [{units[key]}]" for key in keys]
-    heads += ["neighbours"] if several else []
+    heads += ["neighbours"] if is_row else []
     heads += [head("gap", "m"), "P(contact) [%]", "bounds [%]", head("gap required", "m"), head("bounds", "m")]
     is_lost = bool(assessed["motions_without_response"].any())
     heads += ["without response"] if is_lost else []
@@ -59,11 +59,11 @@ def places(assessed: xr.Dataset) -> Block:
         if mark := UNBOUNDED.get(float(cell["required_gap_bounded"])):
             bounds = without_upper(bounds, mark)
         row: Row = [at[key] if isinstance(at[key], str) else number(at[key], shown[key], GIVEN) for key in keys]
-        row += [str(cell["interface"].item())] if several else []
+        row += [str(cell["interface"].item())] if is_row else []
         row += [number(cell["assessed_gap"], "m", GIVEN), number(share[0], "%", 3), between(share[1], share[2], "%", 3)]
         row += [enough(need[0]), bounds]
         rows.append([*row, *([count(cell["motions_without_response"])] if is_lost else [])])
     needs = assessed["required_gap"].transpose(*axes, "interface").values.ravel()
-    most = sorted(range(len(rows)), key=lambda at: -needs[at])[:KEPT]
+    kept_rows = sorted(range(len(rows)), key=lambda at: -needs[at])[:KEPT]
     note = "those that need most"
-    return table("Contact and gap required along the axes.", heads, rows, keep=sorted(most), note=note)
+    return table("Contact and gap required along the axes.", heads, rows, keep=sorted(kept_rows), note=note)

@@ -153,10 +153,10 @@ def amplification(
 
     target = check_out(out, "amplification", new)
     requested = read_percentiles(percentiles)
-    at = read_percentiles([share_percentile], "share_percentile")[0]
-    known = (*charted(), REQUIRED)
-    if share_of not in known:
-        raise PoundingError(f"share_of: {unknown(share_of, 'none', known)}")
+    used = read_percentiles([share_percentile], "share_percentile")[0]
+    choices = (*charted(), REQUIRED)
+    if share_of not in choices:
+        raise PoundingError(f"share_of: {unknown(share_of, 'none', choices)}")
     if gaps is not None and gap_shares is not None:
         raise PoundingError("gaps and gap_shares are both given; shares are gaps too: leave one out")
     ratio_values = closings.rising_axis(ratios, num, spacing, "ratios", study.RATIO)
@@ -166,38 +166,38 @@ def amplification(
     scene = study.pair_scene(closings.opened(source), mass_ratio)
     dampings = closings.damping_pair(damping, closings.stated_damping(scene))
     pair = zip(scene.pair, dampings, strict=True)
-    scene = scene.updated(buildings=tuple(one._replace(damping=ratio) for one, ratio in pair))
-    stays = study.staying(fixed, scene)
-    fixed_periods = study.staying_periods(periods, scene.pair[stays].period)
+    scene = scene.updated(buildings=tuple(building._replace(damping=ratio) for building, ratio in pair))
+    side = study.staying(fixed, scene)
+    fixed_periods = study.staying_periods(periods, scene.pair[side].period)
     shaking = closings.shaking_of(scene, np.concatenate([fixed_periods, *(fixed_periods[:, None] * ratio_values)]))
     reference = np.stack(
-        [_reference(shaking, float(period), ratio_values, stays, dampings, (share_of, at)) for period in fixed_periods]
+        [_reference(shaking, float(period), ratio_values, side, dampings, (share_of, used)) for period in fixed_periods]
     )
     shape = (*reference.shape, gap_axis[1].size)
     absolute = np.broadcast_to(gap_axis[1], shape) if dim == "gap" else reference[..., None] * gap_axis[1]
-    words = f"gap that {at:g} % of the motions need"
+    words = f"gap that {used:g} % of the motions need"
     if share_of != REQUIRED:
-        words = f"{rule_words(share_of)} of the spectral displacements at {at:g} % of the motions"
-    chart = study.Chart(fixed_periods, ratio_values, stays, gap_axis, absolute, reference, words)
+        words = f"{rule_words(share_of)} of the spectral displacements at {used:g} % of the motions"
+    chart = study.Chart(fixed_periods, ratio_values, side, gap_axis, absolute, reference, words)
     peaks = study.responses(scene, shaking, chart.pairs(), workers, progress)
     dataset = study.amplification_dataset(scene, shaking, chart, peaks, requested, motions)
-    dataset.attrs |= {"fixed": ("left", "right")[stays], "share_of": share_of, "share_percentile": at}
+    dataset.attrs |= {"fixed": ("left", "right")[side], "share_of": share_of, "share_percentile": used}
     return saved(dataset, "amplification", target, finding=finding(dataset))
 
 
 def _reference(
-    shaking: Any, period: float, ratios: Array, stays: int, dampings: tuple[float, float], of: tuple[str, float]
+    shaking: Any, period: float, ratios: Array, side: int, dampings: tuple[float, float], basis: tuple[str, float]
 ) -> Array:
-    """The gap [m] that shares are of, by ratio, beside a building of this period."""
+    """The reference gap [m] of the shares, by ratio, beside a building of this period."""
     from pounding_risk.studies import spectra as closings
 
     periods = [ratios * period, np.array([period])]
-    left, right = periods if stays == 1 else periods[::-1]
+    left, right = periods if side == 1 else periods[::-1]
     sides = closings.Oscillators(left, dampings[0]), closings.Oscillators(right, dampings[1])
-    name, percentile = of
-    alone = closings.gap_dataset(shaking, sides, closings.closings(shaking.motions, sides), (percentile,), False)
-    chosen = alone["required_gap"] if name == REQUIRED else with_rules(alone)["separation"].sel(rule=name)
-    return np.asarray(chosen.isel(percentile=0).values).reshape(-1)
+    name, percentile = basis
+    spectra = closings.gap_dataset(shaking, sides, closings.closings(shaking.motions, sides), (percentile,), False)
+    gaps = spectra["required_gap"] if name == REQUIRED else with_rules(spectra)["separation"].sel(rule=name)
+    return np.asarray(gaps.isel(percentile=0).values).reshape(-1)
 
 
 def amplification_table(results: xr.Dataset) -> Any:
@@ -214,10 +214,10 @@ def amplification_table(results: xr.Dataset) -> Any:
         if name in results:
             for percentile in results["percentile"].values:
                 columns[f"{name}_{percentile:g}"] = results[name].sel(percentile=percentile)
-            columns |= {one: results[one] for one in (f"{name}_largest", f"{output}_amplified")}
-    whole = columns["displacement_amplified"].reset_coords(drop=True)
-    of_pair = [name for name in ("gap", "building_period") if name not in results.dims]
-    keys = {name: results[name].reset_coords(drop=True).broadcast_like(whole) for name in of_pair}
+            columns |= {name_of: results[name_of] for name_of in (f"{name}_largest", f"{output}_amplified")}
+    shape = columns["displacement_amplified"].reset_coords(drop=True)
+    pair_names = [name for name in ("gap", "building_period") if name not in results.dims]
+    keys = {name: results[name].reset_coords(drop=True).broadcast_like(shape) for name in pair_names}
     table_columns = xr.Dataset({name: column.reset_coords(drop=True) for name, column in (keys | columns).items()})
     return table_columns.to_dataframe(dim_order=dims).reset_index()
 
@@ -236,28 +236,28 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
 
 
 def _amplifications(dataset: xr.Dataset) -> Block:
-    several, shares = dataset.sizes["fixed_period"] > 1, "gap_share" in dataset.dims
-    heads = [head("beside", "s")] if several else []
-    heads += [ratio_words(dataset), *([f"gap / {reference_name(dataset)}"] if shares else [])]
+    has_periods, has_shares = dataset.sizes["fixed_period"] > 1, "gap_share" in dataset.dims
+    heads = [head("beside", "s")] if has_periods else []
+    heads += [ratio_words(dataset), *([f"gap / {reference_name(dataset)}"] if has_shares else [])]
     heads += [head("gap", "m"), head("contact in", "%")]
-    heads += [f"{name} {percent(at)}" for name in dataset["building"].values for at in dataset["percentile"].values]
+    heads += [f"{name} {percent(p)}" for name in dataset["building"].values for p in dataset["percentile"].values]
     rows: list[Row] = []
-    for one in _few(dataset):
-        row: Row = [number(one["fixed_period"], "s", 3)] if several else []
-        row += [number(one["period_ratio"], digits=3), *([number(one["gap_share"], digits=3)] if shares else [])]
-        row += [number(one["gap"], "m", 3), number(one["contact_share"], "%", 3)]
-        ratios = one["displacement_amplification"].transpose("building", "percentile").values.ravel()
+    for part in _few_cells(dataset):
+        row: Row = [number(part["fixed_period"], "s", 3)] if has_periods else []
+        row += [number(part["period_ratio"], digits=3), *([number(part["gap_share"], digits=3)] if has_shares else [])]
+        row += [number(part["gap"], "m", 3), number(part["contact_share"], "%", 3)]
+        ratios = part["displacement_amplification"].transpose("building", "percentile").values.ravel()
         rows.append([*row, *(number(ratio, digits=3) for ratio in ratios)])
     caption = "Peak displacement with contact over that without, not exceeded by a share of the motions."
     return table(caption, heads, rows)
 
 
-def _few(dataset: xr.Dataset) -> Iterator[xr.Dataset]:
+def _few_cells(dataset: xr.Dataset) -> Iterator[xr.Dataset]:
     """The dataset at a few ratios and gaps, spread over their ranges, beside each period."""
     dims = ("period_ratio", gap_dim(dataset))
     places = (evenly(dataset.sizes[dim], count) for dim, count in zip(dims, SPREAD, strict=True))
-    for places_of in product(range(dataset.sizes["fixed_period"]), *places):
-        yield dataset.isel(dict(zip(("fixed_period", *dims), places_of, strict=True)))
+    for index in product(range(dataset.sizes["fixed_period"]), *places):
+        yield dataset.isel(dict(zip(("fixed_period", *dims), index, strict=True)))
 
 
 def _facts(dataset: xr.Dataset) -> Block:

@@ -49,16 +49,16 @@ def answer(results: Any, *, setback: bool = False, **options: Any) -> Any:
         return setbacks(results, **options)
     if not axes:
         return assess(results, **options)
-    of_places = [name for name in ("hazard", "gmfs") if name in options]
+    site_options = [name for name in ("hazard", "gmfs") if name in options]
     if axes == [SAMPLE]:
         from pounding_risk.questions.uncertainty import uncertainty
 
-        for name in of_places:
+        for name in site_options:
             raise PoundingError(
                 f"{name}: is not joined with samples of uncertain numbers; choose one with --select sample=0"
             )
         return uncertainty(results, **options)
-    if of_places or "intensity" in options:
+    if site_options or "intensity" in options:
         check_one_place(results, name_of(results))
     return assess_along(results, **options)
 
@@ -84,7 +84,7 @@ def as_json(assessed: Any) -> str:
 
 def _facts(assessed: Any) -> Any:
     if isinstance(assessed, tuple):
-        return plain({"assumed": ASSUMED, "setbacks": [asdict(one) for one in assessed]})
+        return plain({"assumed": ASSUMED, "setbacks": [asdict(setback) for setback in assessed]})
     if not isinstance(assessed, xr.Dataset):
         return assessed.as_dict()
     if kind_of(assessed) == "uncertainty":
@@ -109,10 +109,10 @@ def sheet(assessment: Any) -> list[Block]:
     if kind_of(assessment) == "uncertainty":
         from pounding_risk.questions.uncertainty import sheet as uncertainty_sheet  # with pydantic
 
-        more = (
+        note = (
             "`pounding-risk uncertainty` has more of this; `--select sample=0` gives the whole assessment of a sample"
         )
-        return [*uncertainty_sheet(assessment), paragraph(more)]
+        return [*uncertainty_sheet(assessment), paragraph(note)]
     return along_sheet(assessment)
 
 
@@ -124,21 +124,21 @@ def gaps(assessment: Assessment) -> list[Block]:
     blocks = [paragraph("\n".join([assessment.title, *columns(assessment), assessment.asked]))]
     blocks += [listing(assessment.notes)] if assessment.notes else []
     blocks += row(assessment) if len(assessment.interfaces) > 1 else []
-    for place, one in enumerate(assessment.interfaces, start=1):
+    for place, pair in enumerate(assessment.interfaces, start=1):
         blocks += [
-            heading(one.name, f"interface-{place}"),
-            *verdict(one),
-            *adequacy.required_gaps(one),
-            *adequacy.contact(assessment, one),
-            *adequacy.yielding(assessment, one),
-            *adequacy.response(one),
-            *adequacy.influences(one),
-            *adequacy.fragilities(assessment, one),
-            *([paragraph(assessment.hazard_reading)] if assessment.hazard_reading and one.rates else []),
-            *rates.annual_rates(assessment, one),
-            *rates.scenario(assessment, one),
-            *rates.gaps_for_rates(assessment, one),
-            *adequacy.rules(assessment.percentile, one),
+            heading(pair.name, f"interface-{place}"),
+            *verdict(pair),
+            *adequacy.required_gaps(pair),
+            *adequacy.contact(assessment, pair),
+            *adequacy.yielding(assessment, pair),
+            *adequacy.response(pair),
+            *adequacy.influences(pair),
+            *adequacy.fragilities(assessment, pair),
+            *([paragraph(assessment.hazard_reading)] if assessment.hazard_reading and pair.rates else []),
+            *rates.annual_rates(assessment, pair),
+            *rates.scenario(assessment, pair),
+            *rates.gaps_for_rates(assessment, pair),
+            *adequacy.rules(assessment.percentile, pair),
         ]
     excluded = (f"excluded: {sentence}" for sentence in assessment.left_out)
     notes = [*assessment.unused_keys, *excluded, *of_records(assessment.flags)]
@@ -147,26 +147,26 @@ def gaps(assessment: Assessment) -> list[Block]:
 
 def columns(assessment: Assessment) -> list[str]:
     """Sentences on columns that floors strike, each with its interface where there are several."""
-    several = len(assessment.interfaces) > 1
+    is_row = len(assessment.interfaces) > 1
     places: dict[str, list[str]] = {}
-    for one in assessment.interfaces:
-        for words in one.columns:
-            places.setdefault(words, []).append(one.name)
-    said = sorted(places.items(), key=lambda each: len(each[1]) > 1)  # what holds of several stands last, once
-    return [f"{'; '.join(names)}: {words}" if several else words for words, names in said]
+    for pair in assessment.interfaces:
+        for words in pair.columns:
+            places.setdefault(words, []).append(pair.name)
+    entries = sorted(places.items(), key=lambda entry: len(entry[1]) > 1)  # what holds of several stands last, once
+    return [f"{'; '.join(names)}: {words}" if is_row else words for words, names in entries]
 
 
-def verdict(one: InterfaceAssessment) -> tuple[Block, Block]:
+def verdict(pair: InterfaceAssessment) -> tuple[Block, Block]:
     """The verdict on a gap with what to provide, and its evidence."""
-    judged = one.verdict
+    result = pair.verdict
     box = {
         "kind": "verdict",
-        "name": one.name,
-        "word": judged.word,
-        "conclusion": list(judged.conclusion[len(one.columns) :]),  # columns stand at the top
-        "sentence": judged.sentence,
+        "name": pair.name,
+        "word": result.word,
+        "conclusion": list(result.conclusion[len(pair.columns) :]),  # columns stand at the top
+        "sentence": result.sentence,
     }
-    return box, listing([*judged.evidence, f"In short: {one.what_matters}."], mark="  ")
+    return box, listing([*result.evidence, f"In short: {pair.what_matters}."], mark="  ")
 
 
 def row(assessment: Assessment) -> list[Block]:
@@ -176,15 +176,15 @@ def row(assessment: Assessment) -> list[Block]:
     if assessment.target_rate is not None:
         heads += [f"for {assessment.target_rate_words}", head("gap for it", "m")]
     rows: list[adequacy.Row] = []
-    for one in assessment.interfaces:
-        cells: adequacy.Row = [one.name, number(one.gap, "m", adequacy.GIVEN), one.verdict.word]
-        here, required = one.contact_at_gap(), one.required_at(assessment.percentile)
-        cells += [count(here.count), count(here.runs), number(here.probability, "%", 3), adequacy.need(required)]
+    for pair in assessment.interfaces:
+        cells: adequacy.Row = [pair.name, number(pair.gap, "m", adequacy.GIVEN), pair.verdict.word]
+        share, required = pair.contact_at_gap(), pair.required_at(assessment.percentile)
+        cells += [count(share.count), count(share.runs), number(share.probability, "%", 3), adequacy.need(required)]
         if assessment.target_rate is not None:
-            by_rate = one.rate_verdict
+            by_rate = pair.rate_verdict
             cells += [MISSING, MISSING] if by_rate is None else [by_rate.word, rates.gap_for_rate(by_rate.required)]
         rows.append(cells)
-    worst = sorted(range(len(rows)), key=lambda at: -assessment.interfaces[at].contact_at_gap().probability)
+    worst = sorted(range(len(rows)), key=lambda k: -assessment.interfaces[k].contact_at_gap().probability)
     note = "those with most contact"
     verdicts = table("The gaps of the row, left to right.", heads, rows, keep=sorted(worst[:KEPT]), note=note)
     return [verdicts, *map(paragraph, assessment.unlike_verdicts)]

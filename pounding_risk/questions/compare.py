@@ -76,56 +76,56 @@ def sheet(comparison: xr.Dataset, interface: str | None = None) -> list[Block]:
     if is_along(comparison):
         return [finding, *_along(comparison, interface)]
     index = place_of_interface(comparison, interface)
-    which, one = which_interface(comparison, index), of_interface(comparison, index)
-    shown = [_interfaces(comparison), paragraph(f"The tables below are of {which}; {ANOTHER}.")] if which else []
-    return [finding, _facts(comparison, one), *shown, _terms(one), _ratios(one), _disagreements(one)]
+    label, pair = which_interface(comparison, index), of_interface(comparison, index)
+    row_blocks = [_interfaces(comparison), paragraph(f"The tables below are of {label}; {ANOTHER}.")] if label else []
+    return [finding, _facts(comparison, pair), *row_blocks, _terms(pair), _ratios(pair), _disagreements(pair)]
 
 
 def _along(comparison: xr.Dataset, interface: str | None) -> list[Block]:
     names = interface_names(comparison)
     index = widest_along(comparison) if interface is None else index_of_interface(names, interface)
-    which = ""
+    label = ""
     if len(names) > 1:
         rule = ", where the laws move the peak relative displacement most at any place" if interface is None else ""
-        which = f"The table is of interface {names[index]} of {len(names)}{rule}; {ANOTHER}. "
+        label = f"The table is of interface {names[index]} of {len(names)}{rule}; {ANOTHER}. "
     heads = [*keys_along(comparison), "cases with contact", *FIRST_TWO, *FLIPPED]
-    places, of_all = list(places_along(comparison)), comparison["impact_count"].isel(contact_model=0, interface=0)
+    places, counts = list(places_along(comparison)), comparison["impact_count"].isel(contact_model=0, interface=0)
     rows: list[Row] = []
     for place in places:
         pair = of_interface(place.part, index)
         laws = comparable_laws(pair)
-        rows.append([*place.cells, *_extent(pair, of_all.size // len(places), laws), *_most_flips(pair, laws)])
+        rows.append([*place.cells, *_extent(pair, counts.size // len(places), laws), *_most_flips(pair, laws)])
     caption = (
         f"Against {comparison.attrs['baseline']}: which law moves an output furthest (16 to 84 % of the ratios over "
         "the cases with contact), and in how many cases at most a conclusion differs."
     )
     return [
         _facts(comparison, at_interface(comparison, index), " at each place"),
-        paragraph(f"{which}With --select of one value along each axis all tables of that place are shown."),
+        paragraph(f"{label}With --select of one value along each axis all tables of that place are shown."),
         table(caption, heads, rows),
     ]
 
 
-def _facts(comparison: xr.Dataset, of_interface: xr.Dataset, where: str = "") -> Block:
+def _facts(comparison: xr.Dataset, pair: xr.Dataset, where: str = "") -> Block:
     """What holds for the whole comparison: terms, checks, failures, excluded laws, approach speeds."""
     attrs = comparison.attrs
-    also = ", and the same e" if attrs.get("restitution_relation") == "exact" else ""
+    equal_e = ", and the same e" if attrs.get("restitution_relation") == "exact" else ""
     speed = f" at {amount(attrs['speed'], 'm/s')['text']}" if "speed" in attrs else ""
-    terms = f"the same {attrs['same']} as {attrs['reference_law']} in an impact{speed}{also}"
+    terms = f"the same {attrs['same']} as {attrs['reference_law']} in an impact{speed}{equal_e}"
     rows = [("equal terms", terms), *findings(comparison)]
     rows += [("failed", f"{count}: {name}") for name, count in failures(comparison).items()]
     rows += [("excluded", attrs["left_out"])] if attrs["left_out"] else []
     rows += [("unused", words) for words in of_keys(attrs)]
     rows += [("e", f"as published, not equal: {attrs['unequal_e']}")] if attrs["unequal_e"] else []
-    fastest = of_interface["peak_approach_speed"].sel(contact_model=attrs["baseline"])
+    fastest = pair["peak_approach_speed"].sel(contact_model=attrs["baseline"])
     fastest = fastest.where(fastest > 0.0)
     if int(fastest.notnull().sum()):
         low, median, high = (amount(fastest.quantile(share), "m/s", 2)["text"] for share in (0.16, 0.5, 0.84))
         spread = "" if low == high else f" (median; 16 to 84 %: {low} to {high})"
         rows.append(("approach", f"fastest touch of a case {median}{spread}; terms are equal at one speed only"))
     if not int(comparison["flips"].sel(conclusion="gap adequacy").sum()):
-        alone = comparison.sizes["building"] == 2
-        why = "the free motion decides whether there is contact at all" if alone else "at every interface of this row"
+        is_pair = comparison.sizes["building"] == 2
+        why = "the free motion decides whether there is contact at all" if is_pair else "at every interface of this row"
         rows.append(("required gap", f"the same under every law: {why}"))
     return facts(f"Comparison on equal terms{where}.", rows)
 
@@ -155,12 +155,12 @@ def _most_flips(pair: xr.Dataset, laws: list[str]) -> Iterator[str]:
         yield "–" if isnan(most) else f"{percent(most)} ({law})" if most else "0 %"
 
 
-def _terms(one: xr.Dataset) -> Block:
+def _terms(pair: xr.Dataset) -> Block:
     heads = ["law", "stiffness", "e requested", "e achieved", head("peak force", "N"), head("penetration", "m")]
     heads += ["duration [ms]", "note"]
     rows: list[Row] = []
-    for name, has_own_terms in zip(one["contact_model"].values, with_terms_of_its_own(one), strict=True):
-        law = one.sel(contact_model=name)
+    for name, has_own_terms in zip(pair["contact_model"].values, with_terms_of_its_own(pair), strict=True):
+        law = pair.sel(contact_model=name)
         reference = law["reference_restitution_asked"]
         if bool(law["dissipates"]) and bool(reference.notnull()):
             note = []
@@ -180,31 +180,31 @@ def _terms(one: xr.Dataset) -> Block:
     return table("Terms: each law in the reference impact.", heads, rows)
 
 
-def _ratios(one: xr.Dataset) -> Block:
-    outputs = [str(name) for name in one["output"].values]
+def _ratios(pair: xr.Dataset) -> Block:
+    outputs = [str(name) for name in pair["output"].values]
     rows: list[Row] = []
-    for name in one["contact_model"].values:
+    for name in pair["contact_model"].values:
         spreads = (
-            [float(one[f"ratio_{end}"].sel(contact_model=name, output=output)) for end in ("low", "median", "high")]
+            [float(pair[f"ratio_{end}"].sel(contact_model=name, output=output)) for end in ("low", "median", "high")]
             for output in outputs
         )
         rows.append([str(name), *(middle((low, median, high), "1") for low, median, high in spreads)])
-    caption = f"Ratio to {one.attrs['baseline']}: median (16 to 84 %) over the cases in which that has contact."
+    caption = f"Ratio to {pair.attrs['baseline']}: median (16 to 84 %) over the cases in which that has contact."
     # "peak" stands in all heads but of counts and impulses, and makes them longer than their numbers.
     heads = ["law", *(output.removeprefix("peak ") for output in outputs)]
     return table(caption, heads, rows)
 
 
-def _disagreements(one: xr.Dataset) -> Block:
+def _disagreements(pair: xr.Dataset) -> Block:
     heads = ["law", "contact", "yielding", "displacement over 10 % off", "required gap"]
     heads += ["rank correlation: displacement", "force"]
     rows: list[Row] = []
-    for name in one["contact_model"].values:
-        law = one.sel(contact_model=name)
+    for name in pair["contact_model"].values:
+        law = pair.sel(contact_model=name)
         counts = zip(law["flips"].values, law["judged"].values, strict=True)
         ranks = [number(law["rank_agreement"].sel(output=output)) for output in FIRST_TWO]
         rows.append([str(name), *(out_of(flips, judged) for flips, judged in counts), *ranks])
-    caption = f"Cases in which a conclusion differs from that under {one.attrs['baseline']}, and ranks of the motions."
+    caption = f"Cases in which a conclusion differs from that under {pair.attrs['baseline']}, and ranks of the motions."
     return table(caption, heads, rows)
 
 

@@ -123,7 +123,7 @@ def damage(
             raise PoundingError(f"{opened.name}: {NO_STATES}")
     from pounding_risk.scene.damage import read_states  # with pydantic
 
-    chosen = read_states(states, list(map(str, dataset["building"].values)))
+    read = read_states(states, list(map(str, dataset["building"].values)))
     case = _case_of(opened, {"gap": gap, "contact_model": contact_model, "yield_force": yield_force})
     shaking = shaking_of(opened, hazard, gmfs, intensity)
     word, fields = shaking.intensity, shaking.fields
@@ -131,13 +131,13 @@ def damage(
         check_intensity(opened, word, shaking.hazard.name)
     motions = _motions(opened, word)
     if method is not None and method not in METHODS:
-        meant = nearest(str(method), METHODS)
-        raise PoundingError(f"method: {shown(method)} is none{meant}; write {', '.join(METHODS)}")
+        hint = nearest(str(method), METHODS)
+        raise PoundingError(f"method: {shown(method)} is none{hint}; write {', '.join(METHODS)}")
     # Of a collapse a cloud has no demand.
-    fell = any(bool(collapsed(case, without=without).any()) for without in (False, True))
+    has_collapse = any(bool(collapsed(case, without=without).any()) for without in (False, True))
     options = Options(
         intensity=word,
-        method=method or ("stripes" if motions.ims.shape[1] > 1 or fell else "cloud"),
+        method=method or ("stripes" if motions.ims.shape[1] > 1 or has_collapse else "cloud"),
         confidence=share(confidence, "confidence", low=0.5),
         hazard=shaking.hazard,
         at=None if at is None else si(at, intensity_quantity(word), "at"),
@@ -145,9 +145,9 @@ def damage(
         fields=shaking.events(opened),
     )
     weights = bootstrap_weights(motions.recordings, DRAWS, SEED)
-    curves = [curves_of(case, state, motions, options, weights) for state in chosen]
-    if not any(one.is_known for one in curves):
-        raise PoundingError("\n".join(f"damage.{one.state.name}: {one.fits[0].fault}" for one in curves))
+    curves = [curves_of(case, state, motions, options, weights) for state in read]
+    if not any(pair.is_known for pair in curves):
+        raise PoundingError("\n".join(f"damage.{pair.state.name}: {pair.fits[0].fault}" for pair in curves))
     answer = dataset_of(curves, motions, options, case)
     notes = [*notes_of(curves, motions, options, opened), *(f"{note}." for note in opened.nearest_notes)]
     notes += [*([shaking.reading] if shaking.reading else [])]
@@ -165,10 +165,10 @@ def damage(
     return answer
 
 
-def _case_of(opened: Results, asked: Mapping[str, Any]) -> xr.Dataset:
+def _case_of(opened: Results, requested: Mapping[str, Any]) -> xr.Dataset:
     """The case of the scene, or at the requested places of its grid. Raises PoundingError where not every run is."""
-    along = {axis: place_of(axis, opened.values_along(axis), at) for axis, at in asked.items() if at is not None}
-    case = opened.dataset.isel({axis: opened.scene_case[axis] for axis in asked} | along)
+    places = {axis: place_of(axis, opened.values_along(axis), at) for axis, at in requested.items() if at is not None}
+    case = opened.dataset.isel({axis: opened.scene_case[axis] for axis in requested} | places)
     if unpushed := Results(case).unpushed:
         raise PoundingError(
             f"damage: {unpushed} of {case['status'].size} runs at a gap of {gap_words(case)} are "
@@ -181,8 +181,8 @@ def _case_of(opened: Results, asked: Mapping[str, Any]) -> xr.Dataset:
 def _motions(results: Results, intensity: str) -> Motions:
     """The motions of a dataset, record by record and polarity by polarity; a record without motion has no intensity."""
     records, polarities = (tuple(map(str, results.dataset[axis].values)) for axis in ("record", "polarity"))
-    dead = np.repeat(~results.is_shaking, len(polarities))
-    ims = np.where(dead[:, None], np.nan, intensities(results, intensity))
+    is_still = np.repeat(~results.is_shaking, len(polarities))
+    ims = np.where(is_still[:, None], np.nan, intensities(results, intensity))
     return Motions(ims, numbered(np.repeat(results.recordings, len(polarities))), records, polarities)
 
 
@@ -191,7 +191,7 @@ def damage_table(dataset: xr.Dataset) -> str:
     single = [name for name in dataset.data_vars if dataset[name].dims in (("state",), ("state", "pounding"))]
     gaps = {"gap [m]": float(dataset["gap"])}
     if "interface_gap" in dataset.variables:  # of a row whose gaps differ
-        gaps = {f"gap of {each.item()} [m]": float(each["interface_gap"]) for each in dataset["interface"]}
+        gaps = {f"gap of {pair.item()} [m]": float(pair["interface_gap"]) for pair in dataset["interface"]}
     rows = []
     for state in map(str, dataset["state"].values):
         for side in POUNDING:
@@ -235,10 +235,10 @@ def _curves(dataset: xr.Dataset, case: str) -> Block:
     rows: list[Row] = []
     for state in dataset["state"].values:
         for side in POUNDING:
-            one = dataset.sel(state=state, pounding=side)
-            row: Row = [str(state), str(one["state_words"].item()), side]
-            row += [count(one["reached"].sum()), count(one["runs"].sum()), number(one["median"], unit, 3)]
-            row += [number(one[name], digits=3) for name in ("dispersion", "median_error", "dispersion_error")]
+            curve = dataset.sel(state=state, pounding=side)
+            row: Row = [str(state), str(curve["state_words"].item()), side]
+            row += [count(curve["reached"].sum()), count(curve["runs"].sum()), number(curve["median"], unit, 3)]
+            row += [number(curve[name], digits=3) for name in ("dispersion", "median_error", "dispersion_error")]
             rows.append(row)
     return table(f"Fragilities of the damage states; {case}.", heads, rows)
 
@@ -249,10 +249,10 @@ def _ratios(dataset: xr.Dataset) -> Block:
     heads += ["bounds"]
     rows: list[Row] = []
     for state in dataset["state"].values:
-        one = dataset.sel(state=state)
-        row: Row = [str(state), *with_bounds(one, "median_ratio"), number(one["at_intensity"], unit, 3)]
-        row += [number(one["probability_at"].sel(pounding=side), digits=3) for side in ("without", "with")]
-        rows.append([*row, *with_bounds(one, "probability_ratio_at")])
+        part = dataset.sel(state=state)
+        row: Row = [str(state), *with_bounds(part, "median_ratio"), number(part["at_intensity"], unit, 3)]
+        row += [number(part["probability_at"].sel(pounding=side), digits=3) for side in ("without", "with")]
+        rows.append([*row, *with_bounds(part, "probability_ratio_at")])
     return table("What pounding changes: medians, and probabilities at one intensity.", heads, rows)
 
 
@@ -260,11 +260,11 @@ def _rates(dataset: xr.Dataset) -> Block:
     heads = ["state", "with", "bounds", "without", "bounds", "ratio", "bounds", head("share beyond the curve", "%")]
     rows: list[Row] = []
     for state in dataset["state"].values:
-        one = dataset.sel(state=state)
-        sides = [one.sel(pounding=side) for side in ("with", "without")]
+        part = dataset.sel(state=state)
+        sides = [part.sel(pounding=side) for side in ("with", "without")]
         row: Row = [str(state), *(cell for side in sides for cell in _rate(side))]
         missing = max(float(side["annual_rate_missing"]) for side in sides)
-        rows.append([*row, *with_bounds(one, "annual_rate_ratio"), number(missing, "%", 2)])
+        rows.append([*row, *with_bounds(part, "annual_rate_ratio"), number(missing, "%", 2)])
     caption = (
         "Annual rates with pounding and without. Share beyond the curve: what part of the rate lies beyond the ends "
         "of the hazard curve, were it continued at the slope of its last rows."

@@ -30,7 +30,7 @@ HEADS = {
 def sheet(dataset: xr.Dataset) -> list[Block]:
     """The finding, time and changes of each combination of effects, and what the numbers are of."""
     status, left_out = dataset["status"], dataset.attrs["left_out"]
-    about: list[tuple[str, Cell | str]] = [
+    pairs: list[tuple[str, Cell | str]] = [
         ("scene", dataset.attrs["title"]),
         ("cases", count(status.sel(effects=NONE).size)),
         ("of these yield", count(yielding(dataset))),
@@ -39,7 +39,7 @@ def sheet(dataset: xr.Dataset) -> list[Block]:
         *([("excluded", left_out)] if left_out else []),
         *(("unused", words) for words in of_keys(dataset.attrs)),
     ]
-    return [paragraph(dataset.attrs["finding"]), _changes(dataset), facts("", about)]
+    return [paragraph(dataset.attrs["finding"]), _changes(dataset), facts("", pairs)]
 
 
 def options_words(options: dict[str, Any]) -> str:
@@ -56,9 +56,9 @@ def _changes(dataset: xr.Dataset) -> Block:
         changes = [middle(spread[output], "%") if any(spread[output]) else "none" for output in HEADS]
         changes = changes if name != NONE else [MISSING] * len(HEADS)
         lines.append([name, computing_time(time), number(ratio, digits=3), count(changed), *changes, largest_set])
-    wide = ", of all cases where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
+    scope = ", of all cases where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
     caption = (
         "Processor time of a run, and change against the scene without effects: median (smallest to largest) of the "
-        f"cases that yield{wide}. ∞: nothing without effects."
+        f"cases that yield{scope}. ∞: nothing without effects."
     )
     return table(caption, [*heads, head("largest set", "m")], lines)

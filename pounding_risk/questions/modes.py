@@ -34,9 +34,9 @@ def answer(scene: Any) -> ModesOfScene:
         f"{one.name}: while its isolators yield the first period is {one.isolated_period:.4g} s" for one in isolated
     ]
     notes += [
-        f"{one.name}: {one.condensation.words()}"
-        for one in scene.buildings
-        if getattr(one, "condensation", None) is not None
+        f"{building.name}: {building.condensation.words()}"
+        for building in scene.buildings
+        if getattr(building, "condensation", None) is not None
     ]
     if scene.links:
         notes.append("links between buildings are left out: these are the modes of each without them")

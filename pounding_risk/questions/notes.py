@@ -45,5 +45,5 @@ def of_records(flags: Mapping[str, Sequence[str]]) -> Iterator[str]:
         for note in notes:
             records.setdefault(note, []).append(record)
     for note, names in records.items():
-        who = ", ".join(names) if len(names) <= FEW_RECORDS else f"{names[0]} and {len(names) - 1} others"
-        yield f"{who}: {note}"
+        names_text = ", ".join(names) if len(names) <= FEW_RECORDS else f"{names[0]} and {len(names) - 1} others"
+        yield f"{names_text}: {note}"

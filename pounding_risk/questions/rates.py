@@ -19,9 +19,9 @@ AT_LEAST = (
 )
 
 
-def annual_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
+def annual_rates(assessment: Assessment, pair: InterfaceAssessment) -> list[Block]:
     """Table of annual rates and probabilities in 50 years, where a hazard curve is given."""
-    rates = [rate for rate in one.rates if isfinite(rate.annual)]
+    rates = [rate for rate in pair.rates if isfinite(rate.annual)]
     if not rates:
         return []
     heads = [*EVENT_HEADS, "a year", "bounds", "in 50 years [%]", "P at the weakest [%]", "beyond the curve [%]"]
@@ -32,7 +32,7 @@ def annual_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Block
         rows.append([*row, number(rate.below, "%", 2), number(rate.missing, "%", 2)])
     curve, unit = assessment.hazard_rows, intensity_unit(assessment.intensity)
     weakest, strongest = (amount(im, unit)["text"] for im in (curve[0][0], curve[-1][0]))
-    explained = (
+    words = (
         f"Rates count motions from {weakest} to {strongest}, the range of the curve, and stronger ones to fail as "
         f"often as at {strongest}. "
         f"{AT_LEAST * any(rate.at_least for rate in rates)}Beyond the curve is the "
@@ -40,56 +40,56 @@ def annual_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Block
         f"add at most {number(curve[-1][1], digits=3)['text']} a year, and of weaker ones the curve says nothing. "
         "Bounds carry the uncertainty of the fragility from so few motions, and nothing of the curve's own uncertainty."
     )
-    caption = f"{one.name}: annual rates under the hazard curve {assessment.hazard}."
-    return [table(caption, heads, rows, keep=of_gap(one, rates), note=OF_GAP), paragraph(explained)]
+    caption = f"{pair.name}: annual rates under the hazard curve {assessment.hazard}."
+    return [table(caption, heads, rows, keep=of_gap(pair, rates), note=OF_GAP), paragraph(words)]
 
 
-def gaps_for_rates(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
+def gaps_for_rates(assessment: Assessment, pair: InterfaceAssessment) -> list[Block]:
     """Table of the gaps that keep contact to usual rates and to the target, and why there are none for others."""
-    gaps = one.gaps_for_rates
-    known = [gap for gap in gaps if not gap.fault]
+    gaps = pair.gaps_for_rates
+    valid = [gap for gap in gaps if not gap.fault]
     blocks: list[Block] = []
-    if known:
+    if valid:
         heads = ["contact no more often than", "a year", head("gap", "m"), head("bounds", "m")]
         heads += [head("motions counted", "m"), "beyond the curve [%]"]
         rows: list[Row] = []
-        for gap in known:
+        for gap in valid:
             words = f"{gap.words}{', the target' if gap.rate == assessment.target_rate else ''}"
             row: Row = [words, number(gap.rate, digits=3), gap_for_rate(gap)]
             ends = number(gap.low, "m"), enough(gap.high)
             row += [at_least(ends[0], True) if gap.at_least else joined(*ends), enough(gap.counted)]
             rows.append([*row, number(gap.missing, "%", 2)])
-        blocks.append(table(f"{one.name}: gap that keeps contact to a rate under {assessment.hazard}.", heads, rows))
-        explained = AT_LEAST * any(gap.at_least for gap in known)
-        if not all(isnan(gap.counted) for gap in known):
-            explained += "Motions counted: each motion scaled until it closes the gap, without a lognormal curve. "
-            explained += SHAPE
-        blocks += [paragraph(explained.strip())] if explained else []
+        blocks.append(table(f"{pair.name}: gap that keeps contact to a rate under {assessment.hazard}.", heads, rows))
+        note = AT_LEAST * any(gap.at_least for gap in valid)
+        if not all(isnan(gap.counted) for gap in valid):
+            note += "Motions counted: each motion scaled until it closes the gap, without a lognormal curve. "
+            note += SHAPE
+        blocks += [paragraph(note.strip())] if note else []
     faults = dict.fromkeys(gap.fault for gap in gaps if gap.fault)
-    refused = [f"{', '.join(gap.words for gap in gaps if gap.fault == fault)}: {fault}." for fault in faults]
-    return [*blocks, *([paragraph(f"{one.name}, no gap for"), listing(refused, mark="")] if refused else [])]
+    fault_lines = [f"{', '.join(gap.words for gap in gaps if gap.fault == fault)}: {fault}." for fault in faults]
+    return [*blocks, *([paragraph(f"{pair.name}, no gap for"), listing(fault_lines, mark="")] if fault_lines else [])]
 
 
-def scenario(assessment: Assessment, one: InterfaceAssessment) -> list[Block]:
+def scenario(assessment: Assessment, pair: InterfaceAssessment) -> list[Block]:
     """Table of the probabilities in a scenario or an event set, where ground-motion fields are given."""
-    known = [result for result in one.scenario if not result.fault]
-    if not known:
+    valid = [result for result in pair.scenario if not result.fault]
+    if not valid:
         return []
     bounds = f"{100 * assessment.confidence:g} % bounds [%]"
     heads = [*EVENT_HEADS, "P in an event [%]", bounds, "excluded events add at most [%]"]
     rows: list[Row] = []
-    for result in known:
+    for result in valid:
         row = [*event_cells(result), number(result.probability, "%", 3), between(result.low, result.high, "%", 3)]
         rows.append([*row, number(result.left_out, "%", 2)])
     words = intensity_words(assessment.intensity)
-    caption = f"{one.name}: probability in an event of {assessment.gmfs}, by its {words} at the site."
-    explained = (
+    caption = f"{pair.name}: probability in an event of {assessment.gmfs}, by its {words} at the site."
+    note = (
         "Bounds carry the fragility's uncertainty, that the events are a sample, and the excluded events: events "
         "without a row at the site are below the engine's least intensity, and count as without failure."
     )
     return [
-        table(caption, heads, rows, keep=of_gap(one, known), note=OF_GAP),
-        paragraph(f"{assessment.gmfs_reading} {explained}".strip()),
+        table(caption, heads, rows, keep=of_gap(pair, valid), note=OF_GAP),
+        paragraph(f"{assessment.gmfs_reading} {note}".strip()),
     ]
 
 

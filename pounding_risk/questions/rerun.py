@@ -63,7 +63,7 @@ class Rerun(ShortRepr):
             "missing": self.missing,
             "new": self.new,
         }
-        yield from ((what, ", ".join(which)) for what, which in names.items() if which)
+        yield from ((label, ", ".join(listed)) for label, listed in names.items() if listed)
         yield from ((name, f"was {was}, is {now}") for name, (was, now) in self.versions.items())
         yield from (("note", note) for note in self.notes)
 
@@ -136,31 +136,31 @@ def compared(before: xr.Dataset, after: xr.Dataset, notes: list[str]) -> Rerun:
     """Compare two datasets of one study."""
     if str(before.attrs.get("scene_sha256")) != str(after.attrs.get("scene_sha256")):
         notes = [*notes, "the scene resolves to other values than it did: another version reads it otherwise"]
-    first, second = set(before.variables), set(after.variables)
+    old_names, new_names = set(before.variables), set(after.variables)
     axes = (*scene_dims(before), *axes_of_cases(before))
-    common = [name for name in before.variables if name in second]
+    common = [name for name in before.variables if name in new_names]
     differences = (_difference(str(name), before[name], after[name], axes) for name in common)
     return Rerun(
         after,
-        len(first),
+        len(old_names),
         tuple(difference for difference in differences if difference is not None),
-        tuple(sorted(map(str, first - second))),
-        tuple(sorted(map(str, second - first))),
+        tuple(sorted(map(str, old_names - new_names))),
+        tuple(sorted(map(str, new_names - old_names))),
         _changed_versions(before),
         tuple(notes),
     )
 
 
 def _changed_versions(before: xr.Dataset) -> dict[str, tuple[str, str]]:
-    was: Any = read_attribute(before, "versions", {})
-    if not isinstance(was, Mapping):
+    old: Any = read_attribute(before, "versions", {})
+    if not isinstance(old, Mapping):
         raise PoundingError(
             'the attribute "versions" of the results holds no table: the file was changed since; run its scene with '
             "scan"
         )
-    now = versions()
-    now |= versions_of(name for name in was if name not in now)  # plug-ins
-    pairs = {name: (str(was.get(name, "not stated")), now[name]) for name in {**was, **now}}
+    new = versions()
+    new |= versions_of(name for name in old if name not in new)  # plug-ins
+    pairs = {name: (str(old.get(name, "not stated")), new[name]) for name in {**old, **new}}
     return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
 
 
@@ -204,7 +204,7 @@ def _sizes(old: np.ndarray, new: np.ndarray) -> tuple[float, float]:
 def sheet(comparison: Rerun) -> list[Block]:
     """What differs, or that nothing does, then other versions and notes."""
     names = (("missing", comparison.missing), ("new", comparison.new))
-    lines = [f"{heading}: {', '.join(some)}" for heading, some in names if some]
+    lines = [f"{heading}: {', '.join(variables)}" for heading, variables in names if variables]
     lines += [f"version: {name} is {now}, was {was}" for name, (was, now) in comparison.versions.items()]
     blocks = [listing(lines, mark=""), listing(comparison.notes)]
     if comparison.same:

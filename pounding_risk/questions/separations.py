@@ -138,8 +138,8 @@ def separations(
     site = _site(height, behaviour_factor, factor, ground)
     site = site._replace(aligned=aligned, alike=alike, zone=zone, intensity=intensity, structure=structure)
     if results is None:
-        allowed = code.DISPLACEMENT._replace(low=0.0, open_high=True)
-        displacements = _by_side("displacement", displacement, allowed, BOTH_DISPLACEMENTS)
+        bounds = code.DISPLACEMENT._replace(low=0.0, open_high=True)
+        displacements = _by_side("displacement", displacement, bounds, BOTH_DISPLACEMENTS)
         moving = _moving(period, damping)
         return Given(
             code.separations(("left", "right"), displacements, *moving, site=site), displacements, site, *moving
@@ -148,11 +148,11 @@ def separations(
     opened = open_with_axes(results)
     check_scan(opened.dataset, opened.name, names=("building", "building_period", "building_damping"))
     pairs = opened.interfaces
-    shown = {name: pair.dataset for name, pair in pairs if interface in (None, name)}
-    if not shown:
+    chosen = {name: pair.dataset for name, pair in pairs if interface in (None, name)}
+    if not chosen:
         names = ", ".join(name for name, _ in pairs)
         raise PoundingError(f"interface: {interface!r} is not in the dataset, which has {names}")
-    return Beside(tuple((name, code.code_table(pair, share, site)) for name, pair in shown.items()))
+    return Beside(tuple((name, code.code_table(pair, share, site)) for name, pair in chosen.items()))
 
 
 def check(options: Mapping[str, Any]) -> None:
@@ -167,10 +167,10 @@ def check(options: Mapping[str, Any]) -> None:
         if "factor" in options and any(name in options for name in OF_GIVEN):
             raise PoundingError("factor: is of a dataset's displacements; of given ones write --behaviour-factor 3")
         return
-    for name, instead in OF_GIVEN.items():
+    for name, repair in OF_GIVEN.items():
         if name in options:
             raise PoundingError(
-                f"{name}: is for given displacements, without a dataset; leave the dataset out, or {instead}"
+                f"{name}: is for given displacements, without a dataset; leave the dataset out, or {repair}"
             )
 
 
@@ -187,7 +187,7 @@ def _site(
     height: Sequence[float | str], behaviour_factor: Sequence[str], factor: Sequence[float], ground: float | str | None
 ) -> Site:
     """Heights, factors and design acceleration of a site; raises PoundingError for what is out of its range."""
-    heights = _pair("height", [si(each, HEIGHT, "height") for each in height], '"12 m"', '"20 m"')
+    heights = _pair("height", [si(text, HEIGHT, "height") for text in height], '"12 m"', '"20 m"')
     factors = _pair("factor", factor, "0.8", "1") or (1.0, 1.0)
     if behaviour_factor and not factor:
         factors = _by_side_or_both("behaviour_factor", behaviour_factor, FACTOR, (3, 2))
@@ -207,11 +207,11 @@ def _by_side(name: str, texts: Sequence[str], quantity: Quantity, example: str) 
     """Numbers of texts such as left=45mm, left and right."""
     sides: dict[str, float] = {}
     for text in texts:
-        side, equals, stated = (word.strip() for word in text.partition("="))
+        side, equals, value = (word.strip() for word in text.partition("="))
         if not equals or side not in ("left", "right") or side in sides:
             raise PoundingError(f'{name}: "{text}" is not one of left and right once each; write {example}')
         try:
-            sides[side] = parse(stated, quantity)
+            sides[side] = parse(value, quantity)
         except PoundingError as error:
             raise PoundingError(f"{name}: {side}: {error}") from None
     missing = [side for side in ("left", "right") if side not in sides]
@@ -222,8 +222,8 @@ def _by_side(name: str, texts: Sequence[str], quantity: Quantity, example: str) 
 
 def _moving(periods: Sequence[str], dampings: Sequence[str]) -> tuple[Any, Any]:
     """Periods and damping ratios of the two buildings; None, twice, where no period is given."""
-    usual = (USUAL_DAMPING, USUAL_DAMPING)
-    ratios = _by_side_or_both("damping", dampings, DAMPING, (0.05, 0.02)) if dampings else usual
+    default = (USUAL_DAMPING, USUAL_DAMPING)
+    ratios = _by_side_or_both("damping", dampings, DAMPING, (0.05, 0.02)) if dampings else default
     if periods:
         return _by_side("period", periods, PERIOD, BOTH_PERIODS), ratios
     if dampings:
@@ -236,8 +236,8 @@ def _by_side_or_both(
 ) -> tuple[float, float]:
     """As `_by_side`, or one number for both."""
     if len(texts) == 1 and "=" not in texts[0]:
-        both = si(texts[0], quantity, name)
-        return both, both
+        value = si(texts[0], quantity, name)
+        return value, value
     option = f"--{name.replace('_', '-')}"
     left, right = example
     return _by_side(name, texts, quantity, f"{option} {left}, or {option} left={left} {option} right={right}")
@@ -251,11 +251,11 @@ def sheet(answer: Given | Beside | None) -> list[Block]:
     if answer is None:
         return _rules()
     if isinstance(answer, Given):
-        return _of_given(answer)
+        return _given_blocks(answer)
     blocks: list[Block] = []
-    for place, (name, one) in enumerate(answer.tables, start=1):
+    for place, (name, codes) in enumerate(answer.tables, start=1):
         blocks += [heading(name, f"interface-{place}")] if len(answer.tables) > 1 else []
-        blocks += _beside(one)
+        blocks += _code_blocks(codes)
     return blocks
 
 
@@ -283,72 +283,72 @@ def _rules() -> list[Block]:
 
 def _in_force() -> list[tuple[str, str]]:
     """What is known of which edition is in force, once for rules that share it."""
-    known: dict[str, list[str]] = {}
+    names_of: dict[str, list[str]] = {}
     for rule in RULES.values():
         if rule.in_force:
-            known.setdefault(rule.in_force, []).append(rule.name)
-    return [(", ".join(names), words) for words, names in known.items()]
+            names_of.setdefault(rule.in_force, []).append(rule.name)
+    return [(", ".join(names), words) for words, names in names_of.items()]
 
 
-def _of_given(answer: Given) -> list[Block]:
+def _given_blocks(answer: Given) -> list[Block]:
     """Each rule's separation of given elastic design displacements, with its factor, level and clause."""
     heads = ["rule", head("separation", "m"), "factor is", "clause", "text", "ground motion of the clause", "note"]
-    plain = [replace(row, note="; ".join(_parts(row, (NOT_REDUCED,)))) for row in answer.rows]
+    plain_rows = [replace(row, note="; ".join(_parts(row, (NOT_REDUCED,)))) for row in answer.rows]
     rows: list[Row] = []
-    for row in plain:
+    for row in plain_rows:
         rule = RULES[row.rule]
         cells: Row = [row.rule, length(row.separation), rule.factor or MISSING, row.clause, row.verification]
         rows.append([*cells, rule.level or MISSING, _own_note(row)])
-    left, right = (number(each, "m")["text"] for each in answer.displacements)
+    left, right = (number(peak, "m")["text"] for peak in answer.displacements)
     factors = answer.site.factors
     if factors == (1.0, 1.0):
-        of_factors = "No --behaviour-factor is given: they are taken to be the design displacements of every rule."
+        factor_note = "No --behaviour-factor is given: they are taken to be the design displacements of every rule."
     else:
-        of_factors = "Every rule takes the same factor: only rows whose own factor it is hold; run again for another."
-    explained = [
+        factor_note = "Every rule takes the same factor: only rows whose own factor it is hold; run again for another."
+    lines = [
         f"Of elastic design displacements of {left} mm and {right} mm, times {factors[0]:g} and {factors[1]:g}.",
-        of_factors,
-        *_of_periods(answer),
+        factor_note,
+        *_period_notes(answer),
         "Displacements belong to the ground motion of the clause, and to the height at which the two can touch.",
-        *_footnotes(plain),
+        *_footnotes(plain_rows),
         "Factors and ground motions are from memory.",
     ]
     return [
         table("Separations of given displacements.", heads, rows, keep=range(len(rows))),
-        paragraph("\n".join(explained)),
+        paragraph("\n".join(lines)),
         facts(f"{SUPERSEDED}.", _in_force()),
     ]
 
 
-def _of_periods(answer: Given) -> list[str]:
+def _period_notes(answer: Given) -> list[str]:
     """What the double difference was found from."""
     if answer.periods is None or answer.dampings is None:
         return []
     correlation = white_noise_correlation(answer.periods, answer.dampings)
-    periods, ratios = (" and ".join(f"{each:g}" for each in pair) for pair in (answer.periods, answer.dampings))
-    taken = "" if answer.dampings != (USUAL_DAMPING, USUAL_DAMPING) else f" {USUAL_DAMPING} is taken without --damping."
+    periods, ratios = (" and ".join(f"{value:g}" for value in pair) for pair in (answer.periods, answer.dampings))
+    note = "" if answer.dampings != (USUAL_DAMPING, USUAL_DAMPING) else f" {USUAL_DAMPING} is taken without --damping."
     return [
         f"The double difference (cqc) is of periods of {periods} s and damping ratios of {ratios}: a correlation of "
-        f"{correlation:.3f} under white noise.{taken}"
+        f"{correlation:.3f} under white noise.{note}"
     ]
 
 
-def _beside(one: CodeTable) -> list[Block]:
+def _code_blocks(one: CodeTable) -> list[Block]:
     """Each rule beside what the motions need, then the finding."""
     share = f"{one.percentile:g} %"
     heads = ["rule", "text", head("median", "m"), head(share, "m"), "over the gap needed", "insufficient for", "note"]
     rows = [
-        [each.row.rule, each.row.verification, *compared(each, one.motions), _own_note(each.row)] for each in one.rules
+        [rule.row.rule, rule.row.verification, *compared(rule, one.motions), _own_note(rule.row)] for rule in one.rules
     ]
     notes = [f"Separations are {OWN_PEAKS}.", *_footnotes([comparison.row for comparison in one.rules])]
-    still = f"; {one.without} more close no gap" if one.without else ""
+    rest = f"; {one.without} more close no gap" if one.without else ""
     median, upper = (number(rounded_up(gap), "m")["text"] for gap in (one.demand_median, one.demand))
-    about: list[tuple[str, Cell | str]] = [
-        ("motions", f"{one.motions} {one.at}, each a record and a polarity{still}"),
+    pairs: list[tuple[str, Cell | str]] = [
+        ("motions", f"{one.motions} {one.at}, each a record and a polarity{rest}"),
         ("gap needed", f"{median} mm in the median, {upper} mm in {share} of the motions"),
         *(
-            (f"displacement, {building}", f"{number(moved, 'm')['text']} mm in the median")
-            for building, moved in zip(one.buildings, one.displacements, strict=True)
+            (f"displacement, {building}", f"{number(peak, 'm')['text']} mm in the median")
+            for building, peak in zip(one.buildings, one.displacements, strict=True)
         ),
         ("correlation", "–, one is rigid" if one.correlation is None else f"{one.correlation:.3f} under white noise"),
         ("finding", one.finding),
@@ -358,7 +358,7 @@ def _beside(one: CodeTable) -> list[Block]:
             "Separations that rules require beside the gaps that the motions need.", heads, rows, keep=range(len(rows))
         ),
         paragraph("\n".join([*notes, "`pounding-risk separations` lists the clauses."])),
-        facts("", about),
+        facts("", pairs),
     ]
 
 

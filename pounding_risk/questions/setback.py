@@ -61,14 +61,14 @@ class Setback(ShortRepr):
     @property
     def distance(self) -> float:
         """The setback [m] at the requested percentile."""
-        return next(one.gap for one in self.required if one.percentile == self.percentile)
+        return next(required.gap for required in self.required if required.percentile == self.percentile)
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Building, motions, and the setback at each percentile, as pairs of a name and words."""
         yield "building", self.building
         yield "motions", f"{counted(self.motions, 'motion')} {self.at}"
-        for one in self.required:
-            yield f"setback for {one.percentile:g} % of the motions", say(one.gap, GAP)
+        for required in self.required:
+            yield f"setback for {required.percentile:g} % of the motions", say(required.gap, GAP)
 
 
 def setbacks(
@@ -113,23 +113,23 @@ def setbacks(
     opened = open_scan(results)
     check_one_place(opened.dataset, opened.name)
     criterion = read_criterion(target, percentile, confidence)
-    at_level = opened.at_level(opened.level(pga, intensity_level))
-    shown = at_level.dataset
-    recordings = np.repeat(at_level.recordings, shown.sizes["polarity"])
-    shaking = np.repeat(at_level.is_shaking, shown.sizes["polarity"])
-    peaks = by_motion(shown["peak_displacement_free"], ("building",)).astype(float)
+    part = opened.at_level(opened.level(pga, intensity_level))
+    dataset = part.dataset
+    recordings = np.repeat(part.recordings, dataset.sizes["polarity"])
+    shaking = np.repeat(part.is_shaking, dataset.sizes["polarity"])
+    peaks = by_motion(dataset["peak_displacement_free"], ("building",)).astype(float)
     distances = []
-    for name, moved in zip(map(str, shown["building"].values), peaks.T, strict=True):
-        finite = shaking & np.isfinite(moved)
+    for name, peak in zip(map(str, dataset["building"].values), peaks.T, strict=True):
+        finite = shaking & np.isfinite(peak)
         if not finite.any():
-            raise PoundingError(no_response(shown, name))
-        independent = independent_motions(logs_of(moved[finite]), numbered(recordings[finite]))
+            raise PoundingError(no_response(dataset, name))
+        independent = independent_motions(logs_of(peak[finite]), numbered(recordings[finite]))
         weight = independent / finite.sum()
         # No setback is wide enough for a motion in which the building collapses.
-        counted_ones = np.where(finite, moved, inf)[shaking]
-        required = required_gaps(counted_ones, weight, (*USUAL_PERCENTILES, criterion.percentile), criterion.confidence)
-        at, every, lost = at_level.amplitude_words(), counted_ones.size, int((shaking & ~finite).sum())
-        distances.append(Setback(name, at, every, weight * every, criterion.percentile, required, lost))
+        values = np.where(finite, peak, inf)[shaking]
+        required = required_gaps(values, weight, (*USUAL_PERCENTILES, criterion.percentile), criterion.confidence)
+        words, size, lost = part.amplitude_words(), values.size, int((shaking & ~finite).sum())
+        distances.append(Setback(name, words, size, weight * size, criterion.percentile, required, lost))
     return tuple(distances)
 
 
@@ -137,15 +137,15 @@ def sheet(answer: Sequence[Setback]) -> list[Block]:
     """Table of the setbacks by percentile, and what they take for granted."""
     heads = ["building", "sufficient for [%]", head("setback", "m")]
     heads += [head("bounds by recording", "m")]
-    every = [(one.building, required) for one in answer for required in one.required]
-    rows = [[name, number(each.percentile), enough(each.gap), bounds_cell(each)] for name, each in every]
-    lost = [
+    entries = [(one.building, required) for one in answer for required in one.required]
+    rows = [[name, number(gap.percentile), enough(gap.gap), bounds_cell(gap)] for name, gap in entries]
+    lost_lines = [
         f"{one.building} has no finite displacement in {counted(one.lost, 'motion')}: for these no setback is enough"
         for one in answer
         if one.lost
     ]
     return [
         table(f"Setback from a property line, {answer[0].motions} motions {answer[0].at}.", heads, rows),
-        *marks((each for _, each in every), NO_BOUND),
-        listing([f"{sentence}." for sentence in (*lost, *ASSUMED)], mark=""),
+        *marks((gap for _, gap in entries), NO_BOUND),
+        listing([f"{sentence}." for sentence in (*lost_lines, *ASSUMED)], mark=""),
     ]

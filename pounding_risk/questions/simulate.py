@@ -85,7 +85,7 @@ def sheet(run: xr.Dataset) -> list[Block]:
     if measure is not None:  # the level of intensity that the record was scaled to
         record += f", {Level(measure, attrs['intensity_level']).words}"
     record += f", followed by {attrs[AFTERSHOCK]}" if AFTERSHOCK in attrs else ""
-    about: list[tuple[str, Cell | str]] = [
+    pairs: list[tuple[str, Cell | str]] = [
         ("scene", attrs["title"]),
         ("record", record),
         ("contact model", attrs["contact_model"]),
@@ -94,8 +94,8 @@ def sheet(run: xr.Dataset) -> list[Block]:
         ("status", attrs["status"]),
         *([("collapsed", words)] if (words := collapses(run)) else []),
     ]
-    held = int(run["restitution_held"].clip(min=0).sum())  # below zero where the run failed
-    notes = [*([f"{held} contacts are {FASTER}"] if held else []), *json.loads(attrs.get("notes", "[]"))]
+    held_count = int(run["restitution_held"].clip(min=0).sum())  # below zero where the run failed
+    notes = [*([f"{held_count} contacts are {FASTER}"] if held_count else []), *json.loads(attrs.get("notes", "[]"))]
     notes += of_records(json.loads(attrs.get("flags", "{}")))
     if isolated := isolated_of(run):
         notes.append(f"{' and '.join(isolated)}: peak drift is that above the isolators, which are storey 1")
@@ -105,7 +105,7 @@ def sheet(run: xr.Dataset) -> list[Block]:
         _buildings(run),
     ]
     blocks = [
-        facts("", about),
+        facts("", pairs),
         listing(of_keys(attrs)),
         *([paragraph(UNKNOWN)] if failed(run) else outputs),
         _contacts(run),
@@ -139,27 +139,27 @@ def _outputs(run: xr.Dataset) -> Block:
         if variable.ndim == 0:
             output = variable.item()
             # A count of -1: the run failed, or the contact model does not define it.
-            whole = count(output) if output >= 0 else MISSING
-            cell = whole if variable.dtype.kind == "i" else _amount(output, variable.units)
+            counted = count(output) if output >= 0 else MISSING
+            cell = counted if variable.dtype.kind == "i" else _amount(output, variable.units)
             rows.append([str(name), cell, variable.long_name])
     return table("Outputs.", ("output", "value", "meaning"), rows, keep=range(len(rows)))
 
 
 def _links(run: xr.Dataset) -> Block:
     """Peaks of the links between each two neighbours that links join."""
-    known = {name: of_name for name, of_name in OF_LINKS.items() if name in run}
+    outputs = {name: labels for name, labels in OF_LINKS.items() if name in run}
     rows: list[Row] = [
-        [str(name), *(number(float(run[output][place]), unit) for output, (_, unit) in known.items())]
+        [str(name), *(number(float(run[output][place]), unit) for output, (_, unit) in outputs.items())]
         for place, name in enumerate(run["interface"].values)
         if isfinite(run["peak_link_stretch"][place])
     ]
-    return table("Links between neighbours.", ["neighbours", *(head(*words) for words in known.values())], rows)
+    return table("Links between neighbours.", ["neighbours", *(head(*words) for words in outputs.values())], rows)
 
 
 def _buildings(run: xr.Dataset) -> Block:
     outputs = [(words, unit, of(run, name)) for name, words, unit, of in OF_BUILDINGS if name in run]
     yielding = [(words, unit, of(run, name)) for name, words, unit, of in OF_YIELDING if name in run]
-    outputs += [each for each in yielding if each[2].notnull().any()]
+    outputs += [column for column in yielding if column[2].notnull().any()]
     heads = ["building", *(head(words, unit) for words, unit, _ in outputs)]
     rows = [
         # A rigid building's -0 is 0.
@@ -176,17 +176,17 @@ def _contacts(run: xr.Dataset) -> Block:
     if run.sizes["contact_point"] > 1:
         touched = run.isel(contact_point=run["contact_point_impact_count"].values > 0)
         return _places(touched, "contact_point", "contact_point_")
-    shown = run.assign(contact_duration=run["contact_end"] - run["contact_start"])
+    contacts = run.assign(contact_duration=run["contact_end"] - run["contact_start"])
     law = CONTACT_MODELS.get(str(run.attrs["contact_model"]))  # none where the interfaces differ in theirs
     if law is not None and not getattr(law, "needs_restitution", True):
-        shown = shown.drop_vars("contact_restitution_asked", errors="ignore")
+        contacts = contacts.drop_vars("contact_restitution_asked", errors="ignore")
     heads = ["contact", *(words for words, _, _ in OF_CONTACTS)]
     rows: list[Row] = []
     for place in range(run.sizes["contact"]):
-        cells = (cell(float(shown[name][place])) if name in shown else MISSING for _, name, cell in OF_CONTACTS)
+        cells = (cell(float(contacts[name][place])) if name in contacts else MISSING for _, name, cell in OF_CONTACTS)
         rows.append([count(place + 1), *cells])
-    first = range(min(len(rows), MOST_CONTACTS))
-    return table("Contacts.", heads, rows, keep=first, note="the first; -o writes them all")
+    first_rows = range(min(len(rows), MOST_CONTACTS))
+    return table("Contacts.", heads, rows, keep=first_rows, note="the first; -o writes them all")
 
 
 def _places(run: xr.Dataset, dim: str, prefix: str = "") -> Block:
@@ -196,12 +196,12 @@ def _places(run: xr.Dataset, dim: str, prefix: str = "") -> Block:
     heads += ["impacts", *(words for words, _, _ in OF_PLACES), "reaches F_E"]
     rows: list[Row] = []
     for place, name in enumerate(run[dim].values):
-        one = run.isel({dim: place})
-        impacts, yields = (int(one[f"{prefix}{output}"]) for output in ("impact_count", "yield_exceedance"))
-        about = number(one["interface_gap"], "m") if is_interface else str(one["contact_point_kind"].item())
-        cells = [number(one[f"{prefix}{output}"], unit) for _, output, unit in OF_PLACES]
+        part = run.isel({dim: place})
+        impacts, yields = (int(part[f"{prefix}{output}"]) for output in ("impact_count", "yield_exceedance"))
+        detail = number(part["interface_gap"], "m") if is_interface else str(part["contact_point_kind"].item())
+        cells = [number(part[f"{prefix}{output}"], unit) for _, output, unit in OF_PLACES]
         reaches = {0: "no", 1: "yes"}.get(yields, MISSING)
-        rows.append([str(name), about, count(impacts) if impacts >= 0 else MISSING, *cells, reaches])
+        rows.append([str(name), detail, count(impacts) if impacts >= 0 else MISSING, *cells, reaches])
     return table("Contact at each interface." if is_interface else "Contact points that touched.", heads, rows)
 
 

@@ -156,20 +156,20 @@ def few_pairs(dataset: xr.Dataset) -> Iterator[tuple[float, ...]]:
     They are spread over the ranges; where both sides are alike each pair stands once.
     """
     places = [evenly(dataset.sizes[f"{side}_period"], TABLED) for side in SIDES]
-    alike, rules = is_symmetric(dataset), dataset["separation"].sel(percentile=usual_percentile(dataset))
+    is_alike, rules = is_symmetric(dataset), dataset["separation"].sel(percentile=usual_percentile(dataset))
     for left, right in product(*places):
-        if not alike or right > left:
+        if not is_alike or right > left:
             pair = {"left_period": left, "right_period": right}
             gaps = (dataset["required_gap"].isel(pair), rules.sel(rule=["abs", "srss", "cqc"]).isel(pair))
             periods = (
                 float(dataset[f"{side}_period"][place]) for side, place in zip(SIDES, (left, right), strict=True)
             )
-            yield (*periods, *(gap for each in gaps for gap in each.values.tolist()))
+            yield (*periods, *(gap for array in gaps for gap in array.values.tolist()))
 
 
 def _gaps(dataset: xr.Dataset) -> Block:
-    of = [percent(percentile) for percentile in dataset["percentile"].values]
-    heads = [*(head(side, "s") for side in SIDES), *(head(words, "m") for words in (*of, "ABS", "SRSS", "DDC"))]
+    shares = [percent(percentile) for percentile in dataset["percentile"].values]
+    heads = [*(head(side, "s") for side in SIDES), *(head(words, "m") for words in (*shares, "ABS", "SRSS", "DDC"))]
     rows: list[Row] = [
         [*(number(period, "s", 3) for period in row[:2]), *(number(gap, "m", 3) for gap in row[2:])]
         for row in few_pairs(dataset)
@@ -183,15 +183,15 @@ def _rules(dataset: xr.Dataset) -> Block:
     heads = ["rule", "text", head("insufficient at", "%"), "median", "largest"]
     heads += [*(head(f"at {side}", "s") for side in SIDES), "definition"]
     rows: list[Row] = []
-    for short in shortfalls(dataset):
-        rule = dataset.sel(rule=short.rule)
-        row: Row = [short.rule, str(rule["rule_verification"].item()), number(short.pairs, "%", 3)]
-        row += [*(number(ratio, digits=3) for ratio in (short.median, short.ratio))]
-        rows.append([*row, *(number(period, "s", 2) for period in short.periods), str(rule["rule_title"].item())])
-    at = percent(usual_percentile(dataset))
+    for entry in shortfalls(dataset):
+        rule = dataset.sel(rule=entry.rule)
+        row: Row = [entry.rule, str(rule["rule_verification"].item()), number(entry.pairs, "%", 3)]
+        row += [*(number(ratio, digits=3) for ratio in (entry.median, entry.ratio))]
+        rows.append([*row, *(number(period, "s", 2) for period in entry.periods), str(rule["rule_title"].item())])
+    share = percent(usual_percentile(dataset))
     caption = (
-        f"Gap that {at} of the motions require over that of each rule, at all pairs of periods: the share of the pairs "
-        "at which the rule is insufficient, and the median and the largest ratio, with its periods."
+        f"Gap that {share} of the motions require over that of each rule, at all pairs of periods: the share of the "
+        "pairs at which the rule is insufficient, and the median and the largest ratio, with its periods."
     )
     return table(caption, heads, rows)
 

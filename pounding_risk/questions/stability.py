@@ -30,15 +30,15 @@ def sheet(rows: Sequence[Row]) -> list[Block]:
         by_case.setdefault(row.case.number, []).append(row)
     heads = (*HEADS, *(BESIDE if in_row else ()), "bound", "law", "steps")
     lines = [
-        _line(of_case, [one for one in in_row if one.case.number == number], bool(in_row))
-        for number, of_case in by_case.items()
+        _line(case_rows, [result for result in in_row if result.case.number == number], bool(in_row))
+        for number, case_rows in by_case.items()
     ]
     caption = "Hard cases: worst figure over the contact laws, and the bound that it must keep."
-    also = f"; {len(in_row)} as a row: {_outcome(in_row)}" if in_row else ""
+    row_text = f"; {len(in_row)} as a row: {_outcome(in_row)}" if in_row else ""
     return [
         table(caption, heads, lines),
         listing([*_failing(rows, ""), *_failing(in_row, " as a row")], mark=""),
-        paragraph(f"{counted(len(by_case), 'hard case')}, {len(rows)} with each law: {_outcome(rows)}{also}"),
+        paragraph(f"{counted(len(by_case), 'hard case')}, {len(rows)} with each law: {_outcome(rows)}{row_text}"),
     ]
 
 
@@ -47,14 +47,14 @@ def status(rows: Sequence[Row]) -> int:
     return 0 if all(row.holds and (row.in_row is None or row.in_row.holds) for row in rows) else FAILS
 
 
-def _line(of_case: Sequence[Row], beside: Sequence[Row], has_rows: bool) -> list[Cell | str]:
-    worst = max(of_case, key=_badness)
+def _line(case_rows: Sequence[Row], in_row: Sequence[Row], has_rows: bool) -> list[Cell | str]:
+    worst = max(case_rows, key=_badness)
     line: list[Cell | str] = [worst.case.number, worst.case.group, worst.case.scene, worst.case.invariant]
-    line += [_share(of_case), _figure(worst.figure)]
+    line += [_share(case_rows), _figure(worst.figure)]
     if has_rows:
-        line += [_share(beside), _figure(max(beside, key=_badness).figure)] if beside else ["–", "–"]
+        line += [_share(in_row), _figure(max(in_row, key=_badness).figure)] if in_row else ["–", "–"]
     law = worst.law if worst.figure != 0.0 else "–"
-    return [*line, _figure(worst.bound), law, count(max(row.steps for row in of_case))]
+    return [*line, _figure(worst.bound), law, count(max(row.steps for row in case_rows))]
 
 
 def _badness(row: Row) -> tuple[bool, float]:

@@ -180,8 +180,8 @@ def sheet(dataset: xr.Dataset, *, tornado: bool = False) -> list[Block]:
     tornado : bool
         With the table of each number moved alone, where the answer has one.
     """
-    about = [("scene", dataset.attrs["title"]), *((name, dataset.attrs[name]) for name in ("samples", "motions"))]
-    blocks = [facts("", about), paragraph(dataset.attrs["asked"])]
+    rows = [("scene", dataset.attrs["title"]), *((name, dataset.attrs[name]) for name in ("samples", "motions"))]
+    blocks = [facts("", rows), paragraph(dataset.attrs["asked"])]
     for place, name in enumerate(dataset["interface"].values.tolist()):
         pair = dataset.isel(interface=place)
         blocks += [heading(str(name), f"uncertain-{place + 1}"), *_of_interface(pair)]
@@ -220,15 +220,15 @@ def _over_samples(pair: xr.Dataset, name: str, unit: str) -> tuple[list[str], li
 
 def _required(pair: xr.Dataset) -> Block:
     heads = [head("share", "%"), head("gap required", "m"), head("bounds", "m"), ""]
-    more, cells = _over_samples(pair, "required_gap_of_samples", "m")
+    more_heads, cells = _over_samples(pair, "required_gap_of_samples", "m")
     rows: list[Row] = []
-    for percentile, over in zip(pair["percentile"].values, cells, strict=True):
-        need = pair.sel(percentile=percentile)
-        bounded = "" if int(need["required_gap_bounded"]) else "the upper one is the largest seen"
-        bounds = joined(number(need["required_gap_low"], "m"), enough(float(need["required_gap_high"])))
-        rows.append([number(percentile), enough(float(need["required_gap"])), bounds, bounded, *over])
+    for percentile, sample_cells in zip(pair["percentile"].values, cells, strict=True):
+        required = pair.sel(percentile=percentile)
+        bound_note = "" if int(required["required_gap_bounded"]) else "the upper one is the largest seen"
+        bounds = joined(number(required["required_gap_low"], "m"), enough(float(required["required_gap_high"])))
+        rows.append([number(percentile), enough(float(required["required_gap"])), bounds, bound_note, *sample_cells])
     nominal = "Nominal gap, to which its scatter adds," if gap_scatter(pair) > 0.0 else "Gap"
-    return table(f"{nominal} required by a share of samples and motions together.", heads + more, rows)
+    return table(f"{nominal} required by a share of samples and motions together.", heads + more_heads, rows)
 
 
 def _contact(pair: xr.Dataset) -> Block:
@@ -236,31 +236,31 @@ def _contact(pair: xr.Dataset) -> Block:
     gaps = pair["gap"].values
     own_places = [int(np.abs(gaps - float(pair[name])).argmin()) for name in ("judged_gap", "scene_gap")]
     places = sorted({*evenly(pair.sizes["gap"], GAP_ROWS), *own_places})
-    nominal = gap_scatter(pair) > 0.0
-    heads = [head("nominal gap" if nominal else "gap", "m"), head("P(contact)", "%")]
-    more, cells = _over_samples(pair, "contact_probability_of_samples", "%")
+    has_scatter = gap_scatter(pair) > 0.0
+    heads = [head("nominal gap" if has_scatter else "gap", "m"), head("P(contact)", "%")]
+    more_heads, cells = _over_samples(pair, "contact_probability_of_samples", "%")
     rows: list[Row] = []
     for place in places:
         at_gap = pair.isel(gap=place)
         share, low, high = (probability(at_gap[f"contact_probability{end}"]) for end in ("", "_low", "_high"))
         rows.append([number(at_gap["gap"], "m"), share, joined(low, high), *cells[place]])
     caption = f"P(contact) against the gap, over samples and motions. Gaps: {pair['gap'].attrs['description']}."
-    if nominal:
+    if has_scatter:
         caption += " The gap of each sample departs from a nominal one by the scatter that [uncertain] states."
-    return table(caption, [*heads, head("bounds", "%"), *more], rows)
+    return table(caption, [*heads, head("bounds", "%"), *more_heads], rows)
 
 
 def _parts(pair: xr.Dataset) -> Block:
     unit, output = str(pair["dispersion"].attrs["units"]), str(pair["chosen_output"].item())
     is_of_closing = output in OUTPUT_WORDS
-    whose = f"the logarithm of {closing_words(pair)}" if is_of_closing else output.replace("_", " ")
+    output_text = f"the logarithm of {closing_words(pair)}" if is_of_closing else output.replace("_", " ")
     rows: list[Row] = []
     for name in pair["component"].values:
-        here = pair.sel(component=name)
+        part = pair.sel(component=name)
         words = COMPONENTS.get(str(name), str(name)).removeprefix("the ")
-        rows.append([words, number(here["variance_share"], "%", 2), *with_bounds(here, "dispersion", unit, 4, 4)])
+        rows.append([words, number(part["variance_share"], "%", 2), *with_bounds(part, "dispersion", unit, 4, 4)])
     heads = ["part", head("share", "%"), head("deviation", unit), head("bounds", unit)]
-    return table(f"Parts of the variance of {whose}.", heads, rows)
+    return table(f"Parts of the variance of {output_text}.", heads, rows)
 
 
 def _fragilities(pair: xr.Dataset) -> Block:
@@ -271,8 +271,8 @@ def _fragilities(pair: xr.Dataset) -> Block:
             continue
         curve = pair.sel(curve=name)
         row: Row = [str(name)]
-        for of, unit in (("fragility_median", "m/s2"), ("fragility_dispersion", "1")):
-            row += with_bounds(curve, of, unit, 3, 3)
+        for variable, unit in (("fragility_median", "m/s2"), ("fragility_dispersion", "1")):
+            row += with_bounds(curve, variable, unit, 3, 3)
         rows.append(row)
     caption = f"Fragility of contact against {intensity_words(str(pair['fragility_intensity'].item()))}."
     return table(caption, [*heads, "dispersion", "bounds"], rows)
@@ -281,17 +281,17 @@ def _fragilities(pair: xr.Dataset) -> Block:
 def _indices(pair: xr.Dataset) -> Block:
     """Indices of the output that the sentences are of, the largest first."""
     output = str(pair["chosen_output"].item())
-    chosen = pair.sel(output=output)
+    indices = pair.sel(output=output)
     kinds = {"first_order": "first-order share", "total_order": "total share"}
     kinds = {kind: words for kind, words in kinds.items() if kind in pair}
-    heads = ["number", *(head(each, "%") for words in kinds.values() for each in (words, "bounds"))]
+    heads = ["number", *(head(label, "%") for words in kinds.values() for label in (words, "bounds"))]
     rows: list[Row] = []
-    for place in np.argsort(-np.nan_to_num(chosen["first_order"].values, nan=-1.0)).tolist():
-        here = chosen.isel(uncertain_number=place)
-        cells = [cell for kind in kinds for cell in with_bounds(here, kind, "%", 2)]
-        rows.append([str(here["uncertain_number"].item()), *cells])
-    if "first_order_of_motions" in chosen:
-        rows.append(["the motion", *with_bounds(chosen, "first_order_of_motions", "%", 2)])
+    for place in np.argsort(-np.nan_to_num(indices["first_order"].values, nan=-1.0)).tolist():
+        entry = indices.isel(uncertain_number=place)
+        cells = [cell for kind in kinds for cell in with_bounds(entry, kind, "%", 2)]
+        rows.append([str(entry["uncertain_number"].item()), *cells])
+    if "first_order_of_motions" in indices:
+        rows.append(["the motion", *with_bounds(indices, "first_order_of_motions", "%", 2)])
     output_words = OUTPUT_WORDS.get(output, output.replace("_", " "))
     return table(f"Shares of the numbers in the variance of {output_words} over the samples.", heads, rows)
 
@@ -314,11 +314,11 @@ def check(options: Mapping[str, Any]) -> None:
 def _tornado(pair: xr.Dataset) -> Block:
     """The output with each number alone at its 10 % and 90 % quantiles, the widest first."""
     output = str(pair["chosen_output"].item())
-    moved = pair[f"{output}_moved"]
-    unit = "%" if output == "contact_probability" else str(moved.attrs["units"])
+    outputs = pair[f"{output}_moved"]
+    unit = "%" if output == "contact_probability" else str(outputs.attrs["units"])
     rows: list[Row] = []
-    for place in np.argsort(-np.ptp(moved.values, axis=1), kind="stable").tolist():
-        ends = moved.values[place].tolist()
+    for place in np.argsort(-np.ptp(outputs.values, axis=1), kind="stable").tolist():
+        ends = outputs.values[place].tolist()
         rows.append([str(pair["uncertain_number"].values[place]), *(number(end, unit) for end in ends)])
     heads = ["number", *(head(words, unit) for words in ("at 10 %", "all at medians", "at 90 %"))]
     caption = f"{OUTPUT_WORDS[output]} with each number alone at its 10 % and its 90 %."

@@ -39,21 +39,21 @@ MEANING = (
 
 def sheet(outcome: Verification) -> list[Block]:
     """Values, properties, whatever is unacceptable or out of its bounds, and the counts."""
-    far = [
-        f"{one.case}, {one.quantity}: {share(one.difference)} from {one.printed} of {one.source}, "
-        f"more than {share(one.limit)}{'; ours has converged' * one.is_converged}"
-        for one in outcome.unacceptable
+    notes = [
+        f"{entry.case}, {entry.quantity}: {share(entry.difference)} from {entry.printed} of {entry.source}, "
+        f"more than {share(entry.limit)}{'; ours has converged' * entry.is_converged}"
+        for entry in outcome.unacceptable
     ]
-    far += [
-        f"{one.name}, {reading.quantity}: {rounded(reading.ours)}, bounds {bounds(reading)}: {reading.reason}"
-        for one in outcome.properties
-        for reading in one.readings
+    notes += [
+        f"{entry.name}, {reading.quantity}: {rounded(reading.ours)}, bounds {bounds(reading)}: {reading.reason}"
+        for entry in outcome.properties
+        for reading in entry.readings
         if not reading.holds
     ]
     return [
         *values(outcome),
         *([_properties_in_short(outcome)] if outcome.properties else []),
-        *map(paragraph, far),
+        *map(paragraph, notes),
         paragraph(outcome.finding()),
     ]
 
@@ -95,9 +95,9 @@ def _share(ratio: float) -> Cell:
 
 def _properties_in_short(outcome: Verification) -> Block:
     rows = []
-    for one in outcome.properties:
-        held = out_of(sum(reading.holds for reading in one.readings), len(one.readings))
-        rows.append((one.name, one.source, plain(one.headline), held, one.word))
+    for prop in outcome.properties:
+        in_bounds = out_of(sum(reading.holds for reading in prop.readings), len(prop.readings))
+        rows.append((prop.name, prop.source, plain(prop.headline), in_bounds, prop.word))
     heads = ("property", "source", "ours", "readings in bounds", "")
     return table("Published properties.", heads, rows, keep=range(len(rows)))
 
@@ -114,11 +114,11 @@ def _values(outcome: Verification) -> list[Block]:
 
 def _ladder(outcome: Verification) -> list[Block]:
     """Where ours differs: its values at every tolerance, as distances from the one at the finest."""
-    apart = [check for check in outcome.checks if check.rungs and check.word != EXACT and check.ours]
-    if not apart:
+    unequal = [check for check in outcome.checks if check.rungs and check.word != EXACT and check.ours]
+    if not unequal:
         return []
     rows = []
-    for check in apart:
+    for check in unequal:
         distances = (_share(abs(ours / check.ours - 1.0)) for ours in check.rungs[:-1])
         rows.append((f"{check.source} ({check.case})", check.quantity, _share(check.difference), *distances))
     heads = ("source and case", "quantity", "difference", *(f"{rtol:.0e}" for rtol in RUNGS[:-1]))
@@ -135,13 +135,13 @@ def _figures(outcome: Verification) -> list[Block]:
 
     blocks = []
     if any(len(curve.points) > 1 for curve in outcome.curves):
-        blocks.append(_drawn("curves", verification_figure(outcome), "Published points over our curves."))
+        blocks.append(_figure_block("curves", verification_figure(outcome), "Published points over our curves."))
     caption = "Every difference, and its tolerance effect."
-    return [*blocks, _drawn("differences", verification_differences_figure(outcome), caption)]
+    return [*blocks, _figure_block("differences", verification_differences_figure(outcome), caption)]
 
 
-def _drawn(name: str, drawn: Figure, caption: str) -> Block:
-    return figure(name, lambda: drawn, caption, f"{caption} {drawn.get_suptitle()}.")
+def _figure_block(name: str, picture: Figure, caption: str) -> Block:
+    return figure(name, lambda: picture, caption, f"{caption} {picture.get_suptitle()}.")
 
 
 PROPERTY_HEADS = ("reading", "published", "ours", "bounds", "bounds by", "")
@@ -157,28 +157,28 @@ def _properties(outcome: Verification) -> list[Block]:
     from pounding_risk.figures.verification import property_figure
 
     blocks: list[Block] = [paragraph(MEANING_OF_PROPERTIES)] if outcome.properties else []
-    for one in outcome.properties:
-        blocks.append(heading(f"{one.title} ({one.name}): {one.word}", f"property-{one.name}"))
-        about = (
-            *(("relation", one.relation), ("source", one.citation), ("address", one.url)),
-            ("known", one.basis if one.known == one.basis else f"{one.basis}: {one.known}"),
+    for prop in outcome.properties:
+        blocks.append(heading(f"{prop.title} ({prop.name}): {prop.word}", f"property-{prop.name}"))
+        pairs = (
+            *(("relation", prop.relation), ("source", prop.citation), ("address", prop.url)),
+            ("known", prop.basis if prop.known == prop.basis else f"{prop.basis}: {prop.known}"),
         )
-        blocks.append(facts("", [(name, words) for name, words in about if words]))
-        blocks.append(_drawn(one.name, property_figure(one), f"{one.source}: {one.title}."))
-        rows = property_rows(one)
-        blocks.append(table(f"{one.title}.", PROPERTY_HEADS, rows, keep=range(len(rows))))
+        blocks.append(facts("", [(name, words) for name, words in pairs if words]))
+        blocks.append(_figure_block(prop.name, property_figure(prop), f"{prop.source}: {prop.title}."))
+        rows = property_rows(prop)
+        blocks.append(table(f"{prop.title}.", PROPERTY_HEADS, rows, keep=range(len(rows))))
     return blocks
 
 
-def property_rows(one: Property) -> list[tuple[Cell | str, ...]]:
+def property_rows(prop: Property) -> list[tuple[Cell | str, ...]]:
     """The readings of a property as words."""
     return [
         (
             reading.quantity,
-            *(worded(at, f"{rounded(at)} {reading.unit}".strip()) for at in (reading.expected, reading.ours)),
+            *(worded(value, f"{rounded(value)} {reading.unit}".strip()) for value in (reading.expected, reading.ours)),
             *(bounds(reading), reading.reason, reading.word),
         )
-        for reading in one.readings
+        for reading in prop.readings
     ]
 
 

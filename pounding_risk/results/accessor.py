@@ -55,8 +55,8 @@ class _Method:
         self.function = function
 
     def __get__(self, accessor: Pounding | None, owner: type | None = None) -> Callable[..., Any]:
-        named: Any = self.function
-        function: Any = reduce(getattr, named.split("."), pounding_risk) if isinstance(named, str) else named
+        target: Any = self.function
+        function: Any = reduce(getattr, target.split("."), pounding_risk) if isinstance(target, str) else target
         return function if accessor is None else _bound(function, accessor)
 
 
@@ -67,8 +67,8 @@ def _bound(function: Callable[..., Any], accessor: Pounding) -> Callable[..., An
     def method(*arguments: Any, **options: Any) -> Any:
         return function(accessor.checked(), *arguments, **options)
 
-    whole = signature(function)
-    method.__signature__ = whole.replace(parameters=list(whole.parameters.values())[1:])  # type: ignore[attr-defined]
+    full = signature(function)
+    method.__signature__ = full.replace(parameters=list(full.parameters.values())[1:])  # type: ignore[attr-defined]
     return method
 
 
@@ -153,8 +153,8 @@ def _facts_of_run(run: xr.Dataset) -> Iterator[tuple[str, str]]:
 
 def _levels(run: xr.Dataset, axis: str) -> list[float]:
     """The amplitude, gaps or yield forces of a run, each once."""
-    known = [run[name].values if name in run.coords else run.attrs.get(name) for name in LEVELS[axis]]
-    levels = [level for stated in known if stated is not None for level in np.atleast_1d(stated)]
+    stored = [run[name].values if name in run.coords else run.attrs.get(name) for name in LEVELS[axis]]
+    levels = [level for value in stored if value is not None for level in np.atleast_1d(value)]
     return sorted({float(level) for level in levels if not isinstance(level, str)})  # which is no level: damaged
 
 

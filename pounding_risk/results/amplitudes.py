@@ -41,17 +41,17 @@ class Amplitudes(NamedTuple):
         """A value with its unit."""
         return say_level(amplitude, self.measure.quantity)
 
-    def place(self, wanted: float | str | None) -> int | None:
+    def place(self, requested: float | str | None) -> int | None:
         """Index of a value that is asked for [SI, or text with a unit]; None of none.
 
         Raises PoundingError for a value that is not there.
         """
-        if wanted is None:
+        if requested is None:
             return None
         name = "pga" if self.measure == PEAK else self.measure.words
-        amplitude = si(wanted, self.measure.quantity, name)
-        for place, known in enumerate(self.values):
-            if known is not None and abs(known - amplitude) <= SAME * known:
+        amplitude = si(requested, self.measure.quantity, name)
+        for place, value in enumerate(self.values):
+            if value is not None and abs(value - amplitude) <= SAME * value:
                 return place
         has = ", ".join(map(self.words, filter(None, self.values))) or "none: its motions have no amplitudes of a grid"
         raise PoundingError(f"{name} {self.words(amplitude)} is not in the dataset, which has {has}")
@@ -60,10 +60,10 @@ class Amplitudes(NamedTuple):
 def check_pga(amplitudes: Amplitudes) -> None:
     """Raise PoundingError where amplitudes are of another measure than PGA."""
     if amplitudes.axis != PGA_AXIS:
-        known = ", ".join(amplitudes.words(amplitude) for amplitude in amplitudes.values if amplitude is not None)
+        levels = ", ".join(amplitudes.words(amplitude) for amplitude in amplitudes.values if amplitude is not None)
         raise PoundingError(
             f"pga: the motions of the dataset are scaled to {amplitudes.measure.words}; choose one of its levels, "
-            f"{known}, by intensity_level (--intensity-level)"
+            f"{levels}, by intensity_level (--intensity-level)"
         )
 
 
@@ -104,33 +104,33 @@ def quantity_of(axis: str) -> Quantity | None:
     return QUANTITIES.get(axis) if measure is None else measure.quantity
 
 
-def place_of(axis: str, known: tuple[Any, ...], wanted: Any) -> int:
+def place_of(axis: str, labels: tuple[Any, ...], value: Any) -> int:
     """Index of a value among those of an axis of `AXES`; a number in SI, or text with a unit.
 
     A number stands for the value that is as large, within 1e-9 of it. Raises PoundingError for what is not there.
     """
     quantity = quantity_of(axis)
     if quantity is not None:
-        wanted = si(wanted, quantity, axis_words(axis))
-    if known == (None,):
+        value = si(value, quantity, axis_words(axis))
+    if labels == (None,):
         raise PoundingError(
             "the scene scales its records to no PGA, so that there is none to choose; leave it out, or choose records"
         )
-    for index, label in enumerate(known):
-        if label == wanted or (quantity is not None and isclose(label, wanted, rel_tol=SAME)):
+    for index, label in enumerate(labels):
+        if label == value or (quantity is not None and isclose(label, value, rel_tol=SAME)):
             return index
-    raise PoundingError(_absent(axis, known, wanted))
+    raise PoundingError(_absent_words(axis, labels, value))
 
 
-def _absent(axis: str, known: tuple[Any, ...], wanted: Any) -> str:
+def _absent_words(axis: str, labels: tuple[Any, ...], value: Any) -> str:
     quantity = quantity_of(axis)
     if quantity is None:
-        meant = nearest(str(wanted), known)
-        return f"{axis_words(axis)} {wanted!r} is not in the grid{meant}, which has {listed_values(axis, known)}"
-    written = say_level(wanted, quantity, 10)
-    beside = sorted(known, key=lambda label: abs(label - wanted) if not isinf(label) else inf)[:2]
-    close = f" (next to it are {listed_values(axis, sorted(beside))})" if len(known) > FEW else ""
-    return f"{axis_words(axis)} {written} is not in the grid, which has {listed_values(axis, known)}{close}"
+        hint = nearest(str(value), labels)
+        return f"{axis_words(axis)} {value!r} is not in the grid{hint}, which has {listed_values(axis, labels)}"
+    value_text = say_level(value, quantity, 10)
+    nearest_labels = sorted(labels, key=lambda label: abs(label - value) if not isinf(label) else inf)[:2]
+    nearest_text = f" (next to it are {listed_values(axis, sorted(nearest_labels))})" if len(labels) > FEW else ""
+    return f"{axis_words(axis)} {value_text} is not in the grid, which has {listed_values(axis, labels)}{nearest_text}"
 
 
 def listed_values(axis: str, labels: Sequence[Any]) -> str:

@@ -53,8 +53,8 @@ def _version_of(package: str) -> str:
         text = metadata.distribution(package).read_text("METADATA") or ""
     except metadata.PackageNotFoundError:
         return "not installed"
-    stated = re.search(r"^Version: *(\S+)", text, re.MULTILINE)
-    return stated[1] if stated else metadata.version(package)
+    match = re.search(r"^Version: *(\S+)", text, re.MULTILINE)
+    return match[1] if match else metadata.version(package)
 
 
 def read_attribute(dataset: xr.Dataset, name: str, default: Any) -> Any:
@@ -68,10 +68,10 @@ def read_attribute(dataset: xr.Dataset, name: str, default: Any) -> Any:
     return content
 
 
-def unreadable(attribute: str, whose: str = "") -> PoundingError:
+def unreadable(attribute: str, prefix: str = "") -> PoundingError:
     """The error to raise for an attribute that is damaged."""
-    what = f'{whose}the attribute "{attribute}" of the results cannot be read'
-    return PoundingError(f"{what}: the file was changed since; run the scan again")
+    fault = f'{prefix}the attribute "{attribute}" of the results cannot be read'
+    return PoundingError(f"{fault}: the file was changed since; run the scan again")
 
 
 def name_of(dataset: xr.Dataset) -> str:
@@ -181,8 +181,8 @@ def finite(case: xr.Dataset, name: str) -> xr.DataArray:
         return case[name]
     prefix = POINT if name.startswith(POINT) else ""
     jumps = (case[f"{prefix}impact_count"] > 0) & (case[f"{prefix}yield_exceedance"] < 0)
-    of_run = [dim for dim in ("interface",) if dim in jumps.dims and dim not in case[name].dims]
-    return case[name].where(~jumps.any(of_run))
+    run_dims = [dim for dim in ("interface",) if dim in jumps.dims and dim not in case[name].dims]
+    return case[name].where(~jumps.any(run_dims))
 
 
 def of_structure(case: xr.Dataset, name: str) -> xr.DataArray:
@@ -305,6 +305,6 @@ def read_scene_axes(dataset: xr.Dataset, read: Callable[[Any], Axis]) -> tuple[A
 def variants_of(dataset: xr.Dataset) -> dict[str, list[Any]]:
     """What else differs along the axes: lists of attributes and of tables; raises PoundingError where it is damaged."""
     variants = from_text(dataset.attrs.get(VARIANTS, "{}"))
-    if not isinstance(variants, dict) or not all(isinstance(listed, list) for listed in variants.values()):
+    if not isinstance(variants, dict) or not all(isinstance(entries, list) for entries in variants.values()):
         raise PoundingError(f"the attribute {VARIANTS} cannot be read: {DAMAGED}; {TAKE_ANOTHER}")
     return variants

@@ -98,9 +98,9 @@ def check_kind(dataset: xr.Dataset, kind: str) -> None:
     """Raise PoundingError for another dataset than the call of this name makes, and for one that has lost an axis."""
     if kind_of(dataset) != kind or any(name not in dataset.data_vars for name in ALWAYS.get(kind, ())):
         raise PoundingError(f"this is no dataset of `pounding-risk {kind}`; run it with -o {kind}.nc")
-    lost = [name for name in AXES_OF_KIND.get(kind, ()) if name not in dataset.indexes]
-    if lost:
-        raise PoundingError(f"the dataset of {kind} has lost its {' and '.join(lost)}; run {kind} again")
+    lost_axes = [name for name in AXES_OF_KIND.get(kind, ()) if name not in dataset.indexes]
+    if lost_axes:
+        raise PoundingError(f"the dataset of {kind} has lost its {' and '.join(lost_axes)}; run {kind} again")
 
 
 @contextmanager
@@ -112,54 +112,54 @@ def missing_named() -> Iterator[None]:
     try:
         yield
     except KeyError as error:
-        words = str(error.args[0]) if error.args else ""
+        message = str(error.args[0]) if error.args else ""
         # By xarray, of a dataset; and of what it selects by.
-        absent = re.match(r"No variable named '([^']+)'|'([^']+)' is not a valid dimension or coordinate", words)
-        name = (absent[1] or absent[2]) if absent else words  # of an array's coordinates the name alone
-        if not absent and name not in VARIABLES | COORDINATES:
+        match = re.match(r"No variable named '([^']+)'|'([^']+)' is not a valid dimension or coordinate", message)
+        name = (match[1] or match[2]) if match else message  # of an array's coordinates the name alone
+        if not match and name not in VARIABLES | COORDINATES:
             raise
         raise PoundingError(f"the results have no variable {name}, which is read here; {REPAIR}") from error
 
 
-def check_scan(dataset: xr.Dataset, whose: str = THIS, *, names: Iterable[str] = (), attrs: Iterable[str] = ()) -> None:
+def check_scan(dataset: xr.Dataset, label: str = THIS, *, names: Iterable[str] = (), attrs: Iterable[str] = ()) -> None:
     """Raise PoundingError, with a sentence for each fault, unless a dataset is what `scan` writes, as declared here.
 
-    ``whose`` names it in the sentence; variables, coordinates and attributes of these names must be there. Values of
+    ``label`` names it in the sentence; variables, coordinates and attributes of these names must be there. Values of
     cases are not read.
     """
     faults = [*_missing(dataset, names, attrs), *_form_faults(dataset), *_attribute_faults(dataset)]
-    # What is looked at next relies on dimensions and kinds of values.
-    late = (_axis_faults, _status_faults, _flag_faults, _scene_faults)
+    # Later checks rely on dimensions and kinds of values.
+    checks = (_axis_faults, _status_faults, _flag_faults, _scene_faults)
     masked = "status" in dataset and dataset["status"].dtype.kind == "f"
-    _refuse(whose, faults or [fault for of in late for fault in of(dataset)], NOT_WHERE if masked else REPAIR)
+    _refuse(label, faults or [fault for check in checks for fault in check(dataset)], NOT_WHERE if masked else REPAIR)
 
 
-def check_dataset(results: xr.Dataset, whose: str = "") -> None:
+def check_dataset(results: xr.Dataset, label: str = "") -> None:
     """Raise PoundingError for what is no dataset of `scan` with all its axes, and for a damaged one."""
-    whose = whose or name_of(results)
+    label = label or name_of(results)
     kind = kind_of(results)
     if kind not in ("scan", ""):
         raise PoundingError(
-            f"{whose}: is a dataset of `{kind}`, which has not the cases of a scan; assess takes what "
+            f"{label}: is a dataset of `{kind}`, which has not the cases of a scan; assess takes what "
             "`pounding-risk scan SCENE -o results.nc` writes"
         )
     if "impact_count" not in results or not {"record", "gap"} <= set(results.dims):
-        raise PoundingError(f"{whose}: is no dataset of a scan; `pounding-risk scan SCENE -o results.nc` writes one")
+        raise PoundingError(f"{label}: is no dataset of a scan; `pounding-risk scan SCENE -o results.nc` writes one")
     missing = [name for name in NEEDED if name not in results]
     if missing:
         raise PoundingError(
-            f"{whose}: has no {', '.join(missing)}: an older version wrote it, or it was damaged; scan the scene "
+            f"{label}: has no {', '.join(missing)}: an older version wrote it, or it was damaged; scan the scene "
             "again, the scene's text is the attribute 'scene'"
         )
     if "scene_resolved" not in results.attrs:
         raise PoundingError(
-            f"{whose}: has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
+            f"{label}: has lost its attribute 'scene_resolved', which holds the scene; take the file that scan wrote"
         )
     names = (*AXES_OF_CASES, "building", "building_period", "building_damping")
-    check_scan(results, whose, names=names, attrs=("records", "title"))
+    check_scan(results, label, names=names, attrs=("records", "title"))
     damping = results["building_damping"]
     if bool((np.isfinite(results["building_period"]) & ~((damping >= 0.0) & (damping <= 1.0))).any()):
-        raise PoundingError(f"{whose}: a building that has a period has no damping from 0 to 1; {REPAIR}")
+        raise PoundingError(f"{label}: a building that has a period has no damping from 0 to 1; {REPAIR}")
 
 
 def check_scene(dataset: xr.Dataset) -> None:
@@ -178,25 +178,25 @@ FLOORS_OF_POINT = ("contact_point_left_floor", "contact_point_right_floor")
 
 def check_run(run: xr.Dataset) -> None:
     """Raise PoundingError where a run of `simulate` lost an axis, or where a level in its attributes is no number."""
-    lost = [f"the dimension {dim} is missing" for dim in ("time", "building", "storey") if dim not in run.dims]
+    faults = [f"the dimension {dim} is missing" for dim in ("time", "building", "storey") if dim not in run.dims]
     time = run["time"].values if "time" in run.coords else np.array([0.0])
     if time.dtype.kind not in NUMBER or not np.all(np.isfinite(time)) or np.any(np.diff(time) < 0.0):
-        lost.append("the times are not finite numbers in rising order")
+        faults.append("the times are not finite numbers in rising order")
     points = [name for name in ("contact_point_level", *FLOORS_OF_POINT) if name in run.coords]
     numbers = [name for name in points if run[name].dtype.kind in NUMBER]
-    lost += [f"the variable {name} is infinite" for name in numbers if np.any(np.isinf(run[name].values))]
+    faults += [f"the variable {name} is infinite" for name in numbers if np.any(np.isinf(run[name].values))]
     levels = [name for name in ("pga", "gap", "yield_force", "intensity_level") if name in run.attrs]
-    wrong = [name for name in levels if isinstance(run.attrs[name], str) or np.size(run.attrs[name]) != 1]
-    _refuse(THIS, [*lost, *(f"the attribute {name} is {run.attrs[name]!r}, not a number" for name in wrong)])
+    wrong_names = [name for name in levels if isinstance(run.attrs[name], str) or np.size(run.attrs[name]) != 1]
+    _refuse(THIS, [*faults, *(f"the attribute {name} is {run.attrs[name]!r}, not a number" for name in wrong_names)])
 
 
-def _refuse(whose: str, faults: list[str], repair: str = REPAIR) -> None:
+def _refuse(label: str, faults: list[str], repair: str = REPAIR) -> None:
     """Raise PoundingError with a sentence for each fault, where there are any."""
     if len(faults) == 1:
-        raise PoundingError(f"{whose}: {faults[0]}; {repair}")
+        raise PoundingError(f"{label}: {faults[0]}; {repair}")
     if faults:
         raise PoundingError(
-            "\n".join([f"{whose}: {len(faults)} faults", *(f"  - {fault}" for fault in faults), repair])
+            "\n".join([f"{label}: {len(faults)} faults", *(f"  - {fault}" for fault in faults), repair])
         )
 
 
@@ -207,29 +207,29 @@ def _missing(dataset: xr.Dataset, names: Iterable[str], attrs: Iterable[str]) ->
     yield from (f"the axis {axis} has no labels" for axis in axes)
     if "sensitive" in dataset.variables:
         yield from (f"the variable {name} is missing" for name in CHANGES if name not in dataset.variables)
-    lost = [name for dim, names in OF_PLACES.items() if dim in dataset.dims for name in names]
-    lost += [
+    needed = [name for dim, names in OF_PLACES.items() if dim in dataset.dims for name in names]
+    needed += [
         name
         for prefix, names in BESIDE.items()
         if any(str(variable).startswith(prefix) and variable not in COORDINATES for variable in dataset.data_vars)
         for name in names
     ]
-    yield from (f"the variable {name} is missing" for name in lost if name not in dataset.variables)
+    yield from (f"the variable {name} is missing" for name in needed if name not in dataset.variables)
     yield from (f"{name} is not among the coordinates" for name in dataset.data_vars if name in COORDINATES)
     yield from (f"the dimension {dim} has a length of 0" for dim, size in dataset.sizes.items() if size == 0)
 
 
 def _form_faults(dataset: xr.Dataset) -> Iterator[str]:
     """Variables and coordinates whose dimensions, unit or kind are not those that are declared."""
-    variables, of_scene = dataset.variables, set(scene_dims(dataset))
+    variables, scene_axes = dataset.variables, set(scene_dims(dataset))
     for name, declared in (VARIABLES | COORDINATES).items():
         if name not in variables:
             continue
         variable = variables[name]
-        expected = _dims(dataset, declared)
+        expected_dims = _dims(dataset, declared)
         # Along an axis of another number of the scene anything may differ.
-        if set(variable.dims) - of_scene != set(expected):
-            yield f"the variable {name} has the dimensions {_list(variable.dims)}, not {_list(expected)}"
+        if set(variable.dims) - scene_axes != set(expected_dims):
+            yield f"the variable {name} has the dimensions {_list(variable.dims)}, not {_list(expected_dims)}"
         if variable.dtype.kind not in declared.kinds:
             expected_kind = {TEXT: "texts", WHOLE: "whole numbers", NUMBER: "numbers"}[declared.kinds]
             yield f"the variable {name} holds values of type {variable.dtype}, not {expected_kind}"
@@ -258,12 +258,12 @@ def _attribute_faults(dataset: xr.Dataset) -> Iterator[str]:
     # What `compare` and `effects` leave out are laws or effects, in words.
     lists = [name for name in LISTS if name != "left_out" or kind_of(dataset) not in ("compare", "effects")]
     kinds = dict.fromkeys(TABLES, dict) | dict.fromkeys((*lists, "records"), list)
-    read = {name: from_text(dataset.attrs[name]) for name in kinds if name in dataset.attrs}
-    for name, content in read.items():
+    contents = {name: from_text(dataset.attrs[name]) for name in kinds if name in dataset.attrs}
+    for name, content in contents.items():
         if not isinstance(content, kinds[name]):
             yield f"the attribute {name} cannot be read as a {'table' if kinds[name] is dict else 'list'} in JSON"
-    sound = {name: content for name, content in read.items() if isinstance(content, kinds[name])}
-    yield from _entry_faults(dataset, sound)
+    valid = {name: content for name, content in contents.items() if isinstance(content, kinds[name])}
+    yield from _entry_faults(dataset, valid)
     rtol = dataset.attrs.get("rtol", 1.0)
     if isinstance(rtol, str) or np.size(rtol) != 1 or not (isfinite(rtol) and rtol > 0.0):
         yield f"the attribute rtol is {rtol!r}, not a number above 0"
@@ -273,9 +273,9 @@ def _is_shock(facts: Any) -> bool:
     return isinstance(facts, dict) and _is_texts([facts.get(key) for key in ("name", "source")])
 
 
-def _entry_faults(dataset: xr.Dataset, read: Mapping[str, Any]) -> Iterator[str]:
-    """Faults of the entries of JSON attributes, which are ``read``: tables and lists by name."""
-    records = read.get("records", [])
+def _entry_faults(dataset: xr.Dataset, contents: Mapping[str, Any]) -> Iterator[str]:
+    """Faults of the entries of JSON attributes, which are ``contents``: tables and lists by name."""
+    records = contents.get("records", [])
     if not all(isinstance(record, dict) and isinstance(record.get("name"), str) for record in records):
         yield "the attribute records has an entry without a name"
     elif not all(isinstance(record.get(key) or "", str) for record in records for key in TEXTS_OF_RECORD):
@@ -283,16 +283,16 @@ def _entry_faults(dataset: xr.Dataset, read: Mapping[str, Any]) -> Iterator[str]
     elif not all(_is_shock(record[AFTERSHOCK]) for record in records if AFTERSHOCK in record):
         yield f"the attribute records has an {AFTERSHOCK} without the texts of its name and source"
     elif records and "record" in dataset.coords:
-        known = {record["name"] for record in records}
-        lost = [str(name) for name in np.atleast_1d(dataset["record"].values) if str(name) not in known]
-        if lost:
-            yield f"the attribute records says nothing of {', '.join(lost[:3])}"
+        names = {record["name"] for record in records}
+        unknown = [str(name) for name in np.atleast_1d(dataset["record"].values) if str(name) not in names]
+        if unknown:
+            yield f"the attribute records says nothing of {', '.join(unknown[:3])}"
     for name in ("motions_sha256", "versions", "notes", "unused_keys", "overrides"):
-        texts = read.get(name, [])
+        texts = contents.get(name, [])
         if not _is_texts(list(texts.values()) if isinstance(texts, dict) else texts):
             yield f"the attribute {name} has an entry that is no text"
     for name in ("processing", "flags"):
-        if not all(map(_is_texts, read.get(name, {}).values())):
+        if not all(map(_is_texts, contents.get(name, {}).values())):
             yield f"the attribute {name} holds something else than a list of sentences for each record"
 
 
@@ -308,10 +308,10 @@ def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:
             labels = [str(label) for label in np.atleast_1d(dataset[name].values)]
             if len(set(labels)) < len(labels) or not all(labels):
                 yield f"the labels of the axis {name} are empty or stand there twice"
-            yield from (f"a label of {name} {why}" for why in map(refused, labels) if why)
-    senses = np.atleast_1d(dataset["polarity"].values) if "polarity" in dataset.coords else ()
-    if wrong := sorted(set(map(str, senses)) - set(POLARITIES)):
-        yield f"the polarity {wrong[0]!r} is neither {' nor '.join(map(repr, POLARITIES))}"
+            yield from (f"a label of {name} {fault}" for fault in map(refused, labels) if fault)
+    polarities = np.atleast_1d(dataset["polarity"].values) if "polarity" in dataset.coords else ()
+    if wrong_polarities := sorted(set(map(str, polarities)) - set(POLARITIES)):
+        yield f"the polarity {wrong_polarities[0]!r} is neither {' nor '.join(map(repr, POLARITIES))}"
     limits: tuple[tuple[str, Callable[[Any], Any], str], ...] = (
         ("gap", lambda values: np.isfinite(values) & (values >= 0.0), "distances of 0 or more"),
         ("yield_force", lambda values: values > 0.0, "forces above 0"),
@@ -324,8 +324,8 @@ def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:
         ("record_pgv", lambda values: np.isfinite(values) & (values >= 0.0), "speeds of 0 or more"),
         ("building_period", lambda values: np.isnan(values) | (values > 0.0), "periods above 0"),
     )
-    for name, allowed, words in limits:
-        if name in dataset.coords and not np.all(allowed(dataset[name].values)):
+    for name, is_allowed, words in limits:
+        if name in dataset.coords and not np.all(is_allowed(dataset[name].values)):
             yield f"the values of {name} are not {words}"
     for name in ("gap", "yield_force", "pga", LEVEL_AXIS, "period"):
         if name in dataset.dims and np.unique(dataset[name].values).size < dataset.sizes[name]:
@@ -342,8 +342,8 @@ def _place_faults(dataset: xr.Dataset) -> Iterator[str]:
     places = dataset["contact_point_interface"].values
     if places.min() < 0 or places.max() >= dataset.sizes["interface"]:
         yield "the contact points are not all at the interfaces"
-    if wrong := set(map(str, np.atleast_1d(dataset["contact_point_kind"].values))) - set(KINDS):
-        yield f"a contact point is of the kind {sorted(wrong)[0]!r}, not {' or '.join(KINDS)}"
+    if wrong_kinds := set(map(str, np.atleast_1d(dataset["contact_point_kind"].values))) - set(KINDS):
+        yield f"a contact point is of the kind {sorted(wrong_kinds)[0]!r}, not {' or '.join(KINDS)}"
 
 
 def _status_faults(dataset: xr.Dataset) -> Iterator[str]:

@@ -51,23 +51,23 @@ def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
     """A sentence for each way in which the contacts of one run are implausible."""
     lengths = (getattr(building, "floor_length", 0.0) for building in study.buildings)
     notes = [*_depth_words(*_deepest(run), lengths)]
-    point = dict(zip(run["contact_point"].values, run["contact_point_interface"].values, strict=True))
-    places = np.array([point[name] for name in run["contact_place"].values])
+    interface_of = dict(zip(run["contact_point"].values, run["contact_point_interface"].values, strict=True))
+    places = np.array([interface_of[name] for name in run["contact_place"].values])
     for place, sides in enumerate(pairwise(study.buildings)):
         short = shortest({side.name: side.period for side in sides if not side.is_rigid})
-        here = (run["contact_end"] - run["contact_start"]).values[places == place]
-        if short and here.size and (middle := float(np.median(here))) >= LONGEST_CONTACT * short[1]:
-            notes.append(f"contacts last {say(middle, TIME, 3)}, {share_of(middle, *short)}: {PUSHING}")
+        durations = (run["contact_end"] - run["contact_start"]).values[places == place]
+        if short and durations.size and (median := float(np.median(durations))) >= LONGEST_CONTACT * short[1]:
+            notes.append(f"contacts last {say(median, TIME, 3)}, {share_of(median, *short)}: {PUSHING}")
     model = str(run.attrs.get("contact_model", ""))
     ends = [
-        inf if between.table is None or TABULATED not in (model, between.contact_model) else between.table.end
-        for between in study.interfaces
+        inf if interface.table is None or TABULATED not in (model, interface.contact_model) else interface.table.end
+        for interface in study.interfaces
     ]
     depths = _depths(run, "peak_closing").values.tolist()
     notes += [
         _beyond_bumper(depth, length)
-        for depth, length, between in zip(depths, study.bumpers, study.interfaces, strict=False)
-        if TABULATED not in (model, between.contact_model)
+        for depth, length, interface in zip(depths, study.bumpers, study.interfaces, strict=False)
+        if TABULATED not in (model, interface.contact_model)
     ]
     notes += [beyond_end(depth, end) for depth, end in zip(depths, ends, strict=True)]
     return tuple(filter(None, notes))
@@ -83,7 +83,7 @@ def _of_contacts(results: xr.Dataset, lengths: list[float], tabulated: dict[int,
     if any(name not in results.variables for name in names) or "interface" not in results.dims:
         return
     # Where the periods differ along an axis, there is no one limit of how long a contact lasts.
-    lasting = _Lasting(results) if results["building_period"].dims == ("building",) else None
+    lasting = _LongContacts(results) if results["building_period"].dims == ("building",) else None
     if lasting is not None:
         for piece in streamed(results, names[1:3]):
             lasting.add(piece["contact_time"], piece["impact_count"])
@@ -103,7 +103,7 @@ def _depths(results: xr.Dataset, name: str, where: Mapping[str, Any] = MappingPr
     if name == OF_POINTS and "interface" in gaps.dims:
         gaps = gaps.isel(interface=results["contact_point_interface"].variable)
     closing, gaps = (
-        each.isel({dim: at for dim, at in where.items() if dim in each.dims}) for each in (results[name], gaps)
+        array.isel({dim: index for dim, index in where.items() if dim in array.dims}) for array in (results[name], gaps)
     )
     return closing - gaps  # a drawn gap lies along the samples too
 
@@ -114,15 +114,15 @@ def _beyond_tables(results: xr.Dataset, tabulated: dict[int, Any]) -> Iterator[s
         return
     from pounding_risk.scene.values import OF_EACH_INTERFACE
 
-    for place, between in tabulated.items():
-        labels = (TABULATED, OF_EACH_INTERFACE) if between["contact_model"] == TABULATED else (TABULATED,)
-        chosen = [at for at, name in enumerate(results["contact_model"].values) if str(name) in labels]
-        if not chosen:
+    for place, interface in tabulated.items():
+        labels = (TABULATED, OF_EACH_INTERFACE) if interface["contact_model"] == TABULATED else (TABULATED,)
+        laws = [at for at, name in enumerate(results["contact_model"].values) if str(name) in labels]
+        if not laws:
             continue
-        end, count, deepest = parse(between["table"]["penetration"][-1], GAP), 0, 0.0
+        end, count, deepest = parse(interface["table"]["penetration"][-1], GAP), 0, 0.0
         for at in range(results.sizes["gap"]):
-            chosen_cases = {"interface": place, "contact_model": chosen, "gap": at}
-            depth = _depths(results, "peak_closing", chosen_cases).values
+            cell = {"interface": place, "contact_model": laws, "gap": at}
+            depth = _depths(results, "peak_closing", cell).values
             count += int((depth > end).sum())
             deepest = max(deepest, float(np.nanmax(depth, initial=0.0)))
         if words := beyond_end(deepest, end):
@@ -133,16 +133,16 @@ def _beyond_bumpers(results: xr.Dataset) -> Iterator[str]:
     """A note for each interface at which cases go deeper than its bumpers are long, under laws without a table."""
     if "interface_bumper" not in results.variables or "peak_closing" not in results.variables:
         return
-    laws = [at for at, name in enumerate(results["contact_model"].values) if str(name) != TABULATED]
+    laws = [k for k, name in enumerate(results["contact_model"].values) if str(name) != TABULATED]
     for place, name in enumerate(results["interface"].values):
         length, count, excess = results["interface_bumper"].isel(interface=place), 0, (0.0, 0.0)
         for gap in range(results.sizes["gap"]):
             depth = _depths(results, "peak_closing", {"interface": place, "contact_model": laws, "gap": gap})
-            past = depth.where((depth > length) & (length > 0.0))
-            count += int(past.notnull().sum())
-            if past.notnull().any():  # samples have each its own length
-                lengths, at = length.broadcast_like(past).transpose(*past.dims).values, int(np.nanargmax(past.values))
-                excess = max(excess, (float(past.values.flat[at]), float(lengths.flat[at])))
+            deep = depth.where((depth > length) & (length > 0.0))
+            count += int(deep.notnull().sum())
+            if deep.notnull().any():  # samples have each its own length
+                lengths, k = length.broadcast_like(deep).transpose(*deep.dims).values, int(np.nanargmax(deep.values))
+                excess = max(excess, (float(deep.values.flat[k]), float(lengths.flat[k])))
         if count:
             yield f"{name}, in {counted(count, 'case')}: {_beyond_bumper(*excess)}"
 
@@ -164,8 +164,8 @@ def _deepest(results: xr.Dataset) -> tuple[float, float]:
     is_column = np.atleast_1d(results["contact_point_kind"].values == "column") if has_points else np.zeros(1, bool)
     floors, columns = 0.0, 0.0
     template = template_of(results)
-    for where in [place_of_block(template, block) for block in blocks(template)] if name in template.cases else [{}]:
-        depths = _depths(results, name, where).values.reshape(-1, is_column.size)
+    for cell in [place_of_block(template, block) for block in blocks(template)] if name in template.cases else [{}]:
+        depths = _depths(results, name, cell).values.reshape(-1, is_column.size)
         floors = max(floors, float(np.nanmax(depths[:, ~is_column], initial=0.0)))
         columns = max(columns, float(np.nanmax(depths[:, is_column], initial=0.0)))
     return floors, columns
@@ -189,7 +189,7 @@ def _depth_words(depth: float, in_column: float, lengths: Iterable[float]) -> It
         )
 
 
-class _Lasting:
+class _LongContacts:
     """Counts, by interface, the cases whose contacts last half of a period on average."""
 
     def __init__(self, results: xr.Dataset) -> None:
@@ -202,17 +202,17 @@ class _Lasting:
 
     def add(self, time: Array, count: NDArray[np.int64]) -> None:
         """Count a block of cases; the last axis is that of interfaces."""
-        touching = (count > 0) & (time > 0.0)
-        long = touching & (time >= self.limits * np.maximum(count, 1))  # no limit times no contact is no number
-        over = tuple(range(touching.ndim - 1))
-        self.touching = self.touching + touching.sum(axis=over)
-        self.long = self.long + long.sum(axis=over)
+        is_touching = (count > 0) & (time > 0.0)
+        is_long = is_touching & (time >= self.limits * np.maximum(count, 1))  # no limit times no contact is no number
+        case_axes = tuple(range(is_touching.ndim - 1))
+        self.touching = self.touching + is_touching.sum(axis=case_axes)
+        self.long = self.long + is_long.sum(axis=case_axes)
 
     def words(self) -> Iterator[str]:
         """A note for each interface at which more than half of the cases with contact are such."""
-        for long, touching, short in zip(self.long, self.touching, self.shortest, strict=True):
-            if short and 2 * long > touching:
-                name, period = short
+        for long, touching, building in zip(self.long, self.touching, self.shortest, strict=True):
+            if building and 2 * long > touching:
+                name, period = building
                 yield (
                     f"in {long} of {touching} cases with contact one lasts {LONGEST_CONTACT:g} times the period of "
                     f"{name} ({say(period, PERIOD)}) or more on average: {PUSHING}"
@@ -225,6 +225,6 @@ def shortest(periods: Mapping[str, float]) -> tuple[str, float] | None:
     return min(swinging.items(), key=lambda building: building[1]) if swinging else None
 
 
-def share_of(lasts: float, name: str, period: float) -> str:
+def share_of(duration: float, name: str, period: float) -> str:
     """The duration of a contact [s] as a multiple of the period [s] of the building ``name``, in words."""
-    return f"{lasts / period:.3g} times the period of {name} ({say(period, PERIOD)})"
+    return f"{duration / period:.3g} times the period of {name} ({say(period, PERIOD)})"

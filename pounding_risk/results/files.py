@@ -181,13 +181,13 @@ def open_results(path: str | Path, lazy: bool = False) -> xr.Dataset:
 def stream_results(path: str | Path) -> xr.Dataset:
     """Open a dataset lazily and without Dask, to be read block by block and closed."""
     with NETCDF:
-        usual = netCDF4.get_chunk_cache()
+        default_cache = netCDF4.get_chunk_cache()
         # Each chunk of a variable is read once; by default the library would keep 16 MB of every variable.
-        netCDF4.set_chunk_cache(CHUNK_CACHE, *usual[1:])
+        netCDF4.set_chunk_cache(CHUNK_CACHE, *default_cache[1:])
         try:
             return _opened(Path(path), None)
         finally:
-            netCDF4.set_chunk_cache(*usual)
+            netCDF4.set_chunk_cache(*default_cache)
 
 
 def opened_or_given(results: xr.Dataset | str | Path, name: str = "") -> tuple[xr.Dataset, str]:
@@ -246,12 +246,12 @@ def _opened(source: Path, chunks: dict[str, int] | None) -> xr.Dataset:
     return dataset
 
 
-def _check_version(dataset: xr.Dataset, whose: str) -> None:
+def _check_version(dataset: xr.Dataset, label: str) -> None:
     """Raise PoundingError for a dataset of another version; one that states none is judged by its variables alone."""
     version = dataset.attrs.get(VERSION, DATASET_VERSION)
     if not isinstance(version, int | np.integer) or version < 1:
         raise PoundingError(
-            f"{whose}: the attribute {VERSION} is {shown(version)}, not a whole number from 1 on: the file was changed "
+            f"{label}: the attribute {VERSION} is {shown(version)}, not a whole number from 1 on: the file was changed "
             "since it was written; take the one that scan wrote"
         )
     if version == DATASET_VERSION:
@@ -259,8 +259,8 @@ def _check_version(dataset: xr.Dataset, whose: str) -> None:
     since, repair = ", written before the first release", "run the scan again"
     if version > DATASET_VERSION:
         since, repair = "", "run: pip install --upgrade pounding-risk"
-    reads = f"this version of pounding-risk reads version {DATASET_VERSION}"
-    raise PoundingError(f"{whose}: is a dataset of version {version}{since}, and {reads}; {repair}")
+    scope = f"this version of pounding-risk reads version {DATASET_VERSION}"
+    raise PoundingError(f"{label}: is a dataset of version {version}{since}, and {scope}; {repair}")
 
 
 # ------------------------------------------------------------------------------------------------ Zarr
@@ -302,11 +302,11 @@ class _Watched(BackendArray):
 
 def _watched(path: Path, array: xr.DataArray, chunks: dict[str, int] | None) -> xr.Variable:
     """The variable with its pieces watched, as a Dask array of the stored pieces where ``chunks`` is not None."""
-    whole = array.variable
-    watched = xr.Variable(whole.dims, indexing.LazilyIndexedArray(_Watched(path, whole)), whole.attrs, whole.encoding)
-    if chunks is None or not whole.ndim:
+    raw = array.variable
+    watched = xr.Variable(raw.dims, indexing.LazilyIndexedArray(_Watched(path, raw)), raw.attrs, raw.encoding)
+    if chunks is None or not raw.ndim:
         return watched
-    return watched.chunk(dict(zip(whole.dims, whole.encoding["chunks"], strict=True)) | chunks)
+    return watched.chunk(dict(zip(raw.dims, raw.encoding["chunks"], strict=True)) | chunks)
 
 
 def _encodable(values: np.ndarray) -> np.ndarray:

@@ -55,13 +55,13 @@ def skeleton(
 
     from pounding_risk.results import accessor as accessor  # registers it with xarray
 
-    needed = NEEDED + WITH_BUMPERS * bool(study.bumpers)
-    needed += TO_COLLAPSE * ("inelastic_storeys" in dict(study.effects))
+    words = NEEDED + WITH_BUMPERS * bool(study.bumpers)
+    words += TO_COLLAPSE * ("inelastic_storeys" in dict(study.effects))
     variables: dict[str, Any] = {
         f"{name}_free": (
             (*axes_of_motions(study), *own_dims(f"{name}_free")),
             values,
-            described(output.unit, needed if name.endswith("peak_closing") else f"{output.words}; without contact"),
+            described(output.unit, words if name.endswith("peak_closing") else f"{output.words}; without contact"),
         )
         for name, (output, values) in free.items()
     }
@@ -231,10 +231,10 @@ def with_drawn_motions(
 
 def motion_spectra(motions: tuple[Motion, ...]) -> dict[str, Any]:
     """Spectra of the records; NaN at periods that are too short for the time step of a record."""
-    known = LEAST_PERIOD * max(motion.dt for motion in motions) <= PERIODS
+    valid = LEAST_PERIOD * max(motion.dt for motion in motions) <= PERIODS
     spectra = np.full((len(motions), PERIODS.size), np.nan)
-    spectra[:, known] = response_spectra(
-        [motion.reaching(0.0).acceleration for motion in motions], [motion.dt for motion in motions], PERIODS[known]
+    spectra[:, valid] = response_spectra(
+        [motion.reaching(0.0).acceleration for motion in motions], [motion.dt for motion in motions], PERIODS[valid]
     ).pseudo_acceleration
     words = (
         "pseudo-spectral acceleration of the record after processing and scaling by the scene, before the amplitude "
@@ -255,7 +255,7 @@ def case_coordinates(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
         "record": ([motion.name for motion in motions], "ground motion"),
         "polarity": (list(study.records.polarities), "sign of the ground motion"),
     }
-    others = {
+    other_axes = {
         "contact_model": (list(grid.contact_models), "contact law"),
         "gap": (list(grid.gaps), "clear distance at rest"),
         "yield_force": (list(grid.yield_forces), "yield force F_E; inf never yields"),
@@ -263,24 +263,24 @@ def case_coordinates(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any
         "period": (PERIODS, "period of an oscillator"),
         "record_event": (about("event"), "earthquake that the record is of"),
         "record_sha256": (about("sha256"), "checksum of the record's file"),
-        **_known_of_records(motions),
+        **_record_facts(motions),
         **_amplitudes_felt(study, motions),
     }
     amplitudes = {axis: (axis, levels, measure_attributes(grid.measure))}
     widenings = ground_widenings(study, motions) if study.supports else {}
-    return coordinates(axes) | amplitudes | coordinates(others, axis) | widenings
+    return coordinates(axes) | amplitudes | coordinates(other_axes, axis) | widenings
 
 
 def measure_attributes(measure: Measure) -> dict[str, Any]:
     """What a dataset says of the measure of its amplitudes: unit, words, and, but of PGA, what it is read back from."""
-    about: dict[str, Any] = dict(described(measure.unit, measure.long_name))
+    facts: dict[str, Any] = dict(described(measure.unit, measure.long_name))
     if measure == PEAK:
-        return about
+        return facts
     of_oscillators = {"periods": list(measure.periods), "damping": measure.damping} if measure.periods else {}
-    return about | {"measure": measure.name, **of_oscillators}
+    return facts | {"measure": measure.name, **of_oscillators}
 
 
-def _known_of_records(motions: tuple[Motion, ...]) -> dict[str, tuple[Any, str]]:
+def _record_facts(motions: tuple[Motion, ...]) -> dict[str, tuple[Any, str]]:
     """Magnitude, distance, vs30 and recording of each record; NaN where not known."""
 
     def known(key: str) -> list[float]:
@@ -304,46 +304,46 @@ def _amplitudes_felt(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tup
     """PGA of each record before and after scaling to the grid's amplitude, and the factor of all scaling together."""
     peaks = np.array([motion.pga for motion in motions])
     factors = np.array([motion.record.get("factor", 1.0) for motion in motions])
-    felt, grown = _felt(study, motions, peaks)
-    before = "after processing and scaling by the scene, before the amplitude of the grid"
+    felt, gains = _felt_pga(study, motions, peaks)
+    stage = "after processing and scaling by the scene, before the amplitude of the grid"
     factor = "factor on the processed record, of scaling by the scene and by the amplitude of the grid together"
     return {
-        "record_pga": (peaks, f"peak acceleration of the record {before}"),
+        "record_pga": (peaks, f"peak acceleration of the record {stage}"),
         "record_pga_felt": (felt, "peak ground acceleration that the buildings felt, after every scaling"),
-        "record_scale_factor": (factors[:, None] * grown, factor),
+        "record_scale_factor": (factors[:, None] * gains, factor),
     }
 
 
-def _felt(study: Scene, motions: tuple[Motion, ...], peaks: Array) -> tuple[Array, Array]:
+def _felt_pga(study: Scene, motions: tuple[Motion, ...], peaks: Array) -> tuple[Array, Array]:
     """PGA [m/s²] of each motion at each amplitude of the grid, and the factor to it: (motions, amplitudes)."""
     levels = np.array([np.nan if level is None else level for level in study.grid.levels])
     if study.grid.measure == PEAK:
         felt = np.where(np.isnan(levels), peaks[:, None], levels)
         # Still ground is not scaled.
         return felt, np.divide(felt, peaks[:, None], out=np.ones_like(felt), where=peaks[:, None] > 0.0)
-    before = study.grid.measure.of(motions)[:, None]
-    grown = np.divide(levels, before, out=np.ones((len(motions), levels.size)), where=before > 0.0)
-    return peaks[:, None] * grown, grown
+    intensities = study.grid.measure.of(motions)[:, None]
+    gains = np.divide(levels, intensities, out=np.ones((len(motions), levels.size)), where=intensities > 0.0)
+    return peaks[:, None] * gains, gains
 
 
 def ground_widenings(study: Scene, motions: tuple[Motion, ...]) -> dict[str, Any]:
     """How far the grounds part at each interface under each record, before the amplitude of the grid."""
     partings = [parting(study, motion) for motion in motions]
-    largest = np.array([each.largest for each in partings]).reshape(len(motions), -1)
-    end = np.array([each.end for each in partings]).reshape(len(motions), -1)
-    before = "x_right - x_left of the grounds under neighbours, before the amplitude of the grid"
+    largest = np.array([ground_parting.largest for ground_parting in partings]).reshape(len(motions), -1)
+    end = np.array([ground_parting.end for ground_parting in partings]).reshape(len(motions), -1)
+    widening = "x_right - x_left of the grounds under neighbours, before the amplitude of the grid"
     return coordinates(
         {
-            "record_ground_widening_largest": (largest, f"largest size of {before}"),
-            "record_ground_widening_end": (end, f"{before}: at the end of the run"),
+            "record_ground_widening_largest": (largest, f"largest size of {widening}"),
+            "record_ground_widening_end": (end, f"{widening}: at the end of the run"),
         }
     )
 
 
 def sources_of(study: Scene, laws: Iterable[Any]) -> list[str]:
     """References of these laws and of the effects of the scene."""
-    others = [EFFECTS[effect.name] for effect in study.effects if not acts_on_law(effect.name)]
-    return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in others)]))
+    kinds = [EFFECTS[effect.name] for effect in study.effects if not acts_on_law(effect.name)]
+    return list(dict.fromkeys([*map(references, laws), *(kind.reference for kind in kinds)]))
 
 
 def attributes(study: Scene, motions: tuple[Motion, ...], laws: Laws, solver: str) -> dict[str, Any]:
@@ -374,10 +374,10 @@ def doubts_of(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tuple[str,
 
 def _unusual_factors(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tuple[str]]:
     """The flag of each motion that some amplitude of the grid scales beyond the usual factors: one for all of them."""
-    grown = _felt(study, motions, np.array([motion.pga for motion in motions]))[1]
-    factors = grown * np.array([motion.record.get("factor", 1.0) for motion in motions])[:, None]
+    gains = _felt_pga(study, motions, np.array([motion.pga for motion in motions]))[1]
+    factors = gains * np.array([motion.record.get("factor", 1.0) for motion in motions])[:, None]
     low, high = USUAL_FACTORS
-    unusual = ((grown != 1.0) & ((factors < low) | (factors > high))).any(axis=1)  # of a motion as it is: its own flag
+    unusual = ((gains != 1.0) & ((factors < low) | (factors > high))).any(axis=1)  # of a motion as it is: its own flag
     is_record = np.array([motion.record.get("state") != GENERATED for motion in motions], dtype=bool)
     unusual &= is_record  # a generated motion is right at any amplitude
     if not unusual.any():
@@ -412,9 +412,9 @@ def numbers_of(study: Scene, laws: Laws) -> dict[str, str]:
 def plugin_attributes(study: Scene) -> dict[str, str]:
     """Versions of the libraries and of the plug-ins that a scene uses, and what it has of them."""
     used = plugins_of(study)
-    named = {f"{GROUPS[plugin.group]} {plugin.name}": plugin.origin for plugin in used}
-    stated = versions() | {plugin.distribution: plugin.version for plugin in used}
-    return {"versions": as_text(stated), **({"plugins": as_text(named)} if named else {})}
+    origins = {f"{GROUPS[plugin.group]} {plugin.name}": plugin.origin for plugin in used}
+    all_versions = versions() | {plugin.distribution: plugin.version for plugin in used}
+    return {"versions": as_text(all_versions), **({"plugins": as_text(origins)} if origins else {})}
 
 
 def made_from(study: Scene, motions: Iterable[Motion]) -> dict[str, Any]:

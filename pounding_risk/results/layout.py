@@ -99,26 +99,26 @@ def block_shape(template: Template) -> tuple[int, ...]:
 
     They follow from the template alone, so that the bytes of a file do not depend on the chunks of the scan.
     """
-    most = max(1, int(BLOCK_BYTES // max(1, template.bytes_per_case * template.width)))  # batches
+    batch_limit = max(1, int(BLOCK_BYTES // max(1, template.bytes_per_case * template.width)))  # batches
     shape = [1] * len(template.shape)
     shape[-1] = template.width
     for axis in reversed(range(len(template.shape) - 1)):
-        shape[axis] = min(template.shape[axis], most)
+        shape[axis] = min(template.shape[axis], batch_limit)
         if shape[axis] < template.shape[axis]:
             break
-        most //= shape[axis]
+        batch_limit //= shape[axis]
     return tuple(shape)
 
 
 def blocks(template: Template) -> Iterator[range]:
     """The batches of each block, in order."""
     sizes = block_shape(template)[:-1]
-    broken = next((axis for axis, size in enumerate(sizes) if size > 1), len(sizes) - 1)
-    below = prod(template.shape[broken + 1 : -1])
-    run = template.shape[broken] * below  # batches of one index of the axes before
+    split_axis = next((axis for axis, size in enumerate(sizes) if size > 1), len(sizes) - 1)
+    batches_below = prod(template.shape[split_axis + 1 : -1])
+    run = template.shape[split_axis] * batches_below  # batches of one index of the axes before
     for first in range(0, template.batches, run):
-        for start in range(first, first + run, sizes[broken] * below):
-            yield range(start, min(start + sizes[broken] * below, first + run))
+        for start in range(first, first + run, sizes[split_axis] * batches_below):
+            yield range(start, min(start + sizes[split_axis] * batches_below, first + run))
 
 
 class Slab(NamedTuple):
@@ -147,8 +147,8 @@ def place(template: Template, block: range) -> dict[str, slice]:
     starts = np.unravel_index(block.start, template.shape[:-1]) if template.batches else ()
     sizes = block_shape(template)
     slices = {AXES[-1]: slice(0, template.width)}
-    for axis, start, size, whole in zip(template.axes, starts, sizes, template.shape, strict=False):
-        slices[axis] = slice(int(start), min(int(start) + size, whole))
+    for axis, start, size, length in zip(template.axes, starts, sizes, template.shape, strict=False):
+        slices[axis] = slice(int(start), min(int(start) + size, length))
     return {axis: slices[axis] for axis in template.dims}
 
 
@@ -173,18 +173,18 @@ def template_of(dataset: xr.Dataset) -> Template:
 
 def values_at(dataset: xr.Dataset, template: Template, block: range, names: Iterable[str]) -> dict[str, np.ndarray]:
     """Case variables of a dataset in a block of its template: (batches, cases in a batch, extra sizes)."""
-    where = place(template, block)
+    slices = place(template, block)
     return {
-        name: dataset.variables[name].isel(where).values.reshape(len(block), template.width, *template.extra(name))
+        name: dataset.variables[name].isel(slices).values.reshape(len(block), template.width, *template.extra(name))
         for name in names
     }
 
 
 def streamed(dataset: xr.Dataset, names: Iterable[str]) -> Iterator[dict[str, np.ndarray]]:
     """Values of variables of equal dimensions, piece by piece: of case variables by block, of others at once."""
-    template, wanted = template_of(dataset), list(names)
-    if set(wanted) <= set(template.cases):
+    template, wanted_names = template_of(dataset), list(names)
+    if set(wanted_names) <= set(template.cases):
         for block in blocks(template):
-            yield values_at(dataset, template, block, wanted)
+            yield values_at(dataset, template, block, wanted_names)
     else:
-        yield {name: dataset[name].values for name in wanted}
+        yield {name: dataset[name].values for name in wanted_names}

@@ -78,17 +78,17 @@ class Results:
         """Notes on the scene's own gap and F_E where the grid has others alone, of which the nearest is taken."""
         if not self.scene.get("interface") or "gap" not in self.dataset.dims or open_axes(self.dataset):
             return ()
-        at, gaps = self.varied_interface, self.dataset["gap"].values
-        gaps = self.gaps.values[:, at] if "interface" in self.dataset.dims else gaps
+        interface, gaps = self.varied_interface, self.dataset["gap"].values
+        gaps = self.gaps.values[:, interface] if "interface" in self.dataset.dims else gaps
         force = parse(self.scene["interface"][0].get("yield_force", "inf"), YIELD_FORCE)
-        own = {"gap": (self.scene_gap(at), float(gaps[self.scene_place]), GAP)}
+        compared = {"gap": (self.scene_gap(interface), float(gaps[self.scene_place]), GAP)}
         if self.dataset.sizes.get("yield_force", 1) > 1 and np.isfinite([force, self.scene_force]).all():
-            own["yield_force"] = force, self.scene_force, YIELD_FORCE
+            compared["yield_force"] = force, self.scene_force, YIELD_FORCE
         return tuple(
             f"{key}: the scene's own, {say(stated, quantity, 4)}, is not in the grid; forces, yielding and damage are "
-            f"those at {say(run, quantity, 4)}, the nearest there: add it to {key} in [grid]"
-            for key, (stated, run, quantity) in own.items()
-            if abs(stated - run) > SAME * abs(stated)
+            f"those at {say(grid_value, quantity, 4)}, the nearest there: add it to {key} in [grid]"
+            for key, (stated, grid_value, quantity) in compared.items()
+            if abs(stated - grid_value) > SAME * abs(stated)
         )
 
     @property
@@ -122,23 +122,23 @@ class Results:
         where floors meet columns alone.
         """
         names = map(str, self.dataset["interface"].values)
-        return tuple((name, replace(self, dataset=self._interface(at))) for at, name in enumerate(names))
+        return tuple((name, replace(self, dataset=self._interface(index))) for index, name in enumerate(names))
 
-    def _interface(self, at: int) -> xr.Dataset:
-        dataset, places = self.dataset, {"interface": at, "building": slice(at, at + 2)}
+    def _interface(self, index: int) -> xr.Dataset:
+        dataset, places = self.dataset, {"interface": index, "building": slice(index, index + 2)}
         if "contact_point" in dataset.dims:
-            places["contact_point"] = np.flatnonzero(dataset["contact_point_interface"].values == at)
-        gaps = self.gaps.isel(interface=at)
+            places["contact_point"] = np.flatnonzero(dataset["contact_point_interface"].values == index)
+        gaps = self.gaps.isel(interface=index)
         if gaps.size > 1 and np.ptp(gaps.values) == 0.0:
             places["gap"] = slice(*(self.scene_place + end for end in (0, 1)))
             gaps = gaps.isel(gap=places["gap"])
-        whole = dataset.isel(places).assign_coords(gap=("gap", gaps.values, dataset["gap"].attrs))
+        part = dataset.isel(places).assign_coords(gap=("gap", gaps.values, dataset["gap"].attrs))
         names = "yield_force", "contact_point_yield_force"
-        if not set(names) <= set(whole.coords) or whole["yield_force"].shape != (1,):
-            return whole
-        if not set(whole[names[1]].dims) <= {"yield_force", "contact_point"}:  # along an axis each place has its own
-            return whole
-        return whole.assign_coords(yield_force=("yield_force", [_own_force(whole)], whole["yield_force"].attrs))
+        if not set(names) <= set(part.coords) or part["yield_force"].shape != (1,):
+            return part
+        if not set(part[names[1]].dims) <= {"yield_force", "contact_point"}:  # along an axis each place has its own
+            return part
+        return part.assign_coords(yield_force=("yield_force", [_own_force(part)], part["yield_force"].attrs))
 
     def at_level(self, level: int | None = None) -> Results:
         """The part at one of the amplitudes, by default the scene's own; all of it where there is no axis of them."""
@@ -193,16 +193,16 @@ class Results:
         """A sentence for each record that is a copy of another, as `scan` found it, is here twice, or has no motion."""
         digests = read_attribute(self.dataset, "motions_sha256", {})
         names = list(map(str, self.dataset["record"].values))
-        first: dict[str, str] = {}
-        originals = [(name, first.setdefault(digests.get(name, name), name)) for name in names]
-        twice = [
+        first_names: dict[str, str] = {}
+        originals = [(name, first_names.setdefault(digests.get(name, name), name)) for name in names]
+        copies = [
             f"{name} holds the same motion as {original}: it counts twice in the shares, scan again"
             for name, original in originals
             if original != name
         ]
         dead = [name for name, shakes in zip(names, self.is_shaking, strict=True) if not shakes]
-        still = [f"{name} holds no motion: it counts against the verdict, scan again without it" for name in dead]
-        return (*read_attribute(self.dataset, "copies", []), *twice, *still)
+        notes = [f"{name} holds no motion: it counts against the verdict, scan again without it" for name in dead]
+        return (*read_attribute(self.dataset, "copies", []), *copies, *notes)
 
     # ------------------------------------------------------------------------ the scene's own case
 
@@ -220,11 +220,11 @@ class Results:
         along = of_places.dims[2:]
         if not along:
             return of_places
-        first = of_places.isel(dict.fromkeys(along, 0)).reset_coords(drop=True)  # without the gaps of one sample
+        first_gaps = of_places.isel(dict.fromkeys(along, 0)).reset_coords(drop=True)  # without the gaps of one sample
         if not self.scene.get("interface"):
-            return first
-        stated = [self._stated_gap(at) for at in range(first.sizes["interface"])]
-        return first.copy(data=np.where((of_places == first).all(along), first, stated))
+            return first_gaps
+        stated_gaps = [self._stated_gap(index) for index in range(first_gaps.sizes["interface"])]
+        return first_gaps.copy(data=np.where((of_places == first_gaps).all(along), first_gaps, stated_gaps))
 
     @property
     def varied_interface(self) -> int:
@@ -239,8 +239,8 @@ class Results:
         `[[interface]]` stands once for all or once for each.
         """
         scene_gap = self._stated_gap(interface)
-        gridded = self.scene.get("grid", {}).get("gap", ())
-        if len(gridded) < 2 or "gap" not in self.dataset.dims or self.dataset.sizes["gap"] > 1:
+        grid_gaps = self.scene.get("grid", {}).get("gap", ())
+        if len(grid_gaps) < 2 or "gap" not in self.dataset.dims or self.dataset.sizes["gap"] > 1:
             return scene_gap
         return float(self.gaps.values[0, interface] if "interface" in self.dataset.dims else self.dataset["gap"][0])
 
@@ -252,30 +252,30 @@ class Results:
     def has_link(self, interface: int) -> bool:
         """True where a spring or a damper joins the two buildings of an interface."""
         tables = self.scene.get("interface") or [{}]
-        stated = tables[min(interface, len(tables) - 1)]
+        table = tables[min(interface, len(tables) - 1)]
         keys = {"link_stiffness": LINK_STIFFNESS, "link_damping": LINK_DAMPING}
-        return any(parse(stated[key], quantity) > 0.0 for key, quantity in keys.items() if key in stated)
+        return any(parse(table[key], quantity) > 0.0 for key, quantity in keys.items() if key in table)
 
     @property
     def scene_place(self) -> int:
         """Index of the gap of the grid that is nearest to the scene's own, at the interface whose gap varies."""
-        at = self.varied_interface
-        gaps = self.gaps.values[:, at] if "interface" in self.dataset.dims else self.dataset["gap"].values
-        return int(np.abs(gaps - self.scene_gap(at)).argmin())
+        interface = self.varied_interface
+        gaps = self.gaps.values[:, interface] if "interface" in self.dataset.dims else self.dataset["gap"].values
+        return int(np.abs(gaps - self.scene_gap(interface)).argmin())
 
     @property
     def scene_force(self) -> float:
         """The yield force of the grid that is nearest to the scene's own [N]; inf where that never yields."""
         forces = self.dataset["yield_force"].values
-        stated = parse(self.scene["interface"][0].get("yield_force", "inf"), YIELD_FORCE)
-        return float(forces.max() if np.isinf(stated) else forces[np.abs(forces - stated).argmin()])
+        stated_force = parse(self.scene["interface"][0].get("yield_force", "inf"), YIELD_FORCE)
+        return float(forces.max() if np.isinf(stated_force) else forces[np.abs(forces - stated_force).argmin()])
 
     @property
     def scene_model(self) -> str:
         """The scene's own contact model where the grid has it, or the grid's first."""
-        stated = str(self.scene["interface"][0].get("contact_model", ""))
-        known = list(map(str, self.dataset["contact_model"].values))
-        return stated if stated in known else known[0]
+        stated_model = str(self.scene["interface"][0].get("contact_model", ""))
+        models = list(map(str, self.dataset["contact_model"].values))
+        return stated_model if stated_model in models else models[0]
 
     @property
     def scene_amplitude(self) -> float | None:
@@ -283,12 +283,12 @@ class Results:
 
         So it is where the grid has levels of another measure.
         """
-        stated = self.scene.get("records", {}).get("pga")
-        if stated is None or "pga" not in self.dataset.coords:
+        stated_pga = self.scene.get("records", {}).get("pga")
+        if stated_pga is None or "pga" not in self.dataset.coords:
             return None
-        wanted = parse(stated, PGA)
+        scene_pga = parse(stated_pga, PGA)
         amplitudes = np.atleast_1d(self.dataset["pga"].values)
-        return next((float(pga) for pga in amplitudes if abs(pga - wanted) <= SAME * wanted), None)
+        return next((float(pga) for pga in amplitudes if abs(pga - scene_pga) <= SAME * scene_pga), None)
 
     @property
     def scene_level(self) -> int:
@@ -296,8 +296,8 @@ class Results:
         axis = amplitude_axis(self.dataset)
         if axis not in self.dataset.coords:
             return 0
-        amplitudes, stated = np.atleast_1d(self.dataset[axis].values), self.scene_amplitude
-        return int(np.argmax(amplitudes) if stated is None else np.argmin(np.abs(amplitudes - stated)))
+        amplitudes, scene_pga = np.atleast_1d(self.dataset[axis].values), self.scene_amplitude
+        return int(np.argmax(amplitudes) if scene_pga is None else np.argmin(np.abs(amplitudes - scene_pga)))
 
     @property
     def scene_case(self) -> dict[str, int]:
@@ -329,14 +329,14 @@ class Results:
         """The scene's own gap [m], yield force [N], contact model and amplitude [m/s²], as far as its text has them."""
         if not self.scene.get("interface"):
             return {}
-        first, pga = self.scene["interface"][0], self.scene.get("records", {}).get("pga")
-        stated = {
+        table, pga = self.scene["interface"][0], self.scene.get("records", {}).get("pga")
+        values = {
             "gap": self.scene_gap(self.varied_interface),
-            "yield_force": parse(first.get("yield_force", "inf"), YIELD_FORCE),
-            "contact_model": first.get("contact_model"),
+            "yield_force": parse(table.get("yield_force", "inf"), YIELD_FORCE),
+            "contact_model": table.get("contact_model"),
             "pga": None if pga is None else parse(pga, PGA),
         }
-        return {axis: own for axis, own in stated.items() if own is not None}
+        return {axis: value for axis, value in values.items() if value is not None}
 
     # ------------------------------------------------------------------------ amplitudes of the motions
 
@@ -345,9 +345,9 @@ class Results:
         """The measure of the amplitudes."""
         if LEVEL_AXIS not in self.dataset.variables:
             return PEAK
-        about = self.dataset[LEVEL_AXIS].attrs
-        periods = tuple(float(period) for period in np.atleast_1d(about.get("periods", ())))
-        return Measure(str(about["measure"]), periods, float(about.get("damping", USUAL_DAMPING)))
+        attrs = self.dataset[LEVEL_AXIS].attrs
+        periods = tuple(float(period) for period in np.atleast_1d(attrs.get("periods", ())))
+        return Measure(str(attrs["measure"]), periods, float(attrs.get("damping", USUAL_DAMPING)))
 
     @property
     def amplitudes(self) -> Amplitudes:
@@ -376,15 +376,15 @@ class Results:
         ``level`` is one amplitude of a grid that has several [SI]; all of them by default.
         """
         amplitudes = self.amplitudes
-        measure, known = amplitudes.measure, [amplitude for amplitude in amplitudes.values if amplitude is not None]
-        levels = [amplitude for amplitude in (known if level is None else [level]) if isfinite(amplitude)]
-        ends = " to ".join(dict.fromkeys(amplitudes.words(end) for end in (min(levels), max(levels)))) if levels else ""
-        if ends and measure.name != FACTOR:
-            return f"at PGA {ends}" if measure == PEAK else f"at {measure.words} = {ends}"
+        measure, values = amplitudes.measure, [amplitude for amplitude in amplitudes.values if amplitude is not None]
+        levels = [amplitude for amplitude in (values if level is None else [level]) if isfinite(amplitude)]
+        span = " to ".join(dict.fromkeys(amplitudes.words(end) for end in (min(levels), max(levels)))) if levels else ""
+        if span and measure.name != FACTOR:
+            return f"at PGA {span}" if measure == PEAK else f"at {measure.words} = {span}"
         records = self.scene.get("records", {})
         factor = f"times {parse(records['scale'], SCALE):.{DIGITS}g}" if records.get("scale") is not None else ""
-        factor = f"times {ends}" if ends else factor
-        return " ".join(filter(None, (_aim(records), factor))) or "as recorded"
+        factor = f"times {span}" if span else factor
+        return " ".join(filter(None, (_scaling_words(records), factor))) or "as recorded"
 
     @property
     def scaled_to(self) -> Level | None:
@@ -418,14 +418,14 @@ class Results:
         if "record_spectral_acceleration" not in self.dataset:
             return None
         spectra = self.dataset["record_spectral_acceleration"].transpose("record", "period").values
-        known = self.dataset["period"].values[(spectra > 0.0).all(axis=0)]
-        return (float(known[0]), float(known[-1])) if known.size else None
+        periods = self.dataset["period"].values[(spectra > 0.0).all(axis=0)]
+        return (float(periods[0]), float(periods[-1])) if periods.size else None
 
     def has_spectrum_at(self, intensity: Measure) -> bool:
         """True where the spectra of the dataset, which have 5 % damping, include this period and damping."""
         span = self.spectral_range
-        usual = isclose(intensity.damping, USUAL_DAMPING, rel_tol=SAME)
-        return span is not None and usual and span[0] <= intensity.period <= span[1]
+        has_damping = isclose(intensity.damping, USUAL_DAMPING, rel_tol=SAME)
+        return span is not None and has_damping and span[0] <= intensity.period <= span[1]
 
     # ------------------------------------------------------------------------ values along axes
 
@@ -438,7 +438,7 @@ class Results:
         kind = str if quantity_of(self.axis_name(axis)) is None else float
         return tuple(map(kind, np.atleast_1d(self.dataset[axis].values)))
 
-    def place(self, axis: str, wanted: Any) -> int:
+    def place(self, axis: str, requested: Any) -> int:
         """Index along an axis of a value as a user writes it, or of the scene's own where it is None.
 
         Of records and polarities, which a scene has several of, it is then the first. Raises PoundingError for a value
@@ -446,27 +446,27 @@ class Results:
         """
         name = self.axis_name(axis)
         if axis not in self.dataset.coords:
-            return 0 if wanted is None else place_of(name, (None,), wanted)
+            return 0 if requested is None else place_of(name, (None,), requested)
         if self.dataset[axis].dims not in ((), (axis,)):
-            if wanted is None:
+            if requested is None:
                 return 0
             raise PoundingError(f"{axis_words(name)}: of each contact model there is one case; select by contact_model")
-        known = self.values_along(axis)
-        if wanted is not None:
-            return place_of(name, known, wanted)
-        if len(known) == 1 or axis in ("record", "polarity"):
+        labels = self.values_along(axis)
+        if requested is not None:
+            return place_of(name, labels, requested)
+        if len(labels) == 1 or axis in ("record", "polarity"):
             return 0
-        stated = self.scene_values
-        if axis not in stated:
-            has = listed_values(name, known)
-            raise PoundingError(f"{axis}: the scene has none of its own, and the grid has {has}; name one")
+        scene_values = self.scene_values
+        if axis not in scene_values:
+            labels_text = listed_values(name, labels)
+            raise PoundingError(f"{axis}: the scene has none of its own, and the grid has {labels_text}; name one")
         try:
-            return place_of(name, known, stated[axis])
+            return place_of(name, labels, scene_values[axis])
         except PoundingError as error:
             raise PoundingError(f"{axis}: none is named, and the scene's own is not there: {error}; name one") from None
 
 
-def _aim(records: dict[str, Any]) -> str:
+def _scaling_words(records: dict[str, Any]) -> str:
     """What a table [records] scales the motions to; "" where they are not scaled."""
     if "manifest" in records:
         return f"with the factors of {records['manifest']}"
@@ -570,5 +570,5 @@ def one_case(
         raise PoundingError(f"pga: the amplitude is named by intensity_level, of {opened.measure.words}; leave pga out")
     check_scene(results)
     labels = (record, polarity, intensity_level if pga is None else pga, contact_model, gap, yield_force)
-    where = {axis: opened.place(axis, label) for axis, label in zip(axes_of_cases(results), labels, strict=True)}
-    return results.isel({axis: place for axis, place in where.items() if axis in results.dims})
+    cell = {axis: opened.place(axis, label) for axis, label in zip(axes_of_cases(results), labels, strict=True)}
+    return results.isel({axis: place for axis, place in cell.items() if axis in results.dims})

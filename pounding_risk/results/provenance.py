@@ -74,8 +74,8 @@ def recorded(results: xr.Dataset, path: Path, folder: str | Path | None = None) 
         )
     text = str(attrs["scene_resolved"])
     if text_digest(text) != str(attrs["scene_sha256"]):
-        what = "the attribute scene_resolved is not the one that scene_sha256 was taken of"
-        raise PoundingError(f"{path}: {what}: {CHANGED}")
+        fault = "the attribute scene_resolved is not the one that scene_sha256 was taken of"
+        raise PoundingError(f"{path}: {fault}: {CHANGED}")
     screening, fraction = _options(results, path)
     raw = tomllib.loads(text)
     _check_laws(raw, path)
@@ -120,16 +120,16 @@ def _folder(raw: Mapping[str, Any], attrs: Mapping[str, Any], path: Path, folder
     else:
         places = [Path(str(attrs["scene_file"])).parent] if "scene_file" in attrs else []
         places.append(path.parent)
-    lacking = [list(missing_files(raw, place)) for place in places]
-    for place, faults in zip(places, lacking, strict=True):
+    missing = [list(missing_files(raw, place)) for place in places]
+    for place, faults in zip(places, missing, strict=True):
         if not faults:
             return place
-    looked = " nor ".join(str(place.resolve()) for place in dict.fromkeys(places))
+    paths = " nor ".join(str(place.resolve()) for place in dict.fromkeys(places))
     records = table(raw, "records")
     names = dict.fromkeys(name for _, name in named_files(raw))
-    what = records.get("manifest") or records.get("sites") or ", ".join(names)
+    files = records.get("manifest") or records.get("sites") or ", ".join(names)
     raise PoundingError(
-        f"{path}: its scene takes records from {what}, and they are not all in {looked}; name the folder of the scene "
+        f"{path}: its scene takes records from {files}, and they are not all in {paths}; name the folder of the scene "
         "with --folder, or folder= in Python"
     )
 
@@ -139,19 +139,19 @@ def check_records(results: xr.Dataset, motions: Sequence[Motion]) -> list[str]:
 
     Raises PoundingError, with a sentence for each fault, where records are not those that the results name.
     """
-    before = _checksums(results)
-    after = dict(file for motion in motions for file in _files_of({"sha256": "", **motion.record, "name": motion.name}))
-    faults = list(_changes(before, after))
+    old = _checksums(results)
+    new = dict(file for motion in motions for file in _files_of({"sha256": "", **motion.record, "name": motion.name}))
+    faults = list(_changes(old, new))
     if faults:
         raise PoundingError(
             "\n".join(["the records are not those of the results", *(f"  - {fault}" for fault in faults)])
         )
-    processed = read_attribute(results, "motions_sha256", {})
+    digests = read_attribute(results, "motions_sha256", {})
     return [
         f"{motion.name}: the same record, but another motion after its processing: was {digest[:SHOWN]}, is "
         f"{motion.digest[:SHOWN]}"
         for motion in motions
-        if (digest := str(processed.get(motion.name, ""))) != motion.digest
+        if (digest := str(digests.get(motion.name, ""))) != motion.digest
     ]
 
 

@@ -136,8 +136,8 @@ def run_variables(trace: Trace, point_names: Sequence[str]) -> dict[str, Any]:
                 history = np.where((trace.time <= trace.last).reshape(-1, *[1] * (history.ndim - 1)), history, np.nan)
             variables[name] = (dims, history, described(unit, words))
     for name, (output, amount) in trace.outputs.items():
-        dims, dtype, about = labels.case_variable(name, output)
-        variables[name] = (dims, np.asarray(amount).astype(dtype), dict(about))
+        dims, dtype, attributes = labels.case_variable(name, output)
+        variables[name] = (dims, np.asarray(amount).astype(dtype), dict(attributes))
     for name, (unit, words) in CONTACTS.items():
         if name in trace.contacts:
             variables[f"contact_{name}"] = ("contact", trace.contacts[name], described(unit, words))

@@ -81,7 +81,7 @@ def _axis_of_entry(table: Any) -> SceneAxis:
         and len(keys) == len(columns) > 0
         and all(isinstance(key, str) for key in keys)
         and all(isinstance(column, list) and len(column) == len(columns[0]) > 0 for column in columns)
-        and all(isinstance(stated, str | int | float) for column in columns for stated in column)
+        and all(isinstance(value, str | int | float) for column in columns for value in column)
     )
     if not is_sound:
         raise ValueError("no axis")
@@ -95,8 +95,8 @@ def check_axes(dataset: xr.Dataset, source: str) -> None:
     except PoundingError as error:
         raise PoundingError(f"{source}: {error}") from None
     needed = ("attributes", "tables") if axes else ()
-    lost = [f"the attribute {VARIANTS} has no {name}" for name in needed if name not in variants]
-    faults = [*lost, *_label_faults(dataset, axes), *_variant_faults(variants, tuple(axis.size for axis in axes))]
+    missing = [f"the attribute {VARIANTS} has no {name}" for name in needed if name not in variants]
+    faults = [*missing, *_label_faults(dataset, axes), *_variant_faults(variants, tuple(axis.size for axis in axes))]
     if faults:
         raise PoundingError(f"{source}: {'; '.join(faults)}: {DAMAGED}; {TAKE_ANOTHER}")
 
@@ -110,12 +110,12 @@ def _label_faults(dataset: xr.Dataset, axes: Sequence[SceneAxis]) -> Iterator[st
                 yield f"the axis {axis.name} has no labels {name}"
                 continue
             # A label is that of its own place, or any where places were selected.
-            known, whole = labels.values, variable.size == len(labels.values)
-            may_be = [known[place : place + 1] if whole else known for place in range(variable.size)]
-            pairs = zip(variable.values.tolist(), may_be, strict=True)
+            values, is_complete = labels.values, variable.size == len(labels.values)
+            allowed_labels = [values[place : place + 1] if is_complete else values for place in range(variable.size)]
+            pairs = zip(variable.values.tolist(), allowed_labels, strict=True)
             is_text = variable.dtype.kind in "UOT"
-            are_known = (any(_is_label(label, own) for label in among) for own, among in pairs)
-            if is_text != isinstance(known[0], str) or not all(are_known):
+            is_known = (any(_is_label(label, label_here) for label in allowed) for label_here, allowed in pairs)
+            if is_text != isinstance(values[0], str) or not all(is_known):
                 yield f"the labels {name} are not those of the attribute {SCENE_AXES}"
             elif str(variable.attrs.get("units")) != str(labels.unit):
                 yield f"the labels {name} are in {variable.attrs.get('units')!r}, not in {labels.unit!r}"
@@ -137,8 +137,8 @@ def _lies_along(nested: Any, shape: Sequence[int]) -> bool:
     """True for lists in lists of these lengths."""
     if not shape:
         return True
-    length, *below = shape
-    return isinstance(nested, list) and len(nested) == length and all(_lies_along(inner, below) for inner in nested)
+    length, *rest = shape
+    return isinstance(nested, list) and len(nested) == length and all(_lies_along(inner, rest) for inner in nested)
 
 
 def axis_coordinates(axes: Iterable[SceneAxis], more: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
@@ -164,18 +164,18 @@ def own_places(dataset: xr.Dataset) -> dict[str, int]:
     """Along each axis with several places, the one that has the scene's own values; not of axes that have none."""
     places = {}
     tables: Any = tomllib.loads(str(dataset.attrs.get("scene_resolved", "")))
-    listed = {section: among if isinstance(among, list) else [among] for section, among in tables.items()}
-    known = {section: {key for table in among for key in table} for section, among in listed.items()}
+    entries = {section: entry if isinstance(entry, list) else [entry] for section, entry in tables.items()}
+    keys = {section: {key for table in entry for key in table} for section, entry in entries.items()}
     for axis in open_axes(dataset):
-        own: dict[str, Any] = {}
+        values: dict[str, Any] = {}
         with suppress(SceneError, LookupError, TypeError):
             for key in axis.keys:
-                (path, *_) = override(deepcopy(tables), f"{key}=0", known, "")
-                own[key] = labels_of([reduce(getitem, path, tables)]).values[0]
-        labels = {key: _labels_along(dataset, key) for key in own}
-        for place in range(dataset.sizes[axis.name] if len(own) == len(axis.keys) else 0):
-            here = {key: labels[key][place] for key in own}
-            if all(type(here[key]) is type(own[key]) and _is_label(here[key], own[key]) for key in own):
+                (path, *_) = override(deepcopy(tables), f"{key}=0", keys, "")
+                values[key] = labels_of([reduce(getitem, path, tables)]).values[0]
+        labels = {key: _labels_along(dataset, key) for key in values}
+        for place in range(dataset.sizes[axis.name] if len(values) == len(axis.keys) else 0):
+            found = {key: labels[key][place] for key in values}
+            if all(type(found[key]) is type(values[key]) and _is_label(found[key], values[key]) for key in values):
                 places[axis.name] = place
                 break
     return places
@@ -194,10 +194,10 @@ def idle_axes(dataset: xr.Dataset, axes: Iterable[SceneAxis], outputs: Collectio
         """Read until the first that does."""
         for name in outputs:
             if axis in dataset[name].dims:
-                first = dataset[name].isel({axis: 0}).values
+                first_values = dataset[name].isel({axis: 0}).values
                 for place in range(1, dataset.sizes[axis]):
-                    here = dataset[name].isel({axis: place}).values
-                    yield not np.array_equal(first, here, equal_nan=first.dtype.kind == "f")
+                    values = dataset[name].isel({axis: place}).values
+                    yield not np.array_equal(first_values, values, equal_nan=first_values.dtype.kind == "f")
 
     return tuple(axis.name for axis in axes if not any(changes(axis.name)))
 
@@ -264,56 +264,56 @@ def at_one_place(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset
         )
     places = [_place_of_label(dataset, axis, source) for axis in axes]
     is_drawn = "record" not in dataset.dims and MOTIONS_DRAWN in dataset.attrs
-    chosen = dataset.isel({axis.name: 0 for axis in axes if axis.name in dataset.dims})
-    chosen = chosen.drop_vars([key for axis in axes for key in axis.names if key in chosen.variables])
+    part = dataset.isel({axis.name: 0 for axis in axes if axis.name in dataset.dims})
+    part = part.drop_vars([key for axis in axes for key in axis.names if key in part.variables])
     try:
-        chosen.attrs = _attributes_of_scene(dataset, axes, places)
+        part.attrs = _attributes_of_scene(dataset, axes, places)
     except (TypeError, ValueError, LookupError, AttributeError, RecursionError):  # of tables that are none too
-        what = f"the attributes {VARIANTS} and scene_resolved cannot be read together"
-        raise PoundingError(f"{source}: {what}: {DAMAGED}") from None
-    chosen = _under_its_motion(chosen) if is_drawn else chosen
-    return _with_drawn_gap(chosen) if any(axis.dimension and has_gap(axis.keys) for axis in axes) else chosen
+        fault = f"the attributes {VARIANTS} and scene_resolved cannot be read together"
+        raise PoundingError(f"{source}: {fault}: {DAMAGED}") from None
+    part = _under_its_motion(part) if is_drawn else part
+    return _with_drawn_gap(part) if any(axis.dimension and has_gap(axis.keys) for axis in axes) else part
 
 
-def _under_its_motion(chosen: xr.Dataset) -> xr.Dataset:
+def _under_its_motion(part: xr.Dataset) -> xr.Dataset:
     """The dataset of one sample whose motion was drawn.
 
     Its record and polarity are labels without an axis, as of a dataset of all motions of which one was selected. Where
     its scene names that record alone its attributes have nothing of the others.
     """
-    name = str(chosen["record"].item())
-    attrs = {str(key): attribute for key, attribute in chosen.attrs.items() if key != MOTIONS_DRAWN}
+    name = str(part["record"].item())
+    attrs = {str(key): attribute for key, attribute in part.attrs.items() if key != MOTIONS_DRAWN}
     is_named = tomllib.loads(str(attrs.get("scene_resolved", ""))).get("records", {}).get("names") == [name]
     if is_named:
         attrs["records"] = as_text([record for record in json.loads(attrs["records"]) if record.get("name") == name])
     for key in ("processing", "motions_sha256"):
         if is_named and key in attrs:
             attrs[key] = as_text({record: fact for record, fact in json.loads(attrs[key]).items() if record == name})
-    recording = chosen["record_recording"].variable
-    chosen = chosen.assign_coords(record_recording=recording.copy(data=np.zeros_like(recording.values)))
-    chosen.attrs = attrs
-    return chosen
+    recording = part["record_recording"].variable
+    part = part.assign_coords(record_recording=recording.copy(data=np.zeros_like(recording.values)))
+    part.attrs = attrs
+    return part
 
 
-def _with_drawn_gap(chosen: xr.Dataset) -> xr.Dataset:
+def _with_drawn_gap(part: xr.Dataset) -> xr.Dataset:
     """The dataset of one sample of which a gap was drawn, with the gap of its scene in place of the stated one."""
-    stated = tomllib.loads(str(chosen.attrs["scene_resolved"])).get("grid", {}).get("gap", ())
-    if len(stated) != 1 or "gap" not in chosen.coords:
-        return chosen
-    gap = parse(stated[0], GAP)
-    label = chosen["gap"].variable
-    chosen = chosen.assign_coords(gap=label.copy(data=np.full(label.shape, gap)))
-    if "interface_gap" in chosen.coords and (chosen["interface_gap"].values == gap).all():
-        chosen = chosen.drop_vars("interface_gap")  # which a scan of one sample has where interfaces differ
-    return chosen
+    grid_gaps = tomllib.loads(str(part.attrs["scene_resolved"])).get("grid", {}).get("gap", ())
+    if len(grid_gaps) != 1 or "gap" not in part.coords:
+        return part
+    gap = parse(grid_gaps[0], GAP)
+    label = part["gap"].variable
+    part = part.assign_coords(gap=label.copy(data=np.full(label.shape, gap)))
+    if "interface_gap" in part.coords and (part["interface_gap"].values == gap).all():
+        part = part.drop_vars("interface_gap")  # which a scan of one sample has where interfaces differ
+    return part
 
 
 def _place_of_label(dataset: xr.Dataset, axis: SceneAxis, source: str) -> int:
     """The place along an axis whose labels the dataset has left."""
     labels = axis.labels()
-    stated = {key: np.atleast_1d(dataset[key].values)[0] for key in axis.names if key in dataset.variables}
+    labels_left = {key: np.atleast_1d(dataset[key].values)[0] for key in axis.names if key in dataset.variables}
     for place in range(axis.size):
-        if all(_is_label(labels[key].values[place], label) for key, label in stated.items()):
+        if all(_is_label(labels[key].values[place], label) for key, label in labels_left.items()):
             return place
     raise PoundingError(f"{source}: {axis.name} has a value that is none of the scan's: the dataset was changed")
 
@@ -386,23 +386,23 @@ def with_axes(dataset: xr.Dataset, source: str = "the dataset") -> xr.Dataset:
             f"{source}: has lost its {' and '.join(lost)}: select with a list, such as {lost[0]}=[...], or without "
             "drop=True, so that it is known what was selected"
         )
-    missing = [dim for dim in (*axes, *PLACES) if dim in dataset.coords and dim not in {*dataset.dims, *MAY_LACK}]
-    if not missing:
+    missing_dims = [dim for dim in (*axes, *PLACES) if dim in dataset.coords and dim not in {*dataset.dims, *MAY_LACK}]
+    if not missing_dims:
         return _with_own_points(dataset)
-    if elsewhere := [axis for axis in missing if dataset[axis].ndim]:
+    if misplaced := [axis for axis in missing_dims if dataset[axis].ndim]:
         raise PoundingError(
-            f"{source}: the labels of {', '.join(elsewhere)} lie along another dimension; run the scan again"
+            f"{source}: the labels of {', '.join(misplaced)} lie along another dimension; run the scan again"
         )
-    bare = dataset.drop_vars(missing)
-    changed: dict[Any, Any] = {}
-    for name, variable in bare.variables.items():
-        added = [dim for dim in missing if dim in _dims_of_output(str(name), name in bare.coords)]
-        sizes: dict[Any, int] = dict.fromkeys(added, 1) | dict(variable.sizes)
+    rest = dataset.drop_vars(missing_dims)
+    variables: dict[Any, Any] = {}
+    for name, variable in rest.variables.items():
+        added_dims = [dim for dim in missing_dims if dim in _dims_of_output(str(name), name in rest.coords)]
+        sizes: dict[Any, int] = dict.fromkeys(added_dims, 1) | dict(variable.sizes)
         ordered = dict.fromkeys([*(dim for dim in (*axes, *PLACES) if dim in sizes), *variable.dims])
-        changed[name] = variable.set_dims({dim: sizes[dim] for dim in ordered}) if added else variable
-    coords: dict[Any, Any] = {name: changed[name] for name in bare.coords if name not in bare.dims}
-    coords |= {axis: dataset[axis].variable.set_dims({axis: 1}) for axis in missing}
-    return _with_own_points(bare.assign({name: changed[name] for name in bare.data_vars}).assign_coords(coords))
+        variables[name] = variable.set_dims({dim: sizes[dim] for dim in ordered}) if added_dims else variable
+    coords: dict[Any, Any] = {name: variables[name] for name in rest.coords if name not in rest.dims}
+    coords |= {axis: dataset[axis].variable.set_dims({axis: 1}) for axis in missing_dims}
+    return _with_own_points(rest.assign({name: variables[name] for name in rest.data_vars}).assign_coords(coords))
 
 
 def _dims_of_output(name: str, is_coordinate: bool) -> tuple[str, ...]:
@@ -427,9 +427,9 @@ def _with_own_points(dataset: xr.Dataset) -> xr.Dataset:
         start = [str(table.get("name")) for table in tables].index(str(dataset["building"].values[0]))
     except (LookupError, TypeError, ValueError, AttributeError, RecursionError):
         return dataset  # `check_scan` reports it
-    mine = np.flatnonzero((places.values >= start) & (places.values < start + count))
-    return dataset.isel(contact_point=mine).assign_coords(
-        contact_point_interface=("contact_point", places.values[mine] - start, places.attrs)
+    own_points = np.flatnonzero((places.values >= start) & (places.values < start + count))
+    return dataset.isel(contact_point=own_points).assign_coords(
+        contact_point_interface=("contact_point", places.values[own_points] - start, places.attrs)
     )
 
 
@@ -458,17 +458,17 @@ def selected(dataset: xr.Dataset, choices: Sequence[str], source: str = "the dat
     A number without a unit is in SI. Raises PoundingError for what is no axis, and for a value that it has not.
     """
     for text in choices:
-        left, equals, right = text.partition("=")
+        key_text, equals, value_text = text.partition("=")
         if not equals:
             raise PoundingError(f"--select {shown(text)} is not axis=value; write building.frame.period=0.5")
-        key = address_of(parts_of(left)) or left.strip()
+        key = address_of(parts_of(key_text)) or key_text.strip()
         axis = next((axis for axis in axes_of(dataset) if key in axis.names), None)
         if axis is None:
-            known = [name for axis in axes_of(dataset) for name in axis.names]
-            has = f"it has {', '.join(known)}" if known else "it has none"
-            has += f"; {key} is chosen by {CHOSEN_BY[key]}" if key in CHOSEN_BY else ""
-            raise PoundingError(f"--select {key}: {source} has no such axis{nearest(key, known)}; {has}")
-        place = _place_of_choice(dataset, key, right.strip())
+            names = [name for axis in axes_of(dataset) for name in axis.names]
+            names_text = f"it has {', '.join(names)}" if names else "it has none"
+            names_text += f"; {key} is chosen by {CHOSEN_BY[key]}" if key in CHOSEN_BY else ""
+            raise PoundingError(f"--select {key}: {source} has no such axis{nearest(key, names)}; {names_text}")
+        place = _place_of_choice(dataset, key, value_text.strip())
         dataset = dataset.isel({axis.name: [place]} if axis.name in dataset.dims else {})
     return dataset
 
@@ -477,10 +477,10 @@ def overrides_of(axes: Sequence[SceneAxis], choices: Sequence[str], source: str)
     """What `--set` takes for the values that are chosen along axes of a scene; raises as `selected`."""
     import xarray as xr
 
-    whole = xr.Dataset(coords=axis_coordinates(axes, {}), attrs={SCENE_AXES: axis_text(axes)})
-    chosen = selected(whole, choices, source)
-    single = [axis for axis in axes if chosen.sizes[axis.name] == 1]
-    return tuple(text for axis in single for text in axis.overrides(_place_of_label(chosen, axis, source)))
+    dataset = xr.Dataset(coords=axis_coordinates(axes, {}), attrs={SCENE_AXES: axis_text(axes)})
+    part = selected(dataset, choices, source)
+    single = [axis for axis in axes if part.sizes[axis.name] == 1]
+    return tuple(text for axis in single for text in axis.overrides(_place_of_label(part, axis, source)))
 
 
 def title_at(dataset: xr.Dataset, choices: Sequence[str]) -> xr.Dataset:
@@ -492,20 +492,20 @@ def title_at(dataset: xr.Dataset, choices: Sequence[str]) -> xr.Dataset:
 def _place_of_choice(dataset: xr.Dataset, key: str, text: str) -> int:
     """Index along a dimension of the value that is asked for."""
     labels, unit = _labels_along(dataset, key), dataset[key].attrs.get("units")
-    wanted: Any = text.strip("\"'")
+    value: Any = text.strip("\"'")
     if unit is not None:
         try:
-            wanted = float(wanted)
+            value = float(value)
         except ValueError:
             quantity = Quantity(str(unit).replace("m/s2", "m/s^2"), -inf, inf, "value")
             try:
-                wanted = parse(wanted, quantity)
+                value = parse(value, quantity)
             except QuantityError as error:
                 raise PoundingError(f"--select {key}: {error}") from None
-    places = [place for place, known in enumerate(labels) if _is_label(known, wanted)]
+    places = [place for place, label in enumerate(labels) if _is_label(label, value)]
     if not places:
         raise PoundingError(
-            f"--select {key}: {text} is none of its values; it has {words_of_values(dataset, key, wanted)}"
+            f"--select {key}: {text} is none of its values; it has {words_of_values(dataset, key, value)}"
         )
     if len(places) > 1:
         raise PoundingError(f"--select {key}: {len(places)} places have {text}; choose by another key of the axis")
@@ -522,8 +522,8 @@ def words_of_values(dataset: xr.Dataset, key: str, near: Any = None) -> str:
     ends = short_list(words, FEW)
     if len(words) <= FEW or not isinstance(near, float):
         return ends
-    beside = sorted(sorted(range(len(labels)), key=lambda place: abs(labels[place] - near))[:2])
-    return f"{ends} (next to it are {', '.join(words[place] for place in beside)})"
+    nearest_places = sorted(sorted(range(len(labels)), key=lambda place: abs(labels[place] - near))[:2])
+    return f"{ends} (next to it are {', '.join(words[place] for place in nearest_places)})"
 
 
 def written_values(dataset: xr.Dataset, key: str) -> list[str]:

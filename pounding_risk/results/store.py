@@ -91,10 +91,10 @@ class Blockwise(AbstractContextManager["Blockwise"]):
         self.abandon()
 
     def _take(self, block: range, batches: range, name: str, array: np.ndarray) -> None:
-        whole = (len(block), self.template.width, *self.template.extra(name))
+        shape = (len(block), self.template.width, *self.template.extra(name))
         dtype = self.template.cases[name].dtype
-        if array.shape != (len(batches), *whole[1:]):
-            raise ValueError(f"{name} is {array.shape} for {len(batches)} batches of {whole[1:]}")
+        if array.shape != (len(batches), *shape[1:]):
+            raise ValueError(f"{name} is {array.shape} for {len(batches)} batches of {shape[1:]}")
         if batches == block:
             self._held.pop(name, None)
             self._put(block, name, array.astype(dtype, casting="same_kind", copy=False))
@@ -103,7 +103,7 @@ class Blockwise(AbstractContextManager["Blockwise"]):
                 self._held[name] = (
                     self._get(block, name)
                     if self._written[name][block.start : block.stop].any()
-                    else np.zeros(whole, dtype)
+                    else np.zeros(shape, dtype)
                 )
             self._held[name][batches.start - block.start : batches.stop - block.start] = array
         self._written[name][batches.start : batches.stop] = True
@@ -129,7 +129,7 @@ class Blockwise(AbstractContextManager["Blockwise"]):
         """The error to raise in place of ``error``; None where it stays as it is."""
         return None
 
-    def _where(self, block: range, name: str) -> tuple[tuple[slice, ...], tuple[int, ...]]:
+    def _slices_of(self, block: range, name: str) -> tuple[tuple[slice, ...], tuple[int, ...]]:
         """Slices of a block along the axes of a variable, and its sizes along them."""
         extra = self.template.extra(name)
         slices = tuple(place(self.template, block).values())
@@ -208,11 +208,11 @@ class OnDisk(Blockwise):
         return dims, tuple(block.get(dim, template.skeleton.sizes[dim]) for dim in dims)
 
     def _put(self, block: range, name: str, array: np.ndarray) -> None:
-        slices, sizes = self._where(block, name)
+        slices, sizes = self._slices_of(block, name)
         self._arrays[name][slices] = array.reshape(sizes)
 
     def _get(self, block: range, name: str) -> np.ndarray:
-        slices, _ = self._where(block, name)
+        slices, _ = self._slices_of(block, name)
         shape = len(block), self.template.width, *self.template.extra(name)
         return np.asarray(self._arrays[name][slices]).reshape(shape)
 
@@ -237,7 +237,7 @@ class Netcdf(OnDisk):
         for name in self.template.cases:
             self._create(name)
         self._arrays = self._file.variables
-        self._unattached()
+        self._list_unattached()
 
     def _create(self, name: str) -> None:
         """Create a variable with the attributes that xarray would give it."""
@@ -261,10 +261,10 @@ class Netcdf(OnDisk):
         """Coordinates, other than axes, of a variable of these dimensions."""
         # Of a dataset by its name xarray makes an array with all its coordinates; its variables are there.
         skeleton = self.template.skeleton
-        variables, others = skeleton.variables, set(skeleton.coords) - set(skeleton.dims)
-        return sorted(str(name) for name in others if set(variables[name].dims) <= set(dims))
+        variables, labels = skeleton.variables, set(skeleton.coords) - set(skeleton.dims)
+        return sorted(str(name) for name in labels if set(variables[name].dims) <= set(dims))
 
-    def _unattached(self) -> None:
+    def _list_unattached(self) -> None:
         """List in the file's attribute only coordinates that no variable has; xarray listed those of the skeleton's."""
         if "coordinates" not in self._file.ncattrs():
             return
@@ -273,9 +273,9 @@ class Netcdf(OnDisk):
             for name, declared in self.template.cases.items()
             for label in self._labels((*self.template.dims, *declared.dims))
         }
-        others = [name for name in self._file.coordinates.split() if name not in attached]
-        if others:
-            self._file.coordinates = " ".join(others)
+        unattached = [name for name in self._file.coordinates.split() if name not in attached]
+        if unattached:
+            self._file.coordinates = " ".join(unattached)
         else:
             del self._file.coordinates
 

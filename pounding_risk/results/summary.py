@@ -87,15 +87,15 @@ def summary(results: xr.Dataset | str | Path) -> Summary:
     return _summary(results if open_axes(results) else open_with_axes(results, "the dataset").dataset, "the dataset")
 
 
-def _summary(dataset: xr.Dataset, whose: str) -> Summary:
+def _summary(dataset: xr.Dataset, source: str) -> Summary:
     template = template_of(dataset)
     if "status" not in template.cases or "contact_model" not in template.dims:
         raise PoundingError(
-            f"{whose}: is no dataset of a scan; name what `pounding-risk scan SCENE -o results.nc` wrote"
+            f"{source}: is no dataset of a scan; name what `pounding-risk scan SCENE -o results.nc` wrote"
         )
     if "rtol" not in dataset.attrs:
-        raise PoundingError(f"{whose}: its attributes are lost; name the file that the scan wrote, before any change")
-    check_scan(dataset, whose, names=(*AXES_OF_CASES, "simulated", "impact_count"))
+        raise PoundingError(f"{source}: its attributes are lost; name the file that the scan wrote, before any change")
+    check_scan(dataset, source, names=(*AXES_OF_CASES, "simulated", "impact_count"))
     spreads = _spreads(dataset, template)
     units = {name: str(template.cases[name].attrs.get("units", "1")) for name in spreads}
     title = str(dataset.attrs.get("title", ""))
@@ -112,20 +112,20 @@ def _along(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
             float((dataset["impact_count"].isel({axis.name: place}) > 0).any("interface").mean())
             for place in range(dataset.sizes[axis.name])
         ]
-        ends = " to ".join(dict.fromkeys(f"{100.0 * end:.3g} %" for end in (min(shares), max(shares))))
-        effect = "no output depends on it" if axis.name in idle else f"contact in {ends} of cases"
+        shares_text = " to ".join(dict.fromkeys(f"{100.0 * end:.3g} %" for end in (min(shares), max(shares))))
+        effect = "no output depends on it" if axis.name in idle else f"contact in {shares_text} of cases"
         yield axis.name, f"{words}; {effect}"
 
 
 def counted(dataset: xr.Dataset) -> dict[str, int]:
     """Number of cases: all, simulated, known without a run, sensitive, and failed, these by sentence."""
     names = [name for name in OUTCOMES if name in dataset]
-    cases, simulated, again, sensitive = 0, 0, 0, 0
+    cases, simulated, rechecked, sensitive = 0, 0, 0, 0
     for piece in streamed(dataset, names):
         cases += piece["status"].size
         simulated += int(piece["simulated"].sum())
         if "sensitive" in piece:
-            again += int((piece["sensitive"] >= 0).sum())
+            rechecked += int((piece["sensitive"] >= 0).sum())
             sensitive += int((piece["sensitive"] == 1).sum())
     statuses = _statuses(dataset)
     unpushed = statuses[UNPUSHED]
@@ -133,24 +133,24 @@ def counted(dataset: xr.Dataset) -> dict[str, int]:
     if unpushed:
         counts[NOT_RUN] = unpushed
     if "sensitive" in names:
-        counts |= {"recomputed": again, "of these sensitive": sensitive}
+        counts |= {"recomputed": rechecked, "of these sensitive": sensitive}
     return counts | failures(dataset, statuses)
 
 
 def failures(dataset: xr.Dataset, statuses: Mapping[int, int] | None = None) -> dict[str, int]:
     """Number of failed cases by the sentence that says why; ``statuses`` are those of `_statuses`, if known."""
-    number, sentences = _statuses(dataset) if statuses is None else statuses, status_sentences(dataset["status"])
-    failed = [code for code in sorted(number) if code not in (COMPLETE, UNPUSHED)]
-    return {sentences.get(code, f"status {code}"): number[code] for code in failed}
+    cases, sentences = _statuses(dataset) if statuses is None else statuses, status_sentences(dataset["status"])
+    failed_codes = [code for code in sorted(cases) if code not in (COMPLETE, UNPUSHED)]
+    return {sentences.get(code, f"status {code}"): cases[code] for code in failed_codes}
 
 
 def _statuses(dataset: xr.Dataset) -> Counter[int]:
     """Number of cases by status."""
-    number: Counter[int] = Counter()
+    cases: Counter[int] = Counter()
     for piece in streamed(dataset, ("status",)):
         codes, counts = np.unique(piece["status"], return_counts=True)
-        number.update(dict(zip(map(int, codes), map(int, counts), strict=True)))
-    return number
+        cases.update(dict(zip(map(int, codes), map(int, counts), strict=True)))
+    return cases
 
 
 class _Accumulator:
@@ -161,12 +161,12 @@ class _Accumulator:
         self.sums: list[float] = []
 
     def add(self, numbers: np.ndarray) -> None:
-        known = numbers[np.isfinite(numbers)]
-        if known.size:
-            self.values += known.size
-            self.least, self.largest = min(self.least, float(known.min())), max(self.largest, float(known.max()))
+        finite = numbers[np.isfinite(numbers)]
+        if finite.size:
+            self.values += finite.size
+            self.least, self.largest = min(self.least, float(finite.min())), max(self.largest, float(finite.max()))
             with np.errstate(over="ignore"):  # of damaged numbers
-                self.sums.append(float(known.sum(dtype=float)))
+                self.sums.append(float(finite.sum(dtype=float)))
 
     def spread(self) -> Spread:
         if not self.values:
@@ -184,9 +184,9 @@ def _spreads(dataset: xr.Dataset, template: Template) -> dict[str, dict[str, Spr
         complete = piece["status"] == COMPLETE
         law_of = np.unravel_index(np.array(block), template.shape[:-1])[template.axes.index("contact_model")]
         for place in range(len(laws)):
-            chosen = complete & (law_of == place)[:, None]
+            is_chosen = complete & (law_of == place)[:, None]
             for name in names:
-                accumulators[name][place].add(piece[name][chosen])
+                accumulators[name][place].add(piece[name][is_chosen])
     return {
         name: {law: accumulator.spread() for law, accumulator in zip(laws, by_law, strict=True)}
         for name, by_law in accumulators.items()

@@ -41,29 +41,29 @@ def findings(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         return
     simulated, checked, sensitive = 0, 0, 0
     changes: dict[str, list[np.ndarray]] = {name: [] for name in RELATIVE}
-    moved, from_nothing = dict.fromkeys(COUNTED, 0), dict.fromkeys(RELATIVE, 0)
+    change_counts, from_zero = dict.fromkeys(COUNTED, 0), dict.fromkeys(RELATIVE, 0)
     for piece in streamed(dataset, ("sensitive", "simulated", *(f"change_{name}" for name in (*RELATIVE, *COUNTED)))):
-        again = piece["sensitive"] >= 0
+        is_checked = piece["sensitive"] >= 0
         simulated += int((piece["simulated"] == 1).sum())
-        checked += int(again.sum())
+        checked += int(is_checked.sum())
         sensitive += int((piece["sensitive"] == 1).sum())
         for name, finite in changes.items():
-            of_output = piece[f"change_{name}"][again]
-            finite.append(of_output[np.isfinite(of_output)])
-            from_nothing[name] += int(np.isposinf(of_output).sum())
+            sizes = piece[f"change_{name}"][is_checked]
+            finite.append(sizes[np.isfinite(sizes)])
+            from_zero[name] += int(np.isposinf(sizes).sum())
         for name in COUNTED:
-            moved[name] += int((np.nan_to_num(piece[f"change_{name}"]) > 0.0).sum())
+            change_counts[name] += int((np.nan_to_num(piece[f"change_{name}"]) > 0.0).sum())
     if not checked:
         return
     rtol = float(dataset.attrs["rtol"])
     moves = []
     for name, finite in changes.items():
-        if (of_output := np.concatenate(finite)).size:
-            median, largest = (rounded(float(change), 1) for change in (np.median(of_output), of_output.max()))
+        if (sizes := np.concatenate(finite)).size:
+            median, largest = (rounded(float(change), 1) for change in (np.median(sizes), sizes.max()))
             moves.append(f"{WORDS[name]} moves by {median} (median), {largest} (largest)")
-        if from_nothing[name]:
-            moves.append(f"{WORDS[name]} moves from or to 0 in {from_nothing[name]}")
-    moves += [f"{WORDS[name]} changes in {count or 'none'}" for name, count in moved.items()]
+        if from_zero[name]:
+            moves.append(f"{WORDS[name]} moves from or to 0 in {from_zero[name]}")
+    moves += [f"{WORDS[name]} changes in {count or 'none'}" for name, count in change_counts.items()]
     yield "recomputed", f"{checked} of {counted(simulated, 'run')} at rtol {tighter(rtol):g}: " + "; ".join(moves)
     if sensitive:
         yield (

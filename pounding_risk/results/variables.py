@@ -27,8 +27,8 @@ class Declared(NamedTuple):
 
 def _declared(dims: tuple[str, ...], names: Mapping[str, str], kinds: str = NUMBER, wrap: str = "{}") -> Any:
     """Declarations of variables with the same dimensions, from their names by unit; "" is no unit."""
-    listed = ((unit, name) for unit, text in names.items() for name in text.split())
-    return {wrap.format(name): Declared(dims, unit or None, kinds) for unit, name in listed}
+    pairs = ((unit, name) for unit, text in names.items() for name in text.split())
+    return {wrap.format(name): Declared(dims, unit or None, kinds) for unit, name in pairs}
 
 
 STOREYS = ("building", "storey")
@@ -136,8 +136,8 @@ def coordinates(labels: Mapping[str, tuple[Any, str]], amplitudes: str = PGA_AXI
     coords = {}
     for name, (values, words) in labels.items():
         dims, unit, _ = COORDINATES[name]
-        about = {"long_name": words} if unit is None else described(unit, words)
-        coords[name] = (tuple(amplitudes if dim == PGA_AXIS else dim for dim in dims), values, about)
+        attributes = {"long_name": words} if unit is None else described(unit, words)
+        coords[name] = (tuple(amplitudes if dim == PGA_AXIS else dim for dim in dims), values, attributes)
     return coords
 
 

@@ -123,10 +123,10 @@ def _check_document(path: Path, name: str, document: Any) -> None:
     for attr, value in document.items():
         if attr in (AXES_OF, ZARR_MARK) or (isinstance(value, str) if attr == LABELS else _is_attribute(value)):
             continue
-        whose = f" of the variable {variable}" if variable else ""
-        shown = repr(value) if len(repr(value)) < 40 else f"{repr(value)[:40]}..."
+        owner = f" of the variable {variable}" if variable else ""
+        value_text = repr(value) if len(repr(value)) < 40 else f"{repr(value)[:40]}..."
         kinds = "text" if attr == LABELS else "text or numbers"
-        raise PoundingError(f"{path}: the attribute {attr}{whose} is {shown}, not {kinds}: {SOURCE}")
+        raise PoundingError(f"{path}: the attribute {attr}{owner} is {value_text}, not {kinds}: {SOURCE}")
 
 
 def _is_attribute(value: Any) -> bool:
@@ -147,13 +147,13 @@ def _array_fault(document: Any) -> str:
     dtype, compressor, filters = (document.get(key) for key in ("dtype", "compressor", "filters"))
     if not isinstance(dtype, str) or not DTYPE.fullmatch(dtype):
         return f"values of type {dtype!r} can hold code; allowed are numbers and texts of a fixed width"
-    listed = filters if isinstance(filters, list) else [filters] if filters else []
-    if unknown := [_codec(codec) for codec in listed if not ("U" in dtype and _codec(codec) == TEXT_FILTER)]:
+    filter_list = filters if isinstance(filters, list) else [filters] if filters else []
+    if unknown := [_codec(codec) for codec in filter_list if not ("U" in dtype and _codec(codec) == TEXT_FILTER)]:
         return f"the filter {unknown[0]} is not allowed; {f'{TEXT_FILTER} is' if 'U' in dtype else 'none is'}"
     if compressor is not None and _codec(compressor) not in COMPRESSORS:
         return f"the codec {_codec(compressor)} is not allowed; one of {', '.join(COMPRESSORS)} is"
     shape, chunks = document.get("shape", []), document.get("chunks", [])
-    if not (_sizes(shape, 0) and _sizes(chunks, 1)) or len(shape) != len(chunks):
+    if not (_are_sizes(shape, 0) and _are_sizes(chunks, 1)) or len(shape) != len(chunks):
         return f"its shape {shape!r} and the shape of its pieces {chunks!r} are not those of an array"
     size = prod(chunks) * int(dtype[2:]) * (4 if "U" in dtype else 1)
     if size > LARGEST:
@@ -167,22 +167,22 @@ def _codec(codec: Any) -> str:
     return name if isinstance(name, str) and len(name) < 40 else repr(name)[:40]
 
 
-def _sizes(sizes: Any, least: int) -> bool:
+def _are_sizes(sizes: Any, least: int) -> bool:
     return isinstance(sizes, list) and all(type(size) is int and size >= least for size in sizes)
 
 
 def _check_names(path: Path, documents: dict[str, dict[str, Any]]) -> None:
     """Check that the variables are those that the store was marked with when it was written."""
-    marked = documents.get(".zattrs", {}).get(ZARR_MARK)
+    marked_names = documents.get(".zattrs", {}).get(ZARR_MARK)
     arrays = {name.rpartition("/")[0] for name in documents if name.endswith("/.zarray")}
-    if not isinstance(marked, list) or not all(isinstance(name, str) for name in marked):
+    if not isinstance(marked_names, list) or not all(isinstance(name, str) for name in marked_names):
         raise PoundingError(f"{path}: the attribute {ZARR_MARK} is no list of names; run the scan again")
-    if missing := sorted(set(marked) - arrays):
+    if missing := sorted(set(marked_names) - arrays):
         raise PoundingError(f"{path}: the variables {', '.join(missing)} are missing; run the scan again")
-    if strange := sorted(arrays - set(marked)):
-        raise PoundingError(f"{path}: the variables {', '.join(strange)} were added to it: {SOURCE}")
-    if unnamed := sorted(name for name in arrays if f"{name}/.zattrs" not in documents):
-        raise PoundingError(f"{path}: the variables {', '.join(unnamed)} name no dimensions; run the scan again")
+    if added := sorted(arrays - set(marked_names)):
+        raise PoundingError(f"{path}: the variables {', '.join(added)} were added to it: {SOURCE}")
+    if undocumented := sorted(name for name in arrays if f"{name}/.zattrs" not in documents):
+        raise PoundingError(f"{path}: the variables {', '.join(undocumented)} name no dimensions; run the scan again")
 
 
 def _check_pieces(path: Path, documents: dict[str, dict[str, Any]]) -> None:

@@ -78,9 +78,9 @@ class CrossedClosings:
         analysis = analysed(logs, self.recordings)
         return analysis, counted_outcomes(logs, self.recordings, analysis)
 
-    def of_polarity(self, closed: NDArray[np.bool_], is_one: NDArray[np.bool_]) -> float:
-        """The share of what is ``closed`` under the motions of one polarity."""
-        return float(closed[:, is_one[self.order]].mean())
+    def of_polarity(self, is_closed: NDArray[np.bool_], has_polarity: NDArray[np.bool_]) -> float:
+        """The share of outcomes with a closed gap under the motions of one polarity."""
+        return float(is_closed[:, has_polarity[self.order]].mean())
 
     @property
     def logs(self) -> Array:
@@ -101,10 +101,10 @@ class CrossedClosings:
         """The same with outcomes that have no finite closing as such that close nothing, for lower bounds."""
         if np.isfinite(self.closing).all():
             return self
-        one = copy(self)
-        one.closing = np.where(np.isfinite(self.closing), self.closing, 0.0)
-        one.rising = np.sort(one.closing, axis=None)
-        return one
+        closings = copy(self)
+        closings.closing = np.where(np.isfinite(self.closing), self.closing, 0.0)
+        closings.rising = np.sort(closings.closing, axis=None)
+        return closings
 
     def contact(self, gaps: Any, confidence: float, times: tuple[int, int] = (1, 1)) -> Probability:
         """P(contact) at each gap [m], over samples and motions, with bounds of this confidence.
@@ -116,8 +116,8 @@ class CrossedClosings:
         share = self._share(levels, "right")
         counted = self.counted.times(*times)
         independent = self._independent(levels, share, counted)
-        least = self.without_lost._share(levels, "right")
-        return Probability(share, *_bounds((least, share), independent, counted, confidence), independent)
+        low_share = self.without_lost._share(levels, "right")
+        return Probability(share, *_bounds((low_share, share), independent, counted, confidence), independent)
 
     def required(self, percentiles: tuple[float, ...], confidence: float) -> tuple[RequiredGap, ...]:
         """Required gap at each percentile [%] of samples and motions together, in rising order, with bounds.
@@ -129,9 +129,9 @@ class CrossedClosings:
         percents = np.array(sorted(set(percentiles)))
         gaps, fitted = enough_for(closings, percents), self._fitted(percents)
         levels = _levels(closings)
-        past, short = self._share(levels, "right"), self.without_lost._share(levels, "left")
-        independent = self._independent(levels, past, self.counted)
-        low, high = _bounds((short, past), independent, self.counted, confidence)
+        above, from_level = self._share(levels, "right"), self.without_lost._share(levels, "left")
+        independent = self._independent(levels, above, self.counted)
+        low, high = _bounds((from_level, above), independent, self.counted, confidence)
         return between_levels(percents, (gaps, fitted), levels, (low, high))
 
     def _fitted(self, percentiles: Array) -> Array:
@@ -154,24 +154,24 @@ class CrossedClosings:
         """The number of independent outcomes at each level, by what the outcomes there have in common."""
         if len(self.closing) == 1:
             return counted.independent(share)
-        some = self.closing[:: -(-len(self.closing) // MOST_SAMPLES)]
-        blocks = min(-(-levels.size * some.size // AT_ONCE), levels.size)
-        alike = [
-            outcome_shares(some[None] > gaps[:, None, None], self.recordings) for gaps in np.array_split(levels, blocks)
+        rows = self.closing[:: -(-len(self.closing) // MOST_SAMPLES)]
+        blocks = min(-(-levels.size * rows.size // AT_ONCE), levels.size)
+        parts = [
+            outcome_shares(rows[None] > gaps[:, None, None], self.recordings) for gaps in np.array_split(levels, blocks)
         ]
-        return counted.independent(share, *map(np.concatenate, zip(*alike, strict=True)))
+        return counted.independent(share, *map(np.concatenate, zip(*parts, strict=True)))
 
 
 def _bounds(
     shares: tuple[Array, Array], independent: Array, counted: Counted, confidence: float
 ) -> tuple[Array, Array]:
     """Exact bounds, the lower of one share and the upper of another; no narrower than of outcomes all the same."""
-    fewest = counted.without_contact
+    least_count = counted.without_contact
     low, _ = exact_bounds(shares[0] * independent, independent, confidence)
     _, high = exact_bounds(shares[1] * independent, independent, confidence)
-    always, _ = exact_bounds(fewest, fewest, confidence)
-    _, never = exact_bounds(0.0, fewest, confidence)
-    return np.minimum(low, always), np.maximum(high, never)
+    low_of_all, _ = exact_bounds(least_count, least_count, confidence)
+    _, high_of_none = exact_bounds(0.0, least_count, confidence)
+    return np.minimum(low, low_of_all), np.maximum(high, high_of_none)
 
 
 def _levels(closings: Array) -> Array:
@@ -233,21 +233,21 @@ def analysed_clusters(values: Array, motions: Labels, recordings: Labels) -> Ana
     numbers and of both together, ``interaction`` 0, and ``recordings`` the covariance of two samples of one recording.
     """
     departures = values - values.mean()
-    of_motion = np.zeros(motions.max() + 1, dtype=np.int64)
-    of_motion[motions] = recordings
+    recording_of = np.zeros(motions.max() + 1, dtype=np.int64)
+    recording_of[motions] = recordings
 
     def summed(weights: Array | None) -> tuple[Array, Array]:
         """Σ over the samples of each recording, and Σ over its motions of the square of their own sum."""
         by_motion = np.bincount(motions, weights).astype(float)
-        return np.bincount(recordings, weights).astype(float), np.bincount(of_motion, by_motion**2).astype(float)
+        return np.bincount(recordings, weights).astype(float), np.bincount(recording_of, by_motion**2).astype(float)
 
     (count, count2), (total, total2), (square, _) = summed(None), summed(departures), summed(departures * departures)
     sums = np.stack([count, count2, count**2, total, total2, total**2, square])  # (sums, recordings)
-    whole = sums.sum(axis=1)
-    overall = _components(whole)
+    totals = sums.sum(axis=1)
+    overall = _components(totals)
     return Analysis(
         Components(*map(float, overall)),
-        _components(whole[:, None] - sums),
+        _components(totals[:, None] - sums),
         Components(*(np.full(2, float(component)) for component in overall)),  # the jackknife over recordings has both
     )
 
@@ -275,8 +275,8 @@ def motion_share(analysis: Analysis, confidence: float) -> tuple[float, float, f
     estimate = float(share(analysis.all))
     if not np.isfinite(estimate):
         return np.nan, np.nan, np.nan
-    half = analysis.half_width(share, 0.5 * (1.0 + confidence))
-    return estimate, estimate - half, estimate + half
+    half_width = analysis.half_width(share, 0.5 * (1.0 + confidence))
+    return estimate, estimate - half_width, estimate + half_width
 
 
 class DrawnClosings(CrossedClosings):
@@ -303,23 +303,23 @@ class DrawnClosings(CrossedClosings):
             Clusters(of_samples.size, crowding, likeness(of_samples, self.recordings)),
         )
 
-    def of_polarity(self, closed: NDArray[np.bool_], is_one: NDArray[np.bool_]) -> float:
-        return float(closed[is_one].mean())
+    def of_polarity(self, is_closed: NDArray[np.bool_], has_polarity: NDArray[np.bool_]) -> float:
+        return float(is_closed[has_polarity].mean())
 
     def _independent(self, levels: Array, share: Array, counted: Any) -> Array:
         """By the correlation of the outcomes of two samples of one recording at each level; 0 of constant ones."""
         order = np.argsort(self.recordings, kind="stable")
         starts = np.flatnonzero(np.diff(self.recordings[order], prepend=-1))
         sizes = np.bincount(self.recordings).astype(float)
-        count, own = sizes.sum(), (sizes**2).sum()
+        count, pairs = sizes.sum(), (sizes**2).sum()
         blocks = min(-(-levels.size * self.closing.size // AT_ONCE), levels.size)
-        alike = []
+        correlations = []
         for gaps in np.array_split(levels, blocks):
             outcomes = self.closing[order, 0] > gaps[:, None]
             by_recording = np.add.reduceat(outcomes, starts, axis=1, dtype=np.int64).astype(float)
             total, squares = by_recording.sum(1), (by_recording**2).sum(1)
             with np.errstate(divide="ignore", invalid="ignore"):
-                neither = (total**2 - squares) / (count**2 - own)
-                correlation = ((squares - total) / (own - count) - neither) / (total / count - neither)
-            alike.append(np.clip(np.nan_to_num(correlation), 0.0, 1.0))
-        return np.asarray(counted.independent(share, np.concatenate(alike)))
+                neither = (total**2 - squares) / (count**2 - pairs)
+                correlation = ((squares - total) / (pairs - count) - neither) / (total / count - neither)
+            correlations.append(np.clip(np.nan_to_num(correlation), 0.0, 1.0))
+        return np.asarray(counted.independent(share, np.concatenate(correlations)))

@@ -57,24 +57,24 @@ class _Sums(NamedTuple):
     rows_own: Any  # Σ over s and r of (Σ x over m of r)²
     columns: Any  # Σ over m of (Σ x over s)²
     columns_own: Any  # Σ over r of (Σ x over s, and m of r)²
-    whole: Any  # (Σ x)²
+    total: Any  # (Σ x)²
 
 
 def _components(sums: _Sums) -> Components:
     """Unbiased estimates: differences of the mean products over pairs that share a sample, a motion, or neither."""
-    motions, own = float(sums.sizes.sum()), float((sums.sizes**2).sum())
-    others, pairs = motions**2 - own, sums.samples * (sums.samples - 1.0)
+    motions, same_pairs = float(sums.sizes.sum()), float((sums.sizes**2).sum())
+    other_pairs, pairs = motions**2 - same_pairs, sums.samples * (sums.samples - 1.0)
     with np.errstate(all="ignore"):  # nan where there is one sample, or one recording
-        itself = sums.squares / (sums.samples * motions)
-        same_sample = np.divide(sums.rows - sums.rows_own, sums.samples * others)
+        mean_square = sums.squares / (sums.samples * motions)
+        same_sample = np.divide(sums.rows - sums.rows_own, sums.samples * other_pairs)
         same_motion = np.divide(sums.columns - sums.squares, pairs * motions)
         within = sums.columns_own - sums.rows_own - (sums.columns - sums.squares)
-        same_recording = np.divide(within, pairs * (own - motions))
-        neither = np.divide(sums.whole - sums.rows - sums.columns_own + sums.rows_own, pairs * others)
+        same_recording = np.divide(within, pairs * (same_pairs - motions))
+        neither = np.divide(sums.total - sums.rows - sums.columns_own + sums.rows_own, pairs * other_pairs)
         return Components(
             same_sample - neither,
             same_motion - neither,
-            itself - same_sample - same_motion + neither,
+            mean_square - same_sample - same_motion + neither,
             same_recording - neither,
         )
 
@@ -86,51 +86,51 @@ class Analysis(NamedTuple):
     without_recording: Components  # arrays over the recordings
     without_block: Components
 
-    def error(self, of: Callable[[Components], Any]) -> tuple[float, float]:
+    def error(self, function: Callable[[Components], Any]) -> tuple[float, float]:
         """Standard error of a function of the components, and its degrees of freedom (Welch and Satterthwaite).
 
         The variances of leaving out recordings and of leaving out samples are added: the interaction counts twice.
         """
         jackknives = []
         for left_out in (self.without_recording, self.without_block):
-            estimates = np.asarray(of(left_out))
+            estimates = np.asarray(function(left_out))
             count = estimates.size
             jackknives.append((float((count - 1.0) / count * ((estimates - estimates.mean()) ** 2).sum()), count - 1.0))
-        variance = sum(spread for spread, _ in jackknives)
+        variance = sum(part for part, _ in jackknives)
         if not variance > 0.0:
             return float(np.sqrt(variance)), 1.0
-        return float(np.sqrt(variance)), float(variance**2 / sum(spread**2 / freedom for spread, freedom in jackknives))
+        return float(np.sqrt(variance)), float(variance**2 / sum(part**2 / freedom for part, freedom in jackknives))
 
-    def half_width(self, of: Callable[[Components], Any], probability: float) -> float:
+    def half_width(self, function: Callable[[Components], Any], probability: float) -> float:
         """Standard error times Student's quantile at a probability; inf where there is none."""
         from scipy.special import stdtrit
 
-        error, freedom = self.error(of)
+        error, freedom = self.error(function)
         return float(stdtrit(freedom, probability) * error) if np.isfinite(error) else np.inf
 
-    def variance_bounds(self, of: Callable[[Components], Any], confidence: float) -> tuple[float, float, float]:
+    def variance_bounds(self, function: Callable[[Components], Any], confidence: float) -> tuple[float, float, float]:
         """A variance, at least 0, and its bounds; NaN, 0 and inf where it cannot be estimated.
 
         With h the half width σ² − h bounds it from below, and σ² exp(h/σ²) from above, as an estimated variance is
         skewed; where σ² < h, that is σ² + (e − 1) h.
         """
-        estimate = float(of(self.all))
+        estimate = float(function(self.all))
         if not np.isfinite(estimate):
             return np.nan, 0.0, np.inf
-        half, variance = self.half_width(of, 0.5 * (1.0 + confidence)), max(estimate, 0.0)
-        high = variance * np.exp(half / variance) if variance > half else variance + (np.e - 1.0) * half
-        return variance, max(variance - half, 0.0), float(high)
+        width, variance = self.half_width(function, 0.5 * (1.0 + confidence)), max(estimate, 0.0)
+        high = variance * np.exp(width / variance) if variance > width else variance + (np.e - 1.0) * width
+        return variance, max(variance - width, 0.0), float(high)
 
-    def most_alike(self, of: Callable[[Components], Any]) -> float:
+    def most_alike(self, function: Callable[[Components], Any]) -> float:
         """Upper bound of a share of the total variance, 0 to 1; 1 where it cannot be estimated."""
 
         def share(components: Components) -> Any:
             with np.errstate(divide="ignore", invalid="ignore"):
-                return np.clip(np.divide(of(components), components.total), 0.0, 1.0)
+                return np.clip(np.divide(function(components), components.total), 0.0, 1.0)
 
         estimate = float(share(self.all))
-        half = self.half_width(share, LIKENESS_CONFIDENCE)
-        return min(estimate + half, 1.0) if np.isfinite(estimate + half) else 1.0
+        width = self.half_width(share, LIKENESS_CONFIDENCE)
+        return min(estimate + width, 1.0) if np.isfinite(estimate + width) else 1.0
 
 
 def analysed(values: Array, recordings: Labels) -> Analysis:
@@ -180,7 +180,7 @@ def analysed(values: Array, recordings: Labels) -> Analysis:
 def outcome_shares(outcomes: NDArray[np.bool_], recordings: Labels) -> tuple[Array, Array]:
     """Shares of the variance that samples and motions have, 0 to 1, each (columns,); 0 of constant outcomes.
 
-    Outcomes, such as who closes each gap, are (columns, samples, motions), recordings (motions,) in rising order.
+    Outcomes, such as whether a gap is closed, are (columns, samples, motions), recordings (motions,) in rising order.
     """
     starts = np.flatnonzero(np.diff(recordings, prepend=-1))
     by_recording = np.add.reduceat(outcomes, starts, axis=2, dtype=np.int32).astype(float)
@@ -231,8 +231,8 @@ class Counted(NamedTuple):
 
     def times(self, samples: int, recordings: int) -> Counted:
         """So many times the samples and the recordings, all like these; one sample stays one."""
-        more = self.samples * samples if self.samples > 1 else 1
-        return self._replace(samples=more, motions=self.motions * recordings)
+        sample_count = self.samples * samples if self.samples > 1 else 1
+        return self._replace(samples=sample_count, motions=self.motions * recordings)
 
     def variance_of_mean(self, components: Components) -> float:
         """The variance of the mean over samples and motions; a component below 0 counts as none."""
@@ -246,17 +246,17 @@ class Counted(NamedTuple):
 
 
 def outcome_correlation(share: Array, correlation: float) -> Array:
-    """Correlation of who of two standard normal values with a correlation lies above the quantile that a share exceeds.
+    """Correlation of the outcomes that two correlated normal values lie above the quantile that a share exceeds.
 
     (Φ₂(q, q; ρ) − p²)/(p (1 − p)), p the share, q = Φ⁻¹(p), Φ₂ by Owen's function T: Φ(q) − 2 T(q, √((1 − ρ)/(1 + ρ)));
     ρ at p = 0 and 1. Source: Owen, Annals of Mathematical Statistics 27 (1956).
     """
     from scipy.special import ndtri, owens_t
 
-    inside = (share > 0.0) & (share < 1.0)
-    p = np.where(inside, share, 0.5)
-    both = p - 2.0 * owens_t(ndtri(p), np.sqrt((1.0 - correlation) / (1.0 + correlation)))
-    return np.where(inside, (both - p**2) / (p * (1.0 - p)), correlation)
+    is_inside = (share > 0.0) & (share < 1.0)
+    p = np.where(is_inside, share, 0.5)
+    p_both = p - 2.0 * owens_t(ndtri(p), np.sqrt((1.0 - correlation) / (1.0 + correlation)))
+    return np.where(is_inside, (p_both - p**2) / (p * (1.0 - p)), correlation)
 
 
 def counted_outcomes(logs: Array, recordings: Labels, analysis: Analysis) -> Counted:

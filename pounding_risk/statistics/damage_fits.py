@@ -2,7 +2,7 @@
 
 All three give the median θ and the dispersion β of P(reached | im) = Φ(ln(im/θ)/β):
 
-- stripes: from who reaches the state at each intensity (Baker 2015, as `fragility.fit`);
+- stripes: from which motions reach the state at each intensity (Baker 2015, as `fragility.fit`);
 - ida: from the intensity at which each motion first reaches it, its capacity (Vamvatsikos and Cornell 2002). That of a
   motion which does not reach it at the highest level is above that level, and one which reaches it at the lowest is not
   above that; that of a demand which jumps lies anywhere between two levels. Maximum likelihood counts them as such
@@ -73,17 +73,17 @@ def capacities(ims: Array, ratios: Array, jumps: bool = False) -> Capacities:
     reached_at, status = np.full(len(ims), np.nan), np.full(len(ims), NONE, dtype=np.int8)
     falls_back, below = np.zeros(len(ims), dtype=bool), np.full(len(ims), np.nan)
     for motion, (all_ims, all_ratios) in enumerate(zip(ims, ratios, strict=True)):
-        known = np.flatnonzero(~np.isnan(all_ratios))
-        known = known[np.argsort(all_ims[known], kind="stable")]
-        im, ratio = all_ims[known], all_ratios[known]
-        reached = ratio >= 1.0
-        if not known.size:
+        runs = np.flatnonzero(~np.isnan(all_ratios))
+        runs = runs[np.argsort(all_ims[runs], kind="stable")]
+        im, ratio = all_ims[runs], all_ratios[runs]
+        is_reached = ratio >= 1.0
+        if not runs.size:
             continue
-        if not reached.any():
+        if not is_reached.any():
             reached_at[motion], status[motion] = im[-1], ABOVE
             continue
-        first = int(reached.argmax())
-        falls_back[motion] = not reached[first:].all()
+        first = int(is_reached.argmax())
+        falls_back[motion] = not is_reached[first:].all()
         if first == 0:
             reached_at[motion], status[motion] = im[0], BELOW
             continue
@@ -99,12 +99,12 @@ def capacities(ims: Array, ratios: Array, jumps: bool = False) -> Capacities:
 
 
 def fit_stripes(observed: Observed) -> Fit:
-    """The fit to who reaches the state, over all runs that did not fail."""
-    known = ~np.isnan(observed.ratios)
-    if not known.any():
+    """The fit to which runs reach the state, of all that did not fail."""
+    is_known = ~np.isnan(observed.ratios)
+    if not is_known.any():
         return Fit(fault="no run is known")
-    labels = np.broadcast_to(observed.recordings[:, None], known.shape)[known]
-    return curves.fit(observed.ims[known], observed.ratios[known] >= 1.0, numbered(labels), observed.shown)
+    labels = np.broadcast_to(observed.recordings[:, None], is_known.shape)[is_known]
+    return curves.fit(observed.ims[is_known], observed.ratios[is_known] >= 1.0, numbered(labels), observed.shown)
 
 
 def drawn_stripes(observed: Observed, weights: Array) -> Array:
@@ -113,10 +113,10 @@ def drawn_stripes(observed: Observed, weights: Array) -> Array:
 
     motion, level = np.nonzero(~np.isnan(observed.ratios))
     levels, columns = np.unique(observed.ims[motion, level], return_inverse=True)
-    reached = (observed.ratios[motion, level] >= 1.0).astype(float)
+    is_reached = (observed.ratios[motion, level] >= 1.0).astype(float)
     shape = (len(observed.ims), levels.size)
     runs = csr_matrix((np.ones(motion.size), (motion, columns)), shape)
-    counts = csr_matrix((reached, (motion, columns)), shape)
+    counts = csr_matrix((is_reached, (motion, columns)), shape)
     if levels.size < 2:
         return np.full((len(weights), 2), np.nan)
     logs = np.log(levels)
@@ -149,8 +149,8 @@ def _probit(log_im: Array, hits: Array, misses: Array) -> tuple[Array, Array]:
     # Where all or none are hits there is no curve, and where hits and misses part the slope grows without end.
     highest_miss = np.where(misses > 0.0, log_im, -np.inf).max(axis=1)
     lowest_hit = np.where(hits > 0.0, log_im, np.inf).min(axis=1)
-    parted = ~(gain < CLOSE) | (highest_miss <= lowest_hit)
-    return np.where(parted, np.nan, a), np.where(parted, np.nan, b)
+    is_parted = ~(gain < CLOSE) | (highest_miss <= lowest_hit)
+    return np.where(is_parted, np.nan, a), np.where(is_parted, np.nan, b)
 
 
 # ------------------------------------------------------------------------------------------------ capacities
@@ -158,8 +158,8 @@ def _probit(log_im: Array, hits: Array, misses: Array) -> tuple[Array, Array]:
 
 def fit_ida(observed: Observed) -> Fit:
     """The fit to capacities, of which those beyond the levels, or only between two, are known as such."""
-    enclosed, known = _enclosed_capacities(observed)
-    labels = numbered(observed.recordings[known])
+    enclosed, is_known = _enclosed_capacities(observed)
+    labels = numbered(observed.recordings[is_known])
     fault = _capacity_fault(enclosed, observed, labels)
     if fault:
         return Fit(fault=fault)
@@ -171,10 +171,10 @@ def fit_ida(observed: Observed) -> Fit:
     jacobian = np.array([[scale / gamma, -scale * delta / gamma**2], [0.0, -scale / gamma**2]])
     slopes, (top, side, low) = _likelihood_slopes(scaled, np.array([delta]), np.array([gamma]))
     inverse = jacobian @ np.linalg.inv(np.array([[top.sum(), side.sum()], [side.sum(), low.sum()]]))
-    spread = inverse @ curves.by_recording(np.stack([slopes[0][0], slopes[1][0]], axis=1), labels)
-    fitted = curves.fit_of(middle + scale * delta / gamma, scale / gamma, inverse @ jacobian.T, spread)
-    tested = observed.ims[~np.isnan(observed.ratios)]
-    return curves.fit_or_fault(fitted, _curve_fault(fitted, tested, observed.shown))
+    root = inverse @ curves.by_recording(np.stack([slopes[0][0], slopes[1][0]], axis=1), labels)
+    fitted = curves.fit_of(middle + scale * delta / gamma, scale / gamma, inverse @ jacobian.T, root)
+    tested_ims = observed.ims[~np.isnan(observed.ratios)]
+    return curves.fit_or_fault(fitted, _curve_fault(fitted, tested_ims, observed.shown))
 
 
 class EnclosedCapacities(NamedTuple):
@@ -225,25 +225,25 @@ def _capacity_fault(enclosed: EnclosedCapacities, observed: Observed, labels: La
         return "every motion reaches the state at its lowest level: scan weaker motions"
     if np.ptp(labels) == 0:
         return ALONE
-    known = enclosed.low[enclosed.is_known]
-    if enclosed.inner.sum() < 2 or (known.size and curves.of_one_intensity(np.exp(known))):
+    known_logs = enclosed.low[enclosed.is_known]
+    if enclosed.inner.sum() < 2 or (known_logs.size and curves.of_one_intensity(np.exp(known_logs))):
         return "fewer than two motions reach the state between their levels: the dispersion is not known; scan more"
-    if not known.size and enclosed.low.max() <= enclosed.high.min():
+    if not known_logs.size and enclosed.low.max() <= enclosed.high.min():
         return "one intensity may be the capacity of every motion: the dispersion is not known; scan levels between"
     return ""
 
 
 def drawn_ida(observed: Observed, weights: Array) -> Array:
     """As `drawn_stripes`, from the capacities."""
-    enclosed, known = _enclosed_capacities(observed)
+    enclosed, is_known = _enclosed_capacities(observed)
     if enclosed.inner.sum() < 2 or enclosed.finite.std() == 0.0:
         return np.full((len(weights), 2), np.nan)
     scaled, middle, scale = enclosed.scaled()
-    drawn = []
-    for block in _sample_blocks(weights[:, known], enclosed.low.size):
+    fits = []
+    for block in _sample_blocks(weights[:, is_known], enclosed.low.size):
         delta, gamma = _tobit(scaled, block)
-        drawn.append(np.stack([middle + scale * delta / gamma, scale / gamma], axis=1))
-    return np.concatenate(drawn)
+        fits.append(np.stack([middle + scale * delta / gamma, scale / gamma], axis=1))
+    return np.concatenate(fits)
 
 
 def _tobit(enclosed: EnclosedCapacities, weights: Array) -> tuple[Array, Array]:
@@ -252,7 +252,7 @@ def _tobit(enclosed: EnclosedCapacities, weights: Array) -> tuple[Array, Array]:
     In these the likelihood is concave (Olsen 1978, Burridge 1981): Σ w (ln γ − η²/2) of the known, and
     Σ w ln (Φ(η_high) − Φ(η_low)) of the others.
     """
-    inner, finite = weights[:, enclosed.inner].sum(axis=1), enclosed.finite
+    inner_weight, finite = weights[:, enclosed.inner].sum(axis=1), enclosed.finite
     total = weights.sum(axis=1)
     mean = weights @ finite / total
     deviation = np.sqrt(np.maximum(weights @ finite**2 / total - mean**2, 1e-12))
@@ -272,10 +272,10 @@ def _tobit(enclosed: EnclosedCapacities, weights: Array) -> tuple[Array, Array]:
     # Without a known capacity the dispersion has no limit where one intensity may be the capacity of all.
     is_drawn = weights > 0.0
     lowest_high = np.where(is_drawn, enclosed.high, np.inf).min(axis=1)
-    parted = np.where(is_drawn, enclosed.low, -np.inf).max(axis=1) > lowest_high
-    parted |= (is_drawn & enclosed.is_known).any(axis=1)
-    lost = ~(gain < CLOSE) | (inner <= 0.0) | (gamma > 1e6) | ~parted
-    return np.where(lost, np.nan, delta), np.where(lost, np.nan, gamma)
+    is_determined = np.where(is_drawn, enclosed.low, -np.inf).max(axis=1) > lowest_high
+    is_determined |= (is_drawn & enclosed.is_known).any(axis=1)
+    has_none = ~(gain < CLOSE) | (inner_weight <= 0.0) | (gamma > 1e6) | ~is_determined
+    return np.where(has_none, np.nan, delta), np.where(has_none, np.nan, gamma)
 
 
 def _likelihood_slopes(
@@ -295,11 +295,11 @@ def _likelihood_slopes(
     p, q = _densities_at_ends(highest, lowest)
     p, q = np.where(enclosed.is_known, -up, p), np.where(enclosed.is_known, 0.0, q)
     high, low = np.where(enclosed.is_known, 1.0, p * (up + p)), q * (q - down)
-    across, own = -p * q, np.where(enclosed.is_known, 1.0 / gamma[:, None], 0.0)
-    slopes = q - p, p * ends[0] - q * ends[1] + own
+    across, of_known = -p * q, np.where(enclosed.is_known, 1.0 / gamma[:, None], 0.0)
+    slopes = q - p, p * ends[0] - q * ends[1] + of_known
     top = high + 2.0 * across + low
     side = -(high * ends[0] + across * (ends[0] + ends[1]) + low * ends[1])
-    bottom = high * ends[0] ** 2 + 2.0 * across * ends[0] * ends[1] + low * ends[1] ** 2 + own**2
+    bottom = high * ends[0] ** 2 + 2.0 * across * ends[0] * ends[1] + low * ends[1] ** 2 + of_known**2
     return slopes, (top, side, bottom)
 
 
@@ -307,8 +307,8 @@ def _densities_at_ends(up: Array, down: Array) -> tuple[Array, Array]:
     """φ(up)/D and φ(down)/D with D = Φ(up) − Φ(down), also far in a tail, where both are mirrored to the left one."""
     from scipy.special import log_ndtr
 
-    right = down > 0.0
-    far, near = log_ndtr(np.where(right, -down, up)), log_ndtr(np.where(right, -up, down))
+    is_right = down > 0.0
+    far, near = log_ndtr(np.where(is_right, -down, up)), log_ndtr(np.where(is_right, -up, down))
     with np.errstate(all="ignore"):  # of known capacities, which have no interval
         log_d = far + np.log1p(-np.exp(near - far)) + 0.5 * np.log(2.0 * np.pi)
         return np.exp(-0.5 * up**2 - log_d), np.exp(-0.5 * down**2 - log_d)
@@ -319,10 +319,10 @@ def _densities_at_ends(up: Array, down: Array) -> tuple[Array, Array]:
 
 def fit_cloud(observed: Observed) -> Fit:
     """The fit of the regression of ln demand on ln im over all runs that did not fail."""
-    known = ~np.isnan(observed.ratios)
-    labels = numbered(np.broadcast_to(observed.recordings[:, None], known.shape)[known])
+    is_known = ~np.isnan(observed.ratios)
+    labels = numbered(np.broadcast_to(observed.recordings[:, None], is_known.shape)[is_known])
     with np.errstate(divide="ignore"):
-        log_im, log_demand = np.log(observed.ims[known]), np.log(observed.ratios[known])
+        log_im, log_demand = np.log(observed.ims[is_known]), np.log(observed.ratios[is_known])
     fault = _cloud_fault(log_im, log_demand, labels)
     if fault:
         return Fit(fault=fault)
@@ -335,14 +335,14 @@ def fit_cloud(observed: Observed) -> Fit:
         return Fit(fault="the demands lie on one line: they have no dispersion")
     residuals = log_demand - a - b * log_im
     scores = np.stack([residuals, residuals * log_im, residuals**2 / sigma - sigma], axis=1) / sigma**2
-    total = float(log_im.size)
+    count = float(log_im.size)
     _, of_im, _, of_im_im, *_ = moments[0]
-    curvature = np.array([[total, of_im, 0.0], [of_im, of_im_im, 0.0], [0.0, 0.0, 2.0 * total]]) / sigma**2
+    curvature = np.array([[count, of_im, 0.0], [of_im, of_im_im, 0.0], [0.0, 0.0, 2.0 * count]]) / sigma**2
     jacobian = np.array([[-1.0 / b, a / b**2, 0.0], [0.0, -sigma / b**2, 1.0 / b]])
     inverse = jacobian @ np.linalg.inv(curvature)
     fitted = curves.fit_of(-a / b, sigma / b, inverse @ jacobian.T, inverse @ curves.by_recording(scores, labels))
-    tested = np.exp(log_im)
-    return curves.fit_or_fault(fitted, _curve_fault(fitted, tested, observed.shown))
+    ims = np.exp(log_im)
+    return curves.fit_or_fault(fitted, _curve_fault(fitted, ims, observed.shown))
 
 
 def _cloud_fault(log_im: Array, log_demand: Array, labels: Labels) -> str:
@@ -352,9 +352,9 @@ def _cloud_fault(log_im: Array, log_demand: Array, labels: Labels) -> str:
     zeros = int(np.isneginf(log_demand).sum())
     if zeros:
         return f"the demand is 0 in {zeros} of {log_demand.size} runs, which has no logarithm; take stripes"
-    if fell := int(np.isposinf(log_demand).sum()):
-        why = "whose demand is not known; take stripes, which count them as reached"
-        return f"the building collapses in {fell} of {log_demand.size} runs, {why}"
+    if collapsed := int(np.isposinf(log_demand).sum()):
+        cause = "whose demand is not known; take stripes, which count them as reached"
+        return f"the building collapses in {collapsed} of {log_demand.size} runs, {cause}"
     if np.ptp(labels) == 0:
         return ALONE
     if curves.of_one_intensity(np.exp(log_im)):
@@ -364,10 +364,10 @@ def _cloud_fault(log_im: Array, log_demand: Array, labels: Labels) -> str:
 
 def drawn_cloud(observed: Observed, weights: Array) -> Array:
     """As `drawn_stripes`, from the regression."""
-    known = np.isfinite(observed.ratios) & (observed.ratios > 0.0)
-    log_im = np.log(np.where(known, observed.ims, 1.0))
-    log_demand = np.log(np.where(known, observed.ratios, 1.0))
-    sums = np.stack([(product * known).sum(axis=1) for product in _products(log_im, log_demand)])
+    is_used = np.isfinite(observed.ratios) & (observed.ratios > 0.0)
+    log_im = np.log(np.where(is_used, observed.ims, 1.0))
+    log_demand = np.log(np.where(is_used, observed.ratios, 1.0))
+    sums = np.stack([(product * is_used).sum(axis=1) for product in _products(log_im, log_demand)])
     a, b, sigma = _demand_regression(weights @ sums.T).T
     b = np.where((b > 0.0) & (sigma < FLAT * b) & (sigma > LINE), b, np.nan)
     return np.stack([-a / b, sigma / b], axis=1)

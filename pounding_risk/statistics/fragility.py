@@ -86,8 +86,8 @@ def stripes_of(im: Array, failed: NDArray[np.bool_]) -> tuple[Stripe, ...]:
     """The motions counted by intensity, in rising order; those `of_one_intensity` are one stripe at their median."""
     if of_one_intensity(im):
         return (Stripe(float(np.median(im)), int(failed.sum()), int(failed.size)),)
-    levels, where = np.unique(im, return_inverse=True)
-    runs, counts = np.bincount(where), np.bincount(where, failed)
+    levels, places = np.unique(im, return_inverse=True)
+    runs, counts = np.bincount(places), np.bincount(places, failed)
     return tuple(Stripe(float(a), int(k), int(n)) for a, k, n in zip(levels, counts, runs, strict=True))
 
 
@@ -112,9 +112,9 @@ def fit(im: Array, failed: NDArray[np.bool_], recordings: Labels, shown: Shown =
         trend = "become rarer" if b <= 0.0 else "hardly become more frequent"
         return Fit(fault=f"failures {trend} as the intensity grows: this measure does not govern them")
     # ln θ and β from a + b x; the observed information goes with them, for the gradient is zero.
-    turn = np.array([[-scale / b, scale * a / b**2], [0.0, -scale / b**2]])
-    inverse = turn @ np.linalg.inv(curvature)
-    fitted = fit_of(middle - scale * a / b, scale / b, inverse @ turn.T, inverse @ by_recording(scores, recordings))
+    jacobian = np.array([[-scale / b, scale * a / b**2], [0.0, -scale / b**2]])
+    inverse = jacobian @ np.linalg.inv(curvature)
+    fitted = fit_of(middle - scale * a / b, scale / b, inverse @ jacobian.T, inverse @ by_recording(scores, recordings))
     return fit_or_fault(fitted, not_carried(fitted, im, shown) or outside(fitted.median, im, shown))
 
 
@@ -211,11 +211,11 @@ def _probit(design: Array, sign: Array) -> tuple[Array, Array, Array]:
     return coefficients, curvature, scores
 
 
-def _slopes(design: Array, sign: Array, at: Array) -> tuple[Array, Array]:
+def _slopes(design: Array, sign: Array, coefficients: Array) -> tuple[Array, Array]:
     """Scores by motion, and the observed information of all: λ x and Σ λ(λ + η) x xᵀ, λ = ±φ(η)/Φ(±η)."""
     from scipy.special import log_ndtr
 
-    line = design @ at
+    line = design @ coefficients
     ratio = sign * np.exp(-0.5 * line**2 - log_ndtr(sign * line)) / np.sqrt(2.0 * np.pi)
     weights = ratio * (ratio + line)
     return ratio[:, None] * design, (design * weights[:, None]).T @ design
@@ -230,15 +230,15 @@ def by_recording(scores: Array, recordings: Labels) -> Array:
 
 def fit_of(log_median: float, dispersion: float, covariance: Array, root: Array) -> Fit:
     """A fit from its two estimates, their covariance, and the root of that by recording."""
-    plain = np.sqrt(np.diag(covariance))
-    clustered = root @ root.T
-    by_recording = np.sqrt(np.diag(clustered))
+    errors = np.sqrt(np.diag(covariance))
+    by_cluster = root @ root.T
+    recording_errors = np.sqrt(np.diag(by_cluster))
     return Fit(
         median=float(np.exp(log_median)),
         dispersion=float(dispersion),
-        se_median=float(plain[0]),
-        se_dispersion=float(plain[1]),
-        se_median_recordings=float(by_recording[0]),
-        se_dispersion_recordings=float(by_recording[1]),
-        correlation=float(clustered[0, 1] / by_recording.prod()) if by_recording.prod() > 0.0 else nan,
+        se_median=float(errors[0]),
+        se_dispersion=float(errors[1]),
+        se_median_recordings=float(recording_errors[0]),
+        se_dispersion_recordings=float(recording_errors[1]),
+        correlation=float(by_cluster[0, 1] / recording_errors.prod()) if recording_errors.prod() > 0.0 else nan,
     )

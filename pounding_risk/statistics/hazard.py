@@ -54,25 +54,25 @@ def annual_rate(hazard: Curve, median: Array | float, dispersion: Array | float)
     from scipy.special import ndtr
 
     log_im, level = np.log(hazard.im), np.log(hazard.rate)
-    steep = -np.diff(level) / np.diff(log_im)
+    slope = -np.diff(level) / np.diff(log_im)
     middle, spread = np.log(np.asarray(median))[..., None], np.asarray(dispersion)[..., None]
     z = (log_im - middle) / spread
     falls = -np.diff(hazard.rate * ndtr(z), axis=-1)
-    moved = steep * spread
-    height = level[:-1] + steep * (log_im[:-1] - middle) + 0.5 * moved**2
-    shifted = np.exp(height + _log_between(z[..., :-1] + moved, z[..., 1:] + moved))
-    stronger = hazard.rate[-1] * ndtr(z[..., -1])
-    return np.asarray(np.maximum(falls + shifted, 0.0).sum(axis=-1) + stronger)
+    shift = slope * spread
+    height = level[:-1] + slope * (log_im[:-1] - middle) + 0.5 * shift**2
+    shifted = np.exp(height + _log_between(z[..., :-1] + shift, z[..., 1:] + shift))
+    beyond = hazard.rate[-1] * ndtr(z[..., -1])
+    return np.asarray(np.maximum(falls + shifted, 0.0).sum(axis=-1) + beyond)
 
 
 def _log_between(low: Array, high: Array) -> Array:
     """ln(Φ(high) − Φ(low)), evaluated in the tail where the difference keeps its digits."""
     from scipy.special import log_ndtr
 
-    upper = low + high > 0.0
-    less, more = log_ndtr(np.where(upper, -high, low)), log_ndtr(np.where(upper, -low, high))
+    is_upper = low + high > 0.0
+    log_low, log_high = log_ndtr(np.where(is_upper, -high, low)), log_ndtr(np.where(is_upper, -low, high))
     with np.errstate(divide="ignore"):  # nothing between them: −inf, which is meant
-        return np.asarray(more + np.log(-np.expm1(less - more)))
+        return np.asarray(log_high + np.log(-np.expm1(log_low - log_high)))
 
 
 def missing_share(hazard: Curve, median: float, dispersion: float) -> float:
@@ -82,13 +82,13 @@ def missing_share(hazard: Curve, median: float, dispersion: float) -> float:
     weaker motions add, and stronger ones beyond what is counted of them. Hazard curves flatten towards weak motions,
     so that the share is more often too large than too small.
     """
-    inside = float(annual_rate(hazard, median, dispersion))
-    tails = [_beyond(hazard, end, median, dispersion) for end in (0, -1)]
-    whole = inside + sum(tails)
-    return sum(tails) / whole if whole > 0.0 else 0.0
+    rate_inside = float(annual_rate(hazard, median, dispersion))
+    tails = [_rate_beyond(hazard, end, median, dispersion) for end in (0, -1)]
+    rate_in_all = rate_inside + sum(tails)
+    return sum(tails) / rate_in_all if rate_in_all > 0.0 else 0.0
 
 
-def _beyond(hazard: Curve, end: int, median: float, dispersion: float) -> float:
+def _rate_beyond(hazard: Curve, end: int, median: float, dispersion: float) -> float:
     """The rate of failures beyond one end of the table that is not counted, 0 the weakest and −1 the strongest.
 
     With x the intensity at that end, λ its rate, k the slope and z = ln(x/θ)/β: below x
@@ -96,13 +96,13 @@ def _beyond(hazard: Curve, end: int, median: float, dispersion: float) -> float:
     """
     from scipy.special import log_ndtr, ndtr
 
-    pair = slice(0, 2) if end == 0 else slice(-2, None)
-    steep = float(-np.diff(np.log(hazard.rate[pair]))[0] / np.diff(np.log(hazard.im[pair]))[0])
-    rate, away = float(hazard.rate[end]), float(np.log(hazard.im[end] / median))
-    z, side = away / dispersion, 1.0 if end == 0 else -1.0
-    moved = steep * dispersion
-    grown = steep * away + 0.5 * moved**2 + float(log_ndtr(side * (z + moved)))
-    return max(rate * (float(np.exp(min(grown, LARGEST))) - (float(ndtr(z)) if end == 0 else 0.0)), 0.0)
+    ends = slice(0, 2) if end == 0 else slice(-2, None)
+    slope = float(-np.diff(np.log(hazard.rate[ends]))[0] / np.diff(np.log(hazard.im[ends]))[0])
+    rate, distance = float(hazard.rate[end]), float(np.log(hazard.im[end] / median))
+    z, sign = distance / dispersion, 1.0 if end == 0 else -1.0
+    shift = slope * dispersion
+    exponent = slope * distance + 0.5 * shift**2 + float(log_ndtr(sign * (z + shift)))
+    return max(rate * (float(np.exp(min(exponent, LARGEST))) - (float(ndtr(z)) if end == 0 else 0.0)), 0.0)
 
 
 def median_at_rate(hazard: Curve, dispersion: Array | float, rate: float, halvings: int = HALVINGS) -> Array:
@@ -111,16 +111,16 @@ def median_at_rate(hazard: Curve, dispersion: Array | float, rate: float, halvin
     The rate falls from λ(first row) to 0 as the median grows: found by ``halvings`` of the range of its logarithm.
     Raises ValueError for a rate that no median has.
     """
-    spread = np.asarray(dispersion, dtype=float)
+    dispersions = np.asarray(dispersion, dtype=float)
     if not 0.0 < rate < hazard.rate[0]:
         raise ValueError(f"no median fails at {rate} a year between the rows of the hazard curve")
-    low = np.log(hazard.im[0]) - 40.0 * spread  # all fail
-    high = np.log(hazard.im[-1]) + 40.0 * spread  # none does
+    low = np.log(hazard.im[0]) - 40.0 * dispersions  # all fail
+    high = np.log(hazard.im[-1]) + 40.0 * dispersions  # none does
     with np.errstate(over="ignore"):
         for _ in range(halvings):
             middle = 0.5 * (low + high)
-            often = annual_rate(hazard, np.exp(np.clip(middle, -LARGEST, LARGEST)), spread) > rate
-            low, high = np.where(often, middle, low), np.where(often, high, middle)
+            is_above = annual_rate(hazard, np.exp(np.clip(middle, -LARGEST, LARGEST)), dispersions) > rate
+            low, high = np.where(is_above, middle, low), np.where(is_above, high, middle)
         return np.asarray(np.exp(0.5 * (low + high)))
 
 
@@ -134,24 +134,24 @@ def draws(
     (Krishnamoorthy and Mathew 2003). Few recordings bound a dispersion badly, and a rate grows with its square: normal
     errors of ln β would miss that. Elsewhere (ln θ, ln β) are normal with the larger standard errors.
     """
-    spread = np.array([errors[0], errors[1] / estimates[1]])
-    if not np.isfinite([*spread, correlation]).all():
+    log_errors = np.array([errors[0], errors[1] / estimates[1]])
+    if not np.isfinite([*log_errors, correlation]).all():
         return np.empty(0), np.empty(0)
     from scipy.special import gammaincinv, ndtri
 
-    middle = np.log(estimates)
+    logs = np.log(estimates)
     abscissa, ordinate = _hammersley()
     if independent > 1.0:
         count = independent
-        dispersion = middle[1] + 0.5 * np.log(count / (2.0 * gammaincinv(0.5 * (count - 1.0), abscissa)))
-        median = middle[0] + np.exp(dispersion) / np.sqrt(count) * ndtri(ordinate)
+        dispersion = logs[1] + 0.5 * np.log(count / (2.0 * gammaincinv(0.5 * (count - 1.0), abscissa)))
+        median = logs[0] + np.exp(dispersion) / np.sqrt(count) * ndtri(ordinate)
     else:
         first, second = ndtri(abscissa), ndtri(ordinate)
-        median = middle[0] + spread[0] * first
-        dispersion = middle[1] + spread[1] * (correlation * first + np.sqrt(max(1.0 - correlation**2, 0.0)) * second)
-    drawn = np.stack([median, dispersion], axis=1)
-    drawn = np.exp(np.clip(drawn, middle - WIDEST, middle + WIDEST))
-    return drawn[:, 0], drawn[:, 1]
+        median = logs[0] + log_errors[0] * first
+        dispersion = logs[1] + log_errors[1] * (correlation * first + np.sqrt(max(1.0 - correlation**2, 0.0)) * second)
+    pairs = np.stack([median, dispersion], axis=1)
+    pairs = np.exp(np.clip(pairs, logs - WIDEST, logs + WIDEST))
+    return pairs[:, 0], pairs[:, 1]
 
 
 def _hammersley() -> tuple[Array, Array]:
@@ -172,13 +172,13 @@ def counted_gap(hazard: Curve, unit: Array, rate: float) -> float:
     from scipy.optimize import brentq
 
     im, annual = np.log(hazard.im), np.log(hazard.rate)
-    steep = (annual[-2] - annual[-1]) / (im[-1] - im[-2])
+    slope = (annual[-2] - annual[-1]) / (im[-1] - im[-2])
 
     def often(log_gap: float) -> float:
         capacities = np.log(unit) + log_gap
-        beyond = steep * np.maximum(capacities - im[-1], 0.0)
-        return float(np.exp(np.interp(capacities, im, annual) - beyond).mean())
+        excess = slope * np.maximum(capacities - im[-1], 0.0)
+        return float(np.exp(np.interp(capacities, im, annual) - excess).mean())
 
     low, high = im[0] - np.log(unit.max()), im[-1] - np.log(unit.min())
-    high += max(annual[-1] - np.log(rate), 0.0) / steep
+    high += max(annual[-1] - np.log(rate), 0.0) / slope
     return float(np.exp(brentq(lambda log_gap: often(log_gap) - rate, low, high)))

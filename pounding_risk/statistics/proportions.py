@@ -42,17 +42,17 @@ class Share:
     contact_model: str | None = None
 
 
-def shares(failed: Array, about: Sequence[dict[str, Any]], independent: float, confidence: float) -> tuple[Share, ...]:
+def shares(failed: Array, cases: Sequence[dict[str, Any]], independent: float, confidence: float) -> tuple[Share, ...]:
     """One share for each column of ``failed`` (motions, columns): 1, 0, or NaN for a run that is left out.
 
-    ``independent`` is what one motion counts for, at most 1; ``about`` are a column's gap and the like.
+    ``independent`` is what one motion counts for, at most 1; ``cases`` are a column's gap and the like.
     """
-    known = ~np.isnan(failed)
-    runs, counts = known.sum(axis=0), np.where(known, failed, 0.0).sum(axis=0)
+    is_run = ~np.isnan(failed)
+    runs, counts = is_run.sum(axis=0), np.where(is_run, failed, 0.0).sum(axis=0)
     low, high = exact_bounds(counts, runs, confidence)
-    low_fewer, high_fewer = exact_bounds(counts * independent, runs * independent, confidence)
+    low_recordings, high_recordings = exact_bounds(counts * independent, runs * independent, confidence)
     probabilities = counts / np.where(runs > 0, runs, np.nan)
-    columns = zip(about, counts, runs, probabilities, low, high, low_fewer, high_fewer, strict=True)
+    columns = zip(cases, counts, runs, probabilities, low, high, low_recordings, high_recordings, strict=True)
     return tuple(
         Share(
             count=int(count),
@@ -60,12 +60,12 @@ def shares(failed: Array, about: Sequence[dict[str, Any]], independent: float, c
             probability=float(probability),
             low=float(low),
             high=float(high),
-            low_recordings=float(low_fewer),
-            high_recordings=float(high_fewer),
+            low_recordings=float(low_recordings),
+            high_recordings=float(high_recordings),
             left_out=len(failed) - int(number),
-            **words,
+            **case,
         )
-        for words, count, number, probability, low, high, low_fewer, high_fewer in columns
+        for case, count, number, probability, low, high, low_recordings, high_recordings in columns
     )
 
 
@@ -84,9 +84,9 @@ def exact_bounds(count: ArrayLike, runs: ArrayLike, confidence: float) -> tuple[
 
     k, n = np.broadcast_arrays(np.asarray(count, dtype=float), np.asarray(runs, dtype=float))
     tail = 0.5 * (1.0 - confidence)
-    none, every = k <= 0.0, k >= n
-    low = np.where(none, 0.0, betaincinv(np.where(none, 1.0, k), np.maximum(n - k, 0.0) + 1.0, tail))
-    high = np.where(every, 1.0, betaincinv(k + 1.0, np.where(every, 1.0, n - k), 1.0 - tail))
+    is_none, is_all = k <= 0.0, k >= n
+    low = np.where(is_none, 0.0, betaincinv(np.where(is_none, 1.0, k), np.maximum(n - k, 0.0) + 1.0, tail))
+    high = np.where(is_all, 1.0, betaincinv(k + 1.0, np.where(is_all, 1.0, n - k), 1.0 - tail))
     return np.where(n > 0.0, low, np.nan), np.where(n > 0.0, high, np.nan)
 
 
@@ -119,10 +119,10 @@ def likeness(values: Array, recordings: NDArray[np.int64]) -> float:
     means = sums / sizes
     between = float((sizes * (means - values.mean()) ** 2).sum()) / (groups - 1)
     within = float(((values - means[recordings]) ** 2).sum()) / (total - groups)
-    usual = (total - float((sizes**2).sum()) / total) / (groups - 1)
-    raised = between / float(fdtri(groups - 1, total - groups, 1.0 - LIKENESS_CONFIDENCE))
-    whole = raised + (usual - 1.0) * within
-    return float(np.clip((raised - within) / whole, 0.0, 1.0)) if whole > 0.0 else 1.0
+    mean_size = (total - float((sizes**2).sum()) / total) / (groups - 1)
+    raised_between = between / float(fdtri(groups - 1, total - groups, 1.0 - LIKENESS_CONFIDENCE))
+    denominator = raised_between + (mean_size - 1.0) * within
+    return float(np.clip((raised_between - within) / denominator, 0.0, 1.0)) if denominator > 0.0 else 1.0
 
 
 def independent_motions(values: Array, recordings: NDArray[np.int64]) -> float:
@@ -144,8 +144,8 @@ def numbered(recordings: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def labels(names: list[Any]) -> NDArray[np.int64]:
     """Numbers from 0, equal where the names are equal, in the order in which they come."""
-    known: dict[Any, int] = {}
-    return np.array([known.setdefault(name, len(known)) for name in names], dtype=np.int64)
+    numbers: dict[Any, int] = {}
+    return np.array([numbers.setdefault(name, len(numbers)) for name in names], dtype=np.int64)
 
 
 def joined(keys: Iterable[Sequence[Hashable]]) -> NDArray[np.int64]:
@@ -157,15 +157,15 @@ def joined(keys: Iterable[Sequence[Hashable]]) -> NDArray[np.int64]:
             key = joins[key]
         return key
 
-    first = []
-    for key, *others in keys:
-        for other in others:
+    first_keys = []
+    for key, *further_keys in keys:
+        for other in further_keys:
             joins[root(other)] = root(key)
-        first.append(key)
-    return labels([root(key) for key in first])
+        first_keys.append(key)
+    return labels([root(key) for key in first_keys])
 
 
 def logs_of(closing: Array) -> Array:
     """Logarithms of closings; what closes nothing counts as the least that does, and inf as the largest."""
-    known = closing[(closing > 0.0) & np.isfinite(closing)]
-    return np.asarray(np.log(np.clip(closing, known.min(initial=1.0), known.max(initial=0.0) or 1.0)))
+    finite = closing[(closing > 0.0) & np.isfinite(closing)]
+    return np.asarray(np.log(np.clip(closing, finite.min(initial=1.0), finite.max(initial=0.0) or 1.0)))

@@ -45,8 +45,8 @@ class RunGaps:
         if not self.steps:
             return np.minimum(gaps, self.widest)
         steps = np.array([-inf, *self.steps])
-        known = steps[np.searchsorted(steps, gaps + SAME_GAP, "right") - 1]
-        return np.where(gaps > self.widest + SAME_GAP, -inf, known)
+        lower_steps = steps[np.searchsorted(steps, gaps + SAME_GAP, "right") - 1]
+        return np.where(gaps > self.widest + SAME_GAP, -inf, lower_steps)
 
     def above(self, gap: float) -> float:
         """The narrowest gap [m] that is shown to be enough where ``gap`` is needed at least; inf where none is."""
@@ -129,10 +129,10 @@ def required_gaps(
     gaps, fitted = enough_for(closing, percents), lognormal_percentiles(closing, percents)
     levels = np.unique(closing)
     rising, runs = np.sort(closing), closing.size * independent
-    past = closing.size - np.searchsorted(rising, levels, "right")  # motions that close a gap of so much
-    short = closing.size - np.searchsorted(rising, levels, "left")  # and one that is a little less
-    _, high = exact_bounds(past * independent, runs, confidence)
-    low, _ = exact_bounds(short * independent, runs, confidence)
+    count_above = closing.size - np.searchsorted(rising, levels, "right")  # motions that close more than the level
+    count_from = closing.size - np.searchsorted(rising, levels, "left")  # and no less than it
+    _, high = exact_bounds(count_above * independent, runs, confidence)
+    low, _ = exact_bounds(count_from * independent, runs, confidence)
     return between_levels(percents, (gaps, fitted), levels, (low, high))
 
 
@@ -146,11 +146,11 @@ def between_levels(
     """
     required = []
     for percentile, gap, fit in zip(percentiles.tolist(), *(column.tolist() for column in estimates), strict=True):
-        left = target_left_by(percentile)
-        too_little, above = levels[bounds[0] > left], np.flatnonzero(bounds[1] > left)
+        target = target_left_by(percentile)
+        low_levels, above = levels[bounds[0] > target], np.flatnonzero(bounds[1] > target)
         first = int(above[-1]) + 1 if above.size else 0
         is_bounded = first < levels.size
-        low = float(too_little[-1]) if too_little.size else 0.0
+        low = float(low_levels[-1]) if low_levels.size else 0.0
         required.append(RequiredGap(percentile, gap, low, float(levels[first if is_bounded else -1]), is_bounded, fit))
     return tuple(required)
 
@@ -175,8 +175,8 @@ def contact_steps(closing: Array, independent: float, confidence: float, run: Ru
 
     Exact, but for what neighbours may push at gaps at which a row was not run, which is in the upper bounds alone.
     """
-    past = (run.widest + 2.0 * SAME_GAP,) * bool(run.steps)  # from where on no run says anything
-    gaps = np.unique(np.r_[0.0, closing, run.steps, past])
+    beyond = (run.widest + 2.0 * SAME_GAP,) * bool(run.steps)  # wider gaps that no run covers
+    gaps = np.unique(np.r_[0.0, closing, run.steps, beyond])
     count, most = (closing.size - np.searchsorted(np.sort(closing), at, "right") for at in (gaps, run.below(gaps)))
     low, _ = exact_bounds(count * independent, closing.size * independent, confidence)
     _, high = exact_bounds(most * independent, closing.size * independent, confidence)

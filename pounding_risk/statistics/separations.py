@@ -26,12 +26,12 @@ Pair = tuple[ArrayLike, ArrayLike]  # left and right
 def abs_sum(left: ArrayLike, right: ArrayLike) -> Any:
     """Sum of the peaks, S = d_A + d_B: no motion needs more, for |u_A − u_B| ≤ |u_A| + |u_B| at any time."""
     first, second = _displacements(left, right)
-    return _plain(first + second)
+    return _unboxed(first + second)
 
 
 def srss(left: ArrayLike, right: ArrayLike) -> Any:
     """Square root of the sum of squares, S = √(d_A² + d_B²): as if the two buildings moved independently."""
-    return _plain(np.hypot(*_displacements(left, right)))
+    return _unboxed(np.hypot(*_displacements(left, right)))
 
 
 def cqc(displacements: Pair, periods: Pair, dampings: Pair) -> Any:
@@ -45,10 +45,10 @@ def cqc(displacements: Pair, periods: Pair, dampings: Pair) -> Any:
     first, second = _displacements(*displacements)
     moves = np.broadcast_to((first > 0.0) & (second > 0.0), np.broadcast(first, second, *periods, *dampings).shape)
     # Where one stands still its period may be missing; any will do, for the product is zero.
-    shown = [(np.where(moves, pair[0], 1.0), np.where(moves, pair[1], 1.0)) for pair in (periods, dampings)]
-    correlation = np.asarray(white_noise_correlation(*shown))
+    moving_pairs = [(np.where(moves, pair[0], 1.0), np.where(moves, pair[1], 1.0)) for pair in (periods, dampings)]
+    correlation = np.asarray(white_noise_correlation(*moving_pairs))
     squared = np.square(first - second) + 2.0 * (1.0 - correlation) * first * second
-    return _plain(np.sqrt(squared))
+    return _unboxed(np.sqrt(squared))
 
 
 def white_noise_correlation(periods: Pair, dampings: Pair) -> Any:
@@ -68,11 +68,11 @@ def white_noise_correlation(periods: Pair, dampings: Pair) -> Any:
     for damping in (left, right):
         _refuse(damping, ~((damping >= 0.0) & (damping <= 1.0)), "damping ratio", "from 0 to 1")
     ratio = second / first
-    above = 8.0 * np.sqrt(left * right) * (right + ratio * left) * ratio**1.5
+    top = 8.0 * np.sqrt(left * right) * (right + ratio * left) * ratio**1.5
     distance = np.square((1.0 - ratio) * (1.0 + ratio))
-    below = distance + 4.0 * left * right * ratio * (1.0 + ratio**2) + 4.0 * (left**2 + right**2) * ratio**2
-    alike = below == 0.0  # one period, no damping: the limit of equal damping
-    return _plain(np.minimum(np.where(alike, 1.0, above / np.where(alike, 1.0, below)), 1.0))  # rounding may exceed it
+    base = distance + 4.0 * left * right * ratio * (1.0 + ratio**2) + 4.0 * (left**2 + right**2) * ratio**2
+    alike = base == 0.0  # one period, no damping: the limit of equal damping
+    return _unboxed(np.minimum(np.where(alike, 1.0, top / np.where(alike, 1.0, base)), 1.0))  # rounding may exceed it
 
 
 def _displacements(left: ArrayLike, right: ArrayLike) -> tuple[Any, Any]:
@@ -82,11 +82,11 @@ def _displacements(left: ArrayLike, right: ArrayLike) -> tuple[Any, Any]:
     return pair
 
 
-def _refuse(stated: Any, wrong: Any, what: str, allowed: str) -> None:
+def _refuse(values: Any, wrong: Any, name: str, bounds: str) -> None:
     if wrong.any():
-        raise PoundingError(f"a {what} is {stated[wrong].flat[0]:g}; it must be {allowed}: give the building's own")
+        raise PoundingError(f"a {name} is {values[wrong].flat[0]:g}; it must be {bounds}: give the building's own")
 
 
-def _plain(value: Any) -> Any:
+def _unboxed(value: Any) -> Any:
     """A number for numbers, an array for arrays."""
     return float(value) if np.ndim(value) == 0 else value

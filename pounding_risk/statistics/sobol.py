@@ -73,32 +73,32 @@ def sobol_indices(outputs: Array, numbers: int, confidence: float) -> tuple[Indi
     from scipy import stats
 
     num = outputs.shape[1] // (numbers + 2)
-    varies = np.ptp(outputs[:, : 2 * num], axis=1) > 0.0
-    centred = np.where(varies[:, None], outputs - outputs[:, : 2 * num].mean(axis=1, keepdims=True), 0.0)
-    blocks = centred[varies].reshape(-1, numbers + 2, num)
+    is_varying = np.ptp(outputs[:, : 2 * num], axis=1) > 0.0
+    centred = np.where(is_varying[:, None], outputs - outputs[:, : 2 * num].mean(axis=1, keepdims=True), 0.0)
+    blocks = centred[is_varying].reshape(-1, numbers + 2, num)
 
     def indices(rows: Any) -> Array:
-        chosen = blocks[:, :, rows]
+        sample = blocks[:, :, rows]
         indices_of_rows = stats.sobol_indices(
-            func={"f_A": chosen[:, 0], "f_B": chosen[:, 1], "f_AB": chosen[:, 2:].swapaxes(0, 1)}, n=num
+            func={"f_A": sample[:, 0], "f_B": sample[:, 1], "f_AB": sample[:, 2:].swapaxes(0, 1)}, n=num
         )
         return np.stack([indices_of_rows.first_order, indices_of_rows.total_order]).reshape(2, len(blocks), numbers)
 
     estimate, low, high = (np.full((2, len(outputs), numbers), np.nan) for _ in range(3))
-    if varies.any():
+    if is_varying.any():
         draw = np.random.default_rng(SEED)
         with np.errstate(divide="ignore", invalid="ignore"):  # a drawn part that does not vary
-            drawn = np.stack([indices(draw.integers(num, size=num)) for _ in range(RESAMPLES)])
-        estimate[:, varies] = indices(slice(None))
-        low[:, varies], high[:, varies] = _middle(drawn, confidence)
+            drawn_indices = np.stack([indices(draw.integers(num, size=num)) for _ in range(RESAMPLES)])
+        estimate[:, is_varying] = indices(slice(None))
+        low[:, is_varying], high[:, is_varying] = _quantile_bounds(drawn_indices, confidence)
     return Indices(estimate[0], low[0], high[0]), Indices(estimate[1], low[1], high[1])
 
 
-def _middle(drawn: Array, confidence: float) -> Array:
+def _quantile_bounds(drawn: Array, confidence: float) -> Array:
     """The quantiles between which the drawn values lie with a confidence."""
     tail = 50.0 * (1.0 - confidence)
-    known = np.where(np.isfinite(drawn), drawn, np.nan)  # a draw may have samples of one output alone
-    return np.asarray(np.nanpercentile(known, [tail, 100.0 - tail], axis=0))
+    finite = np.where(np.isfinite(drawn), drawn, np.nan)  # a draw may have samples of one output alone
+    return np.asarray(np.nanpercentile(finite, [tail, 100.0 - tail], axis=0))
 
 
 # --------------------------------------------------------------------------------------------- samples that are there
@@ -136,29 +136,29 @@ def _index(basis: Array, outputs: Array, confidence: float, is_balanced: bool) -
     samples, size = basis.shape
     freedom = samples - size
     bounds = np.full((3, len(outputs)), np.nan)
-    varies = np.ptp(outputs, axis=1) > 0.0
-    if not varies.any() or size < 2 or freedom < samples // 2:
+    is_varying = np.ptp(outputs, axis=1) > 0.0
+    if not is_varying.any() or size < 2 or freedom < samples // 2:
         return bounds
-    deviations = outputs[varies] - outputs[varies].mean(axis=1, keepdims=True)
+    deviations = outputs[is_varying] - outputs[is_varying].mean(axis=1, keepdims=True)
     variance = (deviations**2).sum(axis=1, keepdims=True) / (samples - 1)
     residuals = deviations - deviations @ basis @ basis.T
-    left = np.maximum((residuals**2).sum(axis=1, keepdims=True) / freedom, LEAST_LEFT * variance)
+    residual_variance = np.maximum((residuals**2).sum(axis=1, keepdims=True) / freedom, LEAST_LEFT * variance)
     leverage = np.minimum((basis**2).sum(axis=1), MOST_LEVERAGE)
-    influence = residuals**2 / (1.0 - leverage) / left - deviations**2 / variance
+    influence = residuals**2 / (1.0 - leverage) / residual_variance - deviations**2 / variance
     influence -= influence.mean(axis=1, keepdims=True)
     error = np.sqrt((influence**2).mean(axis=1) / samples + 2.0 * (size - 1) / samples**2)
-    reach = special.stdtrit(freedom, 0.5 + 0.5 * confidence) * error
-    ratio = (left / variance)[:, 0]
-    least = ratio * freedom / (samples - 1) if is_balanced else ratio  # were nothing of the fit by chance
-    bounds[:, varies] = 1.0 - least, 1.0 - ratio * np.exp(reach), 1.0 - least * np.exp(-reach)
+    half_width = special.stdtrit(freedom, 0.5 + 0.5 * confidence) * error
+    ratio = (residual_variance / variance)[:, 0]
+    least_ratio = ratio * freedom / (samples - 1) if is_balanced else ratio  # were nothing of the fit by chance
+    bounds[:, is_varying] = 1.0 - least_ratio, 1.0 - ratio * np.exp(half_width), 1.0 - least_ratio * np.exp(-half_width)
     return bounds
 
 
 def _basis(values: NDArray[Any]) -> Array:
     """An orthonormal basis of functions of a number, the constant among them, (samples, functions)."""
-    known, places = np.unique(values, return_inverse=True)
-    if known.size <= FEW_VALUES or values.dtype.kind not in "fiu":
-        functions = (places[:, None] == np.arange(known.size)).astype(float)
+    levels, places = np.unique(values, return_inverse=True)
+    if levels.size <= FEW_VALUES or values.dtype.kind not in "fiu":
+        functions = (places[:, None] == np.arange(levels.size)).astype(float)
     else:
         functions = _natural_spline(values.astype(float))
     return np.asarray(np.linalg.qr(functions)[0])

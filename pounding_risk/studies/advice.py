@@ -94,8 +94,8 @@ class Influence(ShortRepr):
         """`NOT` below 5 %, `SOMEWHAT` up to 25 %, `DEPENDS` above; "" where no change is defined."""
         if not self._judged:
             return ""
-        most = max(map(abs, self.ends))
-        return NOT if most < LITTLE else SOMEWHAT if most <= MUCH else DEPENDS
+        largest = max(map(abs, self.ends))
+        return NOT if largest < LITTLE else SOMEWHAT if largest <= MUCH else DEPENDS
 
     @property
     def range_words(self) -> str:
@@ -109,8 +109,8 @@ class Influence(ShortRepr):
         if not self.verdict:
             return "–"
         stands_out = self.largest > 2.0 * max(*map(abs, self.ends), MUCH)
-        alone = f", one case by {100.0 * self.largest:.0f} %" if stands_out else ""
-        return f"{self.verdict}, {self.range_words}{alone}"
+        case_text = f", one case by {100.0 * self.largest:.0f} %" if stands_out else ""
+        return f"{self.verdict}, {self.range_words}{case_text}"
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Rows of the short table: the factor, the output with its place, and the verdict."""
@@ -208,8 +208,8 @@ def advise(
     study = _scene_of_one_case(written.updated(axes=()), gap)
     check_computed(study, "advise")
     ensemble = gathered(study)
-    few = ensemble._replace(motions=tuple(ensemble.motions[at] for at in evenly(len(ensemble.motions), MOST_MOTIONS)))
-    base = _scan_under(study, few)
+    subset = ensemble._replace(motions=tuple(ensemble.motions[k] for k in evenly(len(ensemble.motions), MOST_MOTIONS)))
+    base = _scan_under(study, subset)
     touched = _case_values(base, "impact_count") > 0.0
     strikes = [_hardest_strike(base, study, index) for index in range(len(study.interfaces))]
     ranges = tuple(
@@ -220,7 +220,7 @@ def advise(
     skipped = _factors_not_varied(study)
     fastest = None if LAW in skipped else max(speed for _, speed in strikes)
     trials = _factor_trials(study, base, ranges, fastest) if touched.any() else ()
-    runs = _trial_runs(study, base, [trial for trial in trials if trial.factor not in skipped], few, progress)
+    runs = _trial_runs(study, base, [trial for trial in trials if trial.factor not in skipped], subset, progress)
     influences = tuple(influence for run in runs for influence in _influences(study, run, touched))
     walls = {band.wall for band in ranges}  # what moves a wall is next to nothing, however much of it
     # Of buildings and interfaces more is read here than by a scan, such as floor_length and equal_terms.
@@ -229,13 +229,13 @@ def advise(
         *unused,
         *skipped.values(),
         *stated(study.uncertain, study.axes),
-        *_assumptions(study, ensemble, few, ranges),
+        *_assumptions(study, ensemble, subset, ranges),
         *_notes_on_runs(study, base, runs),
     ]
     return Advice(
         scene=study.name,
         gap=_gap_words(study),
-        motions=tuple(motion.name for motion in few.motions),
+        motions=tuple(motion.name for motion in subset.motions),
         cases=int(base["status"].size),
         touched=int(touched.any(axis=-1).sum()),
         lines=tuple(_interface_lines(study, ranges, influences)),
@@ -287,17 +287,17 @@ def _trial_runs(
 def _scene_of_one_case(study: Scene, gap: float | str | None) -> Scene:
     """The scene at one gap and one amplitude, with its own contact."""
     first = study.interfaces[0]
-    clear = first.gap if gap is None else si(gap, GAP, "advise: gap")
+    width = first.gap if gap is None else si(gap, GAP, "advise: gap")
     if gap is None:  # each interface keeps its gap
-        named = study.interface_names[0] if len(study.interfaces) > 1 else study.gridded_interface
-        study = study.updated(gridded_interface=named)
+        name = study.interface_names[0] if len(study.interfaces) > 1 else study.gridded_interface
+        study = study.updated(gridded_interface=name)
     elif study.gridded_interface is None:
-        study = study.updated(gap=clear)
+        study = study.updated(gap=width)
     else:
-        index, between = study.interface_names.index(study.gridded_interface), list(study.interfaces)
-        between[index] = between[index].updated(gap=clear)
-        study = study.updated(interfaces=tuple(between))
-    grid = study.grid._replace(gaps=(clear,), amplitudes=(own_amplitude(study),))
+        index, interfaces = study.interface_names.index(study.gridded_interface), list(study.interfaces)
+        interfaces[index] = interfaces[index].updated(gap=width)
+        study = study.updated(interfaces=tuple(interfaces))
+    grid = study.grid._replace(gaps=(width,), amplitudes=(own_amplitude(study),))
     grid = grid._replace(yield_forces=(first.yield_force,), contact_models=(study.contact_model,))
     return study.updated(grid=grid)
 
@@ -312,7 +312,7 @@ def _factor_trials(
     """
     scenes = []
     for multiple in MULTIPLES:
-        stiff = [None if here.stiffness is None else multiple * here.stiffness for here in study.interfaces]
+        stiff = [None if side.stiffness is None else multiple * side.stiffness for side in study.interfaces]
         scenes.append(study if multiple == 1.0 else _with_interface_values(study, stiffness=stiff))
     counts = tuple(1.0 / JUDGED <= multiple <= JUDGED for multiple in MULTIPLES)
     yield Trial(STIFFNESS, tuple(f"× {multiple:g}" for multiple in MULTIPLES), tuple(scenes), counts)
@@ -325,9 +325,9 @@ def _factor_trials(
         grid = study.grid._replace(yield_forces=(inf,))
         elastic = _with_column_strengths(study, inf).updated(yield_force=inf, column_yield_force=inf, grid=grid)
         terms = None, None if study.equal_terms else fastest
-        alike, _ = with_damping_relation(on_equal_terms(elastic, _other_contact_laws(elastic), None, terms), None)
-        names = tuple(name for name in alike.grid.contact_models if name != study.contact_model)
-        yield Trial(LAW, names, (alike,), (True,) * len(names))
+        equal, _ = with_damping_relation(on_equal_terms(elastic, _other_contact_laws(elastic), None, terms), None)
+        names = tuple(name for name in equal.grid.contact_models if name != study.contact_model)
+        yield Trial(LAW, names, (equal,), (True,) * len(names))
 
     if any(band.recommended not in (None, band.own) for band in ranges):
         proposed = {band.interface: band.recommended or band.own for band in ranges}
@@ -348,7 +348,7 @@ def _force_trial(study: Scene, base: xr.Dataset) -> Trial:
         multiples, tried = FORCE_SHARES, [f"{share:g} of the peak" for share in FORCE_SHARES]
         peaks, touched = _case_values(base, "peak_contact_force"), _case_values(base, "impact_count") > 0.0
         floors = columns = [
-            float(np.median(peaks[hit, index])) if hit.any() else inf for index, hit in enumerate(touched.T)
+            float(np.median(peaks[touches, index])) if touches.any() else inf for index, touches in enumerate(touched.T)
         ]
     scenes = []
     for multiple in multiples:
@@ -374,16 +374,16 @@ def _with_column_strengths(study: Scene, multiple: float) -> Scene:
 
 def _with_interface_values(study: Scene, **of_keys: Sequence[Any]) -> Scene:
     """The scene with other values of some keys of its interfaces, one for each."""
-    changed = []
+    interfaces = []
     for index, interface in enumerate(study.interfaces):
-        changed.append(interface.updated(**{key: of_each[index] for key, of_each in of_keys.items()}))
-    return study.updated(interfaces=tuple(changed))
+        interfaces.append(interface.updated(**{key: values[index] for key, values in of_keys.items()}))
+    return study.updated(interfaces=tuple(interfaces))
 
 
 def _other_contact_laws(study: Scene) -> tuple[str, ...]:
     """Those of `LAWS` that can stand in for the scene's own."""
-    able = comparable_models(study)
-    return tuple(name for name in LAWS if name in able and name != study.contact_model)
+    comparable = comparable_models(study)
+    return tuple(name for name in LAWS if name in comparable and name != study.contact_model)
 
 
 def _factors_not_varied(study: Scene) -> dict[str, str]:
@@ -417,8 +417,8 @@ def _factors_not_varied(study: Scene) -> dict[str, str]:
 
 
 def _has_stiffness(study: Scene, index: int) -> bool:
-    here = study.interfaces[index]
-    return here.stiffness is not None and not is_instant(known_law(here.contact_model))
+    interface = study.interfaces[index]
+    return interface.stiffness is not None and not is_instant(known_law(interface.contact_model))
 
 
 # ------------------------------------------------------------------------------------------------ what they say
@@ -439,17 +439,17 @@ def _hardest_strike(dataset: xr.Dataset, study: Scene, interface: int) -> tuple[
     That of the fastest touch of each case with contact; without any the speed is that of equal terms. Floors that no
     case strikes come after columns that some case does.
     """
-    points = [at for at, point in enumerate(study.points) if point.interface == interface]
+    points = [k for k, point in enumerate(study.points) if point.interface == interface]
     if len(points) > 1:
         forces = np.nan_to_num(_case_values(dataset, "contact_point_peak_contact_force"))
-        points = [at for at in points if forces[:, at].any()] or points
-        points = [at for at in points if study.points[at].kind == FLOOR] or points
-        hardest = max(reversed(points), key=lambda at: float(np.median(forces[:, at])))
+        points = [k for k in points if forces[:, k].any()] or points
+        points = [k for k in points if study.points[k].kind == FLOOR] or points
+        hardest = max(reversed(points), key=lambda k: float(np.median(forces[:, k])))
     else:
         hardest = points[-1]
     speeds = _case_values(dataset, "peak_approach_speed")[:, interface]
-    fast = speeds[speeds > 0.0]
-    return hardest, float(np.median(fast)) if fast.size else USUAL_TERMS.speed
+    positive = speeds[speeds > 0.0]
+    return hardest, float(np.median(positive)) if positive.size else USUAL_TERMS.speed
 
 
 def _judged_outputs(study: Scene) -> Iterator[tuple[str, int, str, list[int]]]:
@@ -462,23 +462,23 @@ def _judged_outputs(study: Scene) -> Iterator[tuple[str, int, str, list[int]]]:
         if output in OF_INTERFACES:
             yield from ((output, index, name, [index]) for index, name in enumerate(study.interface_names))
             continue
-        for at, building in enumerate(study.buildings):
+        for k, building in enumerate(study.buildings):
             if building.is_rigid or (output == SAME_AS_DISPLACEMENT and not isinstance(building, Storeys)):
                 continue
-            yield output, at, building.name, [index for index in (at - 1, at) if 0 <= index < last]
+            yield output, k, building.name, [index for index in (k - 1, k) if 0 <= index < last]
 
 
 def _influences(study: Scene, run: Run, touched: NDArray[np.bool_]) -> Iterator[Influence]:
     """The changes of every output by the values that were tried, relative to the scene's own value."""
     trial = run.trial
-    for output, at, name, beside in _judged_outputs(study):
-        hit = touched[:, beside].any(axis=-1)
-        before = _case_values(run.own, output)[hit, at]
+    for output, k, name, interfaces in _judged_outputs(study):
+        is_touched = touched[:, interfaces].any(axis=-1)
+        own_values = _case_values(run.own, output)[is_touched, k]
         changes = []
         for dataset in run.tried:
-            after = _case_values(dataset, output)[hit, at]
-            is_known = np.isfinite(before) & np.isfinite(after) & (before > 0.0)
-            changes.append(after[is_known] / before[is_known] - 1.0)
+            tried_values = _case_values(dataset, output)[is_touched, k]
+            is_known = np.isfinite(own_values) & np.isfinite(tried_values) & (own_values > 0.0)
+            changes.append(tried_values[is_known] / own_values[is_known] - 1.0)
         medians = tuple(float(np.median(change)) if change.size else np.nan for change in changes)
         judged = [change for change, counts in zip(changes, trial.counts, strict=True) if counts and change.size]
         largest = max((float(np.abs(change).max()) for change in judged), default=0.0)
@@ -487,8 +487,8 @@ def _influences(study: Scene, run: Run, touched: NDArray[np.bool_]) -> Iterator[
 
 def _output_medians(study: Scene, base: xr.Dataset, touched: NDArray[np.bool_]) -> dict[tuple[str, str], float]:
     medians = {}
-    for output, at, name, beside in _judged_outputs(study):
-        outputs = _case_values(base, output)[touched[:, beside].any(axis=-1), at]
+    for output, k, name, interfaces in _judged_outputs(study):
+        outputs = _case_values(base, output)[touched[:, interfaces].any(axis=-1), k]
         outputs = outputs[np.isfinite(outputs)]
         if outputs.size:
             medians[output, name] = float(np.median(outputs))
@@ -503,25 +503,25 @@ def _gap_words(study: Scene) -> str:
 
 
 def _assumptions(
-    study: Scene, ensemble: MotionEnsemble, few: MotionEnsemble, ranges: Sequence[StiffnessRange]
+    study: Scene, ensemble: MotionEnsemble, subset: MotionEnsemble, ranges: Sequence[StiffnessRange]
 ) -> Iterator[str]:
     """What was not run and what is assumed."""
-    count, used = len(ensemble.motions), len(few.motions)
-    if used < count:
-        names = ", ".join(motion.name for motion in few.motions)
-        yield f"records: {used} of {count} were run, {names}; the others, gaps and amplitudes are for scan"
+    count, used_count = len(ensemble.motions), len(subset.motions)
+    if used_count < count:
+        names = ", ".join(motion.name for motion in subset.motions)
+        yield f"records: {used_count} of {count} were run, {names}; the others, gaps and amplitudes are for scan"
     assumed = {name: band.assumed_length for band in ranges for name in band.assumed}
     if assumed:
         single = [b.name for b in study.buildings if b.name in assumed and not isinstance(b, Storeys)]
-        where = f", or write floor_length in [[building]] {' and '.join(single)}" if single else ""
+        repair = f", or write floor_length in [[building]] {' and '.join(single)}" if single else ""
         length = next(iter(assumed.values()))
         yield (
             f"floors of {', '.join(assumed)}: a length of {length:g} m is assumed, and waves of 3500 m/s, concrete; "
-            f'give another one with --floor-length "15 m"{where}'
+            f'give another one with --floor-length "15 m"{repair}'
         )
     for band in ranges:
-        if lasts := _yielding_duration(study, band):
-            yield f"{band.interface}: yielding makes the contact of the scene's stiffness longer, {ms(lasts)}"
+        if duration := _yielding_duration(study, band):
+            yield f"{band.interface}: yielding makes the contact of the scene's stiffness longer, {ms(duration)}"
         if band.wall:
             yield (
                 f"{band.interface}: {band.wall} vibrates so fast that no contact is short beside its period; it counts "
@@ -547,14 +547,14 @@ def _notes_on_runs(study: Scene, base: xr.Dataset, runs: Sequence[Run]) -> Itera
 
 def _yielding_duration(study: Scene, stiffness_range: StiffnessRange) -> float:
     """Duration of the isolated impact under the scene's own law, where it yields in it [s]; else 0."""
-    here = study.at(study.interface_names.index(stiffness_range.interface))
-    interface = here.interfaces[0]
-    columns = [here.column_force(point) for point in interface.points if point.kind == COLUMN]
+    part = study.at(study.interface_names.index(stiffness_range.interface))
+    interface = part.interfaces[0]
+    columns = [part.column_force(point) for point in interface.points if point.kind == COLUMN]
     force = min(columns) if stiffness_range.is_column else interface.yield_force
     if not known_law(interface.contact_model).capped or force == inf:
         return 0.0
     blow = impact(
-        here.law(),
+        part.law(),
         stiffness_range.speed,
         stiffness_range.mass,
         restitution=interface.restitution.rule,
@@ -566,13 +566,13 @@ def _yielding_duration(study: Scene, stiffness_range: StiffnessRange) -> float:
 def _interface_lines(study: Scene, ranges: Sequence[StiffnessRange], influences: Sequence[Influence]) -> Iterator[Line]:
     """What to write, key by key."""
     own, walls = study.interfaces[0], {band.wall for band in ranges}
-    known = [influence for influence in influences if influence.verdict]
+    defined = [influence for influence in influences if influence.verdict]
     for band in ranges:
-        beside, why = {band.interface, *band.buildings} - walls, band.why
-        judged = [influence for influence in known if influence.factor == STIFFNESS and influence.place in beside]
-        yield Line(band.interface, band.line, f"{why}. {_factor_words(judged, '')}" if judged else why)
-    known = [influence for influence in known if influence.place not in walls]
-    if proposed := [influence for influence in known if influence.factor == PROPOSED]:
+        places, reason = {band.interface, *band.buildings} - walls, band.why
+        judged = [influence for influence in defined if influence.factor == STIFFNESS and influence.place in places]
+        yield Line(band.interface, band.line, f"{reason}. {_factor_words(judged, '')}" if judged else reason)
+    defined = [influence for influence in defined if influence.place not in walls]
+    if proposed := [influence for influence in defined if influence.factor == PROPOSED]:
         yield Line("", "", _proposed_stiffness_words(proposed))
     rule, relation = own.restitution.written(), own.restitution.relation
     exact = f'{{value = {shown(rule["value"])}, relation = "exact"}}' if relation != AS_PUBLISHED else shown(rule)
@@ -593,12 +593,12 @@ def _interface_lines(study: Scene, ranges: Sequence[StiffnessRange], influences:
         ),
         (LAW, "contact_model", shown(own.contact_model), "set the laws side by side with compare"),
     ):
-        if judged := [influence for influence in known if influence.factor == factor]:
-            why = _factor_words(judged, consequence)
-            if len({getattr(here, key) for here in study.interfaces}) > 1:
-                yield Line("", "", f"{key}, each interface's own: {why}")
+        if judged := [influence for influence in defined if influence.factor == factor]:
+            reason = _factor_words(judged, consequence)
+            if len({getattr(interface, key) for interface in study.interfaces}) > 1:
+                yield Line("", "", f"{key}, each interface's own: {reason}")
             else:
-                yield Line("", f"{key} = {setting}", why)
+                yield Line("", f"{key} = {setting}", reason)
     laws = [known_law(name) for name in study.models_of(study.contact_model)]
     if laws and all(is_instant(law) for law in laws):
         yield Line("", f"contact_model = {shown(own.contact_model)}", "an instant impact takes no stiffness")

@@ -107,9 +107,9 @@ class StiffnessRange(NamedTuple):
             return None
         if self.verdict == WITHIN:
             return self.own
-        chosen = self.rules[0].equivalent if self._by_axial else sqrt(self.low * self.high)
-        rounded = float(f"{chosen:.2g}")
-        return rounded if self.low <= rounded <= self.high else chosen
+        stiffness = self.rules[0].equivalent if self._by_axial else sqrt(self.low * self.high)
+        rounded = float(f"{stiffness:.2g}")
+        return rounded if self.low <= rounded <= self.high else stiffness
 
     @property
     def _by_axial(self) -> bool:
@@ -195,31 +195,31 @@ def stiffness_range(scene: Scene, index: int, point: Point, speed: float, floor_
 
     ``floor_length`` [m] is for buildings that give none. The interface has a stiffness.
     """
-    here = scene.at(index)
-    left, right = here.buildings
+    part = scene.at(index)
+    left, right = part.buildings
     floors = (floor_at(left, point.left_floor, floor_length), floor_at(right, point.right_floor, floor_length))
     shortest = max(floor.passage for floor in floors)
     # A building that vibrates faster than that moves with its ground, whatever strikes it.
     moving = [floor for floor in floors if floor.period > 0.0]
     slow = [floor for floor in moving if SHARE_OF_PERIOD * floor.period > shortest]
     wall = next((floor.building for floor in moving if floor not in slow), "") if len(slow) == 1 else ""
-    counted = slow if wall else moving
-    mass = 1.0 / sum(1.0 / floor.mass for floor in counted)
-    longest = SHARE_OF_PERIOD * min(floor.period for floor in counted)
-    unit = stiffness_quantity(known_law(here.stiff_name)).unit
-    own_stiffness = float(here.stiffness or 0.0)
-    low, high = (stiffness_for(lasts, unit, mass, speed) for lasts in (longest, shortest))
+    colliding = slow if wall else moving
+    mass = 1.0 / sum(1.0 / floor.mass for floor in colliding)
+    longest = SHARE_OF_PERIOD * min(floor.period for floor in colliding)
+    unit = stiffness_quantity(known_law(part.stiff_name)).unit
+    own_stiffness = float(part.stiffness or 0.0)
+    low, high = (stiffness_for(duration, unit, mass, speed) for duration in (longest, shortest))
     assumed = tuple(dict.fromkeys(floor.building for floor in moving if floor.is_assumed))
     rules = []
     for name, published, rule_unit, source, basis in _published(floors):
-        lasts = contact_duration(published, rule_unit, mass, speed)
-        same = published if rule_unit == unit else stiffness_for(lasts, unit, mass, speed)
-        verdict = "" if low > high else _verdict(same, low, high)
-        rules.append(Rule(name, published, rule_unit, source, basis, same, lasts, verdict))
+        duration = contact_duration(published, rule_unit, mass, speed)
+        equivalent = published if rule_unit == unit else stiffness_for(duration, unit, mass, speed)
+        verdict = "" if low > high else _verdict(equivalent, low, high)
+        rules.append(Rule(name, published, rule_unit, source, basis, equivalent, duration, verdict))
     return StiffnessRange(
         interface=scene.interface_names[index],
         buildings=(left.name, right.name),
-        contact_model=here.stiff_name,
+        contact_model=part.stiff_name,
         unit=unit,
         own=own_stiffness,
         speed=speed,
@@ -250,15 +250,15 @@ def floor_at(building: Building | Storeys, floor: float, floor_length: float) ->
         lateral, period, wave_speed = building.stiffness, building.period, building.wave_speed
         return Floor(building.name, mass, lateral, period, length, wave_speed, is_assumed)
     below = int(floor)
-    up = floor - below
-    inverse = (1.0 - up) ** 2 / building.masses[below - 1] if below else 0.0
-    inverse += up**2 / building.masses[below] if up else 0.0
+    fraction = floor - below
+    inverse = (1.0 - fraction) ** 2 / building.masses[below - 1] if below else 0.0
+    inverse += fraction**2 / building.masses[below] if fraction else 0.0
     inertia = building.mass_coupling()
     if inertia.size:
         shares = np.zeros(len(inertia) + 1)  # of the ground and the floors
-        shares[below : below + 2] = ((1.0 - up), up)[: len(shares) - below]
+        shares[below : below + 2] = ((1.0 - fraction), fraction)[: len(shares) - below]
         inverse = float(shares[1:] @ np.linalg.solve(inertia, shares[1:]))
-    storey = building.storey_springs[below if up else below - 1]
+    storey = building.storey_springs[below if fraction else below - 1]
     return Floor(building.name, 1.0 / inverse, storey, building.period, floor_length, CONCRETE_WAVE_SPEED, True)
 
 

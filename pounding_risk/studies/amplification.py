@@ -63,8 +63,8 @@ class Chart(NamedTuple):
     def periods_of(self) -> Array:
         """Periods [s] of both buildings, by period, ratio and building."""
         varied = self.periods[:, None] * self.ratios
-        both = np.stack([varied, np.broadcast_to(self.periods[:, None], varied.shape)], axis=-1)
-        return both if self.stays == 1 else both[..., ::-1]
+        pair_periods = np.stack([varied, np.broadcast_to(self.periods[:, None], varied.shape)], axis=-1)
+        return pair_periods if self.stays == 1 else pair_periods[..., ::-1]
 
     def pairs(self) -> list[tuple[Array, Array]]:
         """Both periods [s] of every pair with its gaps [m], the ratio fastest."""
@@ -105,21 +105,21 @@ def pair_scene(source: Any, mass_ratio: Any) -> Scene:
 def staying(name: str, study: Scene) -> int:
     """Which building of a pair stays as it is, by "left", "right" or its name; raises PoundingError."""
     names = [building.name for building in study.buildings]
-    for known in (names, list(SIDES)):
-        if name in known:
-            return known.index(name)
-    listed = ", ".join(dict.fromkeys([*SIDES, *names]))
-    raise PoundingError(f"fixed: {shown(name)} is no building of the pair; it may be {listed}")
+    for labels in (names, list(SIDES)):
+        if name in labels:
+            return labels.index(name)
+    choices = ", ".join(dict.fromkeys([*SIDES, *names]))
+    raise PoundingError(f"fixed: {shown(name)} is no building of the pair; it may be {choices}")
 
 
-def staying_periods(periods: Any, own: float) -> Array:
+def staying_periods(periods: Any, own_period: float) -> Array:
     """Periods [s] of the building that stays: its own, one, or several; raises PoundingError."""
-    periods_tried: Any = own if periods is None else periods
-    listed = [periods_tried] if isinstance(periods_tried, str) or np.ndim(periods_tried) == 0 else list(periods_tried)
-    staying = [si(period, PERIOD, "periods") for period in listed]
-    if not staying or len(set(staying)) < len(staying):
+    periods_tried: Any = own_period if periods is None else periods
+    values = [periods_tried] if isinstance(periods_tried, str) or np.ndim(periods_tried) == 0 else list(periods_tried)
+    seconds = [si(period, PERIOD, "periods") for period in values]
+    if not seconds or len(set(seconds)) < len(seconds):
         raise PoundingError(f"periods: {shown(periods)}; give one period or more, each once")
-    return np.array(staying)
+    return np.array(seconds)
 
 
 # ------------------------------------------------------------------------------------------------------ the runs
@@ -146,11 +146,11 @@ class PairsJob(Batches):
     def solve(self, batches: range, stop: Callable[[], bool]) -> Chunk | None:
         """Peaks of both buildings, touches and status of these batches; None where it was stopped."""
         chunks: list[Chunk] = []
-        for number, of_scene, _ in by_scene(batches, self.each):
-            chunk = self.jobs[number].solve(of_scene, stop)
+        for number, scene_batches, _ in by_scene(batches, self.each):
+            chunk = self.jobs[number].solve(scene_batches, stop)
             if chunk is None:
                 return None
-            outputs = self.jobs[number].writer().values(of_scene, chunk)
+            outputs = self.jobs[number].writer().values(scene_batches, chunk)
             chunks.append({name: outputs[name][:, 0] for name in (*PEAKS.values(), "impact_count", "status")})
         return joined(chunks)
 
@@ -174,12 +174,12 @@ def responses(
 
     Raises PoundingError where the peaks take more than `MOST_BYTES`, and as a scan.
     """
-    between = study.interfaces[0]
+    interface = study.interfaces[0]
     scenes = []
     for periods, gaps in pairs:
         grid = study.grid._replace(gaps=tuple(gaps.tolist()), amplitudes=(None,))
-        grid = grid._replace(yield_forces=(between.yield_force,), contact_models=(between.contact_model,))
-        buildings = (building._replace(period=float(own)) for building, own in zip(study.pair, periods, strict=True))
+        grid = grid._replace(yield_forces=(interface.yield_force,), contact_models=(interface.contact_model,))
+        buildings = (building._replace(period=float(time)) for building, time in zip(study.pair, periods, strict=True))
         scenes.append(study.updated(buildings=tuple(buildings), grid=grid))
     motions = shaking.motions
     shape = (len(pairs), len(motions), len(shaking.polarities), pairs[0][1].size)
@@ -191,14 +191,14 @@ def responses(
         )
     check_memory(min(scenes, key=lambda scene: min(building.period for building in scene.pair)), motions)
     job = PairsJob(scenes, motions)
-    whole = job.solved(workers, progress)
-    alone = [pair.free_values() for pair in job.jobs]
-    touched, failed = whole["impact_count"].reshape(shape) > 0, whole["status"].reshape(shape) != 0
+    output = job.solved(workers, progress)
+    free_peaks = [pair.free_values() for pair in job.jobs]
+    touched, failed = output["impact_count"].reshape(shape) > 0, output["status"].reshape(shape) != 0
     raised = {}
     for word, name in PEAKS.items():
-        free = np.stack([peaks[name] for peaks in alone]).reshape(*shape[:-1], 1, 2)
+        free = np.stack([peaks[name] for peaks in free_peaks]).reshape(*shape[:-1], 1, 2)
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = whole[name].reshape(*shape, 2) / free
+            ratio = output[name].reshape(*shape, 2) / free
         ratio = np.where(touched[..., None], ratio, 1.0)
         raised[word] = np.where(failed[..., None], np.nan, ratio)
     return Responses(raised, touched, failed)
@@ -219,33 +219,33 @@ def amplification_dataset(
     """The dataset of all runs: percentiles [%] over records and polarities; with ``keep_motions`` each one's too."""
     name, gaps = chart.gap_axis
     places = (chart.periods.size, chart.ratios.size)
-    of_pair = ("fixed_period", "period_ratio", name)
-    dims = (*of_pair, "building")
+    pair_dims = ("fixed_period", "period_ratio", name)
+    dims = (*pair_dims, "building")
     count = counted(len(shaking.motions) * len(shaking.polarities), "motion")
     variables: dict[str, Any] = {}
     for word in outputs_of(study):
         ratio = peaks.raised[word]  # pair, record, polarity, gap, building
         flat = np.moveaxis(ratio.reshape(len(ratio), -1, *ratio.shape[3:]), 1, 0).reshape(-1, *places, gaps.size, 2)
         known = np.isfinite(flat)
-        several = enough_for(np.where(known, flat, np.nan), percentiles, axis=0)
+        table = enough_for(np.where(known, flat, np.nan), percentiles, axis=0)
         with np.errstate(invalid="ignore"):
             amplified = np.where(known.any(axis=0), (flat > 1.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1), np.nan)
         largest = np.where(known, flat, -np.inf).max(axis=0)
         largest = np.where(np.isfinite(largest), largest, np.nan)
-        what = f"peak {word} with contact over that without"
-        several_words = f"{what}, percentile over {count}; 1 where nothing touches"
+        ratio_text = f"peak {word} with contact over that without"
+        several_words = f"{ratio_text}, percentile over {count}; 1 where nothing touches"
         share_words = "share of the motions in which contact raises it"
         variables |= {
-            f"{word}_amplification": (("percentile", *dims), several, described("1", several_words)),
-            f"{word}_amplification_largest": (dims, largest, described("1", f"{what}, largest of {count}")),
+            f"{word}_amplification": (("percentile", *dims), table, described("1", several_words)),
+            f"{word}_amplification_largest": (dims, largest, described("1", f"{ratio_text}, largest of {count}")),
             f"{word}_amplified": (dims, amplified, described("1", share_words)),
         }
         if keep_motions:
-            each = np.moveaxis(ratio, 0, 2).reshape(*ratio.shape[1:3], *places, gaps.size, 2)
-            about = described("1", f"{what}, in each motion")
-            variables[f"{word}_amplification_of_motion"] = (("record", "polarity", *dims), each, about)
+            by_motion = np.moveaxis(ratio, 0, 2).reshape(*ratio.shape[1:3], *places, gaps.size, 2)
+            attributes = described("1", f"{ratio_text}, in each motion")
+            variables[f"{word}_amplification_of_motion"] = (("record", "polarity", *dims), by_motion, attributes)
     touched = peaks.touched.reshape(*places, -1, gaps.size).mean(axis=2)
-    variables["contact_share"] = (of_pair, touched, described("1", "share of the motions in which they touch"))
+    variables["contact_share"] = (pair_dims, touched, described("1", "share of the motions in which they touch"))
     dataset = xr.Dataset(variables, _coordinates(study, shaking, chart, percentiles), spectra_attributes(shaking))
     notes = of_input(study, shaking.motions)
     dataset.attrs |= {
@@ -260,24 +260,24 @@ def amplification_dataset(
 
 def _coordinates(study: Scene, shaking: Shaking, chart: Chart, percentiles: Sequence[float]) -> dict[str, Any]:
     name, distances = chart.gap_axis
-    pair, of_pair = study.pair, ("fixed_period", "period_ratio")
+    pair, pair_dims = study.pair, ("fixed_period", "period_ratio")
     names = [building.name for building in pair]
-    stays, varies = names[chart.stays], names[1 - chart.stays]
+    fixed, varied = names[chart.stays], names[1 - chart.stays]
     masses, dampings = [building.mass for building in pair], [building.damping for building in pair]
     coords: dict[str, Any] = {
         "percentile": ("percentile", list(percentiles), described("%", "share of the motions that have no more")),
-        "fixed_period": ("fixed_period", chart.periods, described("s", f"period of {stays}, which stays")),
-        "period_ratio": ("period_ratio", chart.ratios, described("1", f"period of {varies} over that of {stays}")),
+        "fixed_period": ("fixed_period", chart.periods, described("s", f"period of {fixed}, which stays")),
+        "period_ratio": ("period_ratio", chart.ratios, described("1", f"period of {varied} over that of {fixed}")),
         "building": ("building", names, {"long_name": "building, left to right"}),
-        "building_period": ((*of_pair, "building"), chart.periods_of(), described("s", "period of each building")),
+        "building_period": ((*pair_dims, "building"), chart.periods_of(), described("s", "period of each building")),
         "building_mass": ("building", masses, described("kg", "mass of the building")),
         "building_damping": ("building", dampings, described("1", "damping ratio of the building")),
-        "reference_gap": (of_pair, chart.reference, described("m", chart.reference_words)),
+        "reference_gap": (pair_dims, chart.reference, described("m", chart.reference_words)),
         **motion_coordinates(shaking.motions, shaking.polarities, shaking.level),
     }
     if name == "gap":
         coords["gap"] = ("gap", distances, described("m", "clear distance at rest"))
     else:
         coords[name] = (name, distances, described("1", f"gap over the {chart.reference_words}"))
-        coords["gap"] = ((*of_pair, name), chart.gaps, described("m", "clear distance at rest"))
+        coords["gap"] = ((*pair_dims, name), chart.gaps, described("m", "clear distance at rest"))
     return coords

@@ -37,8 +37,8 @@ class CompileCache(ShortRepr):
 
     def facts(self) -> Iterable[tuple[str, str]]:
         """Where the folder is, what is in it and beside it, as pairs of a name and words."""
-        none = cache_doubt() or "none that can be written; set NUMBA_CACHE_DIR"
-        yield "folder", none if self.folder is None else str(self.folder)
+        no_folder = cache_doubt() or "none that can be written; set NUMBA_CACHE_DIR"
+        yield "folder", no_folder if self.folder is None else str(self.folder)
         yield "compiled", f"{counted(self.functions, 'function')}, {self.size / 1e6:.1f} MB"
         if self.others:
             yield "other versions", f"{counted(len(self.others), 'folder')}, {self.other_size / 1e6:.1f} MB"
@@ -96,21 +96,21 @@ def cache(
         compile_for(study)
         if progress is not None:
             progress(number, len(studies))
-    folder = Path(kept_in) if (kept_in := compile_cache()) else None
-    beside = sorted(folder.parent.iterdir()) if folder else []
-    folders = [other for other in beside if other != folder and other.is_dir() and not other.is_symlink()]
-    others = [other for other in folders if VERSION_FOLDER.fullmatch(other.name)]
+    folder = Path(cache_path) if (cache_path := compile_cache()) else None
+    entries = sorted(folder.parent.iterdir()) if folder else []
+    folders = [other for other in entries if other != folder and other.is_dir() and not other.is_symlink()]
+    old_folders = [other for other in folders if VERSION_FOLDER.fullmatch(other.name)]
     if clear_others:
-        for other in others:
+        for other in old_folders:
             shutil.rmtree(other, ignore_errors=True)
-        others = [other for other in others if other.exists()]
+        old_folders = [other for other in old_folders if other.exists()]
     files = _code_in(folder) if folder else []
     return CompileCache(
         folder,
         sum(file.suffix == CODE for file in files),
         sum(file.stat().st_size for file in files),
-        tuple(others),
-        sum(file.stat().st_size for other in others for file in _code_in(other)),
+        tuple(old_folders),
+        sum(file.stat().st_size for other in old_folders for file in _code_in(other)),
     )
 
 
@@ -134,10 +134,10 @@ def compile_for(study: Scene) -> None:
         request = RecordRequest(files=(str(path),))
         grid = study.grid
         single = grid._replace(gaps=grid.gaps[:1], yield_forces=grid.yield_forces[:1], amplitudes=(None,))
-        few = study.updated(records=request, grid=single, axes=(), buildings=tuple(buildings), text="", overrides=())
-        scan(few, check_fraction=1.0, workers=1)
-        for name in dict.fromkeys((few.contact_model, *few.grid.contact_models)):
-            simulate(few, law=name)
+        small = study.updated(records=request, grid=single, axes=(), buildings=tuple(buildings), text="", overrides=())
+        scan(small, check_fraction=1.0, workers=1)
+        for name in dict.fromkeys((small.contact_model, *small.grid.contact_models)):
+            simulate(small, law=name)
 
 
 def _made_record(duration: float) -> str:

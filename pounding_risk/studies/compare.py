@@ -132,17 +132,17 @@ def compare(
     check_one_scene(study.updated(axes=tuple(axis for axis in study.axes if axis.dimension)), "compare")
     if study.axes and count_of(study.axes) == 1:
         study = Variants(study).scene(0)
-    equal, reasons = with_equal_terms(study, Request(tuple(laws), baseline, (same, speed), relation))
+    scene, reasons = with_equal_terms(study, Request(tuple(laws), baseline, (same, speed), relation))
     if target is not None:
-        check_replaceable_scene(target, "compare", equal, new)
-    whole, baseline = scan(equal, progress=progress), baseline or study.contact_model
+        check_replaceable_scene(target, "compare", scene, new)
+    runs, baseline = scan(scene, progress=progress), baseline or study.contact_model
     if study.axes:
-        dataset = _compared_along_axes(equal, whole, baseline, reasons)
+        dataset = _compared_along_axes(scene, runs, baseline, reasons)
     else:
-        dataset = _compared_scene(equal, whole, baseline, {})
+        dataset = _compared_scene(scene, runs, baseline, {})
         interface = findings.widest_interface(dataset)
         case = findings.typical_case(findings.at_interface(dataset, interface), baseline)
-        dataset = dataset.assign(_typical_histories(equal, case, interface, baseline))
+        dataset = dataset.assign(_typical_histories(scene, case, interface, baseline))
         dataset.attrs |= reasons | {"finding": findings.finding(dataset)}
     return saved(dataset, "compare", target)
 
@@ -168,34 +168,34 @@ def with_equal_terms(study: Scene, request: Request) -> tuple[Scene, dict[str, s
     if study.axes:
         variants = Variants(study)
         places = {where_words(variants.overrides(number)): variants.scene(number) for number in range(variants.count)}
-    without = ""
+    left_out = ""
     if not request.laws and len(study.grid.contact_models) < 2:
         common = set.intersection(*(set(comparable_models(scene)) for scene in places.values()))
         laws = tuple(name for name in CONTACT_MODELS if name in common) or (study.contact_model,)
-        request, without = request._replace(laws=laws), models_left_out(places)
+        request, left_out = request._replace(laws=laws), models_left_out(places)
 
     def on_terms(scene: Scene) -> tuple[Scene, str]:
         equal = on_equal_terms(scene, request.laws, request.baseline, request.terms)
         return with_damping_relation(equal, request.relation)
 
     equal = _at_all_places(places, on_terms)
-    reasons = {where: why for where, (_, why) in equal.items() if why}
-    unequal = _with_places(reasons, len(places)) if reasons else ""
-    attributes = {"left_out": without, "unequal_e": unequal}
+    reasons = {place: cause for place, (_, cause) in equal.items() if cause}
+    unequal_e = _with_places(reasons, len(places)) if reasons else ""
+    attributes = {"left_out": left_out, "unequal_e": unequal_e}
     first, _ = next(iter(equal.values()))
     if not study.axes:
         return first, attributes
 
     def brought(scene: Scene) -> Scene:
         scene, _ = on_terms(scene)
-        return scene.updated(relation=AS_PUBLISHED) if unequal else scene
+        return scene.updated(relation=AS_PUBLISHED) if unequal_e else scene
 
     names = first.grid.contact_models
     _at_all_places(places, lambda scene: check_reach(brought(scene), names))
     base = study.updated(
         grid=study.grid._replace(contact_models=names),
         equal_terms=equal_terms_of(study, request.terms),
-        relation=AS_PUBLISHED if unequal else first.relation,
+        relation=AS_PUBLISHED if unequal_e else first.relation,
         at_every_place=brought,
     )
     return base, attributes
@@ -205,38 +205,38 @@ def _at_all_places(places: dict[str, Scene], function: Callable[[Scene], Any]) -
     """The values of a function at every place; raises as it does, with the place where not all places raise it."""
     answers: dict[str, Any] = {}
     errors: dict[str, PoundingError] = {}
-    for where, scene in places.items():
+    for place, scene in places.items():
         try:
-            answers[where] = function(scene)
+            answers[place] = function(scene)
         except PoundingError as error:
-            errors[where] = error
-    for where, first in errors.items():
-        raise first if len(errors) == len(places) else PoundingError(f"{first} (at {where})")
+            errors[place] = error
+    for place, first in errors.items():
+        raise first if len(errors) == len(places) else PoundingError(f"{first} (at {place})")
     return answers
 
 
 def _with_places(reasons: dict[str, str], count: int) -> str:
     """The first of the reasons by place, with its place and their number unless that is ``count``, of all places."""
-    where, sentence = next(iter(reasons.items()))
+    place, sentence = next(iter(reasons.items()))
     if len(reasons) == count:
         return sentence
-    return f"{sentence} (at {len(reasons)} of {count} places, the first {where})"
+    return f"{sentence} (at {len(reasons)} of {count} places, the first {place})"
 
 
 def on_equal_terms(
     study: Scene, laws: Sequence[str], baseline: str | None, terms: tuple[str | None, float | str | None]
 ) -> Scene:
     """The study whose grid has the laws to compare, each with its calibrated stiffness; raises as `compare`."""
-    known = (*CONTACT_MODELS, study.contact_model)
-    if baseline is not None and (not isinstance(baseline, str) or baseline not in known):
+    names_known = (*CONTACT_MODELS, study.contact_model)
+    if baseline is not None and (not isinstance(baseline, str) or baseline not in names_known):
         raise PoundingError(f"compare: the baseline {unknown_law(baseline)}")
     grid = study.grid.contact_models
-    chosen = tuple(laws) or (grid if len(grid) > 1 else comparable_models(study))
-    names = tuple(dict.fromkeys((*chosen, baseline or study.contact_model)))
+    requested = tuple(laws) or (grid if len(grid) > 1 else comparable_models(study))
+    names = tuple(dict.fromkeys((*requested, baseline or study.contact_model)))
     for name in study.models_of(*names):
         known_law(name)
-        if why := job_kind(study).unsolved(study, name) or study.lacks_table(name):
-            raise PoundingError(f"compare: {name}: {why}; leave it out")
+        if fault := job_kind(study).unsolved(study, name) or study.lacks_table(name):
+            raise PoundingError(f"compare: {name}: {fault}; leave it out")
     if len(names) < 2:
         raise PoundingError(f"compare: {names[0]} alone is no comparison; name another law, or none to run them all")
     for name in study.models_of(study.contact_model):
@@ -261,8 +261,8 @@ def on_equal_terms(
 
 def equal_terms_of(study: Scene, terms: tuple[str | None, float | str | None]) -> EqualTerms:
     """What the reference impacts share, and their speed: those of the call, or of the scene, or the usual ones."""
-    usual = study.equal_terms or USUAL_TERMS
-    same, speed = terms[0] or usual.same, usual.speed if terms[1] is None else terms[1]
+    default = study.equal_terms or USUAL_TERMS
+    same, speed = terms[0] or default.same, default.speed if terms[1] is None else terms[1]
     if same not in EQUAL_TERMS:
         raise PoundingError(f"compare: same is {shown(same)}; it may be {' or '.join(map(shown, EQUAL_TERMS))}")
     return EqualTerms(same=same, speed=si(speed, SPEED, "compare: speed"), every_law=True)
@@ -273,14 +273,14 @@ def with_damping_relation(study: Scene, relation: str | None) -> tuple[Scene, st
     names = study.models_of(*study.grid.contact_models)
     laws = [known_law(name) for name in names]
     if relation is not None:
-        if wrong := relation_fault(relation) or misfit(laws, relation):
-            raise PoundingError(f"compare: {wrong}")
+        if fault := relation_fault(relation) or misfit(laws, relation):
+            raise PoundingError(f"compare: {fault}")
         return study.updated(relation=relation), ""
     if not any(law.needs_restitution for law in laws):
         return study, ""
     exact = study.updated(relation=AS_ASKED)
-    if wrong := misfit(laws, AS_ASKED) or beyond_reach(exact, names):
-        return study.updated(relation=AS_PUBLISHED), wrong
+    if fault := misfit(laws, AS_ASKED) or beyond_reach(exact, names):
+        return study.updated(relation=AS_PUBLISHED), fault
     return exact, ""
 
 
@@ -293,21 +293,21 @@ def models_left_out(places: dict[str, Scene]) -> str:
     """A sentence for the contact models that are not comparable at every place, with where; "" where all are."""
     reasons: dict[str, list[str]] = {}
     for name in CONTACT_MODELS:
-        if by_place := {where: why for where, scene in places.items() if (why := _hindrance(scene, name))}:
+        if by_place := {place: fault for place, scene in places.items() if (fault := _hindrance(scene, name))}:
             reasons.setdefault(_with_places(by_place, len(places)), []).append(name)
-    return "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
+    return "; ".join(f"{', '.join(names)}: {fault}" for fault, names in reasons.items())
 
 
 def _hindrance(study: Scene, name: str) -> str:
     """Why a contact model cannot be compared in this scene unless it is named; "" where it can."""
     law = known_law(name)
-    if why := job_kind(study).unsolved(study, name) or study.lacks_table(name):
-        return why
-    if needs_floors(law) and (short := study.without_floor()):
-        return f'{" and ".join(short)} without floor_length; write floor_length = "20 m" in [[building]] for it'
+    if fault := job_kind(study).unsolved(study, name) or study.lacks_table(name):
+        return fault
+    if needs_floors(law) and (names := study.without_floor()):
+        return f'{" and ".join(names)} without floor_length; write floor_length = "20 m" in [[building]] for it'
     for effect in study.effects:
-        if why := refusal(law, effect.name):
-            return f"{why}, under {effect.name}"
+        if fault := refusal(law, effect.name):
+            return f"{fault}, under {effect.name}"
     if _lacks_restitution(study) or not law.needs_restitution:
         return ""
     return misfit([law], AS_ASKED) or beyond_reach(study.updated(relation=AS_ASKED), [name])
@@ -321,9 +321,9 @@ def _lacks_restitution(study: Scene) -> bool:
 # ------------------------------------------------------------------------------------------------------ the dataset
 
 
-def _compared_scene(study: Scene, dataset: xr.Dataset, baseline: str, known: Known) -> xr.Dataset:
+def _compared_scene(study: Scene, dataset: xr.Dataset, baseline: str, cache: Known) -> xr.Dataset:
     """The scan of a scene with the reference impacts, and what is set against the baseline."""
-    dataset = dataset.assign(_reference_variables(study, dataset, known))
+    dataset = dataset.assign(_reference_variables(study, dataset, cache))
     dataset = dataset.assign(findings.tables(dataset, baseline))
     terms = study.equal_terms or USUAL_TERMS
     return dataset.assign_attrs(
@@ -331,39 +331,39 @@ def _compared_scene(study: Scene, dataset: xr.Dataset, baseline: str, known: Kno
     )
 
 
-def _compared_along_axes(equal: Scene, whole: xr.Dataset, baseline: str, reasons: dict[str, str]) -> xr.Dataset:
+def _compared_along_axes(scene: Scene, runs: xr.Dataset, baseline: str, reasons: dict[str, str]) -> xr.Dataset:
     """The scan along axes with what a comparison adds at each place, and a finding on how that changes.
 
     Ratios, ranks, flips and gaps have all axes as dimensions, what describes the laws those along which it differs.
     """
-    axes, known = axes_of(whole), dict[Any, Any]()
-    variants = Variants(equal, axes)
+    axes, cache = axes_of(runs), dict[Any, Any]()
+    variants = Variants(scene, axes)
     attributes, stack = Stack(variants.shape), Stack(variants.shape)
-    added: list[xr.Dataset] = []
+    parts: list[xr.Dataset] = []
     for number in range(variants.count):
         places = zip(axes, variants.places(number), strict=True)
-        part = at_one_place(whole.isel({axis.name: [place] for axis, place in places}))
-        compared = _compared_scene(variants.scene(number), part, baseline, known)
+        part = at_one_place(runs.isel({axis.name: [place] for axis, place in places}))
+        compared = _compared_scene(variants.scene(number), part, baseline, cache)
         facts = {name: compared.attrs[name] for name in ("same", "speed")}
         attributes.add(number, facts | {"finding": findings.finding(compared)})
-        added.append(compared.drop_vars(part.variables).drop_attrs(deep=False))
+        parts.append(compared.drop_vars(part.variables).drop_attrs(deep=False))
     facts = {name: compared.attrs[name] for name in ("baseline", "reference_law", "same", "speed")}
     facts = {name: fact for name, fact in facts.items() if name not in attributes.differing()}
-    longest = max(part.sizes["impact_step"] for part in added)
-    for number, part in enumerate(added):
+    longest = max(part.sizes["impact_step"] for part in parts)
+    for number, part in enumerate(parts):
         padded = part.pad(impact_step=(0, longest - part.sizes["impact_step"]))
         stack.add(number, {str(name): padded[name].values for name in padded.variables})
     variables: dict[str, Any] = {}
     for name, (along, stacked) in stack.reduced().items():
-        first = added[0][name]
+        variable = parts[0][name]
         if name in TABLES:
-            along, stacked = tuple(range(len(axes))), np.stack([part[name].values for part in added])
-            stacked = stacked.reshape(*variants.shape, *first.shape)
-        variables[name] = ((*(axes[number].name for number in along), *first.dims), stacked, first.attrs)
-    dataset = whole.assign(variables)
-    about = json.loads(whole.attrs[VARIANTS])
-    about["attributes"] += attributes.as_lists(whole=True)
-    dataset.attrs |= facts | {VARIANTS: as_text(about)} | reasons
+            along, stacked = tuple(range(len(axes))), np.stack([part[name].values for part in parts])
+            stacked = stacked.reshape(*variants.shape, *variable.shape)
+        variables[name] = ((*(axes[number].name for number in along), *variable.dims), stacked, variable.attrs)
+    dataset = runs.assign(variables)
+    lists = json.loads(runs.attrs[VARIANTS])
+    lists["attributes"] += attributes.as_lists(whole=True)
+    dataset.attrs |= facts | {VARIANTS: as_text(lists)} | reasons
     return dataset.assign_attrs(finding=along_finding(dataset))
 
 
@@ -386,21 +386,21 @@ def reference_impacts(study: Scene, stiffnesses: dict[str, float]) -> list[Impac
     return impacts
 
 
-def _reference_variables(study: Scene, dataset: xr.Dataset, known: Known) -> dict[str, Any]:
+def _reference_variables(study: Scene, dataset: xr.Dataset, cache: Known) -> dict[str, Any]:
     """Calibrated stiffness, restitution achieved, and the curves of the reference impacts, padded with NaN.
 
-    Impacts that are ``known`` are not computed again, and others become so.
+    Impacts in the ``cache`` are not computed again, and others are added to it.
     """
     names = study.grid.contact_models
     # A law without a stiffness may have none there.
     lists = {name: k for name, k in json.loads(dataset.attrs["stiffness"]).items() if k is not None}
     calibrated, masses, impacts = [], [], []
     for index in range(len(findings.interface_names(dataset))):
-        here = study.at(index)
+        scene = study.at(index)
         stiffnesses = {name: float(np.atleast_1d(k)[index]) for name, k in lists.items()}
         calibrated.append([stiffnesses.get(name, nan) for name in names])
-        masses.append(here.striking_mass)
-        impacts.append(_reference_impacts_once(here, stiffnesses, known))
+        masses.append(scene.striking_mass)
+        impacts.append(_reference_impacts_once(scene, stiffnesses, cache))
     variables = _facts_of_laws(study, impacts)
     axes = ("interface",) if "interface" in dataset.dims else ()
 
@@ -412,16 +412,16 @@ def _reference_variables(study: Scene, dataset: xr.Dataset, known: Known) -> dic
     add("stiffness", ("contact_model",), calibrated, {"long_name": words})
     add("reduced_mass", (), masses, described("kg", "reduced mass of the reference impact"))
     for name, (unit, words) in IMPACT_COLUMNS.items():
-        columns = [[getattr(blow, name) for blow in of_one] for of_one in impacts]
+        columns = [[getattr(blow, name) for blow in row] for row in impacts]
         add(f"reference_{name}", ("contact_model",), columns, described(unit, words))
-    longest = max(len(blow.time) for of_one in impacts for blow in of_one)
+    longest = max(len(blow.time) for row in impacts for blow in row)
     for name, (unit, words) in CURVES.items():
         curves = np.full((len(impacts), len(names), longest), nan)
         for place in np.ndindex(curves.shape[:2]):
             curve = getattr(impacts[place[0]][place[1]], name)
             curves[place][: len(curve)] = curve
-        about = described(unit, f"{words}, reference impact; NaN after the parting")
-        add(f"impact_{name}", ("contact_model", "impact_step"), list(curves), about)
+        facts = described(unit, f"{words}, reference impact; NaN after the parting")
+        add(f"impact_{name}", ("contact_model", "impact_step"), list(curves), facts)
     return variables
 
 
@@ -429,10 +429,10 @@ def _facts_of_laws(study: Scene, impacts: Sequence[Sequence[Impact]]) -> dict[st
     """Unit of the stiffness of each law, whether it dissipates and whether F_E acts in it; impacts by interface."""
     units, dissipates, capped = [], [], []
     for label, of_law in zip(study.grid.contact_models, zip(*impacts, strict=True), strict=True):
-        each = [interface.contact_model for interface in study.interfaces] if label == OF_EACH_INTERFACE else [label]
-        laws = [known_law(name) for name in each]
-        of_each = [stiffness_quantity(law).unit if "stiffness" in law._fields else "" for law in laws]
-        units.append(of_each[0] if len(set(of_each)) == 1 else findings.APART.join(of_each))
+        models = [interface.contact_model for interface in study.interfaces] if label == OF_EACH_INTERFACE else [label]
+        laws = [known_law(name) for name in models]
+        law_units = [stiffness_quantity(law).unit if "stiffness" in law._fields else "" for law in laws]
+        units.append(law_units[0] if len(set(law_units)) == 1 else findings.APART.join(law_units))
         dissipates.append(not all(blow.restitution > 1.0 - ELASTIC for blow in of_law))
         answers = {int(law.capped) for law in laws}
         capped.append(answers.pop() if len(answers) == 1 else findings.AT_SOME)
@@ -445,17 +445,17 @@ def _facts_of_laws(study: Scene, impacts: Sequence[Sequence[Impact]]) -> dict[st
     }
 
 
-def _reference_impacts_once(study: Scene, stiffnesses: dict[str, float], known: Known) -> list[Impact]:
+def _reference_impacts_once(study: Scene, stiffnesses: dict[str, float], cache: Known) -> list[Impact]:
     """As `reference_impacts`; computed once for all scenes that have what they depend on in common."""
-    between = study.interfaces[0].updated(
+    interface_key = study.interfaces[0].updated(
         gap=0.0, yield_force=inf, column_yield_force=inf, contact=(), tolerance=None, points=(), levels=LevelRule()
     )
     has_floors = any(needs_floors(known_law(name)) for name in study.grid.contact_models)
-    struck = study.buildings if has_floors else study.striking_mass
-    key = between, struck, study.grid.contact_models, tuple(stiffnesses.items())
-    if key not in known:
-        known[key] = reference_impacts(study, stiffnesses)
-    return known[key]
+    bodies = study.buildings if has_floors else study.striking_mass
+    key = interface_key, bodies, study.grid.contact_models, tuple(stiffnesses.items())
+    if key not in cache:
+        cache[key] = reference_impacts(study, stiffnesses)
+    return cache[key]
 
 
 def _typical_histories(study: Scene, case: dict[str, int], interface: int, baseline: str) -> dict[str, Any]:
@@ -472,18 +472,18 @@ def _typical_histories(study: Scene, case: dict[str, int], interface: int, basel
     closings = []
     for law in grid.contact_models:
         run = run_of(study, Case(motion, law, gap, force, gaps, forces))
-        of_points = run["relative_displacement"].transpose("contact_point", "time").values
-        closings.append([np.interp(samples, run["time"].values, history, right=nan) for history in of_points])
+        point_histories = run["relative_displacement"].transpose("contact_point", "time").values
+        closings.append([np.interp(samples, run["time"].values, history, right=nan) for history in point_histories])
     histories = np.array(closings)  # laws, contact points, samples
-    here = [index for index, point in enumerate(study.points) if point.interface == interface]
-    largest = np.nanmax(np.abs(histories[grid.contact_models.index(baseline)][here]), axis=-1)
-    point = here[int(largest.argmax())]
+    indices = [index for index, point in enumerate(study.points) if point.interface == interface]
+    largest = np.nanmax(np.abs(histories[grid.contact_models.index(baseline)][indices]), axis=-1)
+    point = indices[int(largest.argmax())]
     name = study.interface_names[interface]
-    about: dict[str, Any] = described("m", "relative displacement of a case of median spread") | {"record": motion.name}
-    about |= {"polarity": polarities[case["polarity"]], "pga": motion.pga, "gap": float(gaps[interface])}
-    about |= {"yield_force": float(forces[point]), "interface": name}
-    about["contact_point"] = "{1:.3g} | {2:.3g}".format(*study.points[point]) if len(study.points) > 1 else name
+    attrs: dict[str, Any] = described("m", "relative displacement of a case of median spread") | {"record": motion.name}
+    attrs |= {"polarity": polarities[case["polarity"]], "pga": motion.pga, "gap": float(gaps[interface])}
+    attrs |= {"yield_force": float(forces[point]), "interface": name}
+    attrs["contact_point"] = "{1:.3g} | {2:.3g}".format(*study.points[point]) if len(study.points) > 1 else name
     return {
         "time": ("time", samples, described("s", "time since the start of the record")),
-        "history": (("contact_model", "time"), histories[:, point], about),
+        "history": (("contact_model", "time"), histories[:, point], attrs),
     }

@@ -46,10 +46,10 @@ def places_along(dataset: xr.Dataset) -> Iterator[Place]:
     tables = dataset.drop_vars([name for name, variable in dataset.data_vars.items() if "record" in variable.dims])
     single = {axis.name: 0 for axis in axes_of(dataset) if dataset.sizes.get(axis.name) == 1}
     for places in np.ndindex(*(dataset.sizes[axis.name] for axis in axes)):
-        at = dict(zip((axis.name for axis in axes), map(int, places), strict=True))
-        cells = {(axis.name, key): value_at(dataset, key, at[axis.name]) for axis in axes for key in axis.keys}
+        indices = dict(zip((axis.name for axis in axes), map(int, places), strict=True))
+        cells = {(axis.name, key): value_at(dataset, key, indices[axis.name]) for axis in axes for key in axis.keys}
         words = ", ".join(f"{key} = {cell}" for (name, key), cell in cells.items() if name not in idle)
-        yield Place(words, tuple(cells.values()), tables.isel(at | single))
+        yield Place(words, tuple(cells.values()), tables.isel(indices | single))
 
 
 def widest_along(dataset: xr.Dataset) -> int:
@@ -118,8 +118,8 @@ def _moving(judged: list[tuple[Place, Verdict]], baseline: str) -> Iterator[str]
         if against:
             yield from _least(output, judged)
         against = ""
-    if (more := len(widest) - findings.NUMBERED) > 0:
-        yield f"{more} more output{'s' * (more > 1)} off by over {100 * findings.NOTABLE:.0f} %"
+    if (more_count := len(widest) - findings.NUMBERED) > 0:
+        yield f"{more_count} more output{'s' * (more_count > 1)} off by over {100 * findings.NOTABLE:.0f} %"
 
 
 def _widest(moved: list[tuple[Place, Moved]]) -> list[tuple[Place, Moved]]:
@@ -133,11 +133,11 @@ def _widest(moved: list[tuple[Place, Moved]]) -> list[tuple[Place, Moved]]:
 def _least(output: str, judged: list[tuple[Place, Verdict]]) -> Iterator[str]:
     """Where an output moves least, and how far; nothing where it moves alike at all places."""
     ranges = [(place, findings.furthest(place.part, output, outcome.names)) for place, outcome in judged]
-    known = sorted(
+    ranked = sorted(
         (moved for moved in ranges if findings.reach(*moved[1][1:])), key=lambda moved: findings.reach(*moved[1][1:])
     )
-    place, (law, low, high) = known[0]
-    if findings.reach(low, high) < findings.reach(*known[-1][1][1:]):
+    place, (law, low, high) = ranked[0]
+    if findings.reach(low, high) < findings.reach(*ranked[-1][1][1:]):
         yield f"it moves least{_where(place.words)}, {findings.times_words(low, high)} times ({law})"
 
 
@@ -149,8 +149,8 @@ def _flipping(judged: list[tuple[Place, Verdict]]) -> Iterator[str]:
             (*findings.most_frequent_flip(outcome.shares[conclusion], outcome.names, interfaces), place)
             for place, outcome in judged
         ]
-        known = [share for share in shares if not np.isnan(share[0])]
-        if known:
-            most, law, place = max(known, key=lambda share: share[0])
+        judged_shares = [share for share in shares if not np.isnan(share[0])]
+        if judged_shares:
+            most, law, place = max(judged_shares, key=lambda share: share[0])
             often = f"up to {findings.percent(most)} of the cases ({law}){_where(place.words)}"
             yield f"{words} in {often if most > 0.0 else 'none'}"

@@ -73,7 +73,7 @@ def of_interface(dataset: xr.Dataset, index: int) -> xr.Dataset:
     """What a comparison says of interface ``index``: its own outputs and those of its two buildings, under one name."""
     names = interface_names(dataset)
     buildings = [str(name) for name in dataset["building"].values[index : index + 2]]
-    names_of_outputs = {_at(words, names[index], names): words for words in RUN_OUTPUTS.values()}
+    names_of_outputs = {_label(words, names[index], names): words for words in RUN_OUTPUTS.values()}
     names_of_outputs |= {
         (name := f"{words}, {building}"): name for words in SIDE_OUTPUTS.values() for building in buildings
     }
@@ -87,7 +87,7 @@ def of_interface(dataset: xr.Dataset, index: int) -> xr.Dataset:
     return pair.assign_coords(output=[names_of_outputs[str(name)] for name in pair["output"].values])
 
 
-def _at(words: str, interface: str, interfaces: list[str]) -> str:
+def _label(words: str, interface: str, interfaces: list[str]) -> str:
     """An output's words with its interface, where there are several."""
     return f"{words}, {interface}" if len(interfaces) > 1 else words
 
@@ -104,7 +104,7 @@ def outputs_of(dataset: xr.Dataset, baseline: str) -> dict[str, tuple[xr.DataArr
     sides = [at_interface(dataset, index) for index in range(len(interfaces))]
     touched = [touching(at_side, baseline) for at_side in sides]
     outputs = {
-        _at(words, interface, interfaces): (at_side[name], cases)
+        _label(words, interface, interfaces): (at_side[name], cases)
         for interface, at_side, cases in zip(interfaces, sides, touched, strict=True)
         for name, words in RUN_OUTPUTS.items()
     }
@@ -114,11 +114,11 @@ def outputs_of(dataset: xr.Dataset, baseline: str) -> dict[str, tuple[xr.DataArr
             outputs[f"{words}, {building}"] = dataset[name].isel(building=side, drop=True), cases
     if "stiffness_unit" in dataset:
         jumps = dataset["stiffness_unit"] == ""
-        nothing = {"peak contact force": jumps & ~with_terms_of_its_own(dataset), "peak floor acceleration": jumps}
+        undefined = {"peak contact force": jumps & ~with_terms_of_its_own(dataset), "peak floor acceleration": jumps}
         for words, (output, cases) in outputs.items():
-            for start, where in nothing.items():
+            for start, is_undefined in undefined.items():
                 if words.startswith(start):
-                    outputs[words] = output.where(~where), cases
+                    outputs[words] = output.where(~is_undefined), cases
     # Counts are stored as -1 where a run failed.
     return {words: (output.where(output >= 0.0), cases) for words, (output, cases) in outputs.items()}
 
@@ -126,8 +126,8 @@ def outputs_of(dataset: xr.Dataset, baseline: str) -> dict[str, tuple[xr.DataArr
 def by_case(output: xr.DataArray) -> Array:
     """Values of a variable as an array (laws, cases)."""
     axes = [axis for axis in CASES if axis in output.dims]
-    ordered = output.transpose("contact_model", *axes).values
-    return ordered.reshape(len(ordered), -1).astype(float)
+    table = output.transpose("contact_model", *axes).values
+    return table.reshape(len(table), -1).astype(float)
 
 
 def place_of(dataset: xr.Dataset, law: str) -> int:
@@ -143,8 +143,8 @@ def touching(dataset: xr.Dataset, baseline: str) -> NDArray[np.bool_]:
 def ratios(output: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Array:
     """(laws, cases): each law's value over the baseline's; NaN outside ``cases`` and where either is not defined."""
     table = by_case(output)
-    below = np.where(cases & (table[baseline] > 0.0), table[baseline], nan)
-    return np.asarray(table / below)
+    divisor = np.where(cases & (table[baseline] > 0.0), table[baseline], nan)
+    return np.asarray(table / divisor)
 
 
 def rank_agreement(output: xr.DataArray, baseline: int, cases: NDArray[np.bool_]) -> Array:
@@ -164,7 +164,7 @@ def rank_agreement(output: xr.DataArray, baseline: int, cases: NDArray[np.bool_]
     return np.array(agreements)
 
 
-def spearman(one: Array, other: Array, used: NDArray[np.bool_]) -> Array:
+def spearman(x: Array, y: Array, used: NDArray[np.bool_]) -> Array:
     """Correlation of the ranks of two variables along the second axis from the end, over the cases that are used.
 
     NaN for fewer than `FEWEST_TO_RANK` defined ones, and where either is constant. As `scipy.stats.spearmanr` to the
@@ -172,10 +172,10 @@ def spearman(one: Array, other: Array, used: NDArray[np.bool_]) -> Array:
     """
     from scipy.stats import rankdata
 
-    both = used & ~np.isnan(one) & ~np.isnan(other)
-    count = both.sum(axis=-2, keepdims=True)
-    ranks = (rankdata(np.where(both, outputs, nan), axis=-2, nan_policy="omit") for outputs in (one, other))
-    first, second = (np.where(both, rank - 0.5 * (count + 1), 0.0) for rank in ranks)
+    is_used = used & ~np.isnan(x) & ~np.isnan(y)
+    count = is_used.sum(axis=-2, keepdims=True)
+    ranks = (rankdata(np.where(is_used, outputs, nan), axis=-2, nan_policy="omit") for outputs in (x, y))
+    first, second = (np.where(is_used, rank - 0.5 * (count + 1), 0.0) for rank in ranks)
     count = count[..., 0, :]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = 1.0 / (count - 1)
@@ -215,20 +215,20 @@ def flips(dataset: xr.Dataset, baseline: str, index: int = 0) -> dict[str, tuple
     displacement, both where the baseline has contact; the gap once a motion, where the grid varies this interface's.
     """
     strengths, dataset = can_yield(dataset, index), at_interface(dataset, index)
-    at, cases = place_of(dataset, baseline), touching(dataset, baseline)
+    base, cases = place_of(dataset, baseline), touching(dataset, baseline)
     count, exceeds = by_case(dataset["impact_count"]), by_case(dataset["yield_exceedance"])
-    strong = by_case(strengths.broadcast_like(dataset["impact_count"]))[at] > 0.0
-    ratio = ratios(dataset["peak_relative_displacement"], at, cases)
+    can_reach = by_case(strengths.broadcast_like(dataset["impact_count"]))[base] > 0.0
+    ratio = ratios(dataset["peak_relative_displacement"], base, cases)
     closed = by_case(gap_without_contact(dataset).fillna(np.inf))
-    ran = by_case((dataset["impact_count"] >= 0).any(["gap", "yield_force"])) > 0.0
-    varied = ran & ran[at] & is_varied(dataset)
-    both = (count >= 0.0) & (count[at] >= 0.0)
-    yields = (exceeds >= 0.0) & (exceeds[at] >= 0.0) & cases & strong
+    is_run = by_case((dataset["impact_count"] >= 0).any(["gap", "yield_force"])) > 0.0
+    varied = is_run & is_run[base] & is_varied(dataset)
+    is_known = (count >= 0.0) & (count[base] >= 0.0)
+    yields = (exceeds >= 0.0) & (exceeds[base] >= 0.0) & cases & can_reach
     by_conclusion = {
-        "contact": (both & ((count > 0.0) != (count[at] > 0.0)), both),
-        "yield exceedance": (yields & (exceeds != exceeds[at]), yields),
+        "contact": (is_known & ((count > 0.0) != (count[base] > 0.0)), is_known),
+        "yield exceedance": (yields & (exceeds != exceeds[base]), yields),
         "displacement": (np.abs(ratio - 1.0) > NOTABLE, ~np.isnan(ratio)),
-        "gap adequacy": (closed != closed[at], varied),
+        "gap adequacy": (closed != closed[base], varied),
     }
     return {name: (differs.sum(axis=1), judged.sum(axis=1)) for name, (differs, judged) in by_conclusion.items()}
 
@@ -244,11 +244,11 @@ def typical_case(dataset: xr.Dataset, baseline: str) -> dict[str, int]:
     shape = [displacements.sizes[axis] for axis in axes]
     table = by_case(displacements)
     used = np.flatnonzero(touching(dataset, baseline) & ~np.isnan(table).any(axis=0))
-    chosen = 0
+    case = 0
     if used.size:
         width = table[:, used].max(axis=0) / table[:, used].min(axis=0)
-        chosen = int(used[np.argsort(width, kind="stable")[(used.size - 1) // 2]])
-    return dict(zip(axes, map(int, np.unravel_index(chosen, shape)), strict=True))
+        case = int(used[np.argsort(width, kind="stable")[(used.size - 1) // 2]])
+    return dict(zip(axes, map(int, np.unravel_index(case, shape)), strict=True))
 
 
 def _anywhere(output: xr.DataArray) -> NDArray[np.bool_]:
@@ -270,12 +270,12 @@ def comparable_laws(dataset: xr.Dataset) -> list[str]:
     restitution is its own, or one `with_terms_of_its_own`.
     """
     baseline = str(dataset.attrs["baseline"])
-    at, damped = place_of(dataset, baseline), dataset["dissipates"].values
-    alike = (damped == damped[at]) & ~with_terms_of_its_own(dataset)
+    base, damped = place_of(dataset, baseline), dataset["dissipates"].values
+    is_alike = (damped == damped[base]) & ~with_terms_of_its_own(dataset)
     if "reference_restitution_asked" in dataset:
         has_relation = _anywhere(dataset["reference_restitution_asked"])
-        alike &= has_relation == has_relation[at]
-    names = [str(name) for name, same in zip(dataset["contact_model"].values, alike, strict=True) if same]
+        is_alike &= has_relation == has_relation[base]
+    names = [str(name) for name, is_same in zip(dataset["contact_model"].values, is_alike, strict=True) if is_same]
     return [name for name in names if name != baseline]
 
 
@@ -304,12 +304,12 @@ def verdict(dataset: xr.Dataset) -> Verdict:
     if not names:
         return Verdict(ALONE, names)
     capped = dict(zip(map(str, dataset["contact_model"].values), dataset["capped"].values, strict=True))
-    strong = not any(can_yield(dataset, index).any() for index in range(len(interface_names(dataset))))
-    all_alike = strong or capped[baseline] == AT_SOME
+    never_yields = not any(can_yield(dataset, index).any() for index in range(len(interface_names(dataset))))
+    all_alike = never_yields or capped[baseline] == AT_SOME
     alike = [name for name in names if all_alike or capped[name] == capped[baseline]]
-    other = [name for name in names if name not in alike]
-    moved, moved_by_yielding = _moved(dataset, alike), _moved(dataset, other)
-    by_model, by_yielding = bool(moved) or _often(dataset, alike), bool(moved_by_yielding) or _often(dataset, other)
+    rest = [name for name in names if name not in alike]
+    moved, moved_by_yielding = _moved(dataset, alike), _moved(dataset, rest)
+    by_model, by_yielding = bool(moved) or _often(dataset, alike), bool(moved_by_yielding) or _often(dataset, rest)
     kind = MODEL if by_model else YIELDING if by_yielding else HARDLY
     shares = {conclusion: flip_share(dataset, conclusion, names) for conclusion in CONCLUSIONS}
     return Verdict(kind, names, alike, moved, moved_by_yielding, shares)
@@ -346,22 +346,24 @@ def finding(dataset: xr.Dataset) -> str:
         sentence = f"{cause}: against {baseline}, {'; '.join(moves)}"
     clauses, interfaces = [sentence], interface_names(dataset)
     for conclusion, words in FLIPS.items():
-        most, where = most_frequent_flip(outcome.shares[conclusion], outcome.names, interfaces)
+        most, law = most_frequent_flip(outcome.shares[conclusion], outcome.names, interfaces)
         if not np.isnan(most):
-            clauses.append(f"{words} in {f'up to {percent(most)} of the cases ({where})' if most > 0.0 else 'none'}")
+            clauses.append(f"{words} in {f'up to {percent(most)} of the cases ({law})' if most > 0.0 else 'none'}")
     return "; ".join([*clauses, *_of_few_cases(dataset, outcome), *aside(dataset, outcome.names)]) + "."
 
 
 def _of_few_cases(dataset: xr.Dataset, outcome: Verdict) -> list[str]:
     """A clause for each interface of few cases with contact of which the sentence gives a number."""
-    named = [output for output, *_ in (*outcome.moved[:NUMBERED], *outcome.moved_by_yielding[:1])]
+    outputs = [output for output, *_ in (*outcome.moved[:NUMBERED], *outcome.moved_by_yielding[:1])]
     clauses, interfaces = [], interface_names(dataset)
     for index, interface in enumerate(interfaces):
         judged = at_interface(dataset, index)["judged"]
         count = int(judged.sel(conclusion="displacement", contact_model=dataset.attrs["baseline"]))
-        if 0 < count < FEWEST and any(_at(words, interface, interfaces) in named for words in RUN_OUTPUTS.values()):
-            where = f" at {interface}" if len(interfaces) > 1 else ""
-            clauses.append(f"only {count} case{'s' if count > 1 else ''} with contact{where}")
+        if 0 < count < FEWEST and any(
+            _label(words, interface, interfaces) in outputs for words in RUN_OUTPUTS.values()
+        ):
+            place_text = f" at {interface}" if len(interfaces) > 1 else ""
+            clauses.append(f"only {count} case{'s' if count > 1 else ''} with contact{place_text}")
     return clauses
 
 
@@ -413,8 +415,8 @@ def reach(low: float, high: float) -> float:
 
 def furthest(dataset: xr.Dataset, output: str, names: list[str]) -> tuple[str, float, float]:
     """(law, 16th, 84th percentile) of the law whose range of ratios goes furthest from 1; NaN where none has one."""
-    of_output = dataset.sel(output=output, contact_model=names)
-    ends = (of_output[name].values.tolist() for name in ("ratio_low", "ratio_high"))
+    part = dataset.sel(output=output, contact_model=names)
+    ends = (part[name].values.tolist() for name in ("ratio_low", "ratio_high"))
     return max(zip(names, *ends, strict=True), key=lambda row: reach(*row[1:]))
 
 
@@ -424,7 +426,7 @@ def most_frequent_flip(share: Array, names: list[str], interfaces: list[str]) ->
     if np.isnan(share).all():
         return nan, ""
     law, interface = np.unravel_index(int(np.nanargmax(share)), share.shape)
-    return float(share[law, interface]), _at(names[law], interfaces[interface], interfaces)
+    return float(share[law, interface]), _label(names[law], interfaces[interface], interfaces)
 
 
 def percent(share: float) -> str:
@@ -453,7 +455,7 @@ def displacement_reaches(dataset: xr.Dataset) -> list[float]:
     """By interface how far the laws move its peak relative displacement, as `reach` has it; 0 where none does."""
     names = comparable_laws(dataset) or [str(name) for name in dataset["contact_model"].values]
     interfaces = interface_names(dataset)
-    ranges = [furthest(dataset, _at(REACH, interface, interfaces), names) for interface in interfaces]
+    ranges = [furthest(dataset, _label(REACH, interface, interfaces), names) for interface in interfaces]
     return [reach(*law_range[1:]) for law_range in ranges]
 
 
@@ -481,35 +483,35 @@ def which_interface(dataset: xr.Dataset, index: int) -> str:
 
 def tables(dataset: xr.Dataset, baseline: str) -> dict[str, Any]:
     """The variables that a comparison adds to a scan: ratios, ranks, flips and gaps, as xarray takes them."""
-    at, interfaces = place_of(dataset, baseline), range(len(interface_names(dataset)))
+    base, interfaces = place_of(dataset, baseline), range(len(interface_names(dataset)))
     outputs = outputs_of(dataset, baseline)
     spreads = np.full((3, len(outputs), dataset.sizes["contact_model"]), nan)
     for place, (output, cases) in enumerate(outputs.values()):
-        for law, ratio in enumerate(ratios(output, at, cases)):
+        for law, ratio in enumerate(ratios(output, base, cases)):
             if (defined := ratio[~np.isnan(ratio)]).size:
                 spreads[:, place, law] = np.percentile(defined, (LOW, MIDDLE, HIGH))
-    ranks = np.array([rank_agreement(output, at, cases) for output, cases in outputs.values()])
-    judged = [flips(dataset, baseline, index) for index in interfaces]
+    ranks = np.array([rank_agreement(output, base, cases) for output, cases in outputs.values()])
+    flip_counts = [flips(dataset, baseline, index) for index in interfaces]
     gaps = [gap_without_contact(at_interface(dataset, index)) for index in interfaces]
-    dims, of_conclusion = ("output", "contact_model"), ("conclusion", "contact_model")
-    over = f"of the ratio to {baseline}'s, over the cases with contact under {baseline}"
+    dims, by_conclusion = ("output", "contact_model"), ("conclusion", "contact_model")
+    ratio_text = f"of the ratio to {baseline}'s, over the cases with contact under {baseline}"
     variables: dict[str, Any] = {
         "output": ("output", list(outputs)),
         "conclusion": ("conclusion", list(CONCLUSIONS), {"long_name": "; ".join(map(": ".join, CONCLUSIONS.items()))}),
     }
     for name, percentile, table in zip(("low", "median", "high"), (LOW, MIDDLE, HIGH), spreads, strict=True):
-        variables[f"ratio_{name}"] = (dims, table, described("1", f"{percentile:g}th percentile {over}"))
-    for name, which, table in (
+        variables[f"ratio_{name}"] = (dims, table, described("1", f"{percentile:g}th percentile {ratio_text}"))
+    for name, kind, table in (
         ("rank_agreement", "median", ranks[:, :, 0]),
         ("rank_agreement_lowest", "at the gap and yield force of the lowest", ranks[:, :, 1]),
     ):
-        variables[name] = (dims, table, described("1", f"Spearman's correlation of the motions' ranks, {which}"))
+        variables[name] = (dims, table, described("1", f"Spearman's correlation of the motions' ranks, {kind}"))
     for column, name, words in (
         (0, "flips", f"cases in which a law disagrees with {baseline}"),
         (1, "judged", f"cases in which a law and {baseline} can be compared"),
     ):
-        counts = [np.array([of_one[conclusion][column] for conclusion in CONCLUSIONS]) for of_one in judged]
-        variables[name] = (*_along(dataset, of_conclusion, counts), described("1", words))
+        counts = [np.array([counts_of[conclusion][column] for conclusion in CONCLUSIONS]) for counts_of in flip_counts]
+        variables[name] = (*_along(dataset, by_conclusion, counts), described("1", words))
     return variables | {"gap_without_contact": (*_along(dataset, gaps[0].dims, gaps), described("m", OPEN_GAP))}
 
 

@@ -40,11 +40,11 @@ def convert(source: str | Path, target: str | Path) -> Path:
     if path.exists() and Path(source).exists() and path.samefile(source):
         raise PoundingError(f"{target}: is the source itself; name another target")
     if path.exists() and Path(source).exists():  # what is there may be the source, converted before
-        present, converted = (read_finished(each) for each in (path, Path(source)))
-        same = present.command and present.command == converted.command
-        if not same or recorded_identity(present.attrs) != recorded_identity(converted.attrs):
-            what = f"other results of {present.command}" if present.command else "no results of pounding-risk"
-            raise PoundingError(f"{path}: is there already and holds {what}; {OTHER_NAME}")
+        present, converted = (read_finished(file) for file in (path, Path(source)))
+        is_same = present.command and present.command == converted.command
+        if not is_same or recorded_identity(present.attrs) != recorded_identity(converted.attrs):
+            content = f"other results of {present.command}" if present.command else "no results of pounding-risk"
+            raise PoundingError(f"{path}: is there already and holds {content}; {OTHER_NAME}")
     with stream_results(source) as dataset, reading(source, (RuntimeError,)):  # as netCDF has it
         template = template_of(dataset.drop_encoding())
         with store_of(template, path, AGAIN) as store:

@@ -88,8 +88,8 @@ def fitting(line: xr.Dataset) -> np.ndarray:
     """For a scan along yield_force alone: where the paper's statement holds."""
     first = line["first_yield_time"].values
     peak = line["peak_relative_displacement"].values
-    without = peak[np.isinf(line["yield_force"].values)][0]
-    return (first >= STATED_TIME[0]) & (first <= STATED_TIME[1]) & (peak < without)
+    elastic_peak = peak[np.isinf(line["yield_force"].values)][0]
+    return (first >= STATED_TIME[0]) & (first <= STATED_TIME[1]) & (peak < elastic_peak)
 
 
 def pair_findings(elastic: xr.Dataset, plastic: xr.Dataset) -> list[str]:

@@ -205,10 +205,10 @@ def histories(
     target = check_target(out, RESULTS)
     if not isinstance(source, Scene) and target.resolve() == Path(source).resolve():
         raise PoundingError(f"{out}: is what the histories are of, which stays as it is; write to another name")
-    wanted: Values = {"record": records, "polarity": polarities, PGA_AXIS: pgas, LEVEL_AXIS: intensity_levels}
-    wanted |= {"contact_model": laws, "gap": gaps, "yield_force": yield_forces}
+    requested: Values = {"record": records, "polarity": polarities, PGA_AXIS: pgas, LEVEL_AXIS: intensity_levels}
+    requested |= {"contact_model": laws, "gap": gaps, "yield_force": yield_forces}
     check_replaceable(target, "histories", choice=OTHER_NAME)
-    cases = _chosen_cases(source, wanted, largest_of, folder, select)
+    cases = _chosen_cases(source, requested, largest_of, folder, select)
     count = len(cases.choice.places)
     if count > most:
         raise PoundingError(
@@ -234,14 +234,14 @@ def histories(
                 done += 1
                 if progress is not None:
                     progress(done, count)
-            shaped = {name: array.reshape(len(block), width, *template.extra(name)) for name, array in arrays.items()}
-            store.write(block, shaped)
+            values = {name: array.reshape(len(block), width, *template.extra(name)) for name, array in arrays.items()}
+            store.write(block, values)
         store.finish(created("pounding_risk.histories"))
     return target
 
 
 def _chosen_cases(
-    source: Scene | str | Path, wanted: Values, output: str | None, folder: str | Path | None, select: Sequence[str]
+    source: Scene | str | Path, requested: Values, output: str | None, folder: str | Path | None, select: Sequence[str]
 ) -> Cases:
     """The chosen cases; the source is read, its records too."""
     if isinstance(source, Scene) or Path(source).suffix.lower() not in RESULTS:
@@ -250,25 +250,25 @@ def _chosen_cases(
         study = as_scene(source)
         check_one_scene(study, "histories")
         motions = motions_of(study)
-        return Cases(study, motions, _chosen(study, motions, wanted))
-    with open_results(source, lazy=True) as whole, reading(source, (RuntimeError,)):
-        results = at_one_place(selected(whole, select, str(source)), str(source))
+        return Cases(study, motions, _chosen(study, motions, requested))
+    with open_results(source, lazy=True) as dataset, reading(source, (RuntimeError,)):
+        results = at_one_place(selected(dataset, select, str(source)), str(source))
         study = recorded(results, Path(source), folder).study
         motions = motions_of(study)
         check_records(results, motions)
         if results["record"].ndim == 0:  # of a sample that one motion was drawn with
             motions = tuple(motion for motion in motions if motion.name == results["record"].item())
             results = with_axes(results, str(source))
-        choice = _chosen(study, motions, wanted)
+        choice = _chosen(study, motions, requested)
         if output is not None:
             check_scan(results, str(source))
             choice = largest(results, output, choice)
         return Cases(study, motions, choice)
 
 
-def _chosen(study: Scene, motions: Sequence[Motion], wanted: Values) -> Choice:
+def _chosen(study: Scene, motions: Sequence[Motion], requested: Values) -> Choice:
     """The chosen cases of a grid, amplitudes by the word of their measure; raises PoundingError as `histories`."""
-    measure, labels = study.grid.measure, dict(wanted)
+    measure, labels = study.grid.measure, dict(requested)
     pgas, levels = labels.pop(PGA_AXIS), labels.pop(LEVEL_AXIS)
     if pgas is not None and levels is not None:
         raise PoundingError("pgas and intensity_levels both choose the amplitudes; give one of them")
@@ -277,8 +277,8 @@ def _chosen(study: Scene, motions: Sequence[Motion], wanted: Values) -> Choice:
             f"PGA: the scene scales its records to levels of {measure.words}; choose by intensity_levels "
             "(--intensity-level)"
         )
-    known = values_of(study, [motion.name for motion in motions])
-    return chosen(known, labels | {measure.intensity: levels if pgas is None else pgas})
+    values = values_of(study, [motion.name for motion in motions])
+    return chosen(values, labels | {measure.intensity: levels if pgas is None else pgas})
 
 
 def template_of(cases: Cases) -> Template:
@@ -288,8 +288,8 @@ def template_of(cases: Cases) -> Template:
     run, *_ = [cases.run(case) for case in first]
     variables = {}
     for name in (name for name in WRITTEN if name in run):
-        dims, about = (*map(str, run[name].dims[1:]), "sample"), run[name].attrs | {"cell_methods": "sample: point"}
-        variables[name] = CaseVariable(dims, np.dtype(np.float64), about)
+        dims, attrs = (*map(str, run[name].dims[1:]), "sample"), run[name].attrs | {"cell_methods": "sample: point"}
+        variables[name] = CaseVariable(dims, np.dtype(np.float64), attrs)
     return Template(_skeleton(cases), {**variables, "status": labels.OUTCOME["status"]}, choice.shape)
 
 
@@ -301,32 +301,32 @@ def _skeleton(cases: Cases) -> xr.Dataset:
         coords.pop(name, None)
     gaps = np.array([study.interface_gaps(gap) for gap in study.grid.gaps])
     coords |= labels.places_of(study, gaps, np.array([level_forces(study, force) for force in study.grid.yield_forces]))
-    whole = labels.one_amplitude(xr.Dataset(coords=coords), study)
+    skeleton = labels.one_amplitude(xr.Dataset(coords=coords), study)
     axes = axes_by(study.grid.measure.axis)
     if choice.by_law:
-        indexers: dict[str, Any] = {axis: ("contact_model", choice.places[:, at]) for at, axis in enumerate(axes)}
+        indexers: dict[str, Any] = {axis: ("contact_model", choice.places[:, k]) for k, axis in enumerate(axes)}
         dims: tuple[str, ...] = ("contact_model",)
-        records, driving = choice.places[:, 0], choice.places
+        records, motion_cases = choice.places[:, 0], choice.places
     else:
-        indexers = {axis: np.unique(choice.places[:, at]) for at, axis in enumerate(axes)}
-        dims, records = tuple(dim for dim in axes[: AMPLITUDE + 1] if dim in whole.dims), np.array(choice.records)
+        indexers = {axis: np.unique(choice.places[:, k]) for k, axis in enumerate(axes)}
+        dims, records = tuple(dim for dim in axes[: AMPLITUDE + 1] if dim in skeleton.dims), np.array(choice.records)
         # The first case of each motion, in the order of the axes.
-        driving = choice.places.reshape(int(np.prod(choice.shape[:3])), -1, len(AXES))[:, 0]
-    whole = whole.isel({axis: places for axis, places in indexers.items() if axis in whole.dims})
-    times, ground = np.full((len(records), samples), np.nan), np.full((len(driving), samples), np.nan)
+        motion_cases = choice.places.reshape(int(np.prod(choice.shape[:3])), -1, len(AXES))[:, 0]
+    skeleton = skeleton.isel({axis: places for axis, places in indexers.items() if axis in skeleton.dims})
+    times, ground = np.full((len(records), samples), np.nan), np.full((len(motion_cases), samples), np.nan)
     for row, record in zip(times, records, strict=True):
         row[: len(cases.motions[record].times)] = cases.motions[record].times
-    for row, case in zip(ground, driving, strict=True):
+    for row, case in zip(ground, motion_cases, strict=True):
         acceleration = cases.motion(case).acceleration
         row[: len(acceleration)] = acceleration
-    ground = ground.reshape(*(whole.sizes[dim] for dim in dims), samples)
-    about = labels.described("m/s2", "acceleration of the ground motion, where it comes first")
+    ground = ground.reshape(*(skeleton.sizes[dim] for dim in dims), samples)
+    attributes = labels.described("m/s2", "acceleration of the ground motion, where it comes first")
     return (
-        whole.assign_coords(
+        skeleton.assign_coords(
             time=((dims[0], "sample"), times, labels.described("s", "time since the start of the record")),
             sample=("sample", np.arange(samples), labels.described("1", "sample of the record, from 0")),
         )
-        .assign(ground_acceleration=((*dims, "sample"), ground, about))
+        .assign(ground_acceleration=((*dims, "sample"), ground, attributes))
         .assign_attrs(
             Conventions=labels.CONVENTIONS,
             title=f"{study.name}: time histories",
@@ -367,7 +367,7 @@ def chosen(values: dict[str, tuple[Any, ...]], wanted: Values) -> Choice:
     return Choice(np.array(list(product(*picked)), dtype=np.int64), tuple(map(len, picked)), False)
 
 
-def largest(results: xr.Dataset, output: str, among: Choice) -> Choice:
+def largest(results: xr.Dataset, output: str, choice: Choice) -> Choice:
     """Of each contact model the case ``among`` these in which an output of the results is largest.
 
     An output of interfaces, storeys or buildings counts with its largest value. Raises PoundingError for what is no
@@ -375,23 +375,23 @@ def largest(results: xr.Dataset, output: str, among: Choice) -> Choice:
     """
     axes = axes_of_cases(results)
     dims = [axis for axis in axes if axis in results.dims]
-    of_cases = [str(name) for name, variable in results.data_vars.items() if set(dims) <= set(variable.dims)]
-    if output not in of_cases:
+    names = [str(name) for name, variable in results.data_vars.items() if set(dims) <= set(variable.dims)]
+    if output not in names:
         raise PoundingError(
-            f"{output} is no output of a case{nearest(output, of_cases)}; the results have {', '.join(of_cases)}"
+            f"{output} is no output of a case{nearest(output, names)}; the results have {', '.join(names)}"
         )
     array = results[output].transpose(*dims, ...)
-    whole = tuple(results.sizes.get(axis, 1) for axis in axes)
-    outputs = array.values.astype(np.float64).reshape(*whole, -1)
-    peaks = np.where(np.isnan(outputs), -np.inf, outputs).max(axis=-1)[tuple(among.places.T)]
-    best = []
-    for law in dict.fromkeys(among.places[:, LAW].tolist()):
-        of_law = np.flatnonzero(among.places[:, LAW] == law)
-        first = of_law[peaks[of_law].argmax()]
+    sizes = tuple(results.sizes.get(axis, 1) for axis in axes)
+    outputs = array.values.astype(np.float64).reshape(*sizes, -1)
+    peaks = np.where(np.isnan(outputs), -np.inf, outputs).max(axis=-1)[tuple(choice.places.T)]
+    best_places = []
+    for law in dict.fromkeys(choice.places[:, LAW].tolist()):
+        law_cases = np.flatnonzero(choice.places[:, LAW] == law)
+        first = law_cases[peaks[law_cases].argmax()]
         if isinf(peaks[first]):
             name = results["contact_model"].values[law]
             raise PoundingError(f"no chosen case of {name} has a finite {output}; choose other cases or another output")
-        best.append(among.places[first])
+        best_places.append(choice.places[first])
     shape = [1] * len(AXES)
-    shape[LAW] = len(best)
-    return Choice(np.array(best), tuple(shape), True)
+    shape[LAW] = len(best_places)
+    return Choice(np.array(best_places), tuple(shape), True)

@@ -81,8 +81,8 @@ def _in_si(law: Any) -> Any:
         for quantity in getattr(hints.get(name), "__metadata__", ()):
             if isinstance(quantity, Quantity):
                 # A floor of no length is a wall.
-                allowed = quantity._replace(open_low=False) if needs_floors(law) else quantity
-                parameters[name] = si(getattr(law, name), allowed, f"impact: {type(law).__name__}: {name}")
+                bounds = quantity._replace(open_low=False) if needs_floors(law) else quantity
+                parameters[name] = si(getattr(law, name), bounds, f"impact: {type(law).__name__}: {name}")
     return law._replace(**parameters) if parameters else law
 
 
@@ -118,8 +118,8 @@ def restitution_of(words: str | float) -> Restitution:
     try:
         return constant(si(words, RESTITUTION))
     except QuantityError:
-        known = ", ".join(NAMED)
+        names = ", ".join(NAMED)
         raise PoundingError(
-            f"restitution {words!r}: it is neither a number in (0, 1] nor a known relation ({known}); "
+            f"restitution {words!r}: it is neither a number in (0, 1] nor a known relation ({names}); "
             "write one of these"
         ) from None

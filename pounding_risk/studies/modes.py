@@ -79,12 +79,12 @@ def building_modes(
     frequencies, normal = vibration(inertia, chain.spring, chain.stiffness() if chain.coupling.size else None)
     driven = chain.mass * chain.felt()
     shares = effective_shares(driven, normal, are_lumped=not chain.inertia.size)
-    damped = np.einsum("ij,ik,kj->j", normal, chain.damping, normal)
+    modal_damping = np.einsum("ij,ik,kj->j", normal, chain.damping, normal)
     normal = normal * np.where(normal[chain.foundations + chain.floors - 1 :][:1] < 0.0, -1.0, 1.0)
-    moved = normal[: chain.foundations + chain.floors]  # of floors that rotate their displacements alone
-    most = np.abs(moved).max(axis=0, initial=0.0)
-    most[most == 0.0] = 1.0  # a rotation alone
+    displacements = normal[: chain.foundations + chain.floors]  # of floors that rotate their displacements alone
+    largest = np.abs(displacements).max(axis=0, initial=0.0)
+    largest[largest == 0.0] = 1.0  # a rotation alone
     heights = building.levels if isinstance(building, Storeys) else building.heights or (np.nan,) * chain.mass.size
     levels = np.array([0.0] * chain.foundations + list(heights)) if chain.mass.size else np.empty(0)
-    periods, dampings = 2.0 * np.pi / frequencies, damped / (2.0 * frequencies)
-    return Modes(building.name, levels, periods, moved / most, (driven @ normal) * most, shares, dampings)
+    periods, dampings = 2.0 * np.pi / frequencies, modal_damping / (2.0 * frequencies)
+    return Modes(building.name, levels, periods, displacements / largest, (driven @ normal) * largest, shares, dampings)

@@ -40,16 +40,16 @@ def pair_trace(study: Scene, case: Case) -> Trace:
         energy = energies(pair, free, run_histories)
     time, states, force, _, impulse = run_histories
     # A rigid building has no floor that moves.
-    moved = np.where([building.is_rigid for building in study.pair], np.nan, states.reshape(-1, 2, 2))
+    floor_states = np.where([building.is_rigid for building in study.pair], np.nan, states.reshape(-1, 2, 2))
     contacts = log.contacts[: log.used[0]]
     outputs = {name: array[None] for name, array in run_outputs(raw, strength).items()}
     outputs |= building_outputs(raw, study.pair, peaks_under(study, case.motion))
     return Trace(
         time,
         {
-            "displacement": moved[:, 0, :, None],
-            **in_space(study, motion, time, moved[:, 0, :, None]),
-            "velocity": moved[:, 1, :, None],
+            "displacement": floor_states[:, 0, :, None],
+            **in_space(study, motion, time, floor_states[:, 0, :, None]),
+            "velocity": floor_states[:, 1, :, None],
             "relative_displacement": relative_displacement(free, time, states)[:, None],
             "contact_force": force[:, None],
             "contact_impulse_so_far": impulse[:, None],
@@ -67,13 +67,13 @@ def pair_trace(study: Scene, case: Case) -> Trace:
 
 def _grounds_at(free: Free, time: Array) -> dict[str, Array]:
     """Histories of the ground; those under each building on unlike grounds."""
-    first = np.interp(time, _node_times(free), free.ground)
+    left = np.interp(time, _node_times(free), free.ground)
     if not isinstance(free.passage, DelayedGround):
-        return {"ground_acceleration": first}
+        return {"ground_acceleration": left}
     right = np.interp(time, _node_times(free), free.passage.right)
     return {
-        "ground_acceleration": first,
-        "building_ground_acceleration": np.column_stack([first, right]),
+        "ground_acceleration": left,
+        "building_ground_acceleration": np.column_stack([left, right]),
         "ground_widening": widening(free, time)[0][:, None],
     }
 
@@ -103,16 +103,16 @@ def relative_displacement(free: Free, time: Array, states: Array) -> Array:
 
 def widening(free: Free, time: Array) -> Array:
     """(w, ẇ, ẅ) of w = x_right − x_left at these times, shape (3, n)."""
-    widened = np.zeros((3, len(time)))
+    table = np.zeros((3, len(time)))
     if not isinstance(free.passage, DelayedGround):
-        return widened
+        return table
     wave, node = free.passage, _nodes_before(free, time)
-    after = time - _node_times(free)[node]
+    elapsed = time - _node_times(free)[node]
     bend, slope = (wave.right - wave.left)[node], (wave.right_slope - wave.left_slope)[node]
-    widened[2] = bend + slope * after
-    widened[1] = wave.rate[node] + after * (bend + 0.5 * after * slope)
-    widened[0] = wave.spread[node] + after * (wave.rate[node] + after * (0.5 * bend + after * slope / 6.0))
-    return widened
+    table[2] = bend + slope * elapsed
+    table[1] = wave.rate[node] + elapsed * (bend + 0.5 * elapsed * slope)
+    table[0] = wave.spread[node] + elapsed * (wave.rate[node] + elapsed * (0.5 * bend + elapsed * slope / 6.0))
+    return table
 
 
 def _nodes_before(free: Free, time: Array) -> NDArray[np.int64]:
@@ -129,14 +129,14 @@ def histories(pair: tuple[Oscillator, Oscillator], free: Free, log: Log) -> tupl
     """
     nodes = _node_times(free)
     pieces = []
-    done, first, sums = -np.inf, 0, np.zeros(2)
+    end_time, first, sums = -np.inf, 0, np.zeros(2)
     vibration = np.zeros(4)
     for contact in [*log.contacts[: log.used[0]], None]:
         touch = np.inf if contact is None else contact[0]
-        inside = (nodes > done) & (nodes < touch)
-        flight = np.zeros((inside.sum(), 8))
-        flight[:, 0] = nodes[inside]
-        flight[:, 1:5] = free.states[inside] + _vibrations(pair, vibration, nodes[inside] - done)
+        is_inside = (nodes > end_time) & (nodes < touch)
+        flight = np.zeros((is_inside.sum(), 8))
+        flight[:, 0] = nodes[is_inside]
+        flight[:, 1:5] = free.states[is_inside] + _vibrations(pair, vibration, nodes[is_inside] - end_time)
         flight[:, 6:] = sums
         pieces.append(flight)
         if contact is None:
@@ -145,15 +145,15 @@ def histories(pair: tuple[Oscillator, Oscillator], free: Free, log: Log) -> tupl
         piece = log.steps[first:last].copy()
         piece[:, 6:] += sums
         pieces.append(piece)
-        first, done, sums = last, float(piece[-1, 0]), piece[-1, 6:]
-        vibration = piece[-1, 1:5] - _free_at(pair, free, done)
+        first, end_time, sums = last, float(piece[-1, 0]), piece[-1, 6:]
+        vibration = piece[-1, 1:5] - _free_at(pair, free, end_time)
     rows = np.concatenate(pieces)
     return rows[:, 0], rows[:, 1:5], rows[:, 5], rows[:, 6], rows[:, 7]
 
 
-def _vibrations(pair: tuple[Oscillator, Oscillator], start: Array, after: Array) -> Array:
+def _vibrations(pair: tuple[Oscillator, Oscillator], start: Array, elapsed: Array) -> Array:
     """Free vibration of both buildings from ``start`` (u, u, v, v), at times ``after`` it: shape (n, 4)."""
-    states = np.zeros((len(after), 4))
+    states = np.zeros((len(elapsed), 4))
     if not np.any(start):
         return states
     for side, oscillator in enumerate(pair):
@@ -161,7 +161,7 @@ def _vibrations(pair: tuple[Oscillator, Oscillator], start: Array, after: Array)
             continue
         zeta_omega = 0.5 * oscillator.two_zeta_omega
         rate = np.sqrt(oscillator.omega2 - zeta_omega * zeta_omega)
-        decay, c, s = np.exp(-zeta_omega * after), np.cos(rate * after), np.sin(rate * after) / rate
+        decay, c, s = np.exp(-zeta_omega * elapsed), np.cos(rate * elapsed), np.sin(rate * elapsed) / rate
         u, v = start[side], start[side + 2]
         states[:, side] = decay * (u * c + (v + zeta_omega * u) * s)
         states[:, side + 2] = decay * (v * c - (oscillator.omega2 * u + zeta_omega * v) * s)
@@ -188,7 +188,7 @@ def energies(pair: tuple[Oscillator, Oscillator], free: Free, motion: tuple[Arra
     time, states, force, work, impulse = motion
     length = np.diff(time)
     put_in = -_carried(free, time, force, impulse)
-    held = np.zeros_like(time)
+    stored = np.zeros_like(time)
     for side, oscillator in enumerate(pair):
         if oscillator.inverse_omega == 0.0:
             continue
@@ -199,21 +199,21 @@ def energies(pair: tuple[Oscillator, Oscillator], free: Free, motion: tuple[Arra
         push = (1.0, -1.0)[side] * np.diff(impulse) * oscillator.inverse_mass
         placed = (-area - np.diff(v) - oscillator.two_zeta_omega * np.diff(u) - push) / oscillator.omega2
         put_in[1:] -= oscillator.mass * np.cumsum(ends * u[1:] - begins * u[:-1] - slope * placed)
-        held += 0.5 * oscillator.mass * (v * v + oscillator.omega2 * u * u)
-    return {"ground": put_in, "held": held, "contact": work, "damping": put_in + held[0] - held - work}
+        stored += 0.5 * oscillator.mass * (v * v + oscillator.omega2 * u * u)
+    return {"ground": put_in, "held": stored, "contact": work, "damping": put_in + stored[0] - stored - work}
 
 
 def _grounds(free: Free, time: Array, side: int) -> tuple[Array, Array]:
     """a_g under a building at the beginning of every interval between these times, and its slope there."""
     # The interval between two nodes is known by its middle: an end may stand on either side of a node by rounding.
     node = _nodes_before(free, 0.5 * (time[1:] + time[:-1]))
-    after = time[:-1] - _node_times(free)[node]
+    elapsed = time[:-1] - _node_times(free)[node]
     if isinstance(free.passage, DelayedGround):
         wave = free.passage
         displacements, slopes = ((wave.left, wave.left_slope), (wave.right, wave.right_slope))[side]
-        return displacements[node] + slopes[node] * after, slopes[node]
+        return displacements[node] + slopes[node] * elapsed, slopes[node]
     slope = (free.ground[node + 1] - free.ground[node]) / free.step
-    return free.ground[node] + slope * after, slope
+    return free.ground[node] + slope * elapsed, slope
 
 
 def _carried(free: Free, time: Array, force: Array, impulse: Array) -> Array:

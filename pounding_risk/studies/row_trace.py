@@ -35,25 +35,25 @@ Array = NDArray[np.float64]
 def row_trace(study: Scene, case: Case) -> Trace:
     """The run of a case of a row in full; raises as `row_grid`."""
     model = model_of(study)
-    own = case.motion.own_grounds
-    under = model.under(case.motion.drive, own)
-    frame, row = frame_of(model), model.row(case.motion.dt, model.has_many(own))
+    own_grounds = case.motion.own_grounds
+    ground = model.under(case.motion.drive, own_grounds)
+    frame, row = frame_of(model), model.row(case.motion.dt, model.has_many(own_grounds))
     contacts = frame.contacts
     forces, peaks = model.at_points(np.array(case.yield_forces)), peaks_under(study, case.motion)
     mechanics = mechanics_of(study, model, case.contact_model, np.unique(forces[np.isfinite(forces)]))
-    free = rows.free_response(row, under)
-    cases = Cases(model, mechanics, Driven(under, case.motion.dt, peaks, free.run), study.rtol, lambda: free.motion)
+    free = rows.free_response(row, ground)
+    cases = Cases(model, mechanics, Driven(ground, case.motion.dt, peaks, free.run), study.rtol, lambda: free.motion)
     run = cases.in_full(Limits(model.gaps(np.array(case.gaps)), forces, forces))
     instants = instants_of(run.log, len(run.states), row.step)
-    grounds = grounds_at(row, under, instants.every)
+    grounds = grounds_at(row, ground, instants.every)
     touches = contacts_of(run.log, len(model.points), instants)
     # A motion beyond all numbers is reported by the run's status, not by a warning of each sum.
     with np.errstate(over="ignore", invalid="ignore"):
         states = motion_at(run.log, run.states, instants)
-    found = with_bumpers(outputs(run, forces, peaks, frame), frame)
+    results = with_bumpers(outputs(run, forces, peaks, frame), frame)
     displacement = _by_storey(frame, states[:, 0])
     is_known = np.isfinite(states).all(axis=(1, 2))
-    beyond = np.where(is_known, 0.0, np.nan)[:, None]  # of what is zero where nothing touches
+    after_end = np.where(is_known, 0.0, np.nan)[:, None]  # of what is zero where nothing touches
     return Trace(
         instants.every,
         {
@@ -61,8 +61,8 @@ def row_trace(study: Scene, case: Case) -> Trace:
             **in_space(study, case.motion, instants.every, displacement),
             "velocity": _by_storey(frame, states[:, 1]),
             "relative_displacement": closing_at(row, states[:, 0], grounds)[:, contacts],
-            "contact_force": forces_at(touches, len(model.points), instants.every)[:, contacts] + beyond,
-            "contact_impulse_so_far": impulses_at(run.log, len(model.points), instants)[:, contacts] + beyond,
+            "contact_force": forces_at(touches, len(model.points), instants.every)[:, contacts] + after_end,
+            "contact_impulse_so_far": impulses_at(run.log, len(model.points), instants)[:, contacts] + after_end,
             **plan_histories(frame, states),
             **storey_histories(frame, instants.every, states),
             **link_histories(model, instants.every, states),
@@ -70,7 +70,7 @@ def row_trace(study: Scene, case: Case) -> Trace:
         },
         {name: np.array([touch.facts[column] for touch in touches]) for column, name in enumerate(FACTS)},
         [int(np.searchsorted(contacts, touch.point)) for touch in touches],
-        {name: (output, found[name]) for name, output in RowJob.outputs(study).items()},
+        {name: (output, results[name]) for name, output in RowJob.outputs(study).items()},
         run.status,
         mechanics.laws[0],
         float(instants.every[is_known].max(initial=0.0)),
@@ -88,13 +88,13 @@ def _by_storey(frame: Frame, of_masses: Array) -> Array:
 def plan_histories(frame: Frame, states: Array) -> dict[str, Array]:
     """Rotations of floors, and displacements across the row (instants, buildings, storeys), where floors have them."""
     chains, histories = frame.model.chains, {}
-    for name, motions, has in (
+    for name, motions, has_motion in (
         ("floor_rotation", 1, [chain.twists for chain in chains]),
         ("displacement_across", 2, [chain.moves_across for chain in chains]),
     ):
-        if any(has):
-            behind = motions * np.array([[chain.floors] for chain in chains])
-            places = np.where((frame.storeys >= 0) & np.array(has)[:, None], frame.storeys + behind, -1)
+        if any(has_motion):
+            offsets = motions * np.array([[chain.floors] for chain in chains])
+            places = np.where((frame.storeys >= 0) & np.array(has_motion)[:, None], frame.storeys + offsets, -1)
             histories[name] = _by_storey(frame._replace(storeys=places), states[:, 0])
     return histories
 
@@ -107,29 +107,29 @@ def storey_histories(frame: Frame, time: Array, states: Array) -> dict[str, Arra
     if not frame.yields:
         return {}
     model = frame.model
-    shears, moved = (np.full((len(states), model.firsts[-1]), np.nan) for _ in range(2))
+    shears, drift_table = (np.full((len(states), model.firsts[-1]), np.nan) for _ in range(2))
     for first, chain in zip(model.firsts, model.chains, strict=False):
         hardening = np.broadcast_to(chain.hardening, chain.mass.size)
         drifts, rates = (states[:, line, first : first + chain.mass.size] @ chain.drifts().T for line in (0, 1))
-        moved[:, first : first + chain.mass.size] = drifts
+        drift_table[:, first : first + chain.mass.size] = drifts
         for storey, (stiffness, strength) in enumerate(zip(chain.shear, chain.strength, strict=True)):
             law = chain.laws[storey] if chain.laws.size else np.zeros(0)
             if not law.any() and np.isfinite(strength):
                 law = Hysteresis("kinematic", hardening=float(hardening[storey])).numbers(stiffness, strength, inf)
-            known = np.isfinite(drifts[:, storey])
-            along = stiffness * drifts[known, storey]
+            is_known = np.isfinite(drifts[:, storey])
+            forces = stiffness * drifts[is_known, storey]
             if law.any():
-                along = followed(law, time[known], drifts[known, storey], rates[known, storey])
-            shears[known, first + storey] = along if stiffness else np.nan
-    return {"drift": _by_storey(frame, moved), "storey_force": _by_storey(frame, shears)}
+                forces = followed(law, time[is_known], drifts[is_known, storey], rates[is_known, storey])
+            shears[is_known, first + storey] = forces if stiffness else np.nan
+    return {"drift": _by_storey(frame, drift_table), "storey_force": _by_storey(frame, shears)}
 
 
-def followed(law: Array, time: Array, moved: Array, rate: Array) -> Array:
+def followed(law: Array, time: Array, displacements: Array, rate: Array) -> Array:
     """Forces [N] of a law at displacements [m] and rates [m/s] of these times [s], the turns between them passed too.
 
     Where the rate changes its sign between two times, the displacement turns where the cubic through both does.
     """
-    length, rise = np.diff(time), np.diff(moved)
+    length, rise = np.diff(time), np.diff(displacements)
     start, end = length * rate[:-1], length * rate[1:]
     turns = np.flatnonzero(start * end < 0.0)
     a, b, c = start[turns], (3.0 * rise - 2.0 * start - end)[turns], (start + end - 2.0 * rise)[turns]
@@ -138,10 +138,10 @@ def followed(law: Array, time: Array, moved: Array, rate: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(b * root > 0.0, (-b - root) / (3.0 * c), a / (root - b))
     share = np.clip(np.where(np.isfinite(share), share, 0.0), 0.0, 1.0)
-    at = moved[turns] + share * (a + share * (b + share * c))
-    every = np.insert(moved, turns + 1, at)
-    places = np.arange(moved.size) + np.searchsorted(turns, np.arange(moved.size))
-    return forces_along(law, every)[places]
+    turn_points = displacements[turns] + share * (a + share * (b + share * c))
+    path = np.insert(displacements, turns + 1, turn_points)
+    places = np.arange(displacements.size) + np.searchsorted(turns, np.arange(displacements.size))
+    return forces_along(law, path)[places]
 
 
 def link_histories(model: RowModel, time: Array, states: Array) -> dict[str, Array]:
@@ -175,10 +175,10 @@ def grounds_at(row: RowLayout, under: Samples, time: Array) -> dict[str, Array]:
     table = arriving(nodes, row.step, row.arrivals)
     times = (row.step * np.arange(nodes.shape[-1])[:, None] + row.arrivals.offsets).ravel()[: len(table)]
     node = np.clip(np.searchsorted(times, time, side="right") - 1, 0, len(table) - 1)
-    after = (time - times[node])[:, None]
+    elapsed = (time - times[node])[:, None]
     pull, rise, bend, twist, spread, rate = np.moveaxis(table[node], -1, 0)
-    under = pull + rise * after
-    widening = spread + after * (rate + after * (0.5 * bend + after * twist / 6.0))
+    under = pull + rise * elapsed
+    widening = spread + elapsed * (rate + elapsed * (0.5 * bend + elapsed * twist / 6.0))
     return {
         "ground_acceleration": under[:, 0],
         "building_ground_acceleration": under,
@@ -188,8 +188,8 @@ def grounds_at(row: RowLayout, under: Samples, time: Array) -> dict[str, Array]:
 
 def closing_at(row: RowLayout, displacements: Array, grounds: dict[str, Array]) -> Array:
     """What closes the gap at each contact point (instants, points), from displacements of the masses."""
-    moved = np.zeros((len(displacements), row.row.floors.shape[1] + 1))  # of each dof; dof −1 is the ground
-    moved[:, row.masses] = displacements[:, : row.masses.size]
+    dofs = np.zeros((len(displacements), row.row.floors.shape[1] + 1))  # of each dof; dof −1 is the ground
+    dofs[:, row.masses] = displacements[:, : row.masses.size]
     if row.arrivals is not None:
-        moved[:, row.row.frame[FIRST, 2:] - 1] = grounds["ground_widening"]
-    return (moved[:, row.row.ends] * row.row.shares).sum(axis=-1)
+        dofs[:, row.row.frame[FIRST, 2:] - 1] = grounds["ground_widening"]
+    return (dofs[:, row.row.ends] * row.row.shares).sum(axis=-1)

@@ -87,11 +87,11 @@ def simulate(
     study = as_scene(study)
     check_computed(study, "simulate")
     gap, yield_force, pga = (
-        None if asked is None else si(asked, quantity, f"simulate: {name}")
-        for name, asked, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA))
+        None if value is None else si(value, quantity, f"simulate: {name}")
+        for name, value, quantity in (("gap", gap, GAP), ("yield_force", yield_force, YIELD_FORCE), ("pga", pga, PGA))
     )
-    grid, chosen = study.grid, _chosen_level(study.grid.measure, pga, intensity_level)
-    level = chosen or own_amplitude(study)
+    grid, requested = study.grid, _chosen_level(study.grid.measure, pga, intensity_level)
+    level = requested or own_amplitude(study)
     motions = {motion.name: motion for motion in motions_of(study)}
     name = _chosen("record", record, tuple(motions))
     sense = _chosen("polarity", polarity, study.records.polarities)
@@ -110,7 +110,7 @@ def simulate(
     run = run_of(study, case)
     narrowed = study.updated(grid=grid._replace(gaps=(study.gap if gap is None else gap,), amplitudes=(level,)))
     notes = [*stated(study.uncertain, study.axes), *of_input(narrowed, (motions[name],)), *of_run(run, narrowed)]
-    if chosen is None and len(grid.amplitudes) > 1:
+    if requested is None and len(grid.amplitudes) > 1:
         *levels, own = (say(each.value, each.measure.quantity) for each in (*grid.amplitudes, level) if each)
         notes.append(f"Of the amplitudes {', '.join(levels)}, {own} is run: the scene's own, or else the largest.")
     if shock := motions[name].record.get(AFTERSHOCK):
@@ -159,9 +159,9 @@ def _check_floors(study: Scene) -> None:
 
 def _gaps(study: Scene, gap: float | None) -> tuple[float, Sequence[float]]:
     """The gap of a case as the grid counts it, and by interface: of all, or of the only one that the grid varies."""
-    own_gaps, named = [interface.gap for interface in study.interfaces], study.gridded_interface
+    own_gaps, varied = [interface.gap for interface in study.interfaces], study.gridded_interface
     if gap is None:
-        return own_gaps[study.interface_names.index(named) if named else 0], own_gaps
+        return own_gaps[study.interface_names.index(varied) if varied else 0], own_gaps
     return gap, study.interface_gaps(gap) if len(study.grid.gaps) > 1 else [gap] * len(own_gaps)
 
 

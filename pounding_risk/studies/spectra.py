@@ -79,37 +79,37 @@ class Shaking(NamedTuple):
 def rising_axis(ends: Any, num: int, spacing: str, name: str, quantity: Quantity) -> Array:
     """Values of an axis in SI, from the two ends of a range or as they are listed; raises PoundingError."""
     unit = "" if quantity.unit == "1" else f" {quantity.unit}"
-    what = name.rpartition("_")[2]  # periods of right_periods
+    noun = name.rpartition("_")[2]  # periods of right_periods
     if isinstance(ends, str) or np.ndim(ends) != 1 or len(ends) < 2:
         raise PoundingError(
-            f'{name}: {shown(ends)} is no range; give its ends, such as "0.1{unit}" and "2{unit}", or a list of {what}'
+            f'{name}: {shown(ends)} is no range; give its ends, such as "0.1{unit}" and "2{unit}", or a list of {noun}'
         )
-    read = np.array([si(end, quantity, name) for end in ends])
-    if (np.diff(read) <= 0.0).any():
-        first = int((np.diff(read) <= 0.0).argmax())
+    values = np.array([si(end, quantity, name) for end in ends])
+    if (np.diff(values) <= 0.0).any():
+        first = int((np.diff(values) <= 0.0).argmax())
         raise PoundingError(
-            f"{name}: {read[first + 1]:g}{unit} follows {read[first]:g}{unit}; write {what} in rising order"
+            f"{name}: {values[first + 1]:g}{unit} follows {values[first]:g}{unit}; write {noun} in rising order"
         )
     if spacing not in SPACINGS:
         raise PoundingError(f"spacing: {shown(spacing)} is none; it may be {' or '.join(SPACINGS)}")
-    if read.size > 2:
-        return read
+    if values.size > 2:
+        return values
     if isinstance(num, bool) or not isinstance(num, int | np.integer) or not 2 <= num <= MOST_PERIODS:
         raise PoundingError(
-            f"num: {shown(num)} is not a number of {what}; write a whole number from 2 to {MOST_PERIODS}"
+            f"num: {shown(num)} is not a number of {noun}; write a whole number from 2 to {MOST_PERIODS}"
         )
-    between = np.geomspace if spacing == "log" else np.linspace
-    return np.asarray(between(read[0], read[1], num))
+    spaced = np.geomspace if spacing == "log" else np.linspace
+    return np.asarray(spaced(values[0], values[1], num))
 
 
-def damping_pair(damping: Any, stated: tuple[float, float] | None) -> tuple[float, float]:
+def damping_pair(damping: Any, scene_ratios: tuple[float, float] | None) -> tuple[float, float]:
     """Damping ratios, left and right: one for both, two, or those that the scene states."""
     if damping is None:
-        return stated or (USUAL_DAMPING, USUAL_DAMPING)
-    both = [damping] if isinstance(damping, str) or np.ndim(damping) == 0 else list(damping)
-    if len(both) not in (1, 2):
-        raise PoundingError(f"damping: {counted(len(both), 'value')}; give one for both buildings, or left and right")
-    ratios = [si(ratio, DAMPING, "damping") for ratio in both]
+        return scene_ratios or (USUAL_DAMPING, USUAL_DAMPING)
+    values = [damping] if isinstance(damping, str) or np.ndim(damping) == 0 else list(damping)
+    if len(values) not in (1, 2):
+        raise PoundingError(f"damping: {counted(len(values), 'value')}; give one for both buildings, or left and right")
+    ratios = [si(ratio, DAMPING, "damping") for ratio in values]
     return ratios[0], ratios[-1]
 
 
@@ -129,21 +129,21 @@ def stated_damping(source: Any) -> tuple[float, float] | None:
     if not isinstance(source, Scene):
         return None
     faults = []
-    instead = "name its records instead of the scene"
+    repair = "name its records instead of the scene"
     if len(source.buildings) != 2:
-        faults.append(f"building: there are {len(source.buildings)}, and gap spectra are of a pair; {instead}")
+        faults.append(f"building: there are {len(source.buildings)}, and gap spectra are of a pair; {repair}")
     for building in source.buildings:
-        where = f"building.{building.name}"
+        key = f"building.{building.name}"
         if building.is_rigid:
             faults.append(
-                f"{where}: is rigid, so that the gap needed is the spectral displacement of the other; {instead}"
+                f"{key}: is rigid, so that the gap needed is the spectral displacement of the other; {repair}"
             )
         elif not isinstance(building, Building):
-            faults.append(f"{where}: has storeys, and a spectrum is of single masses; {instead}")
+            faults.append(f"{key}: has storeys, and a spectrum is of single masses; {repair}")
         elif building.displacement_history:
-            faults.append(f"{where}: moves as files say, and not with the periods of a spectrum; {instead}")
+            faults.append(f"{key}: moves as files say, and not with the periods of a spectrum; {repair}")
         elif building.initial_displacement or building.initial_velocity:
-            faults.append(f"{where}: does not start from rest, and no amplitude scales that; remove its initial state")
+            faults.append(f"{key}: does not start from rest, and no amplitude scales that; remove its initial state")
     if any(source.bumpers):
         faults.append("interface.bumper_length: gaps here are clear of bumpers; remove it, and add its length to them")
     if source.links:
@@ -214,9 +214,9 @@ def shaking_of(source: Any, periods: Array) -> Shaking:
     if left_out:
         attrs["left_out"] = as_text(list(left_out))
     names = [motion.name for motion in motions]
-    distinct = [name if names.count(name) == 1 else f"{name} ({place})" for place, name in enumerate(names, start=1)]
-    named = (replace(motion, name=name) for motion, name in zip(motions, distinct, strict=True))
-    return Shaking(tuple(named), polarities, attrs, level)
+    unique = [name if names.count(name) == 1 else f"{name} ({place})" for place, name in enumerate(names, start=1)]
+    renamed = (replace(motion, name=name) for motion, name in zip(motions, unique, strict=True))
+    return Shaking(tuple(renamed), polarities, attrs, level)
 
 
 # ------------------------------------------------------------------------------------------------------- the closings
@@ -275,8 +275,8 @@ def gap_dataset(
 ) -> xr.Dataset:
     """The dataset of closings: percentiles [%] over records and polarities; with ``keep_motions`` each one's too."""
     motions, polarities = shaking.motions, shaking.polarities
-    chosen = results["closing"][:, [POLARITIES.index(polarity) for polarity in polarities]]
-    gaps = enough_for(chosen.reshape(-1, *chosen.shape[2:]), percentiles, axis=0)
+    values = results["closing"][:, [POLARITIES.index(polarity) for polarity in polarities]]
+    gaps = enough_for(values.reshape(-1, *values.shape[2:]), percentiles, axis=0)
     population = f"percentile over {counted(len(motions), 'record')} and their polarities"
     periods = ("left_period", "right_period")
     words = f"gap that a share of the motions needs, {population} of the largest u_left - u_right"
@@ -289,16 +289,16 @@ def gap_dataset(
         # Each record once for each polarity, as in the gap: both have the same peak.
         peaks = enough_for(np.repeat(results[side], len(polarities), axis=0), percentiles, axis=0)
         words = f"spectral displacement of the {side} building"
-        about = described("m", f"{words} under each record")
+        attributes = described("m", f"{words} under each record")
         variables |= {
             f"{side}_displacement": (("percentile", period), peaks, described("m", f"{words}, {population}")),
-            f"{side}_displacement_of_record": (("record", period), results[side], about),
+            f"{side}_displacement_of_record": (("record", period), results[side], attributes),
         }
         coords[period] = (period, oscillators.periods, described("s", f"period of the {side} building"))
         coords[f"{side}_damping"] = ((), oscillators.damping, described("1", f"damping ratio of the {side} building"))
     if keep_motions:
         words = "gap that each motion needs: largest u_left - u_right of the continuous motion without contact"
-        variables["required_gap_of_motion"] = (("record", "polarity", *periods), chosen, described("m", words))
+        variables["required_gap_of_motion"] = (("record", "polarity", *periods), values, described("m", words))
     return with_amplitude(xr.Dataset(variables, coords, spectra_attributes(shaking)))
 
 

@@ -123,8 +123,8 @@ def free_along(
 
     Of samples ``points`` are those by which a motion is drawn with each, where the scene asks for that.
     """
-    others = tuple(other for other in study.axes if other.keys != axis.keys)
-    check_one_scene(study.updated(axes=others), "uncertainty")
+    other_axes = tuple(other for other in study.axes if other.keys != axis.keys)
+    check_one_scene(study.updated(axes=other_axes), "uncertainty")
     base = study.updated(axes=())
     ensemble = gathered(base)
     records, polarities, amplitudes = len(ensemble.motions), len(base.records.polarities), len(base.grid.amplitudes)
@@ -145,10 +145,10 @@ def free_along(
     peaks = np.empty((*motions, len(study.buildings)))
 
     def keep(batches: range, chunk: Chunk) -> None:
-        for at, number in enumerate(batches):
+        for k, number in enumerate(batches):
             place = job.place(number)
             for array, name in ((closing, "closing"), (peaks, "peaks")):
-                array[place] = chunk[name][at][: len(array[place])]
+                array[place] = chunk[name][k][: len(array[place])]
 
     job.run(keep, workers, progress)
     return dataset_of(study, axis, ensemble, (facts, job.words, drawn), closing, peaks)
@@ -184,8 +184,8 @@ class AtOnce(FreeJob):
         self.pairs = self._pairs(self.samples[0]) if drawn is None else None  # the same for all records
         self.batches = len(self.records)
         self.most = max(map(len, self.samples))
-        motion = len(study.records.polarities) * len(study.grid.amplitudes)
-        self.bytes_per_batch = 8 * motion * self.most * (2 * buildings - 1)
+        motion_count = len(study.records.polarities) * len(study.grid.amplitudes)
+        self.bytes_per_batch = 8 * motion_count * self.most * (2 * buildings - 1)
 
     def one(self, number: int) -> Chunk:
         """(1, samples, polarities, amplitudes, interfaces) and (1, samples, polarities, amplitudes, buildings).
@@ -205,7 +205,7 @@ class AtOnce(FreeJob):
         if self.drawn is not None:
             places = np.arange(samples.size), self.drawn.polarities[samples]
             padding = (0, self.most - samples.size), (0, 0), (0, 0)
-            closing, peaks = (np.pad(of_motions[places][:, None], padding) for of_motions in (closing, peaks))
+            closing, peaks = (np.pad(array[places][:, None], padding) for array in (closing, peaks))
         outputs = {"closing": closing, "peaks": peaks}
         return {name: output[None, :, :, None] * factors[:, None] for name, output in outputs.items()}
 
@@ -274,7 +274,7 @@ def job_of(
     buildings = {
         name: np.array([[float(getattr(body, name)) for body in scene.buildings] for scene in scenes]) for name in FACTS
     }
-    facts = Facts(buildings, np.array([[between.gap for between in scene.interfaces] for scene in scenes]))
+    facts = Facts(buildings, np.array([[interface.gap for interface in scene.interfaces] for scene in scenes]))
     return facts, OneByOne(scenes, motions, drawn)
 
 
@@ -317,8 +317,8 @@ def columns_of(study: Scene, axis: SceneAxis) -> dict[KeyPath, Array] | None:
     """The values [SI] along an axis of each number that it sets in the tables of a scene; None where one is a text."""
     tables = parse_toml(study.text, study.source)
     columns: dict[KeyPath, Array] = {}
-    for key, stated in zip(axis.keys, axis.values, strict=True):
-        axis_labels = labels_of(stated)
+    for key, values in zip(axis.keys, axis.values, strict=True):
+        axis_labels = labels_of(values)
         if axis_labels.unit is None:
             return None
         scratch = {name: [dict(table) for table in tables.get(name, [])] for name in ("building", "interface")}
@@ -333,16 +333,16 @@ def _facts(study: Scene, columns: dict[KeyPath, Array], count: int, by_stiffness
     buildings: dict[str, list[Array]] = {name: [] for name in FACTS}
     for place, building in enumerate(study.buildings):
         varied = {str(path[2]): column for path, column in columns.items() if path[:2] == ("building", place)}
-        stated = {name: varied.get(name, np.full(count, float(getattr(building, name)))) for name in FACTS}
+        numbers = {name: varied.get(name, np.full(count, float(getattr(building, name)))) for name in FACTS}
         if not building.is_rigid and "period" not in varied and ("stiffness" in varied or by_stiffness):
             stiffness = varied.get("stiffness", np.full(count, cast(Building, building).stiffness))
-            stated["period"] = 2.0 * np.pi * np.sqrt(stated["mass"] / stiffness)
-        for name, column in stated.items():
+            numbers["period"] = 2.0 * np.pi * np.sqrt(numbers["mass"] / stiffness)
+        for name, column in numbers.items():
             buildings[name].append(column)
-    one_for_all = len(parse_toml(study.text, study.source).get("interface", [])) == 1
+    is_shared = len(parse_toml(study.text, study.source).get("interface", [])) == 1
     gaps = [
-        columns.get(("interface", 0 if one_for_all else place, "gap"), np.full(count, between.gap))
-        for place, between in enumerate(study.interfaces)
+        columns.get(("interface", 0 if is_shared else place, "gap"), np.full(count, interface.gap))
+        for place, interface in enumerate(study.interfaces)
     ]
     return Facts({name: np.stack(column, axis=1) for name, column in buildings.items()}, np.stack(gaps, axis=1))
 
@@ -353,7 +353,7 @@ def _holds(facts: Facts, number: int, scene: Scene) -> bool:
         return False
     here = [[column[number, place] for column in facts.buildings.values()] for place in range(len(scene.buildings))]
     building_facts = [[getattr(building, name) for name in facts.buildings] for building in scene.buildings]
-    gaps = facts.gaps[number], [between.gap for between in scene.interfaces]
+    gaps = facts.gaps[number], [interface.gap for interface in scene.interfaces]
     return all(np.allclose(kept, own, rtol=ROUNDING, atol=0.0) for kept, own in ((here, building_facts), gaps))
 
 
@@ -378,20 +378,20 @@ def dataset_of(
     coordinates = grid_job_of(ScanInput(base, motions)).coordinates()
     dataset = labels.skeleton(base, motions, {}, coordinates).drop_dims(OF_CONTACT, errors="ignore")
     axes = labels.axes_of_motions(base)
-    one_place = {} if axes[-1] in dataset.sizes else {axes[-1]: 0}
+    single = {} if axes[-1] in dataset.sizes else {axes[-1]: 0}
     if drawn is not None:
         dataset = labels.with_drawn_motions(dataset.isel(record=[0], polarity=[0]), base, motions, drawn)
-        one_place |= dict.fromkeys(axes[:-1], 0)
-    alone = "largest displacement relative to the ground under the building; without contact"
-    for name, values, of, long_name in (
+        single |= dict.fromkeys(axes[:-1], 0)
+    peak_words = "largest displacement relative to the ground under the building; without contact"
+    for name, values, dim, long_name in (
         ("peak_closing_free", closing, "interface", labels.NEEDED + labels.WITH_BUMPERS * bool(study.bumpers)),
-        ("peak_displacement_free", peaks, "building", alone),
+        ("peak_displacement_free", peaks, "building", peak_words),
     ):
-        variable = xr.Variable((axis.name, *axes, of), values, described("m", long_name)).isel(one_place)
+        variable = xr.Variable((axis.name, *axes, dim), values, described("m", long_name)).isel(single)
         dataset = dataset.assign({name: variable})
     varied = of_varied_masses(base.buildings, facts.buildings["mass"], facts.buildings["period"])
-    of_samples = {} if study.uncertain is None else study.uncertain.attributes()
-    dataset = dataset.assign_coords(axis_coordinates((axis,), of_samples) | _differing(facts, axis))
+    sample_attrs = {} if study.uncertain is None else study.uncertain.attributes()
+    dataset = dataset.assign_coords(axis_coordinates((axis,), sample_attrs) | _differing(facts, axis))
     lists = {"left_out": list(ensemble.left_out), "copies": list(ensemble.copies)}
     dataset.attrs = {
         "Conventions": labels.CONVENTIONS,
@@ -425,10 +425,10 @@ def _differing(facts: Facts, axis: SceneAxis) -> dict[str, Any]:
     for name, (unit, long_name) in FACTS.items():
         values = facts.buildings[name]
         if (values != values[0]).any():
-            unknown = values == 0.0 if name == "height" else facts.buildings["period"] == 0.0
-            about = described(unit, long_name)
-            differing[f"building_{name}"] = ((axis.name, "building"), np.where(unknown, np.nan, values), about)
+            is_unknown = values == 0.0 if name == "height" else facts.buildings["period"] == 0.0
+            attributes = described(unit, long_name)
+            differing[f"building_{name}"] = ((axis.name, "building"), np.where(is_unknown, np.nan, values), attributes)
     if (facts.gaps != facts.gaps[0]).any():
-        about = described("m", "clear distance at rest of each interface in each sample")
-        differing["sample_gap"] = ((axis.name, "interface"), facts.gaps, about)
+        attributes = described("m", "clear distance at rest of each interface in each sample")
+        differing["sample_gap"] = ((axis.name, "interface"), facts.gaps, attributes)
     return differing

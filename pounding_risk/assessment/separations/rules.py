@@ -114,9 +114,9 @@ class Rule(NamedTuple):
         return self.verification in (DERIVED, READ)
 
 
-def _mexico(case: Case, share: dict[str, float], moved: tuple[Any, Any]) -> Any:
+def _mexico(case: Case, share: dict[str, float], peaks: tuple[Any, Any]) -> Any:
     """Sum of both setbacks at the level of the lower roof, halved where the two are alike."""
-    setbacks = [np.maximum(0.05, displacement + share[case.site.zone or ""] * case.lower) for displacement in moved]
+    setbacks = [np.maximum(0.05, displacement + share[case.site.zone or ""] * case.lower) for displacement in peaks]
     return (setbacks[0] + setbacks[1]) * (0.5 if case.site.aligned and case.site.alike else 1.0)
 
 
@@ -133,12 +133,12 @@ def _turkey(case: Case) -> Any:
     return np.maximum(least, (0.25 if case.site.aligned else 0.5) * srss(*case.design))
 
 
-def _capped(case: Case) -> Any:
+def _asce41(case: Case) -> Any:
     """SRSS, at most 4 % of the height where contact is possible."""
     return np.minimum(srss(*case.design), 0.04 * case.lower)
 
 
-def _reduced(case: Case) -> float:
+def _eurocode8_factor(case: Case) -> float:
     return 0.7 if case.site.aligned else 1.0
 
 
@@ -205,10 +205,10 @@ _RULES = (
          (), ("factors",), lambda case: 0.7 * abs_sum(*case.design), **UBC97),
     Rule("eurocode8", "Eurocode 8, same property", "EN 1998-1:2004, 4.4.2.7", 2004,
          "√(ds1² + ds2²), ds = qd de; times 0.7 where floors are at the same levels", MEMORY, "",
-         (), ("factors", "aligned"), lambda case: _reduced(case) * srss(*case.design), **EUROCODE8),
+         (), ("factors", "aligned"), lambda case: _eurocode8_factor(case) * srss(*case.design), **EUROCODE8),
     Rule("eurocode8_boundary", "Eurocode 8, across a property line", "EN 1998-1:2004, 4.4.2.7", 2004,
          "ds1 + ds2: each at least ds from the line; times 0.7 where floors are at the same levels", MEMORY, "",
-         (), ("factors", "aligned"), lambda case: _reduced(case) * abs_sum(*case.design), **EUROCODE8),
+         (), ("factors", "aligned"), lambda case: _eurocode8_factor(case) * abs_sum(*case.design), **EUROCODE8),
     Rule("nbcc", "Canada", "NBC 2010, 4.1.8.14 (1)", 2010, "√(Δ1² + Δ2²), or the two are connected", QUOTED,
          "the Ontario Building Code (buildingcode.online/707.html), with the intent statement of NBC 2010", *SRSS,
          superseded="NBC 2015 and 2020", factor="Rd Ro / IE", level="2 % in 50 years (2475 years)",
@@ -269,19 +269,19 @@ _RULES = (
          in_force="the edition of 2022, since October of that year as narlabs.org.tw reports; its clause was not seen"),
     Rule("asce41", "ASCE 41, existing buildings", "ASCE/SEI 41-13, 7.2.13", 2013,
          "√(Δ1² + Δ2²), which need not exceed 4 % of the height where contact is possible", MEMORY, "",
-         ("heights",), ("factors",), _capped, superseded="ASCE/SEI 41-17 and 41-23",
+         ("heights",), ("factors",), _asce41, superseded="ASCE/SEI 41-17 and 41-23",
          factor="1: of the linear procedure's pseudo-lateral force", level="hazard level of the performance objective"),
 )  # fmt: skip
 
 
-def _taken(name: str, rule: Any) -> Rule:
+def _checked_rule(name: str, rule: Any) -> Rule:
     """The rule that a plug-in names; raises PoundingError for what is none."""
     if not isinstance(rule, Rule) or rule.name != name or rule.verification not in VERIFICATIONS:
         raise PoundingError(f'it is not a Rule with the name "{name}" and one of the verifications {VERIFICATIONS}')
     return rule
 
 
-RULES = Registry("rules", {rule.name: rule for rule in _RULES}, _taken)
+RULES = Registry("rules", {rule.name: rule for rule in _RULES}, _checked_rule)
 COMBINATIONS = tuple(rule.name for rule in _RULES if rule.verification == DERIVED)
 
 # What a rule took for granted, where the user said nothing else.

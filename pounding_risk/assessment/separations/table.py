@@ -184,22 +184,22 @@ def separations(
                 f"a peak displacement is {displacement:g} m; it must be at least 0 and finite: give the peak"
             )
     _check_site(site)
-    moving = None if periods is None or dampings is None else (periods, dampings)
-    of_periods, of_dampings = moving or ((nan, nan), (nan, nan))
+    given_pairs = None if periods is None or dampings is None else (periods, dampings)
+    of_periods, of_dampings = given_pairs or ((nan, nan), (nan, nan))
     case = Case((left, right), of_periods, of_dampings, site)
     rows = []
     for rule in RULES.values():
-        missing = ["periods and dampings"] if rule.has_periods and moving is None else []
-        missing += [key for key in rule.needs if getattr(site, key) is None]
+        missing_needs = ["periods and dampings"] if rule.has_periods and given_pairs is None else []
+        missing_needs += [key for key in rule.needs if getattr(site, key) is None]
         notes = [
-            f"needs {' and '.join(missing)}" if missing else "",
+            f"needs {' and '.join(missing_needs)}" if missing_needs else "",
             {rules.MEMORY: rules.FROM_MEMORY, rules.QUOTED: rules.QUOTED_ONLY}.get(rule.verification, ""),
             f"superseded by {rule.superseded}" if rule.superseded else "",
         ]
-        if not missing:  # what the rule assumes of what the user did not give
+        if not missing_needs:  # what the rule assumes of what the user did not give
             notes += [rules.TAKEN[key] for key in rule.assumes if getattr(site, key) == getattr(PLAIN, key)]
         facts = (rule.name, rule.title, rule.clause, rule.year, rule.verification, rule.source, rule.superseded)
-        separation = None if missing else float(rule.function(case))
+        separation = None if missing_needs else float(rule.function(case))
         rows.append(SeparationRow(*facts, separation, "; ".join(filter(None, notes))))
     return tuple(rows)
 
@@ -209,17 +209,17 @@ def _check_site(site: Site) -> None:
     positive: tuple[tuple[str, Any, str], ...] = (
         ("height", site.heights, " m"), ("factor", site.factors, ""), ("design acceleration", ground, " m/s²")
     )  # fmt: skip
-    for what, stated, unit in positive:
-        for value in stated or ():
+    for name, stated_values, unit in positive:
+        for value in stated_values or ():
             if not (isfinite(value) and value > 0.0):
-                raise PoundingError(f"a {what} is {value:g}{unit}; it must be greater than 0 and finite: correct it")
+                raise PoundingError(f"a {name} is {value:g}{unit}; it must be greater than 0 and finite: correct it")
     choices: tuple[tuple[str, tuple[Any, ...]], ...] = (
         ("zone", rules.ZONES), ("intensity", rules.INTENSITIES), ("structure", rules.STRUCTURES)
     )  # fmt: skip
-    for what, allowed in choices:
-        value = getattr(site, what)
+    for name, allowed in choices:
+        value = getattr(site, name)
         if value is not None and value not in allowed:
-            raise PoundingError(f"{what} is {value!r}; it must be {', '.join(map(str, allowed))}: choose one")
+            raise PoundingError(f"{name} is {value!r}; it must be {', '.join(map(str, allowed))}: choose one")
 
 
 def code_table(
@@ -259,8 +259,8 @@ def code_table(
     if interface is not None:
         pairs = dict(opened.interfaces)
         if interface not in pairs:
-            meant = nearest(str(interface), pairs)
-            raise PoundingError(f"interface: {interface!r} is not in the dataset{meant}, which has {', '.join(pairs)}")
+            hint = nearest(str(interface), pairs)
+            raise PoundingError(f"interface: {interface!r} is not in the dataset{hint}, which has {', '.join(pairs)}")
         opened = pairs[interface]
     return separations_of(opened.at_level(), percentile, site)
 
@@ -276,63 +276,63 @@ def separations_of(results: Results, percentile: float, site: Site = PLAIN) -> C
             f"the dataset has {dataset.sizes.get('building', 1)} buildings; select two neighbours, such as "
             f'interface="{example}", or with isel(building=[0, 1])'
         )
-    shown = dataset.isel(interface=0, missing_dims="ignore")
-    left, right = (by_motion(at_contact(shown, side)).astype(float) for side in (0, 1))
-    bumper = float(shown.coords.get("interface_bumper", 0.0))
-    closing = by_motion(shown["peak_closing_free"]).astype(float) - bumper
-    known = np.isfinite(left) & np.isfinite(right) & np.isfinite(closing)
-    if not known.any():
+    pair = dataset.isel(interface=0, missing_dims="ignore")
+    left, right = (by_motion(at_contact(pair, side)).astype(float) for side in (0, 1))
+    bumper = float(pair.coords.get("interface_bumper", 0.0))
+    closing = by_motion(pair["peak_closing_free"]).astype(float) - bumper
+    is_known = np.isfinite(left) & np.isfinite(right) & np.isfinite(closing)
+    if not is_known.any():
         raise PoundingError(no_response(dataset))
-    site = _known_site(shown, site)
-    periods: Pair = tuple(shown["building_period"].values.tolist())
-    dampings: Pair = tuple(shown["building_damping"].values.tolist())
-    moved = known & (closing > 0.0)
-    names = [f"{record} {polarity}" for record in shown["record"].values for polarity in shown["polarity"].values]
-    first, second = map(str, shown["building"].values)
-    medians = (float(np.median(left[known])), float(np.median(right[known])))
-    case = Case((left[moved], right[moved]), periods, dampings, site)
+    site = _completed_site(pair, site)
+    periods: Pair = tuple(pair["building_period"].values.tolist())
+    dampings: Pair = tuple(pair["building_damping"].values.tolist())
+    has_closing = is_known & (closing > 0.0)
+    names = [f"{record} {polarity}" for record in pair["record"].values for polarity in pair["polarity"].values]
+    first, second = map(str, pair["building"].values)
+    medians = (float(np.median(left[is_known])), float(np.median(right[is_known])))
+    case = Case((left[has_closing], right[has_closing]), periods, dampings, site)
     rows = separations((first, second), medians, periods, dampings, site)
-    rows = _with_notes(rows, {first, second}, results.scene, known, bumper)
+    rows = _with_notes(rows, {first, second}, results.scene, is_known, bumper)
     amplitude = results.amplitudes.values[0]
-    both_move = bool(np.isfinite(shown["building_period"].values).all())
-    demand_median, demand = enough_for(closing[known], (MIDDLE, percentile)).tolist()
+    has_both_periods = bool(np.isfinite(pair["building_period"].values).all())
+    demand_median, demand = enough_for(closing[is_known], (MIDDLE, percentile)).tolist()
     return CodeTable(
         buildings=(first, second),
         amplitude=amplitude if amplitude is not None and isfinite(amplitude) else None,
         at=results.amplitude_words(),
         percentile=percentile,
-        motions=int(moved.sum()),
-        without=int((known & ~moved).sum()),
+        motions=int(has_closing.sum()),
+        without=int((is_known & ~has_closing).sum()),
         demand_median=demand_median,
         demand=demand,
         displacements=medians,
-        correlation=float(white_noise_correlation(periods, dampings)) if both_move else None,
-        names=tuple(np.array(names)[moved].tolist()),
-        closing=tuple(closing[moved].tolist()),
-        asked={name: tuple(_of_motions(RULES[name], case).tolist()) for name in rules.COMBINATIONS},
-        rules=tuple(replace(_beside(row, case, closing[moved], percentile), bumper=bumper) for row in rows),
+        correlation=float(white_noise_correlation(periods, dampings)) if has_both_periods else None,
+        names=tuple(np.array(names)[has_closing].tolist()),
+        closing=tuple(closing[has_closing].tolist()),
+        asked={name: tuple(_separation_by_motion(RULES[name], case).tolist()) for name in rules.COMBINATIONS},
+        rules=tuple(replace(_comparison(row, case, closing[has_closing], percentile), bumper=bumper) for row in rows),
     )
 
 
 def _with_notes(
-    rows: Sequence[SeparationRow], names: set[str], scene: Mapping[str, Any], known: NDArray[np.bool_], bumper: float
+    rows: Sequence[SeparationRow], names: set[str], scene: Mapping[str, Any], is_known: NDArray[np.bool_], bumper: float
 ) -> tuple[SeparationRow, ...]:
     """The rows with what the displacements of these two buildings are, and what they do not say."""
-    lost = int((~known).sum())
-    added = {
+    lost_count = int((~is_known).sum())
+    conditions = {
         rules.ONE_GROUND: has_own_grounds(scene),
         rules.ROTATING: names & set(rotating_buildings(scene)),
         rules.ISOLATED: names & set(isolated_buildings(scene)),  # of the rule that takes periods
-        f"without the {lost} of {counted(known.size, 'motion')} that have no finite response": lost,
+        f"without the {lost_count} of {counted(is_known.size, 'motion')} that have no finite response": lost_count,
         rules.CLEAR: bumper,
     }
-    d_is = rules.OF_YIELDING if names & set(yielding_buildings(scene)) else rules.NOT_REDUCED
-    d_is = rules.OF_HISTORIES if has_histories(scene) else d_is
+    displacement_note = rules.OF_YIELDING if names & set(yielding_buildings(scene)) else rules.NOT_REDUCED
+    displacement_note = rules.OF_HISTORIES if has_histories(scene) else displacement_note
 
     def note_of(row: SeparationRow) -> str:
-        notes = [note for note, holds in added.items() if holds and (note != rules.ISOLATED or row.rule == "cqc")]
-        notes += [rules.OF_UBC97] if row.rule.startswith("ubc97") and d_is != rules.NOT_REDUCED else []
-        return "; ".join(filter(None, (row.note.replace(rules.NOT_REDUCED, d_is), *notes)))
+        notes = [note for note, holds in conditions.items() if holds and (note != rules.ISOLATED or row.rule == "cqc")]
+        notes += [rules.OF_UBC97] if row.rule.startswith("ubc97") and displacement_note != rules.NOT_REDUCED else []
+        return "; ".join(filter(None, (row.note.replace(rules.NOT_REDUCED, displacement_note), *notes)))
 
     return tuple(replace(row, note=note_of(row)) for row in rows)
 
@@ -343,39 +343,39 @@ def at_contact(results: xr.Dataset, side: int) -> xr.DataArray:
     Of a pair of single masses that of the mass. Part-way up a storey between those of the floors below and above,
     which the peak there does not exceed.
     """
-    whole = results["peak_displacement_free"].isel(building=side)
+    peak = results["peak_displacement_free"].isel(building=side)
     if "storey_displacement_free" not in results or int(results["building_storeys"].values[side]) == 0:
-        return whole
+        return peak
     floors = results[f"contact_point_{('left', 'right')[side]}_floor"].values
     below, share = divmod(float(floors[results["contact_point_left_floor"].values.argmax()]), 1.0)
     storeys = results["storey_displacement_free"].isel(building=side)
-    foot = storeys.isel(storey=int(below) - 1) if below else 0.0 * whole
+    foot = storeys.isel(storey=int(below) - 1) if below else 0.0 * peak
     return foot if share == 0.0 else (1.0 - share) * foot + share * storeys.isel(storey=int(below))
 
 
-def _known_site(results: xr.Dataset, site: Site) -> Site:
+def _completed_site(results: xr.Dataset, site: Site) -> Site:
     """The site with heights and alignment of floors from the dataset, where ``site`` gives none."""
     left, right = (float(height) for height in results["building_height"].values)
-    known = all(isfinite(height) and height > 0.0 for height in (left, right))
-    heights = (left, right) if site.heights is None and known else site.heights
+    has_heights = all(isfinite(height) and height > 0.0 for height in (left, right))
+    heights = (left, right) if site.heights is None and has_heights else site.heights
     # Floors of a rigid building, of a single mass that stands for several, and those whose levels are not known, cannot
     # be said to be aligned: every floor of both, from the ground up, must meet one.
     level = (results["contact_point_kind"] == "floor") & np.isfinite(results["contact_point_level"])
     floors = [np.unique(results[f"contact_point_{side}_floor"].values) for side in ("left", "right")]
-    meet = all(np.array_equal(own, np.arange(own.size) + 1.0) for own in floors)
+    is_meeting = all(np.array_equal(floor_numbers, np.arange(floor_numbers.size) + 1.0) for floor_numbers in floors)
     has_floors = "storey_displacement_free" in results and bool((results["building_storeys"] > 0).all())
-    return site._replace(heights=heights, aligned=site.aligned or (has_floors and meet and bool(level.all())))
+    return site._replace(heights=heights, aligned=site.aligned or (has_floors and is_meeting and bool(level.all())))
 
 
-def _of_motions(rule: Rule, case: Case) -> Array:
+def _separation_by_motion(rule: Rule, case: Case) -> Array:
     """Separations of a rule [m], one for each motion."""
     return np.broadcast_to(np.asarray(rule.function(case), dtype=float), np.shape(case.displacements[0]))
 
 
-def _beside(row: SeparationRow, case: Case, closing: Array, percentile: float) -> Comparison:
+def _comparison(row: SeparationRow, case: Case, closing: Array, percentile: float) -> Comparison:
     if row.separation is None or not closing.size:
         return Comparison(row)
-    separation = _of_motions(RULES[row.rule], case)
+    separation = _separation_by_motion(RULES[row.rule], case)
     low, middle, high = np.percentile(separation / closing, (LOW, MIDDLE, HIGH)).tolist()
     median, upper = float(np.median(separation)), float(enough_for(separation, percentile))
     return Comparison(row, median, upper, low, middle, high, float(np.mean(closing > separation * (1.0 + SAME))))
@@ -388,10 +388,10 @@ def short_in(comparisons: Sequence[Comparison], motions: int) -> str:
     clauses = []
     for comparison in comparisons:
         if comparison.row.rule in rules.COMBINATIONS:
-            short = round((comparison.exceeded or 0.0) * motions) or "none"
-            clauses.append((comparison.row.rule.upper(), short, f"{comparison.ratio_median:.2f}"))
-    (name, short, ratio), *others = clauses
+            count = round((comparison.exceeded or 0.0) * motions) or "none"
+            clauses.append((comparison.row.rule.upper(), count, f"{comparison.ratio_median:.2f}"))
+    (name, count, ratio), *others = clauses
     start = (
-        f"Of {counted(motions, 'motion')} {name} falls short in {short} ({ratio} times the gap needed in the median)"
+        f"Of {counted(motions, 'motion')} {name} falls short in {count} ({ratio} times the gap needed in the median)"
     )
-    return ", ".join([start, *(f"{name} in {short} ({ratio})" for name, short, ratio in others)])
+    return ", ".join([start, *(f"{name} in {count} ({ratio})" for name, count, ratio in others)])
