@@ -23,7 +23,7 @@ from pounding_risk.motions.request import RecordRequest, Spectral
 from pounding_risk.scene.building_tables import ACROSS, GYRATION
 from pounding_risk.scene.interfaces import known_law, said_restitution
 from pounding_risk.scene.motions import request_of
-from pounding_risk.scene.notes import Given, given_keys, level_notes
+from pounding_risk.scene.notes import GivenKeys, given_keys, level_notes
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.tables import Effect
 from pounding_risk.scene.values import OF_EACH_INTERFACE
@@ -256,7 +256,7 @@ def _restitution(study: Scene) -> str:
     return f"{study.restitution_words}: falls with the approach speed{held}{exact}"
 
 
-def _effect(effect: Effect, written: Given) -> str:
+def _effect(effect: Effect, written: GivenKeys) -> str:
     """An effect with its options; defaults are marked."""
     kind = EFFECTS[effect.name]
     values = {key: option_words(kind.options[key], value) for key, value in effect.options}
