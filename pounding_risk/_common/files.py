@@ -151,7 +151,7 @@ def remove_leftovers(target: Path) -> list[Path]:
 
 
 def _remove_orphans(target: Path) -> None:
-    """Remove what killed processes of this machine have left aside of a target; what cannot be removed stays."""
+    """Remove the files that killed processes of this machine left aside of a target, where they can be removed."""
     if os.name != "posix":  # elsewhere a signal to a process ends it
         return
     for path in _asides(target, PARTIAL):
@@ -192,14 +192,14 @@ def largest_file() -> float:
         import resource
     except ImportError:
         return inf
-    most = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
-    return inf if most == resource.RLIM_INFINITY else float(most)
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
+    return inf if limit == resource.RLIM_INFINITY else float(limit)
 
 
 def limit_words() -> str:
     """The limit of `largest_file` as a part of a sentence; "" where there is none."""
-    most = largest_file()
-    return "" if most == inf else f"; a file of this process may have {most / 1e6:.3g} MB at most"
+    limit = largest_file()
+    return "" if limit == inf else f"; a file of this process may have {limit / 1e6:.3g} MB at most"
 
 
 def raised(repair: str) -> str:
@@ -227,8 +227,8 @@ def _aside(target: Path, ending: str) -> Path:
 def _asides(target: Path, ending: str) -> Iterator[Path]:
     """Paths beside a target with this ending, of any process on any machine."""
     names = os.listdir(target.parent) if target.parent.is_dir() else []
-    beside = sorted(name for name in names if name.startswith(f".{target.name}."))  # few of a folder of thousands
-    return (target.with_name(name) for name in beside if is_aside(name, re.escape(target.name), ending))
+    names_beside = sorted(name for name in names if name.startswith(f".{target.name}."))  # few of a folder of thousands
+    return (target.with_name(name) for name in names_beside if is_aside(name, re.escape(target.name), ending))
 
 
 def sync(path: Path) -> None:
@@ -249,8 +249,8 @@ def sync(path: Path) -> None:
 def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path:
     """The path of a file that can be written; raises PoundingError before any work is done.
 
-    Of a symbolic link it is what the link leads to. Its folder must exist and be writable, its suffix be one of
-    ``suffixes``, and it must not be a folder, but for a ``.zarr``, which is one.
+    For a symbolic link it is the link's target. Its folder must exist and be writable, its suffix be one of
+    ``suffixes``, and it must not be a folder, unless its suffix is ``.zarr``.
     """
     target = Path(path)
     if not target.name:
@@ -269,8 +269,8 @@ def check_target(path: str | Path, suffixes: tuple[str, ...] = (".nc",)) -> Path
     try:
         os.fspath(target.absolute()).encode()
     except UnicodeEncodeError:
-        shown = os.fsencode(target).decode(errors="backslashreplace")
-        raise PoundingError(f"{shown}: is no text in UTF-8, and the libraries below take no other; rename it") from None
+        name = os.fsencode(target).decode(errors="backslashreplace")
+        raise PoundingError(f"{name}: is no text in UTF-8, and the libraries below take no other; rename it") from None
     try:
         os.lstat(partial_of(target))
     except OSError as error:

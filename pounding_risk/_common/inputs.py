@@ -37,7 +37,7 @@ class Unfit(OSError):
 def read_whole(path: Path, most: int) -> bytes:
     """The bytes of a regular file with ``most`` bytes or fewer.
 
-    Raises OSError, of which `cannot_be_read` makes words.
+    Raises OSError, which `cannot_be_read` puts into words.
     """
     facts = os.stat(path)
     if stat.S_ISDIR(facts.st_mode):
@@ -61,7 +61,7 @@ def read_text(path: Path, most: int, errors: str = "strict") -> str:
 
 
 def text_of(path: Path, most: int) -> str:
-    """As `read_text`; raises Unfit alone, whose ``strerror`` says what is wrong with the file, with the repair."""
+    """As `read_text`; raises Unfit alone, whose ``strerror`` states the fault of the file and the repair."""
     try:
         return read_text(path, most)
     except Unfit:
@@ -70,9 +70,9 @@ def text_of(path: Path, most: int) -> str:
         raise Unfit(22, f"byte {error.start} is not UTF-8; save the file with that encoding") from None
     except (OSError, ValueError) as error:
         names = [file.name for file in path.parent.iterdir()] if path.parent.is_dir() else []
-        near = nearest(path.name, (name for name in names if name != path.name))
+        hint = nearest(path.name, (name for name in names if name != path.name))
         reason = getattr(error, "strerror", None) or error
-        raise Unfit(2, f"cannot be read ({reason}){near}; check the name") from None
+        raise Unfit(2, f"cannot be read ({reason}){hint}; check the name") from None
 
 
 def cannot_be_read(error: Any, repair: str) -> str:

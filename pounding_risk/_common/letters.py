@@ -1,4 +1,4 @@
-"""Letters that no name may have, and what stands for them where text of others reaches a terminal.
+"""Letters that no name may have, and their replacements where foreign text reaches a terminal.
 
 Control characters steer a terminal and end the texts of C libraries, overrides of the direction of writing make a text
 read as another one, and separators of lines and halves of letters are refused by XML and by the libraries of pages.
@@ -42,13 +42,13 @@ def refused_below(content: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[tu
         if words := refused(content):
             yield path, words
     elif isinstance(content, Mapping):
-        for key, inner in content.items():
+        for key, element in content.items():
             if words := refused(str(key)):
                 yield path, f"a key {words}"
-            yield from refused_below(inner, (*path, key))
+            yield from refused_below(element, (*path, key))
     elif isinstance(content, list | tuple):
-        for at, inner in enumerate(content):
-            yield from refused_below(inner, (*path, at))
+        for index, element in enumerate(content):
+            yield from refused_below(element, (*path, index))
 
 
 def plain(text: str) -> str:

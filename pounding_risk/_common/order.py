@@ -1,4 +1,4 @@
-"""What a share of counted values does not exceed, and places that are spread evenly over them."""
+"""The value that a share of counted values does not exceed, and places spread evenly over values."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ def enough_for(values: ArrayLike, percentiles: ArrayLike, axis: int | None = Non
     """
     table = np.asarray(values, dtype=float)
     rising = np.sort(table.ravel() if axis is None else np.moveaxis(table, axis, 0), axis=0)  # NaN last
-    known = (~np.isnan(rising)).sum(axis=0)
-    ranks = np.ceil(np.multiply.outer(np.asarray(percentiles) / 100.0, known) - ROUNDING).astype(int)
+    counts = (~np.isnan(rising)).sum(axis=0)
+    ranks = np.ceil(np.multiply.outer(np.asarray(percentiles) / 100.0, counts) - ROUNDING).astype(int)
     places = np.maximum(ranks, 1) - 1
-    return np.take_along_axis(rising, places.reshape(-1, *known.shape), axis=0).reshape(places.shape)
+    return np.take_along_axis(rising, places.reshape(-1, *counts.shape), axis=0).reshape(places.shape)
 
 
 def evenly(count: int, most: int) -> list[int]:

@@ -75,7 +75,7 @@ class Plugin(NamedTuple):
         return reduce(getattr, filter(None, attributes.split(".")), import_module(self.module))
 
     def is_being_imported(self) -> bool:
-        """Whether its module is being imported: then it is not there yet, and itself requests something here."""
+        """Whether its module is being imported, and has itself asked for a member here: it is not there yet."""
         return getattr(getattr(sys.modules.get(self.module), "__spec__", None), "_initializing", False)
 
 
@@ -84,7 +84,7 @@ Plugins = Mapping[str, tuple[Plugin, ...]]
 
 @cache
 def installed() -> Mapping[str, Plugins]:
-    """The plug-ins of all installed distributions: by group, then by name, of which each should have one."""
+    """The plug-ins of all installed distributions: by group, then by name; a name should have one."""
     groups: dict[str, dict[str, tuple[Plugin, ...]]] = {group: {} for group in GROUPS}
     for plugin in _installed():
         if plugin.group in groups:
@@ -119,16 +119,16 @@ def _plugins_in(folder: Path) -> Iterator[Plugin]:
     text = _read(folder / "entry_points.txt")
     if f"[{PREFIX}" not in text:
         return
-    about = _read(folder / "METADATA") or _read(folder / "PKG-INFO")
-    name, version = (re.search(rf"^{key}: *(\S+)", about, re.MULTILINE) for key in ("Name", "Version"))
+    metadata = _read(folder / "METADATA") or _read(folder / "PKG-INFO")
+    name, version = (re.search(rf"^{key}: *(\S+)", metadata, re.MULTILINE) for key in ("Name", "Version"))
     group = ""
     for line in map(str.strip, text.splitlines()):
         if line.startswith("["):
             group = line.strip("[] ")
         elif group.startswith(PREFIX) and "=" in line and not line.startswith(("#", ";")):
             key, _, value = line.partition("=")
-            stated = name[1] if name else folder.stem, version[1] if version else "of unknown version"
-            yield Plugin(group.removeprefix(PREFIX), key.strip(), value.strip(), *stated)
+            facts = name[1] if name else folder.stem, version[1] if version else "of unknown version"
+            yield Plugin(group.removeprefix(PREFIX), key.strip(), value.strip(), *facts)
 
 
 def _read(file: Path) -> str:
@@ -171,11 +171,11 @@ class Registry(MutableMapping[str, Any]):
         self._problems: dict[str, str] = {}  # of plug-ins that were loaded; "" where that went well
 
     def __getitem__(self, name: str) -> Any:
-        self._ask(name)
+        self._load_plugin(name)
         return self.members[name]
 
     def __contains__(self, name: object) -> bool:
-        self._ask(name)
+        self._load_plugin(name)
         return name in self.members
 
     def __iter__(self) -> Iterator[str]:
@@ -205,7 +205,7 @@ class Registry(MutableMapping[str, Any]):
         return name in self._ours
 
     def plugin(self, name: str) -> Plugin | None:
-        """The plug-in that a name means; None where this package has it, or nobody."""
+        """The plug-in of a name; None where the name is this package's, or unknown."""
         return None if name in self._ours else next(iter(self._plugins.get(name, ())), None)
 
     def _in_order(self, names: Iterable[str]) -> list[str]:
@@ -229,8 +229,8 @@ class Registry(MutableMapping[str, Any]):
         """Why a module outside this package may not define a member of this name; "" where it may."""
         if name in self._ours:
             return f"pounding_risk has a {GROUPS.get(self.group, 'member')} of this name; choose another name"
-        others = [plugin for plugin in self._plugins.get(name, ()) if _top(plugin.module) != _top(module)]
-        return f"{others[0].words} has this name; choose another name, or uninstall it" if others else ""
+        other_plugins = [plugin for plugin in self._plugins.get(name, ()) if _top(plugin.module) != _top(module)]
+        return f"{other_plugins[0].words} has this name; choose another name, or uninstall it" if other_plugins else ""
 
     def problem(self, name: str) -> str:
         """Load the plug-in of a name, and say why it cannot be used; "" where it can, or where there is none."""
@@ -238,11 +238,11 @@ class Registry(MutableMapping[str, Any]):
         if not plugins:
             return ""
         subject = f"{GROUPS[self.group]} {name}: {' and '.join(plugin.words for plugin in plugins)}"
-        homes = [plugin.distribution for plugin in plugins]
+        distributions = [plugin.distribution for plugin in plugins]
         if name in self._ours:
             return (
                 f"{subject} ignored, as pounding_risk has this name itself; rename it there, or uninstall "
-                f"{' and '.join(homes)}"
+                f"{' and '.join(distributions)}"
             )
         if name not in self._problems:
             if plugins[0].is_being_imported():
@@ -251,7 +251,7 @@ class Registry(MutableMapping[str, Any]):
                 self._load(plugins[0])
                 if len(plugins) == 1
                 else f"{subject} have this name, and which one is meant cannot be known; uninstall "
-                f"{' or '.join(homes)}, or rename it there"
+                f"{' or '.join(distributions)}, or rename it there"
             )
         return self._problems[name]
 
@@ -264,7 +264,7 @@ class Registry(MutableMapping[str, Any]):
         for module in iter_modules(import_module(folder).__path__) if folder else ():
             import_module(f"{folder}.{module.name}")
 
-    def _ask(self, name: Any) -> None:
+    def _load_plugin(self, name: Any) -> None:
         self._import_folder()
         if isinstance(name, str) and (problem := self.problem(name)):
             if name not in self._ours:
@@ -278,7 +278,7 @@ class Registry(MutableMapping[str, Any]):
         return {name: self.members[name] for name in self if name in self.members}
 
     def _load(self, plugin: Plugin) -> str:
-        """Import a plug-in and have it among the members; why that fails, or "" where it does not."""
+        """Import a plug-in and enter it among the members; a sentence where that fails, else ""."""
         try:
             with _own_interrupts():
                 target = plugin.load()
@@ -291,9 +291,9 @@ class Registry(MutableMapping[str, Any]):
                 )
         except (Exception, SystemExit) as error:  # whatever the module of a plug-in may raise
             self.members.pop(plugin.name, None)
-            why = str(error) if isinstance(error, PoundingError) else f"{type(error).__name__}: {error}"
+            cause = str(error) if isinstance(error, PoundingError) else f"{type(error).__name__}: {error}"
             return (
-                f"{GROUPS[self.group]} {plugin.name}: the plug-in {plugin.words} cannot be loaded: {why}; repair it, "
+                f"{GROUPS[self.group]} {plugin.name}: the plug-in {plugin.words} cannot be loaded: {cause}; repair it, "
                 f"or uninstall {plugin.distribution}"
             )
         return ""
@@ -303,12 +303,12 @@ class Registry(MutableMapping[str, Any]):
 def _own_interrupts() -> Iterator[None]:
     """Tell a KeyboardInterrupt that a plug-in raises itself, an error of its own, from one of the user's Ctrl-C."""
     signals: list[int] = []
-    before = signal.getsignal(signal.SIGINT)
-    can_listen = threading.current_thread() is threading.main_thread() and callable(before)
+    handler = signal.getsignal(signal.SIGINT)
+    can_listen = threading.current_thread() is threading.main_thread() and callable(handler)
 
     def note(number: int, frame: Any) -> None:
         signals.append(number)
-        before(number, frame)  # type: ignore[operator,misc] # callable, as checked above
+        handler(number, frame)  # type: ignore[operator,misc] # callable, as checked above
 
     if can_listen:
         signal.signal(signal.SIGINT, note)
@@ -320,7 +320,7 @@ def _own_interrupts() -> Iterator[None]:
         raise RuntimeError("it raises KeyboardInterrupt, though nobody pressed Ctrl-C") from error
     finally:
         if can_listen:
-            signal.signal(signal.SIGINT, before)
+            signal.signal(signal.SIGINT, handler)
 
 
 def _top(module: str) -> str:

@@ -17,7 +17,7 @@ class ShortRepr:
     """
 
     def heading(self) -> str:
-        """What stands above the facts."""
+        """The heading above the facts."""
         return type(self).__name__
 
     def facts(self) -> Iterable[tuple[str, str]]:
@@ -25,13 +25,13 @@ class ShortRepr:
         raise TypeError(f"{type(self).__name__} has no facts to show")
 
     def __repr__(self) -> str:
-        pairs = [(what, " ".join(words.split())) for what, words in self.facts()]
-        width = max((len(what) for what, _ in pairs), default=0)
-        return "\n".join([f"<{self.heading()}>", *(f"  {what:<{width}}  {words}" for what, words in pairs)])
+        pairs = [(name, " ".join(words.split())) for name, words in self.facts()]
+        width = max((len(name) for name, _ in pairs), default=0)
+        return "\n".join([f"<{self.heading()}>", *(f"  {name:<{width}}  {words}" for name, words in pairs)])
 
     def _repr_html_(self) -> str:
         rows = "".join(
-            f'<tr><th style="{CELL};white-space:nowrap">{escape(what)}</th><td style="{CELL}">{escape(words)}</td></tr>'
-            for what, words in self.facts()
+            f'<tr><th style="{CELL};white-space:nowrap">{escape(name)}</th><td style="{CELL}">{escape(words)}</td></tr>'
+            for name, words in self.facts()
         )
         return f'<table><caption style="{CAPTION}">{escape(self.heading())}</caption>{rows}</table>'

@@ -84,8 +84,8 @@ class Table(NamedTuple):
         """A number above 0 of the comment lines; raises the table's error where there is none."""
         value = _float(self.facts.get(key, ""))
         if not (isfinite(value) and value > 0.0):
-            stated = f"{key} is {short(self.facts[key])}" if key in self.facts else f"nothing says the {key}"
-            raise self.fault(f"{stated}; the comment line must state it, such as # {key}=50.0: {self.again}")
+            stated_text = f"{key} is {short(self.facts[key])}" if key in self.facts else f"nothing says the {key}"
+            raise self.fault(f"{stated_text}; the comment line must state it, such as # {key}=50.0: {self.again}")
         return value
 
 
@@ -147,9 +147,9 @@ def read_table(
     facts = {key: next(filter(None, values), "").strip() for line in comments for key, *values in _FACT.findall(line)}
     table = Table(path, facts, head.cells, tuple(rows), head, again)
     missing = [name for name in needed if name not in head.cells]
-    twice = [name for name in head.cells if needed and head.cells.count(name) > 1]
-    if missing or twice:
-        words = f"has no column {missing[0]}" if missing else f"has the column {short(twice[0])} twice"
+    repeats = [name for name in head.cells if needed and head.cells.count(name) > 1]
+    if missing or repeats:
+        words = f"has no column {missing[0]}" if missing else f"has the column {short(repeats[0])} twice"
         raise head.fault(f"the head {head.shown} {words}; {again}")
     if not rows and not is_ours:
         raise table.fault(f"has no rows below its head; {again}")
@@ -196,8 +196,8 @@ def uneven(cells: Sized, heads: Sized) -> str:
 
 def split_unit(head: str) -> tuple[str, str]:
     """Name and unit of the head of a column, such as "height [m]"; the unit is "" where it has none."""
-    parted = _HEAD.fullmatch(head)
-    return (parted[1], (parted[2] or "").strip()) if parted else (head, "")
+    match = _HEAD.fullmatch(head)
+    return (match[1], (match[2] or "").strip()) if match else (head, "")
 
 
 def head_of(path: Path) -> tuple[str, ...]:

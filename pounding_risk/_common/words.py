@@ -15,31 +15,31 @@ def words_of(*names: str) -> dict[str, str]:
 
 
 def nearest_file(name: str, known: Iterable[str]) -> str:
-    """As `nearest` for names of files, of which what stands before the ending has to be alike."""
-    stems = {other.rpartition(".")[0] or other: other for other in known}
-    near = get_close_matches(name.rpartition(".")[0] or name, stems, 1, 0.75)
-    return f' (did you mean "{stems[near[0]]}"?)' if near else ""
+    """As `nearest` for names of files, compared without their endings."""
+    stems = {file_name.rpartition(".")[0] or file_name: file_name for file_name in known}
+    matches = get_close_matches(name.rpartition(".")[0] or name, stems, 1, 0.75)
+    return f' (did you mean "{stems[matches[0]]}"?)' if matches else ""
 
 
 def nearest(word: object, known: Iterable[str], cutoff: float = 0.6) -> str:
     """The text ` (did you mean "gap"?)`, or "" where no known word is near, and for what is no text."""
     if not isinstance(word, str):
         return ""
-    spelt = {name.lower(): name for name in known}
-    near = get_close_matches(word.lower(), spelt, 1, cutoff)
-    return f' (did you mean "{spelt[near[0]]}"?)' if near else ""
+    by_spelling = {name.lower(): name for name in known}
+    matches = get_close_matches(word.lower(), by_spelling, 1, cutoff)
+    return f' (did you mean "{by_spelling[matches[0]]}"?)' if matches else ""
 
 
 def meant_by(name: object, subjects: Mapping[str, str]) -> str:
-    """What the field's ``name`` is called here, as the end of a sentence; "" where it is none of the subjects."""
-    spelt = re.sub(r"[^a-z0-9]+", "_", str(name).lower()).strip("_")
-    return next((f"; {words}" for names, words in subjects.items() if spelt in names.split()), "")
+    """The name here of a ``name`` of the literature, as the end of a sentence; "" where it is none of the subjects."""
+    spelling = re.sub(r"[^a-z0-9]+", "_", str(name).lower()).strip("_")
+    return next((f"; {words}" for names, words in subjects.items() if spelling in names.split()), "")
 
 
 def listed(words: Sequence[str], most: int = FIRST) -> str:
     """The first words of a list, so many of them: "a, b and 3 more"."""
-    more = f" and {len(words) - most} more" if len(words) > most else ""
-    return f"{', '.join(words[:most])}{more}"
+    more_text = f" and {len(words) - most} more" if len(words) > most else ""
+    return f"{', '.join(words[:most])}{more_text}"
 
 
 def short_list(words: Sequence[str], most: int) -> str:

@@ -25,7 +25,7 @@ def write_folder(folder: Path, contents: Iterable[tuple[str, Content]]) -> tuple
     """
     if folder.is_file():
         raise PoundingError(f"{folder} is a file, and the tables go to a folder; choose another name")
-    missing = [place for place in (folder, *folder.absolute().parents) if not place.exists()]
+    missing = [above for above in (folder, *folder.absolute().parents) if not above.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -34,8 +34,8 @@ def write_folder(folder: Path, contents: Iterable[tuple[str, Content]]) -> tuple
         return write_files((folder / name, content) for name, content in contents)
     except BaseException:  # Ctrl-C as well
         with suppress(OSError):
-            for place in missing:
-                place.rmdir()
+            for above in missing:
+                above.rmdir()
         raise
 
 
@@ -52,7 +52,7 @@ def write_files(contents: Iterable[tuple[Path, Content]]) -> tuple[Path, ...]:
     try:
         write_together(writers())
     except OSError as error:
-        if not targets:  # of what makes the contents
+        if not targets:  # an error of the code that makes the contents
             raise
         raise not_written(targets[-1], error) from None
     return tuple(targets)

@@ -33,7 +33,7 @@ class Commands(FolderGroup):
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command; bad input ends with status 2, Ctrl-C with 130."""
-        with _sentences(), _set_named():
+        with _sentences(), _set_hint():
             return super().invoke(ctx)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -67,7 +67,7 @@ def _sentences() -> Iterator[None]:
     """Errors that a user can repair become a sentence and an exit status."""
     try:
         output = nullcontext() if sys.stdout is None else redirect_stdout(cast(Any, PlainText(sys.stdout)))
-        with report_trouble(), _missing_named(), output:
+        with report_trouble(), _missing_variable_sentence(), output:
             yield
     except PoundingError as error:
         typer.echo(plain(f"pounding-risk: {error}"), err=True)
@@ -84,26 +84,26 @@ def _sentences() -> Iterator[None]:
         typer.echo(plain(f"pounding-risk: {name}: {error.strerror}; {repair}"), err=True)
         raise typer.Exit(BAD_INPUT) from None
     except KeyboardInterrupt as stop:
-        remains = str(stop) or "no file was left half written"
-        typer.echo(plain(f"pounding-risk: stopped by Ctrl-C; {remains}"), err=True)
+        kept_text = str(stop) or "no file was left half written"
+        typer.echo(plain(f"pounding-risk: stopped by Ctrl-C; {kept_text}"), err=True)
         raise typer.Exit(INTERRUPTED) from None
 
 
 @contextmanager
-def _set_named() -> Iterator[None]:
+def _set_hint() -> Iterator[None]:
     """Name ``--set``, which takes any key of the scene, for an unknown option of a command that has it."""
     try:
         yield
     except Exception as error:
         unknown: Any = error
         command = getattr(getattr(error, "ctx", None), "command", None)
-        if hasattr(error, "possibilities") and any("--set" in each.opts for each in getattr(command, "params", ())):
+        if hasattr(error, "possibilities") and any("--set" in item.opts for item in getattr(command, "params", ())):
             unknown.message += "; a key of the scene is changed with --set, such as --set interface.gap='20 mm'"
         raise
 
 
 @contextmanager
-def _missing_named() -> Iterator[None]:
+def _missing_variable_sentence() -> Iterator[None]:
     """As `check.missing_named`, which is imported where a command ends in such an error alone."""
     try:
         yield
@@ -124,7 +124,7 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the command line; the entry point of ``pounding-risk``."""
-    _leave_out(sys.argv[1:])
+    _block_imports(sys.argv[1:])
     os.environ["MPLBACKEND"] = "agg"  # commands draw to files, whatever the user's windows are
     prepare_streams()
     try:
@@ -134,8 +134,8 @@ def main() -> None:
             with suppress(BrokenPipeError):
                 sys.stdout.flush()
     except OutputFull as full:
-        why = f"pounding-risk: standard output cannot be written ({full}); free space, or send it elsewhere"
-        typer.echo(why, err=True)
+        sentence = f"pounding-risk: standard output cannot be written ({full}); free space, or send it elsewhere"
+        typer.echo(sentence, err=True)
         sys.exit(BAD_INPUT)
     except SystemExit as end:
         _exit_past_threads(end)
@@ -145,7 +145,7 @@ def main() -> None:
         sys.exit(INTERRUPTED)
 
 
-def _leave_out(words: Sequence[str]) -> None:
+def _block_imports(words: Sequence[str]) -> None:
     """Keep libraries from importing Dask and pint for a command that has no use for them.
 
     xarray imports both wherever they are installed, to know their arrays, and pint Dask; Dask takes longer than all

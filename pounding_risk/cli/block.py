@@ -121,13 +121,13 @@ def _run(options: dict[str, Any]) -> None:
     from pounding_risk.streets.rows import read_block, write_block
     from pounding_risk.streets.scenes import Contact
 
-    facing = options["least_facing"]
-    chosen = {name: options[name] for name in AS_THEY_ARE}
-    chosen["least_facing"] = 0.0 if facing is None else share(facing, "--least-facing")
-    chosen |= {
+    least_facing = options["least_facing"]
+    rule_values = {name: options[name] for name in AS_THEY_ARE}
+    rule_values["least_facing"] = 0.0 if least_facing is None else share(least_facing, "--least-facing")
+    rule_values |= {
         name: shared.read_optional(f"--{name.replace('_', '-')}", options[name], RANGES[name]) for name in NUMBERS
     }
-    rules = Rules(**chosen)
+    rules = Rules(**rule_values)
     tables = _tables(options)
     contact = Contact(**{name: options[name] for name in Contact._fields})
     with suppress(ValueError):  # a number as a scene file has it; otherwise the name of a relation
@@ -143,14 +143,14 @@ def _run(options: dict[str, Any]) -> None:
     print_notes(unused)
     rows.check()
     if out is not None:
-        written = write_block(rows, out, records=record or None, contact=contact, tables=tables)
-        *scenes, _, _, _ = written
-        left_out = scenes[LISTED:]
-        announce(*(path for path in written if path not in set(left_out)))
-        if left_out:
-            print(f"and {counted(len(left_out), 'more scene')}, the last of them {left_out[-1].name}")
-        if others := sorted(path.name for path in set(out.glob("*.toml")) - set(written)):
-            names = listed(others, LISTED)
+        paths = write_block(rows, out, records=record or None, contact=contact, tables=tables)
+        *scenes, _, _, _ = paths
+        unnamed = scenes[LISTED:]
+        announce(*(path for path in paths if path not in set(unnamed)))
+        if unnamed:
+            print(f"and {counted(len(unnamed), 'more scene')}, the last of them {unnamed[-1].name}")
+        if other_names := sorted(path.name for path in set(out.glob("*.toml")) - set(paths)):
+            names = listed(other_names, LISTED)
             print_notes([f"{names} in {out}: not of this street, or of an earlier run; *.toml reads these too"])
 
 
@@ -158,22 +158,22 @@ block = shared.with_options(_run, OPTIONS, HELP)
 
 
 def _without_effect(options: Mapping[str, Any], block: Block) -> list[str]:
-    """Notes on options that state what no building lacks; raises PoundingError for one that such a file never needs."""
-    stated = [name for name in options if options[name] != OPTIONS[name][1]]
+    """Notes on options for values that no building lacks; raises PoundingError for one that such a file never needs."""
+    stated_options = [name for name in options if options[name] != OPTIONS[name][1]]
     kinds = {house.footprint is not None for house in block.houses}
-    for name, why in WITHOUT_EFFECT[kinds.pop()].items() if len(kinds) == 1 else ():
-        if name in stated:
-            raise PoundingError(f"--{name.replace('_', '-')}: {why}; leave the option out")
+    for name, reason in WITHOUT_EFFECT[kinds.pop()].items() if len(kinds) == 1 else ():
+        if name in stated_options:
+            raise PoundingError(f"--{name.replace('_', '-')}: {reason}; leave the option out")
     notes = []
-    for name in (name for name in FILLS if name in stated):
+    for name in (name for name in FILLS if name in stated_options):
         columns, rule = FILLS[name][0], FILLS[name][1].format(block.rules.storey_height)
-        if not any(each.column in columns and rule in each.rule for each in block.filled):
+        if not any(item.column in columns and rule in item.rule for item in block.filled):
             notes.append(f"--{name.replace('_', '-')}: without effect, as nothing in this street lacks what it states")
     return notes
 
 
 def _tables(options: Mapping[str, Any]) -> dict[str, Any]:
-    """What stands in every scene beside its buildings and contact; raises PoundingError for options that contradict."""
+    """The tables of every scene beside its buildings and contact; raises PoundingError for options that contradict."""
     pga, unit, samples = options["pga"], options["unit"], options["samples"]
     shared.read_optional("--pga", pga, PGA)
     tables: dict[str, Any] = {} if pga is None else {"records": {"pga": pga}}
@@ -251,7 +251,7 @@ LISTED = 40  # lines of a table, or names; what is left out stands in the files 
 
 
 def print_block(block: Block, tolerance: float | None) -> None:
-    """Print the rows, who stands against whom, the buildings in no row, what was filled in, and notes.
+    """Print the rows, the pairs of neighbours, the buildings in no row, the values filled in, and notes.
 
     ``tolerance`` [m] is that of the levels of floors that meet, None where it is the floors' depth.
     """
@@ -272,19 +272,19 @@ def print_block(block: Block, tolerance: float | None) -> None:
         counts = ", ".join(f"{number} on {words}" for words, number in block.sides_adjoined())
         print(f"sides on which another building stands within {limit}, by buildings: {counts}")
     if block.alone:
-        where = "in any direction" if block.has_footprints else "along the street"
+        direction = "in any direction" if block.has_footprints else "along the street"
         names = [f"{building.street} {building.name}".strip() for building in block.alone]
-        print(f"\nalone, no neighbour within {limit} {where}: {listed(names, LISTED)}")
+        print(f"\nalone, no neighbour within {limit} {direction}: {listed(names, LISTED)}")
     if not block.has_footprints:
         print("\nwithout footprints it is not known what stands behind the buildings, or across the street's axis")
     if block.close:
         print(f"\ncloser than {limit}, and not neighbours in a row: no scene holds what they do to each other\n")
         lines = [(*pair.names, engineering(pair.distance, "m"), pair.reason) for pair in block.close]
         _print_first(("building", "and", "clear distance", "why not in a row"), lines, "llrl")
-        inside = [pair.reason == INSIDE for pair in block.close]
-        if not all(inside):
+        is_inside = [pair.reason == INSIDE for pair in block.close]
+        if not all(is_inside):
             print("give such buildings a table of their own, and with --axis the direction from one to the other")
-        if any(inside):
+        if any(is_inside):
             print(f"where {INSIDE}, {NO_AXIS}")
     if block.filled:
         print()

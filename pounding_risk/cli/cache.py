@@ -34,13 +34,13 @@ def cache(
         raise PoundingError("--all-models: no scene to compile for; name scene files, or --shipped")
     from pounding_risk.studies.cache import cache as run
 
-    named: list[Any] = [*scenes]
+    scene_list: list[Any] = [*scenes]
     if shipped:
         from pounding_risk.studies.demo import scene as shipped_scene
 
-        named += map(shipped_scene, SHIPPED_ALL if all_models else SHIPPED)
+        scene_list += map(shipped_scene, SHIPPED_ALL if all_models else SHIPPED)
     with ProgressDisplay("cache", "scenes") as progress:
-        state = run(*named, all_models=all_models, clear_others=clear_others, progress=progress)
+        state = run(*scene_list, all_models=all_models, clear_others=clear_others, progress=progress)
     print_pairs(state.facts())
     if state.others:
         print("\n--clear-others removes the folders of other versions.")

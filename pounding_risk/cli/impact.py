@@ -61,10 +61,10 @@ def impact(
     rule = restitution_of(restitution)
     reduced_mass = 1.0 / (1.0 / masses[0] + 1.0 / masses[1])
     lengths = (("--floor-length", floor_length), ("--other-floor-length", other_floor_length))
-    length, other = (read_optional(option, text, FLOOR_LENGTH) or 0.0 for option, text in lengths)
+    length, other_length = (read_optional(option, text, FLOOR_LENGTH) or 0.0 for option, text in lengths)
     waves, is_wall = read_option("--wave-speed", wave_speed, WAVE_SPEED), masses[1] == inf
     force_table = _table(table, unloading_stiffness)
-    collision = Collision(approach, reduced_mass, rule, (length, other), waves, is_wall, force_table)
+    collision = Collision(approach, reduced_mass, rule, (length, other_length), waves, is_wall, force_table)
     laws, notes = contact_laws(law, stiffness, collision, relation)
     impacts = [run(contact, approach, *masses, restitution=rule, yield_force=capacity) for contact in laws]
     print_impacts(impacts, laws, 0.5 * reduced_mass * approach**2)
@@ -94,10 +94,10 @@ def print_impacts(impacts: Sequence[Impact], laws: Sequence[Any], energy: float)
     print_table(heads, rows, "lrrrrrr")
 
 
-def _energy_words(lost: float, approach: float) -> str:
+def _energy_words(lost_energy: float, approach_energy: float) -> str:
     """The energy lost and its share of that of the approach; a loss within the solver's tolerance is zero."""
-    lost = 0.0 if abs(lost) < 1e-6 * approach else lost
-    return f"{engineering(lost, 'J')} ({100 * lost / approach:.0f} %)"
+    lost_energy = 0.0 if abs(lost_energy) < 1e-6 * approach_energy else lost_energy
+    return f"{engineering(lost_energy, 'J')} ({100 * lost_energy / approach_energy:.0f} %)"
 
 
 def contact_laws(
@@ -142,8 +142,8 @@ def contact_laws(
             laws.append(law(stiffness_values[quantity.unit]))
         else:
             ((unit, stiffness),) = stiffness_values.items()
-            same_unit = (other for other in with_stiffness if stiffness_quantity(with_stiffness[other]).unit == unit)
-            reference = next(same_unit, USUAL_LAW[unit][1])
+            alike = (other for other in with_stiffness if stiffness_quantity(with_stiffness[other]).unit == unit)
+            reference = next(alike, USUAL_LAW[unit][1])
             reference_law = related(known_law(reference), relation)(stiffness)
             laws.append(law(equal_stiffness(law, reference_law, *collision[:3], "peak force")))
             words = f"{USUAL_LAW[quantity.unit][0]} = {say(laws[-1].stiffness, quantity)}"
@@ -153,11 +153,11 @@ def contact_laws(
 
 def _floor_law(name: str, law: Any, collision: Collision) -> Any:
     """A model of colliding floors; raises PoundingError where a length is missing."""
-    length, other = collision.floor_lengths
-    if not length or not (other or collision.is_wall):
+    length, other_length = collision.floor_lengths
+    if not length or not (other_length or collision.is_wall):
         missing = "--other-floor-length" if length else "--floor-length"
         raise PoundingError(f'{name} needs the length of the floors; write {missing} "20 m"')
-    return law(length, other, collision.wave_speed, collision.wave_speed)
+    return law(length, other_length, collision.wave_speed, collision.wave_speed)
 
 
 def _table(path: str | None, unloading_stiffness: str | None) -> Any:

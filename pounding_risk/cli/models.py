@@ -54,9 +54,9 @@ def _plugins(context: typer.Context) -> Iterator[tuple[str, ...]]:
     """Cells of the plug-ins of every kind; each is loaded."""
     from pounding_risk._common.plugins import GROUPS, installed, tell
 
-    for group, named in installed().items():
-        registry = _registry(group, context) if named else None
-        for name, plugins in named.items():
+    for group, plugins_by_name in installed().items():
+        registry = _registry(group, context) if plugins_by_name else None
+        for name, plugins in plugins_by_name.items():
             if problem := registry.problem(name) if registry else "":
                 tell(problem)
             for plugin in plugins:

@@ -54,8 +54,8 @@ def scan(
     """
     overrides = overrides if samples is None else [*overrides, f"uncertain.samples={samples}"]
     if plan:
-        refused = {"--shard": shard, "--scheduler": scheduler, "--no-screening": not screening, "--new": new}
-        for option in (option for option, value in refused.items() if value):
+        excluded = {"--shard": shard, "--scheduler": scheduler, "--no-screening": not screening, "--new": new}
+        for option in (option for option, value in excluded.items() if value):
             raise PoundingError(
                 f"--plan and {option}: a plan is of the whole scan, screened, on this machine; leave one out"
             )
@@ -139,8 +139,8 @@ def print_scan(dataset: Any, seconds: float, target: Path, n_earlier: int = 0) -
     print_notes((*of_records(flags), *Results(dataset).notes))
     print_left_out(left_out)
     n_held = int((dataset["restitution_held"] > 0).sum())
-    held = f"{n_held} case{' has' if n_held == 1 else 's have'} contacts {FASTER}"
-    print_notes([*unused, *([held] if n_held else [])])
+    held_note = f"{n_held} case{' has' if n_held == 1 else 's have'} contacts {FASTER}"
+    print_notes([*unused, *([held_note] if n_held else [])])
 
 
 def command_line(excluded: Mapping[str, bool]) -> str:

@@ -54,6 +54,6 @@ def _time_words(time: str) -> str:
     """A time of the log [ISO 8601], and how long ago it was; "" for no time."""
     if not time:
         return ""
-    then = datetime.fromisoformat(time)
-    ago = max((datetime.now(UTC) - then).total_seconds(), 0.0)
-    return f"{then:%Y-%m-%d %H:%M:%S} UTC, {span_words(ago)} ago"
+    moment = datetime.fromisoformat(time)
+    seconds_ago = max((datetime.now(UTC) - moment).total_seconds(), 0.0)
+    return f"{moment:%Y-%m-%d %H:%M:%S} UTC, {span_words(seconds_ago)} ago"

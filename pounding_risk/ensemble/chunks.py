@@ -35,23 +35,23 @@ def without(spans: Iterable[range], done: Iterable[range]) -> list[range]:
     missing, done = [], merged(done)
     for span in merged(spans):
         start = span.start
-        for other in done:
-            if other.stop <= start or other.start >= span.stop:
+        for done_span in done:
+            if done_span.stop <= start or done_span.start >= span.stop:
                 continue
-            if other.start > start:
-                missing.append(range(start, other.start))
-            start = max(start, other.stop)
+            if done_span.start > start:
+                missing.append(range(start, done_span.start))
+            start = max(start, done_span.stop)
         if start < span.stop:
             missing.append(range(start, span.stop))
     return missing
 
 
-def parted(span: range, among: Iterable[range]) -> Iterator[tuple[range, bool]]:
-    """The batches of a range in order, in pieces that lie in ``among`` as a whole (True) or not at all (False)."""
-    outside = without([span], among)
-    edges = sorted({span.start, span.stop, *(edge for piece in outside for edge in (piece.start, piece.stop))})
+def parted(span: range, spans: Iterable[range]) -> Iterator[tuple[range, bool]]:
+    """The batches of a range in order, in pieces that lie wholly inside ``spans`` (True) or outside them (False)."""
+    missing = without([span], spans)
+    edges = sorted({span.start, span.stop, *(edge for piece in missing for edge in (piece.start, piece.stop))})
     for start, stop in pairwise(edges):
-        yield range(start, stop), not any(start in piece for piece in outside)
+        yield range(start, stop), not any(start in piece for piece in missing)
 
 
 def chosen(chunks: Iterable[range]) -> list[tuple[range, range]]:
@@ -68,27 +68,27 @@ def chosen(chunks: Iterable[range]) -> list[tuple[range, range]]:
 def pieces_of(block: range, choice: Sequence[tuple[range, range]]) -> Iterator[tuple[range, range]]:
     """The batches of a block as `chosen` has them: (batches, the chunk's batches), in order.
 
-    Batches of which there is no chunk are left out.
+    Batches without a chunk are left out.
     """
     first = max(bisect_right(choice, block.start, key=lambda pair: pair[0].start) - 1, 0)
     for batches, chunk in choice[first:]:
         if batches.start >= block.stop:
             return
-        both = range(max(batches.start, block.start), min(batches.stop, block.stop))
-        if both:
-            yield both, chunk
+        overlap = range(max(batches.start, block.start), min(batches.stop, block.stop))
+        if overlap:
+            yield overlap, chunk
 
 
-def by_scene(batches: range, each: int) -> Iterator[tuple[int, range, slice]]:
-    """Batches of scenes that have ``each`` of them: the scene's number, its own batches, and which of ``batches``.
+def by_scene(batches: range, per_scene: int) -> Iterator[tuple[int, range, slice]]:
+    """Batches by scene, ``per_scene`` each: the scene's number, its own batches, and their slice of ``batches``.
 
     >>> list(by_scene(range(3, 6), 4))
     [(0, range(3, 4), slice(0, 1, None)), (1, range(0, 2), slice(1, 3, None))]
     """
     start = batches.start
     while start < batches.stop:
-        number, first = divmod(start, each)
-        count = min(each - first, batches.stop - start)
+        number, first = divmod(start, per_scene)
+        count = min(per_scene - first, batches.stop - start)
         yield number, range(first, first + count), slice(start - batches.start, start - batches.start + count)
         start += count
 
@@ -102,36 +102,36 @@ def _joined(name: str, arrays: list[NDArray[Any]]) -> NDArray[Any]:
     if not name.endswith(RAGGED) or len({array.shape[1:] for array in arrays}) == 1:
         return np.concatenate(arrays)
     longest = tuple(map(max, zip(*(array.shape[1:] for array in arrays), strict=True)))
-    whole = np.zeros((sum(map(len, arrays)), *longest), dtype=np.result_type(*arrays))
+    total = np.zeros((sum(map(len, arrays)), *longest), dtype=np.result_type(*arrays))
     start = 0
     for array in arrays:
-        whole[(slice(start, start + len(array)), *map(slice, array.shape[1:]))] = array
+        total[(slice(start, start + len(array)), *map(slice, array.shape[1:]))] = array
         start += len(array)
-    return whole
+    return total
 
 
 def assembled(
-    blocks: Iterable[range], chunks: Iterable[range], read: Callable[[range], Chunk], where: object
+    blocks: Iterable[range], chunks: Iterable[range], read: Callable[[range], Chunk], store: object
 ) -> Iterator[Chunk]:
     """The arrays of the batches of each block, in order, from chunks that are read one after the other.
 
-    Memory is bounded by a block and a chunk. Raises PoundingError, which says ``where``, for batches without a chunk.
+    Memory is bounded by a block and a chunk. Raises PoundingError, naming ``store``, for batches without a chunk.
     """
     choice = chosen(chunks)
-    home, whole = range(0), Chunk()
+    chunk_batches, chunk = range(0), Chunk()
     for block in blocks:
         pieces, end = [], block.start
         for batches, source in pieces_of(block, choice):
             if batches.start != end:
                 break
-            if source != home:
-                home, whole = source, read(source)
-            inside = slice(batches.start - home.start, batches.stop - home.start)
+            if source != chunk_batches:
+                chunk_batches, chunk = source, read(source)
+            rows = slice(batches.start - chunk_batches.start, batches.stop - chunk_batches.start)
             # Copied, as a view would keep the whole chunk in memory.
-            pieces.append({name: array[inside].copy() for name, array in whole.items()})
+            pieces.append({name: array[rows].copy() for name, array in chunk.items()})
             end = batches.stop
         if end < block.stop:
-            raise PoundingError(f"{where}: of the batches from {end} on there is no chunk; run the same command again")
+            raise PoundingError(f"{store}: of the batches from {end} on there is no chunk; run the same command again")
         yield joined(pieces)
 
 

@@ -114,12 +114,14 @@ class Dask:
             check_alike(address, installed(worker), installed(versions["client"]))
 
 
-def check_alike(where: str, theirs: Mapping[str, str], ours: Mapping[str, str]) -> None:
+def check_alike(worker: str, remote: Mapping[str, str], local: Mapping[str, str]) -> None:
     """Raise PoundingError where a worker's versions are not this program's own."""
-    differences = [f"{name} {theirs[name]} there, {mine} here" for name, mine in ours.items() if theirs[name] != mine]
+    differences = [
+        f"{name} {remote[name]} there, {version} here" for name, version in local.items() if remote[name] != version
+    ]
     if differences:
         raise PoundingError(
-            f"the worker {where} would give other numbers: {'; '.join(differences)}; install the same versions on all "
+            f"the worker {worker} would give other numbers: {'; '.join(differences)}; install the same versions on all "
             "machines of the cluster"
         )
 
@@ -148,8 +150,8 @@ def _connected(address: str) -> Client:
         ) from None
 
 
-def _lost(why: str) -> PoundingError:
-    return PoundingError(f"the Dask scheduler was lost, or dropped the work (reason: {why}); {GO_ON}")
+def _lost_error(reason: str) -> PoundingError:
+    return PoundingError(f"the Dask scheduler was lost, or dropped the work (reason: {reason}); {GO_ON}")
 
 
 class ClusterRun:
@@ -164,7 +166,7 @@ class ClusterRun:
         self.finished = as_completed([], loop=client.loop, with_results=True, raise_errors=False)
         self.being_kept: Solved | None = None
         self.payload: Future | None = None  # the pickled input of the job
-        self.room, self.looked = 0, -LOOK
+        self.room, self.last_count = 0, -LOOK
 
     def start(self, job: Job, make: Make | None) -> None:
         """Submit the input, once for all chunks and as a task, which Dask repeats where its worker is lost."""
@@ -173,7 +175,7 @@ class ClusterRun:
         with warnings.catch_warnings():
             # Records are large, and go to the scheduler once.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-            self.payload = self.client.submit(_unchanged, payload, key=f"pounding-order-{self.key.digest}")
+            self.payload = self.client.submit(_payload_task, payload, key=f"pounding-order-{self.key.digest}")
         self._submit()
 
     def collect(self) -> None:
@@ -203,7 +205,7 @@ class ClusterRun:
 
     def _submit(self) -> None:
         """Submit chunks for every thread of the cluster, and some that wait there."""
-        if monotonic() - self.looked > LOOK:
+        if monotonic() - self.last_count > LOOK:
             self._count_workers()
         while len(self.submitted) < self.room:
             batches = self.pending.next()
@@ -218,11 +220,11 @@ class ClusterRun:
         try:
             threads = sum(self.client.nthreads().values())
         except OSError as error:
-            raise _lost(str(error)) from None
-        self.looked = monotonic()
+            raise _lost_error(str(error)) from None
+        self.last_count = monotonic()
         if threads:
-            self.last_worker = self.looked
-        elif self.looked - self.last_worker > self.patience:
+            self.last_worker = self.last_count
+        elif self.last_count - self.last_worker > self.patience:
             raise PoundingError(
                 f"the Dask scheduler has had no workers for {self.patience:g} s: they have ended, or were killed; "
                 f"start some again; {GO_ON}"
@@ -234,7 +236,7 @@ class ClusterRun:
     def _keep_next(self) -> None:
         while not self.finished.has_ready():
             sleep(TICK)
-            if monotonic() - self.looked > LOOK:
+            if monotonic() - self.last_count > LOOK:
                 self._count_workers()
         future, solved = next(self.finished)
         batches = self.submitted.pop(future)
@@ -249,11 +251,11 @@ class ClusterRun:
         self.being_kept = None
 
     def _error(self, batches: range, failure: Any) -> BaseException:
-        """The error to raise for a chunk that was not solved: its own, or that of the cluster."""
+        """The error to raise for a chunk that was not solved: that of the job, or of the cluster."""
         from distributed import KilledWorker
 
         if isinstance(failure, CancelledError):
-            return _lost(getattr(failure, "reason", "unknown"))
+            return _lost_error(getattr(failure, "reason", "unknown"))
         _, error, trace = failure
         if isinstance(error, KilledWorker):
             return PoundingError(
@@ -270,8 +272,8 @@ _jobs: OrderedDict[str, Job] = OrderedDict()
 _making = Lock()
 
 
-def _unchanged(payload: bytes) -> bytes:
-    """The pickled input of a job: a task, so that Dask repeats it where the worker that holds it is lost."""
+def _payload_task(payload: bytes) -> bytes:
+    """The pickled input of a job, as a task, which Dask repeats where the worker that holds it is lost."""
     return payload
 
 

@@ -53,8 +53,8 @@ class Sizes(NamedTuple):
 
 def peaks_under(study: Scene, motion: Motion) -> Array:
     """The peak of a_g under each building of a scene, in a motion as it drives them [m/s²]."""
-    under = accelerations(study.supports, motion.acceleration, motion.own_grounds)
-    return np.broadcast_to(np.abs(under).max(axis=-1), len(study.buildings))
+    ground = accelerations(study.supports, motion.acceleration, motion.own_grounds)
+    return np.broadcast_to(np.abs(ground).max(axis=-1), len(study.buildings))
 
 
 class GridJob(Job):
@@ -73,11 +73,11 @@ class GridJob(Job):
         self.shape = (*self.motions_shape, len(laws), len(grid.gaps), len(grid.yield_forces))
         self.batches, self.width = int(np.prod(self.shape[:-1])), self.shape[-1]
         self.bytes_per_batch = self.width * self.sizes(study).chunk
-        # Of the motions without contact. Jobs of one scan that differ in numbers of the scene hold the same ones, in
-        # which what follows from ``free_key`` alone is found by all that have it.
-        self.number = 0  # of the scene among them
+        # Responses without contact. Jobs of one scan that differ in numbers of the scene share these caches, and find
+        # in them what follows from their ``free_key`` alone.
+        self.number = 0  # of the scene among the scenes of a scan
         self.free_key: Hashable = None
-        self.held: dict[str, Shared[Any]] = {}
+        self.caches: dict[str, Shared[Any]] = {}
         self.peaks: dict[Hashable, Any] = {}  # by `free_key` and motion
 
     @classmethod
@@ -93,7 +93,7 @@ class GridJob(Job):
     @classmethod
     @abstractmethod
     def free_outputs(cls, study: Scene) -> dict[str, Any]:
-        """Those that a motion without contact has too."""
+        """The outputs that a motion without contact has too."""
 
     @classmethod
     @abstractmethod
@@ -103,15 +103,15 @@ class GridJob(Job):
     @classmethod
     @abstractmethod
     def closing(cls, study: Scene) -> Callable[[Motion], tuple[Array, Any]]:
-        """What gives, for a motion without contact, how far it closes the tightest gap [m] by gap of the grid.
+        """A function of a motion without contact: how far it closes the tightest gap [m], by gap of the grid.
 
-        With it come the arrays of the response that a scan keeps.
+        It also returns the arrays of the response that a scan keeps.
         """
 
     @classmethod
     @abstractmethod
     def alone_key(cls, study: Scene) -> Hashable:
-        """All of a scene that its motions without contact follow from, beside the ground motions."""
+        """All values of a scene that its motions without contact depend on, beside the ground motions."""
 
     @classmethod
     def held_bytes(cls, motions: int, size: int) -> int:
@@ -131,7 +131,7 @@ class GridJob(Job):
         """The run of one case, made at another tolerance."""
 
     @abstractmethod
-    def moves(self, chunk: Chunk, places: NDArray[np.bool_], second: list[Any]) -> Mapping[str, Array]:
+    def moves(self, chunk: Chunk, places: NDArray[np.bool_], repeated_runs: list[Any]) -> Mapping[str, Array]:
         """How far each run at ``places`` (batches, yield forces) moves to the one `repeated`, by output."""
 
     @abstractmethod
@@ -143,8 +143,8 @@ class GridJob(Job):
         record, polarity, amplitude = motion
         study = self.study
         level = study.grid.amplitudes[amplitude]
-        turned = driven(self.scan_input.motions[record], study.records.polarities[polarity], level)
-        return turned.reaching(study.lag)  # along an axis it differs from that of ``scan_input.motions``
+        driving = driven(self.scan_input.motions[record], study.records.polarities[polarity], level)
+        return driving.reaching(study.lag)  # along an axis it differs from that of ``scan_input.motions``
 
     def peaks_under(self) -> Array:
         """The peak of a_g under each building, by motion of the grid (record, polarity, amplitude, building) [m/s²]."""
@@ -178,18 +178,18 @@ class GridJob(Job):
         """Repeat the runs at ``places`` (batches, yield forces) at the tighter tolerance, without screening."""
         if not places.any():
             return not_recomputed((len(batches), self.width))
-        second, rtol = [], self.study.rtol
+        repeated_runs, rtol = [], self.study.rtol
         for batch, strength in np.argwhere(places):
             if stop():
                 return None
             (slab,) = slabs(range(batches.start + batch, batches.start + batch + 1), self.shape, 1)
-            second.append(self.repeated(slab, int(strength), tighter(rtol)))
-        return recomputed(places, self.moves(chunk, places, second), rtol)
+            repeated_runs.append(self.repeated(slab, int(strength), tighter(rtol)))
+        return recomputed(places, self.moves(chunk, places, repeated_runs), rtol)
 
     own_kernels = False  # whether contact laws get kernels with their own code
 
     def worth_kernels(self, scenes: int) -> bool:
-        """Whether they should, where so many scenes have such a grid."""
+        """Whether contact laws should get such kernels, where so many scenes have such a grid."""
         return False
 
     def coordinates(self, whole: bool = False) -> dict[str, Any]:
@@ -215,11 +215,11 @@ class GridJob(Job):
     def template(self) -> Template:
         study, motions = self.study, self.scan_input.motions
         peaks = self.free_values()
-        free = {name: (output, peaks[name]) for name, output in self.free_outputs(study).items()}
-        whole = labels.skeleton(study, motions, free, self.coordinates())
-        whole = whole.assign_attrs(labels.attributes(study, motions, self._laws, self.solver))
+        free_variables = {name: (output, peaks[name]) for name, output in self.free_outputs(study).items()}
+        skeleton = labels.skeleton(study, motions, free_variables, self.coordinates())
+        skeleton = skeleton.assign_attrs(labels.attributes(study, motions, self._laws, self.solver))
         checks = check_variables(study.rtol)
-        return Template(whole, self.variables(study) | {name: checks[name] for name in self.check_names}, self.shape)
+        return Template(skeleton, self.variables(study) | {name: checks[name] for name in self.check_names}, self.shape)
 
     @classmethod
     def variables(cls, study: Scene) -> dict[str, CaseVariable]:
@@ -233,9 +233,9 @@ class GridJob(Job):
         return USUAL_SENTENCES
 
     @classmethod
-    def sizes_along(cls, study: Scene, along: Mapping[str, int], chunk: int = 0) -> Sizes:
+    def sizes_along(cls, study: Scene, lengths: Mapping[str, int], chunk: int = 0) -> Sizes:
         """Sizes from the lengths of the places; a case in a chunk is by default as large as in the dataset."""
-        case = bytes_per_case(cls.variables(study) | check_variables(study.rtol), along)
+        case = bytes_per_case(cls.variables(study) | check_variables(study.rtol), lengths)
         free = (f"{name}_free" for name in cls.free_outputs(study))
-        motion = 8 * sum(prod(along[dim] for dim in own_dims(name)) for name in free)
+        motion = 8 * sum(prod(lengths[dim] for dim in own_dims(name)) for name in free)
         return Sizes(case, motion, chunk or case)

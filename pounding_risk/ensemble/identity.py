@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 LIBRARIES = ("pounding-risk", "numpy", "scipy", "numba")  # those that numbers go through
 SHOWN = 6  # values of a list that a sentence still names one by one
 LISTED = 8  # differences that are listed one by one
-HISTORY = "displacement_history"  # of what stands beside a record
+HISTORY = "displacement_history"  # the fact of a record on the histories beside it
 ABSENT = object()
 OWN_LAW, OTHERS_LAW = "one of your own, or of a plug-in", "this program's own, or none"
 # The source that numbers of a dataset depend on: not commands, figures, reports and assessments.
@@ -42,7 +42,7 @@ def identity(scan_input: ScanInput, prepared: str = "") -> dict[str, Any]:
         "laws": own_laws(scan_input.study),
         "prepared": prepared,
     }
-    return _plain(tables)
+    return _plain_tables(tables)
 
 
 def digest(identity: Mapping[str, Any]) -> str:
@@ -53,26 +53,26 @@ def digest(identity: Mapping[str, Any]) -> str:
 
 def difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
     """One sentence for each thing in which two identities differ: 'interface[0].gap: was "20 mm", is "25 mm"'."""
-    old, new = _plain(old), _plain(new)
+    old, new = _plain_tables(old), _plain_tables(new)
     programs, laws = ([one.get(key, {}) for one in (old, new)] for key in ("program", "laws"))
     sources = [program.pop("source", None) for program in programs]
     sentences = [
-        *_changed(old.get("scene", {}), new.get("scene", {})),
+        *_changed_values(old.get("scene", {}), new.get("scene", {})),
         *_changed_records(old.get("records", []), new.get("records", [])),
-        *_changed(old.get("options", {}), new.get("options", {})),
-        *_changed(*programs),
+        *_changed_values(old.get("options", {}), new.get("options", {})),
+        *_changed_values(*programs),
     ]
     if sources[0] != sources[1]:
-        changed = f"its source was changed since, in what numbers depend on ({', '.join(SOURCES)})"
-        sentences.append(f"pounding_risk: {changed}")
+        sentence = f"its source was changed since, in what numbers depend on ({', '.join(SOURCES)})"
+        sentences.append(f"pounding_risk: {sentence}")
     for name in dict.fromkeys((*laws[0], *laws[1])):
-        whose = name if name.startswith("effect ") else f"contact model {name}"  # as `own_laws` names both
+        label = name if name.startswith("effect ") else f"contact model {name}"  # as `own_laws` names both
         was, now = (law.get(name) for law in laws)
         if was is None or now is None:
             origins = (OTHERS_LAW if law is None else OWN_LAW for law in (was, now))
-            sentences.append("{}: was {}, is {}".format(whose, *origins))
+            sentences.append("{}: was {}, is {}".format(label, *origins))
         elif was != now:
-            sentences.append(f"{whose}: its code, which is not this program's own, was changed since")
+            sentences.append(f"{label}: its code, which is not this program's own, was changed since")
     if not sentences and old.get("prepared") != new.get("prepared"):
         sentences.append(
             "the last digits of what is computed before the runs: another kind of processor, for which libraries "
@@ -82,10 +82,10 @@ def difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
 
 
 def difference_lines(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
-    """The differences of two identities as lines of a list, of many the first and how many more; "" without any."""
+    """The differences of two identities as lines of a list; of many the first, and a count of the rest."""
     sentences = difference(old, new)
-    more = [f"and {len(sentences) - LISTED} more"] if len(sentences) > LISTED else []
-    return "".join(f"\n  - {sentence}" for sentence in (*sentences[:LISTED], *more))
+    more_line = [f"and {len(sentences) - LISTED} more"] if len(sentences) > LISTED else []
+    return "".join(f"\n  - {sentence}" for sentence in (*sentences[:LISTED], *more_line))
 
 
 def flattened(tables: Mapping[str, Any]) -> dict[str, Any]:
@@ -100,7 +100,7 @@ def flattened(tables: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _plain(tables: Mapping[str, Any]) -> dict[str, Any]:
+def _plain_tables(tables: Mapping[str, Any]) -> dict[str, Any]:
     """As it comes back from a file: tuples are lists there, and numbers of NumPy's plain ones."""
     return json.loads(json.dumps(tables, default=lambda number: number.item()))
 
@@ -111,10 +111,10 @@ def tables_of_runs(tables: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def record_of(name: str, record: Mapping[str, Any], samples: str, processing: Sequence[str]) -> dict[str, Any]:
-    """What identifies a motion, from the facts of its record and the digest of its ``samples``."""
-    beside = {HISTORY: record[HISTORY]} if HISTORY in record else {}
+    """The facts that identify a motion, from its record and the digest of its ``samples``."""
+    history = {HISTORY: record[HISTORY]} if HISTORY in record else {}
     sha256 = str(record.get("sha256", ""))
-    return {"name": name, "sha256": sha256, "samples": samples, "processing": processing, **beside}
+    return {"name": name, "sha256": sha256, "samples": samples, "processing": processing, **history}
 
 
 def program_of(installed: Mapping[str, Any], source: str) -> dict[str, str]:
@@ -134,31 +134,31 @@ def package_digest() -> str:
     return digest.hexdigest()
 
 
-def _changed(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[str]:
-    """Keys of two nested tables that differ; of long lists of one length the first place where they do."""
+def _changed_values(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[str]:
+    """Sentences on keys of two nested tables that differ; of long lists of one length on the first place that does."""
     before, after = flattened(old), flattened(new)
     for key in dict.fromkeys((*before, *after)):
         was, now = before.get(key, ABSENT), after.get(key, ABSENT)
-        if was is not ABSENT and now is not ABSENT and _same(was, now):
+        if was is not ABSENT and now is not ABSENT and _is_same(was, now):
             continue
         if isinstance(was, list) and isinstance(now, list) and len(was) == len(now) > SHOWN:
-            places = [place for place in range(len(was)) if not _same(was[place], now[place])]
-            others = f", and {len(places) - 1} more of its values" if len(places) > 1 else ""
-            first = f"value {places[0] + 1} was {_words(was[places[0]])}, is {_words(now[places[0]])}"
-            yield f"{key}: {first}{others}"
+            places = [place for place in range(len(was)) if not _is_same(was[place], now[place])]
+            more_text = f", and {len(places) - 1} more of its values" if len(places) > 1 else ""
+            first = f"value {places[0] + 1} was {_setting_words(was[places[0]])}, is {_setting_words(now[places[0]])}"
+            yield f"{key}: {first}{more_text}"
         else:
-            yield f"{key}: was {_words(was)}, is {_words(now)}"
+            yield f"{key}: was {_setting_words(was)}, is {_setting_words(now)}"
 
 
-def _same(was: Any, now: Any) -> bool:
+def _is_same(was: Any, now: Any) -> bool:
     return json.dumps(was) == json.dumps(now)  # 1 and true are equal, and are not the same
 
 
-def _words(setting: Any) -> str:
+def _setting_words(setting: Any) -> str:
     if setting is ABSENT:
         return "absent"
     if isinstance(setting, list) and len(setting) > SHOWN:
-        return f"{len(setting)} values from {_words(setting[0])} to {_words(setting[-1])}"
+        return f"{len(setting)} values from {_setting_words(setting[0])} to {_setting_words(setting[-1])}"
     return json.dumps(setting, ensure_ascii=False)
 
 
@@ -178,7 +178,7 @@ def _changed_records(old: Sequence[Mapping[str, Any]], new: Sequence[Mapping[str
 
 
 def _by_name(records: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
-    """Records under their names; of several of one name those after the first with a number."""
+    """Records under their names; records of an equal name get a number after the first."""
     by_label: dict[str, Mapping[str, Any]] = {}
     for record in records:
         name, count = str(record["name"]), 1

@@ -54,7 +54,7 @@ class Job(Protocol):
 
     @property
     def prepared(self) -> str:
-        """Digest of what runs are made of and of what libraries compute before them in ways that depend on the CPU."""
+        """Digest of the input of runs, and of numbers that libraries compute before them and that depend on the CPU."""
 
     def law_at(self, batch: int) -> int:
         """Index of the contact model that a batch needs compiled."""

@@ -41,18 +41,18 @@ class Path(NamedTuple):
     rates: Array | None = None  # m/s
 
     def pieces(self, times: Array, shares: Array) -> tuple[Array, Array, Array]:
-        """Σ share u at these times, among them all of its own, and du/ds at both ends of each interval, s 0 to 1."""
+        """Σ share u at these times, which include its own, and du/ds at both ends of each interval, s 0 to 1."""
         u = self.moved @ shares
         if self.rates is None:
             displacements = np.interp(times, self.times, u)
             return displacements, np.diff(displacements), np.diff(displacements)
-        within = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
-        step = self.times[within + 1] - self.times[within]
-        s = (times - self.times[within]) / step
-        start, end = (step * (self.rates @ shares)[within + at] for at in (0, 1))
-        rise = u[within + 1] - u[within]
+        intervals = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
+        step = self.times[intervals + 1] - self.times[intervals]
+        s = (times - self.times[intervals]) / step
+        start, end = (step * (self.rates @ shares)[intervals + side] for side in (0, 1))
+        rise = u[intervals + 1] - u[intervals]
         bend, twist = 3.0 * rise - 2.0 * start - end, start + end - 2.0 * rise
-        displacements = u[within] + s * (start + s * (bend + s * twist))
+        displacements = u[intervals] + s * (start + s * (bend + s * twist))
         slopes = (start + s * (2.0 * bend + 3.0 * s * twist)) / step
         lengths = np.diff(times)
         return displacements, slopes[:-1] * lengths, slopes[1:] * lengths
@@ -62,19 +62,19 @@ def extremes(displacements: Array, starts: Array, ends: Array) -> tuple[float, f
     """Largest and smallest value of cubics one after the other, from their values and slopes at the ends of each."""
     rise = np.diff(displacements)
     bend, twist = 3.0 * rise - 2.0 * starts - ends, starts + ends - 2.0 * rise
-    every = [displacements]
+    values = [displacements]
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(bend**2 - 3.0 * twist * starts)  # NaN where the cubic does not turn
-        turned = -(bend + np.copysign(root, bend))
-        for s in (turned / (3.0 * twist), starts / turned):
+        q = -(bend + np.copysign(root, bend))
+        for s in (q / (3.0 * twist), starts / q):
             s = np.where((s > 0.0) & (s < 1.0), s, 0.0)
-            every.append(displacements[:-1] + s * (starts + s * (bend + s * twist)))
-    together = np.concatenate(every)
-    return float(together.max()), float(together.min())
+            values.append(displacements[:-1] + s * (starts + s * (bend + s * twist)))
+    all_values = np.concatenate(values)
+    return float(all_values.max()), float(all_values.min())
 
 
 def with_known(study: Scene, model: RowModel, motion: Motion, free: RowRun) -> RowRun:
-    """The motion of a row without contact, with that of its known buildings in place of what was computed of them."""
+    """The motion of a row without contact, with the histories of its known buildings in place of computed motion."""
     if free.status != COMPLETE:
         return free
     points, floors, rest_state = free.points.copy(), free.floors.copy(), free.rest.copy()
@@ -82,10 +82,10 @@ def with_known(study: Scene, model: RowModel, motion: Motion, free: RowRun) -> R
     for place, building in enumerate(study.buildings):
         if building.displacement_history:
             dofs = slice(*model.firsts[place : place + 2])
-            moved = paths[place].moved
-            drifts = np.diff(moved, axis=1, prepend=0.0)
+            u = paths[place].moved
+            drifts = np.diff(u, axis=1, prepend=0.0)
             floors[dofs] = rest_state[dofs] = np.nan  # no shear, acceleration and plastic drift is known
-            floors[dofs, DISPLACEMENT], floors[dofs, DRIFT] = np.abs(moved).max(axis=0), np.abs(drifts).max(axis=0)
+            floors[dofs, DISPLACEMENT], floors[dofs, DRIFT] = np.abs(u).max(axis=0), np.abs(drifts).max(axis=0)
             rest_state[dofs, AT_END] = drifts[-1]
     layout = model.row(motion.dt).row
     for k, point in enumerate(model.points):
@@ -99,22 +99,22 @@ def with_known(study: Scene, model: RowModel, motion: Motion, free: RowRun) -> R
             times = np.unique(np.concatenate([path.times for path, _ in known_sides]))
             times = times[times <= min(path.times[-1] for path, _ in known_sides)]
             pieces = zip(*(path.pieces(times, dofs) for path, dofs in known_sides), strict=True)
-            points[k, HIGHEST], points[k, LOWEST] = extremes(*(sum(one) for one in pieces))
+            points[k, HIGHEST], points[k, LOWEST] = extremes(*(sum(piece) for piece in pieces))
     return free._replace(points=points, floors=floors, rest=rest_state)
 
 
 def _paths(study: Scene, model: RowModel, motion: Motion) -> list[Path]:
     """The motion of the masses of each building."""
-    known, times = histories_beside(study, motion), np.asarray(motion.times, dtype=np.float64)
+    histories, times = histories_beside(study, motion), np.asarray(motion.times, dtype=np.float64)
     states = np.zeros((len(times), 2, 0))
-    if any(place not in known and chain.mass.size for place, chain in enumerate(model.chains)):
+    if any(place not in histories and chain.mass.size for place, chain in enumerate(model.chains)):
         states = rows.free_row(model.row(motion.dt), motion.acceleration, states=True).states
     paths = []
     for place, chain in enumerate(model.chains):
-        if place in known:
-            moved = np.zeros((len(known[place].times), chain.mass.size))
-            moved[:, chain.foundations : chain.foundations + chain.floors] = known[place].floors
-            paths.append(Path(known[place].times, moved))
+        if place in histories:
+            displacements = np.zeros((len(histories[place].times), chain.mass.size))
+            displacements[:, chain.foundations : chain.foundations + chain.floors] = histories[place].floors
+            paths.append(Path(histories[place].times, displacements))
         else:
             dofs = slice(*model.firsts[place : place + 2])
             paths.append(Path(times, states[:, 0, dofs], states[:, 1, dofs]))
@@ -122,7 +122,7 @@ def _paths(study: Scene, model: RowModel, motion: Motion) -> list[Path]:
 
 
 class KnownCases(NamedTuple):
-    """Every case of one motion, of which none is run; as `Cases`."""
+    """Every case of one motion, none of which is run; as `Cases`."""
 
     free: RowRun
 
@@ -137,7 +137,7 @@ class KnownJob(RowJob):
 
     def __init__(self, scan_input: ScanInput):
         super().__init__(scan_input._replace(screening=True))  # no case is a run of its own
-        self.held["known"] = Shared(MOTIONS)
+        self.caches["known"] = Shared(MOTIONS)
 
     @classmethod
     def closing(cls, study: Scene) -> Callable[[Motion], tuple[Array, Any]]:
@@ -145,10 +145,10 @@ class KnownJob(RowJob):
         gaps = grid_gaps(study, model)
 
         def respond_known(motion: Motion) -> tuple[Array, Any]:
-            closed, (response, under) = respond(motion)
+            closed, (response, ground) = respond(motion)
             run = with_known(study, model, motion, response.run)
-            known = (run.points[:, HIGHEST] - gaps).max(axis=1) if run.status == COMPLETE else closed
-            return known, (response, under)
+            known_closing = (run.points[:, HIGHEST] - gaps).max(axis=1) if run.status == COMPLETE else closed
+            return known_closing, (response, ground)
 
         return respond_known
 
@@ -162,21 +162,21 @@ class KnownJob(RowJob):
             run = with_known(self.study, self.grid.model, self.ground(motion), computed.free)
             return computed._replace(free=run)
 
-        return self.held["known"].of((self.free_key, motion), respond)
+        return self.caches["known"].of((self.free_key, motion), respond)
 
     def _solved(self, slab: Slab, chunk: Chunk, stop: Callable[[], bool]) -> list[list[Answered]] | None:
         answers = super()._solved(slab, chunk, stop)
-        self._forget(chunk)
+        self._without_known_ductility(chunk)
         return answers
 
     def _peaks(self, motion: Place) -> dict[str, Array]:
-        return self._forget(super()._peaks(motion))
+        return self._without_known_ductility(super()._peaks(motion))
 
-    def _forget(self, outputs: dict[str, Any]) -> dict[str, Any]:
-        """No yield drift of a known building is known."""
+    def _without_known_ductility(self, outputs: dict[str, Any]) -> dict[str, Any]:
+        """The outputs with NaN for the ductility of known buildings, whose yield drift is not known."""
         if "storey_ductility" in outputs:
-            known = [bool(building.displacement_history) for building in self.study.buildings]
-            outputs["storey_ductility"][..., known, :] = np.nan
+            is_known = [bool(building.displacement_history) for building in self.study.buildings]
+            outputs["storey_ductility"][..., is_known, :] = np.nan
         return outputs
 
     def cases(self, motion: Place, law: int, rtol: float) -> Any:

@@ -1,4 +1,4 @@
-"""Samples of uncertain numbers that a finished dataset of the same scene has already: only the others are solved."""
+"""Samples of uncertain numbers that a finished dataset of the same scene has already: only the rest is solved."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ TABLES = ("scene", "records", "options", "program", "laws")  # of an identity, a
 
 
 def samples_before(target: Path, identity: Mapping[str, Any]) -> int:
-    """How many samples a finished scan of the same scene, which asks for more, has under a name; 0 where there is none.
+    """How many samples the finished scan at ``target`` has of a scene that now asks for more; 0 where there is none.
 
-    Raises PoundingError where none can be added to them.
+    Raises PoundingError where no samples can be added to them.
     """
     requested = identity.get("scene", {}).get(UNCERTAIN, {})
     if "samples" not in requested or not target.exists():
         return 0
     finished = read_finished(target)
     recorded = recorded_identity(finished.attrs) if finished.command == "scan" else {}
-    before = recorded.get("scene", {}).get(UNCERTAIN, {})
-    count = before.get("samples", 0) if set(TABLES) <= set(recorded) else 0
+    old_table = recorded.get("scene", {}).get(UNCERTAIN, {})
+    count = old_table.get("samples", 0) if set(TABLES) <= set(recorded) else 0
     if not isinstance(count, int) or not 0 < count < requested["samples"]:
         return 0
     scene = {**identity["scene"], UNCERTAIN: {**requested, "samples": count}}
@@ -75,12 +75,12 @@ class KnownSamples:
 
     def free(self, places: Mapping[str, int], names: Iterable[str]) -> dict[str, np.ndarray]:
         """These variables of motions without contact: (record, polarity, amplitude, own dimensions)."""
-        whole = {name: self._at(name, places) for name in names}
+        arrays = {name: self._at(name, places) for name in names}
         if has_drawn_motions(self._dataset):  # one record and one polarity, which are no axes
-            whole = {name: array[None, None] for name, array in whole.items()}
+            arrays = {name: array[None, None] for name, array in arrays.items()}
         if amplitude_axis(self._dataset) in self._dataset.dims:
-            return whole
-        return {name: np.expand_dims(array, AMPLITUDE) for name, array in whole.items()}
+            return arrays
+        return {name: np.expand_dims(array, AMPLITUDE) for name, array in arrays.items()}
 
     def attribute(self, name: str, places: Mapping[str, int]) -> Any:
         """An attribute that differs from scene to scene; None where the dataset has none of this name."""
@@ -88,22 +88,22 @@ class KnownSamples:
         return at_places(along, nested, [places[axis] for axis in self._axes])
 
     def _at(self, name: str, places: Mapping[str, int]) -> np.ndarray:
-        """The values of a variable at a place, whose neighbours along the samples are read with it."""
+        """The values of a variable at a place; neighbouring samples are read with it."""
         sample = places[SAMPLE]
         if sample not in self._span:
             start = sample - sample % self._step
             self._span, self._arrays = range(start, min(start + self._step, self.count)), {}
         if name not in self._dataset.variables:
-            lost = f"has no variable {name}, so that it was damaged or changed and no samples can be added"
-            raise PoundingError(f"{self._target}: {lost}; {REPLACE}")
+            sentence = f"has no variable {name}, so that it was damaged or changed and no samples can be added"
+            raise PoundingError(f"{self._target}: {sentence}; {REPLACE}")
         if name not in self._arrays:
             variable = self._dataset[name].variable
             if SAMPLE in variable.dims:
                 variable = variable.isel({SAMPLE: slice(self._span.start, self._span.stop)})
             self._arrays[name] = tuple(map(str, variable.dims)), np.asarray(variable.values)
         dims, array = self._arrays[name]
-        inside = {**places, SAMPLE: sample - self._span.start}
-        return array[tuple(inside[dim] for dim in dims if dim in inside)]
+        indices = {**places, SAMPLE: sample - self._span.start}
+        return array[tuple(indices[dim] for dim in dims if dim in indices)]
 
     def close(self) -> None:
         """Close the dataset, so that it can be replaced."""
@@ -114,29 +114,32 @@ class KnownSamples:
 def known_samples(
     target: Path, identity: Mapping[str, Any], axes: Iterable[SceneAxis], shape: tuple[int, ...]
 ) -> KnownSamples | None:
-    """The samples of a finished scan of the same scene under a name; None where it has none, or not all of its outputs.
+    """The samples of the finished scan of the same scene at ``target``; None where it has none, or lacks outputs.
 
     ``axes`` are those of the scene, ``shape`` that of the grid at one place along them. Raises PoundingError where
-    no samples can be added to those that are there.
+    no samples can be added to them.
     """
     count = samples_before(target, identity)
     if not count:
         return None
     dataset = stream_results(target)
-    if _is_whole(dataset, count, {axis.name: axis for axis in axes}, shape):
+    if _is_complete(dataset, count, {axis.name: axis for axis in axes}, shape):
         return KnownSamples(dataset, target)
     dataset.close()
     return None
 
 
-def _is_whole(dataset: xr.Dataset, count: int, axes: Mapping[str, SceneAxis], shape: tuple[int, ...]) -> bool:
+def _is_complete(dataset: xr.Dataset, count: int, axes: Mapping[str, SceneAxis], shape: tuple[int, ...]) -> bool:
     """True for a dataset with every case of the scene's first samples, drawn at the same values."""
     for axis in axes_of(dataset):
-        now, size = axes.get(axis.name), dataset.sizes.get(axis.name)
-        fewer = count if axis.name == SAMPLE else axis.size
-        if now is None or axis.size != fewer or size != fewer or axis.keys != now.keys:
+        scene_axis, own_size = axes.get(axis.name), dataset.sizes.get(axis.name)
+        size_wanted = count if axis.name == SAMPLE else axis.size
+        if scene_axis is None or axis.size != size_wanted or own_size != size_wanted or axis.keys != scene_axis.keys:
             return False
-        if any(tuple(was) != tuple(labels)[:fewer] for was, labels in zip(axis.values, now.values, strict=True)):
+        if any(
+            tuple(old_labels) != tuple(labels)[:size_wanted]
+            for old_labels, labels in zip(axis.values, scene_axis.values, strict=True)
+        ):
             return False
     sizes = tuple(dataset.sizes.get(axis, 1) for axis in axes_of_cases(dataset))
     return sizes == shape and len(scene_dims(dataset)) == len(axes)

@@ -23,15 +23,15 @@ def law_of(study: Scene, name: str) -> Any:
     check_reach(study, (name,))
     terms, stiffness = study.equal_terms, None
     if study.needs_equal_terms(name) and terms is not None:
-        stiff, mass = study.law(study.stiff_name), study.striking_mass
-        stiffness = equal_stiffness(partial(study.law, name), stiff, terms.speed, mass, study.restitution, terms.same)
+        own_law, mass = study.law(study.stiff_name), study.striking_mass
+        stiffness = equal_stiffness(partial(study.law, name), own_law, terms.speed, mass, study.restitution, terms.same)
     return with_effects(study.law(name, stiffness), study.effects)
 
 
 def beyond_reach(study: Scene, names: Iterable[str]) -> str:
-    """A sentence for the first law that cannot reach the coefficient of restitution, or the least of e(v).
+    """A sentence for the first law that cannot reach the least coefficient of restitution of all interfaces.
 
-    That of the interface that asks for the least.
+    Of a relation e(v) its least value counts.
     """
     least = min(least_of(interface.restitution.rule) for interface in study.interfaces)
     sentences = (out_of_reach(study.law_class(name), least, study.design_penetration) for name in names)

@@ -63,11 +63,11 @@ def fastest_rate(study: Scene) -> float:
     # A link raises the largest eigenvalue of M⁻¹ K by k sᵀ M⁻¹ s at most, s the shares of its ends, and a rate of decay
     # by c sᵀ M⁻¹ s.
     pliancies = [_pliancy(study, link) for link in study.links]
-    # A brace does at most what it would beside a rigid damper.
-    tied = [link.stiffness + (link.brace if link.is_braced else 0.0) for link in study.links]
-    stiff = sum(k * pliancy for k, pliancy in zip(tied, pliancies, strict=True))
-    damped = sum(link.dashpot * pliancy for link, pliancy in zip(study.links, pliancies, strict=True))
-    return sqrt(max(rates) ** 2 + stiff) + damped
+    # The effect of a brace is at most that beside a rigid damper.
+    stiffnesses = [link.stiffness + (link.brace if link.is_braced else 0.0) for link in study.links]
+    link_term = sum(k * pliancy for k, pliancy in zip(stiffnesses, pliancies, strict=True))
+    decay = sum(link.dashpot * pliancy for link, pliancy in zip(study.links, pliancies, strict=True))
+    return sqrt(max(rates) ** 2 + link_term) + decay
 
 
 def _pliancy(study: Scene, link: Link) -> float:
@@ -84,19 +84,19 @@ def check_dampers(study: Scene) -> None:
         if not link.exponent:
             continue
         left, right = (study.buildings[link.interface + side].name for side in range(2))
-        # Of a power the damping is largest, or least, at rest.
+        # The damping of a power law is largest, or least, at rest.
         dampings = damping_at_rest(link.damping, link.exponent), link.exponent * link.damping
-        if link.is_braced and (slack := link.brace / min(dampings)) > QUICKEST:
-            raise _refused(
+        if link.is_braced and (brace_rate := link.brace / min(dampings)) > QUICKEST:
+            raise _refusal(
                 study,
                 f"the brace of the damper between {left} and {right} is as good as rigid: its force would follow the "
-                f"damper's at {slack:.2g} 1/s, and a run follows {QUICKEST:.2g} 1/s at most; remove "
+                f"damper's at {brace_rate:.2g} 1/s, and a run follows {QUICKEST:.2g} 1/s at most; remove "
                 "link_brace_stiffness, or write a softer brace",
             )
         if link.is_braced or link.exponent == 1.0:
             continue
         if (rate := max(dampings) * _pliancy(study, link)) > QUICKEST:
-            raise _refused(
+            raise _refusal(
                 study,
                 f"the damper between {left} and {right} holds them like a tie: their motion against each other would "
                 f"decay at {rate:.2g} 1/s, and a run follows {QUICKEST:.2g} 1/s at most; write a smaller link_damping "
@@ -104,7 +104,7 @@ def check_dampers(study: Scene) -> None:
             )
 
 
-def _refused(study: Scene, sentence: str) -> SceneError:
+def _refusal(study: Scene, sentence: str) -> SceneError:
     return SceneError(study.source, [sentence])
 
 
@@ -113,46 +113,46 @@ def response_bytes(study: Scene, motion: Motion) -> float:
     return bytes_a_step(study, motion) * motion.acceleration.size
 
 
-def bytes_a_step(study: Scene, motion: Motion, a_dof: float = BYTES_A_DOF) -> float:
-    """The part of `response_bytes` that falls on each sample of the motion [bytes]; ``a_dof`` of it on each floor."""
+def bytes_a_step(study: Scene, motion: Motion, bytes_a_dof: float = BYTES_A_DOF) -> float:
+    """The part of `response_bytes` for each sample of the motion [bytes]; ``bytes_a_dof`` of it for each floor."""
     intervals = max(1, ceil(fastest_rate(study) * motion.dt / TURN))
     supports, count = study.supports, len(study.buildings)
     dofs = sum(chain_of(building, study.effects).mass.size for building in study.buildings)
     if not supports:
-        return (BYTES_A_NODE + a_dof * dofs) * intervals
+        return (BYTES_A_NODE + bytes_a_dof * dofs) * intervals
     arrivals = arrivals_of(np.array([support.delay for support in supports]), motion.dt / intervals)
     nodes = max(2, arrivals.offsets.size)  # in a step: a pair has two in any case
-    return (BYTES_A_NODE + a_dof * (dofs + count) + BYTES_OF_GROUND * count) * nodes * intervals
+    return (BYTES_A_NODE + bytes_a_dof * (dofs + count) + BYTES_OF_GROUND * count) * nodes * intervals
 
 
 def check_memory(study: Scene, motions: Iterable[Motion], *, histories: bool = False) -> None:
     """Raise SceneError where one response, with its ``histories`` if they are kept, would not fit the free memory.
 
-    Nor would it end soon where a damper is as strong as `check_dampers` says.
+    It raises as `check_dampers` too.
     """
     check_dampers(study)
     free = free_memory()
-    a_dof = BYTES_A_DOF + (BYTES_OF_STATE if histories else 0.0)
+    bytes_a_dof = BYTES_A_DOF + (BYTES_OF_STATE if histories else 0.0)
     by_dt: dict[float, float] = {}
     for motion in motions:
         if motion.dt not in by_dt:
-            by_dt[motion.dt] = bytes_a_step(study, motion, a_dof)
+            by_dt[motion.dt] = bytes_a_step(study, motion, bytes_a_dof)
         size = by_dt[motion.dt] * motion.acceleration.size
         if free and size > free:
             turn = fastest_rate(study) * motion.dt
-            links = ", and stiffness and damping of links" if study.links else ""
-            raise _refused(
+            links_text = ", and stiffness and damping of links" if study.links else ""
+            raise _refusal(
                 study,
                 f"the fastest mode turns by {turn:.3g} rad within a sample of {motion.name}, so that each is divided "
                 f"into {max(1, ceil(turn / TURN))}: one response takes {size_words(size)}, and {size_words(free)} of "
-                f"memory are free; check mass, period and stiffness of the buildings{links}",
+                f"memory are free; check mass, period and stiffness of the buildings{links_text}",
             )
 
 
 def check_scenes(variants: Variants, motions: tuple[Motion, ...], *, every: bool = True) -> None:
     """Raise SceneError for a place along the axes whose scene has faults, or cannot be run under these motions.
 
-    Not ``every`` combination is looked at where a plan is wanted soon: then each axis alone.
+    Without ``every`` only the places along each axis alone are checked, for a plan that is wanted soon.
     """
     scenes = map(variants.scene, range(variants.count)) if every else variants.alone()
     checked = set()  # what a response without contact depends on
@@ -168,7 +168,7 @@ def check_scenes(variants: Variants, motions: tuple[Motion, ...], *, every: bool
 def check_dataset(study: Scene, cases: int, size: int) -> None:
     """Raise SceneError for a grid whose dataset fits no disk."""
     if size > MOST_BYTES:
-        raise _refused(
+        raise _refusal(
             study,
             f"the grid has {cases:.3g} cases, and their dataset {size_words(size)} before compression; no disk "
             "holds that: write fewer values in [grid]",
@@ -182,7 +182,7 @@ def check_disk(study: Scene, size: int, folder: Path) -> None:
     """
     free = shutil.disk_usage(folder).free
     if size > free:
-        raise _refused(
+        raise _refusal(
             study,
             f"the cases take {size_words(size)} before compression, and {size_words(free)} are free in "
             f"{folder.resolve()}; write fewer values in [grid], or name another place with -o",
@@ -193,7 +193,7 @@ def check_held(study: Scene, size: int) -> None:
     """Raise SceneError where a dataset that is to stay in memory is larger than the free memory."""
     free = free_memory()
     if free and size > free:
-        raise _refused(
+        raise _refusal(
             study,
             f"the cases take {size_words(size)}, and {size_words(free)} of memory are free; scan into a file, or "
             "write fewer values in [grid]",
@@ -202,10 +202,10 @@ def check_held(study: Scene, size: int) -> None:
 
 def free_memory() -> float:
     """Memory that this process can still allocate [bytes]; 0 where the system does not tell."""
-    return min((size for size in (_available(), _allowed()) if size > 0.0), default=0.0)
+    return min((size for size in (_available_memory(), _memory_to_limit()) if size > 0.0), default=0.0)
 
 
-def _available() -> float:
+def _available_memory() -> float:
     """Available memory of the machine, or all of it where the system reports no more."""
     try:
         with open("/proc/meminfo", encoding="ascii") as rows:
@@ -220,7 +220,7 @@ def _available() -> float:
         return 0.0
 
 
-def _allowed() -> float:
+def _memory_to_limit() -> float:
     """Memory within the limit on the address space of this process; 0 where there is no limit."""
     try:
         import resource
@@ -235,7 +235,7 @@ def _allowed() -> float:
         return float(limit)
 
 
-def own_memory(which: int) -> int:
-    """Memory of this process [bytes]: all its addresses (0) or what is resident (1); OSError where none is reported."""
+def own_memory(column: int) -> int:
+    """Memory of this process [bytes]: all its addresses (0) or resident (1); OSError where none is reported."""
     with open("/proc/self/statm", encoding="ascii") as counts:
-        return int(counts.read().split()[which]) * os.sysconf("SC_PAGE_SIZE")
+        return int(counts.read().split()[column]) * os.sysconf("SC_PAGE_SIZE")

@@ -57,7 +57,7 @@ class PairJob(GridJob):
         places = self.gaps[:, None], self.yield_forces[:, None]  # of one interface, of one contact point
         super().__init__(scan_input, tuple((law,) for law in self.laws), places)
         self.own_kernels = self.worth_kernels(1)
-        self.held = {"free": Shared(FREE_RESPONSES)}
+        self.caches = {"free": Shared(FREE_RESPONSES)}
 
     def worth_kernels(self, scenes: int) -> bool:
         motions = self.scan_input.motions
@@ -67,7 +67,7 @@ class PairJob(GridJob):
     @classmethod
     def alone_key(cls, study: Scene) -> Hashable:
         # Without contact the masses play no part.
-        vibrations = tuple(one._replace(mass=0.0, inverse_mass=0.0) for one in oscillators(*study.pair))
+        vibrations = tuple(item._replace(mass=0.0, inverse_mass=0.0) for item in oscillators(*study.pair))
         return vibrations, initial_state(*study.pair), study.supports
 
     @classmethod
@@ -99,7 +99,7 @@ class PairJob(GridJob):
             self.peaks[self.free_key, motion] = free.high.max(axis=0), free.low.min(axis=0)
             return free
 
-        return self.held["free"].of((self.free_key, motion), respond)
+        return self.caches["free"].of((self.free_key, motion), respond)
 
     @cached_property
     def prepared(self) -> str:
@@ -111,19 +111,19 @@ class PairJob(GridJob):
     def solved(self, batches: range, stop: Callable[[], bool]) -> tuple[Chunk, NDArray[np.bool_]] | None:
         """Raw columns of every case, and whether it was simulated."""
         raw = np.zeros((len(batches), self.width, COLUMNS))
-        how = np.zeros((len(batches), self.width), dtype=np.int8)
+        simulated = np.zeros((len(batches), self.width), dtype=np.int8)
         for slab in self.slabs(batches):
             if stop():
                 return None
-            out = raw[slab.batches], how[slab.batches]
+            out = raw[slab.batches], simulated[slab.batches]
             self._sweep(slab, slice(None), (self.study.rtol, self.scan_input.screening), out)
-        return {RAW: raw, HOW: how}, made(raw, how)
+        return {RAW: raw, HOW: simulated}, made(raw, simulated)
 
     def _sweep(
-        self, slab: Slab, strengths: slice, how_exact: tuple[float, bool], out: tuple[Array, NDArray[np.int8]]
+        self, slab: Slab, strengths: slice, accuracy: tuple[float, bool], out: tuple[Array, NDArray[np.int8]]
     ) -> None:
         """Fill ``out`` (raw columns, whether each case was simulated); ``how_exact`` = (rtol, screening)."""
-        rtol, screening = how_exact
+        rtol, screening = accuracy
         grid = (self.gaps[slab.gaps], self.yield_forces[strengths], self.study.restitution)
         law, free = self.laws[slab.law], self.free(slab.motion)
         solve_grid(self.pair, free, law, grid, rtol, screening, workspace_for(free, rtol), *out, self.own_kernels)
@@ -133,19 +133,19 @@ class PairJob(GridJob):
         self._sweep(slab, slice(strength, strength + 1), (rtol, False), (raw, np.zeros((1, 1), dtype=np.int8)))
         return raw[0, 0]
 
-    def moves(self, chunk: Chunk, places: NDArray[np.bool_], second: list[Array]) -> dict[str, Array]:
-        return changes(chunk[RAW][places], np.array(second), self.yield_forces[np.argwhere(places)[:, 1]])
+    def moves(self, chunk: Chunk, places: NDArray[np.bool_], repeated_runs: list[Array]) -> dict[str, Array]:
+        return changes(chunk[RAW][places], np.array(repeated_runs), self.yield_forces[np.argwhere(places)[:, 1]])
 
     def free_values(self) -> dict[str, Array]:
         """From raw columns; the extremes are those of the continuous motion."""
-        alone = np.zeros((*self.motions_shape, COLUMNS))
+        raw = np.zeros((*self.motions_shape, COLUMNS))
         for motion in np.ndindex(self.motions_shape):
             if (self.free_key, motion) not in self.peaks:
                 self.free(motion)
             high, low = self.peaks[self.free_key, motion]
-            alone[motion][HIGH : HIGH + SIGNALS] = np.maximum(high, 0.0)
-            alone[motion][LOW : LOW + SIGNALS] = np.minimum(low, 0.0)
-        return building_outputs(alone, self.study.pair, self.peaks_under()) | {"peak_closing": alone[..., HIGH, None]}
+            raw[motion][HIGH : HIGH + SIGNALS] = np.maximum(high, 0.0)
+            raw[motion][LOW : LOW + SIGNALS] = np.minimum(low, 0.0)
+        return building_outputs(raw, self.study.pair, self.peaks_under()) | {"peak_closing": raw[..., HIGH, None]}
 
     def writer(self) -> PairWriter:
         return PairWriter(self)
@@ -177,6 +177,6 @@ class PairWriter:
         return Finish({}, self._check.patches(self._job))
 
 
-def made(raw: Array, how: NDArray[np.int8]) -> NDArray[np.bool_]:
+def made(raw: Array, simulated: NDArray[np.int8]) -> NDArray[np.bool_]:
     """The cases that were simulated, and whose run is complete."""
-    return (how == SIMULATED) & (raw[..., STATUS] == COMPLETE)
+    return (simulated == SIMULATED) & (raw[..., STATUS] == COMPLETE)

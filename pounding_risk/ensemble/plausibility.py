@@ -119,17 +119,21 @@ def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
     It has the number, the usual range with its source, and the likely mistake. The motions are those before polarity
     and the grid's amplitudes.
     """
-    read = tuple(motions)
-    sites = dict.fromkeys(filter(None, (site_of(motion.record) for motion in read)))
-    stiffnesses = () if has_known_motion(study) else _of_stiffnesses(study)  # no contact is run
-    of_gaps = *_without_height(study), *_of_gaps(study), *_over_lower(study)
-    of_scene = *_of_buildings(study), *of_gaps, *stiffnesses, *_of_links(study)
-    of_motions = *_of_motions(study, read), *_of_own_records(study, read), *_of_grounds(study, read)
+    all_motions = tuple(motions)
+    sites = dict.fromkeys(filter(None, (site_of(motion.record) for motion in all_motions)))
+    stiffness_notes = () if has_known_motion(study) else _stiffness_notes(study)  # no contact is run
+    gap_notes = *_missing_height_notes(study), *_gap_notes(study), *_lower_building_notes(study)
+    scene_notes = *_building_notes(study), *gap_notes, *stiffness_notes, *_link_notes(study)
+    motion_notes = (
+        *_motion_notes(study, all_motions),
+        *_own_record_notes(study, all_motions),
+        *_ground_notes(study, all_motions),
+    )
     return (
         *(f"the motions are those of {site}" for site in sites),
-        *of_scene,
-        *of_motions,
-        *known_motion_notes(study, read),
+        *scene_notes,
+        *motion_notes,
+        *known_motion_notes(study, all_motions),
     )
 
 
@@ -139,7 +143,7 @@ def notes_along(study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
     drawn = () if study.uncertain is None else study.uncertain.notes()
     notes = with_ranges((note for scene in scenes for note in of_input(scene, motions)), study)
     masses, periods = (
-        np.array([[getattr(one, name) for one in scene.buildings] for scene in scenes]) for name in OF_MASS
+        np.array([[getattr(building, name) for building in scene.buildings] for scene in scenes]) for name in OF_MASS
     )
     return (*drawn, *of_varied_masses(study.buildings, masses, periods), *notes)
 
@@ -153,37 +157,37 @@ def of_varied_masses(buildings: Sequence[Any], masses: NDArray[Any], periods: ND
         if (mass == mass[0]).all() or np.ptp(period) >= SAME_PERIOD * period.max():
             continue
         if getattr(building, "mass_matrix", ()):
-            what = "floor_masses vary the load of the ground motion alone; its mass_matrix and periods stay"
+            sentence = "floor_masses vary the load of the ground motion alone; its mass_matrix and periods stay"
         else:
-            what = (
+            sentence = (
                 "its mass varies and its period stays, so that its stiffness varies as its mass; write its stiffness "
                 "in place of period where that is what stays"
             )
-        yield f"{building.name}: {what}"
+        yield f"{building.name}: {sentence}"
 
 
 def with_ranges(notes: Iterable[str], study: Scene) -> list[str]:
-    """Notes of the places along a scene's axes; those that differ in numbers alone are one, from least to most.
+    """Notes of the places along a scene's axes; those that differ in numbers alone become one note.
 
-    It has "0.03 to 0.05" in place of a number that is not the same in all. Names of buildings may have digits.
+    It has a range, "0.03 to 0.05", in place of a number that differs. Names of buildings may have digits.
     """
-    alike: dict[tuple[str, ...], list[list[str]]] = {}
+    groups: dict[tuple[str, ...], list[list[str]]] = {}
     for note in dict.fromkeys(notes):
-        whose, colon, words = note.partition(": ")
+        subject, colon, words = note.partition(": ")
         for building in study.buildings:
             whole_name = rf"(?<![\w.,+-]){re.escape(building.name)}(?!\w|[.,]\d)"  # "1" is no digit of 0.31
             words = re.sub(whole_name, lambda name: name[0].translate(HIDDEN_DIGITS), words)
         first, *pairs = NUMBER.split(words)
-        alike.setdefault((whose + colon + first, *pairs[1::2]), []).append(pairs[::2])
+        groups.setdefault((subject + colon + first, *pairs[1::2]), []).append(pairs[::2])
     merged = []
-    for (first, *texts), rows in alike.items():
-        columns = [sorted(set(column), key=_value) for column in zip(*rows, strict=True)]
+    for (first, *texts), rows in groups.items():
+        columns = [sorted(set(column), key=_number_value) for column in zip(*rows, strict=True)]
         ranges = [" to ".join(dict.fromkeys((column[0], column[-1]))) for column in columns]
         merged.append(first + "".join(map(add, ranges, texts)))
     return [words.translate(SHOWN_DIGITS) for words in merged]
 
 
-def _value(number: str) -> float:
+def _number_value(number: str) -> float:
     """The value of a number of `NUMBER`, which may have commas between thousands."""
     return float(number.replace(",", ""))
 
@@ -191,29 +195,29 @@ def _value(number: str) -> float:
 # --- the input --------------------------------------------------------------------------------------------
 
 
-def _unusual(what: str, numbers: Mapping[str, float]) -> Iterator[str]:
+def _unusual_notes(name: str, numbers: Mapping[str, float]) -> Iterator[str]:
     """A sentence for each value, given with its name, outside the range of `USUAL`."""
-    usual = USUAL[what]
-    for whose, number in numbers.items():
+    usual = USUAL[name]
+    for subject, number in numbers.items():
         low, high = usual.range
         if not isfinite(number) or low <= number <= high:
             continue
         limit, side, slip = (low, "more", usual.slips[0]) if number < low else (high, "less", usual.slips[1])
         words = f"{say(number, usual.quantity)}, usually {say(limit, usual.quantity)} or {side}"
-        yield f"{whose}: {what} {words} ({usual.source}); {slip}"
+        yield f"{subject}: {name} {words} ({usual.source}); {slip}"
 
 
-def _of_buildings(study: Scene) -> Iterator[str]:
+def _building_notes(study: Scene) -> Iterator[str]:
     moving = [building for building in study.buildings if not building.is_rigid]
     if "soil_flexibility" in dict(study.effects):
         yield "soil_flexibility: foundations sway and do not rock, which would move roofs further; gaps may need more"
     for building in moving:
         masses = getattr(building, "masses", None) or (building.mass,)
         for mass in dict.fromkeys((min(masses), max(masses))):
-            yield from _unusual("mass of a floor", {building.name: mass})
-        yield from _of_storeys(building)
-        yield from _of_isolators(building)
-        yield from _of_condensation(building)
+            yield from _unusual_notes("mass of a floor", {building.name: mass})
+        yield from _storey_notes(building)
+        yield from _isolator_notes(building)
+        yield from _condensation_notes(building)
         if _is_part(building):
             yield (
                 f"{building.name}: storey shears are those of storey_stiffnesses, a part of its matrix; the rest "
@@ -225,24 +229,26 @@ def _of_buildings(study: Scene) -> Iterator[str]:
                 f"{building.name}: only ground motion along the row turns its floors; that across it does too where "
                 "the centre of stiffness is off along the row, which eccentricity_along of its plan states"
             )
-    yield from _unusual("period", {building.name: building.period for building in moving})
+    yield from _unusual_notes("period", {building.name: building.period for building in moving})
 
 
 def _is_part(building: Any) -> bool:
-    """True where storeys that may yield are a part of what joins the floors of a building."""
+    """True where storeys that may yield are a part of the matrix that joins the floors of a building."""
     return bool(getattr(building, "strengths", ()) and getattr(building, "stiffness_matrix", ()))
 
 
-def _of_storeys(building: Any) -> Iterator[str]:
+def _storey_notes(building: Any) -> Iterator[str]:
     """Notes on heights and strengths of storeys, and on the period beside the height; isolators are left out."""
     heights, strengths = (getattr(building, name, None) or () for name in ("heights", "strengths"))
     storeys = [f"{building.name}, storey {storey + 1}" for storey in range(len(heights))]
     isolators = 0 if getattr(building, "isolators", None) is None else 1
     weights = [STANDARD_GRAVITY * sum(building.masses[storey:]) for storey in range(len(strengths))]
     shares = {name: force / weight for name, force, weight in zip(storeys, strengths, weights, strict=False)}
-    yield from _unusual("storey height", _ends(dict(zip(storeys, heights, strict=True))))
+    yield from _unusual_notes("storey height", _extremes(dict(zip(storeys, heights, strict=True))))
     if not _is_part(building):
-        yield from _unusual("strength of a storey over the weight above", _ends(dict(list(shares.items())[isolators:])))
+        yield from _unusual_notes(
+            "strength of a storey over the weight above", _extremes(dict(list(shares.items())[isolators:]))
+        )
     if len(heights) < 2 or isolators or building.period > USUAL["period"].range[1]:
         return
     of_frame = 0.0724 * sum(heights) ** 0.8
@@ -257,45 +263,45 @@ def _of_storeys(building: Any) -> Iterator[str]:
         )
 
 
-def _of_isolators(building: Any) -> Iterator[str]:
+def _isolator_notes(building: Any) -> Iterator[str]:
     """Notes on the strength and the stiffness of isolators, by the mass that they carry."""
     if getattr(building, "isolators", None) is None:
         return
     mass = sum(building.masses)
     law = building.isolators.law(mass)
     share = {building.name: law.strength / (STANDARD_GRAVITY * mass)}
-    yield from _unusual("strength of the isolators over the weight on them", share)
+    yield from _unusual_notes("strength of the isolators over the weight on them", share)
     if law.soft > 0.0:
-        yield from _unusual("period while the isolators yield", {building.name: 2.0 * pi * sqrt(mass / law.soft)})
+        yield from _unusual_notes("period while the isolators yield", {building.name: 2.0 * pi * sqrt(mass / law.soft)})
 
 
-def _of_condensation(building: Any) -> Iterator[str]:
-    """A note where a building condensed from a larger model has not the periods of that model."""
+def _condensation_notes(building: Any) -> Iterator[str]:
+    """A note where a building condensed from a larger model lacks periods of that model."""
     condensation = getattr(building, "condensation", None)
     worst = condensation.worst() if condensation is not None else None
     if worst is None:
         return
-    whole, here = worst
-    is_there = "no mode like it" if isnan(here) else f"{say(here, PERIOD)}, {abs(here / whole - 1.0):.1%} off"
+    target, period = worst
+    period_text = "no mode like it" if isnan(period) else f"{say(period, PERIOD)}, {abs(period / target - 1.0):.1%} off"
     yield (
-        f"{building.name}: condensed to its floors it has {is_there}, where the whole model has a period of "
-        f"{say(whole, PERIOD)}; write interior_modes = {1 + len(building.interior_masses)} or more"
+        f"{building.name}: condensed to its floors it has {period_text}, where the whole model has a period of "
+        f"{say(target, PERIOD)}; write interior_modes = {1 + len(building.interior_masses)} or more"
     )
 
 
-def _ends(numbers: Mapping[str, float]) -> dict[str, float]:
+def _extremes(numbers: Mapping[str, float]) -> dict[str, float]:
     """The smallest and the largest of the finite values, with their names: one note for each, not for each storey."""
-    finite = sorted((number, whose) for whose, number in numbers.items() if isfinite(number))
-    return {whose: number for number, whose in (*finite[:1], *finite[-1:])}
+    finite = sorted((number, subject) for subject, number in numbers.items() if isfinite(number))
+    return {subject: number for number, subject in (*finite[:1], *finite[-1:])}
 
 
-def _of_links(study: Scene) -> Iterator[str]:
-    """A sentence for each building whose columns a link acts on: their strength is not compared with its force."""
+def _link_notes(study: Scene) -> Iterator[str]:
+    """A sentence for each building with a link on its columns: their strength is not compared with its force."""
     for place, interface in enumerate(study.interfaces):
         pair = study.buildings[place : place + 2]
-        for at, (building, other) in enumerate((pair, pair[::-1])):
+        for side, (building, other) in enumerate((pair, pair[::-1])):
             links = () if building.is_rigid else interface.links
-            ends = {link.right_floor if at else link.left_floor for link in links}
+            ends = {link.right_floor if side else link.left_floor for link in links}
             if storeys := ", ".join(f"{ceil(floor)}" for floor in sorted(ends) if floor % 1.0):
                 yield (
                     f"{building.name}: the link to {other.name} ends on columns, of storey {storeys}; its force acts "
@@ -303,66 +309,66 @@ def _of_links(study: Scene) -> Iterator[str]:
                 )
 
 
-def _without_height(study: Scene) -> Iterator[str]:
-    """A sentence for each single mass without a height beside storeys, which is taken to be as tall as these."""
+def _missing_height_notes(study: Scene) -> Iterator[str]:
+    """A sentence for each single mass without a height beside storeys: it is taken to be as tall as these."""
     for place, interface in enumerate(study.interfaces):
         pair = study.buildings[place : place + 2]
-        for mass, other in (pair, pair[::-1]):
-            tops = getattr(other, "levels", ())[-1:]
+        for mass, neighbour in (pair, pair[::-1]):
+            tops = getattr(neighbour, "levels", ())[-1:]
             if tops and not (interface.contact or mass.is_rigid or getattr(mass, "height", 1.0) > 0.0):
                 roof = say(tops[0], STOREY_HEIGHT)
-                meets = f"is taken to meet the roof of {other.name}"
-                yield f'{mass.name}: has no height, and {meets}; write height = "{roof}", or its own'
+                meeting = f"is taken to meet the roof of {neighbour.name}"
+                yield f'{mass.name}: has no height, and {meeting}; write height = "{roof}", or its own'
 
 
-def _of_gaps(study: Scene) -> Iterator[str]:
+def _gap_notes(study: Scene) -> Iterator[str]:
     gaps = [interface.gap for interface in study.interfaces]
     if any(study.bumpers):
         yield "gaps are those between the faces: closings and gaps required count the bumpers that stand in them"
-    yield from _unusual("gap", dict(zip(study.interface_names, gaps, strict=True)))
-    yield from _unusual("gap", {"grid.gap": max(study.grid.gaps)} if max(study.grid.gaps) > max(gaps) else {})
+    yield from _unusual_notes("gap", dict(zip(study.interface_names, gaps, strict=True)))
+    yield from _unusual_notes("gap", {"grid.gap": max(study.grid.gaps)} if max(study.grid.gaps) > max(gaps) else {})
 
 
-def _over_lower(study: Scene) -> Iterator[str]:
-    """A sentence on each building above which both neighbours rise: they may meet there, and no run knows it."""
+def _lower_building_notes(study: Scene) -> Iterator[str]:
+    """A sentence on each building lower than both neighbours: they may meet above it, which no run computes."""
     roofs = [sum(building.heights) or nan for building in study.buildings]
-    for at in range(1, len(roofs) - 1):
-        if roofs[at] < min(roofs[at - 1], roofs[at + 1]) * (1.0 - SAME_HEIGHT):
-            left, low, right = (building.name for building in study.buildings[at - 1 : at + 2])
+    for place in range(1, len(roofs) - 1):
+        if roofs[place] < min(roofs[place - 1], roofs[place + 1]) * (1.0 - SAME_HEIGHT):
+            left, low, right = (building.name for building in study.buildings[place - 1 : place + 2])
             yield (
                 f"{low}: {left} and {right} rise above it, and no contact of the two over it is computed; where they "
                 "may close its width and both gaps, assess a scene of these two with that distance as the gap"
             )
 
 
-def _of_stiffnesses(study: Scene) -> Iterator[str]:
+def _stiffness_notes(study: Scene) -> Iterator[str]:
     """Notes on the contact durations that follow from the stiffness of each interface."""
     if all(is_instant(known_law(name)) for name in study.model_names):
         return
     for place, name in enumerate(study.interface_names):
-        here = study.at(place)
-        if here.stiffness is None:
+        pair = study.at(place)
+        if pair.stiffness is None:
             continue
-        quantity = stiffness_quantity(known_law(here.stiff_name))
-        lasts = contact_duration(here.stiffness, quantity.unit, here.striking_mass)
+        quantity = stiffness_quantity(known_law(pair.stiff_name))
+        time = contact_duration(pair.stiffness, quantity.unit, pair.striking_mass)
         words = (
-            f"{name}: a stiffness of {say(here.stiffness, quantity)} makes a contact at {SPEED:g} m/s last "
-            f"{say(lasts, TIME, 3)}"
+            f"{name}: a stiffness of {say(pair.stiffness, quantity)} makes a contact at {SPEED:g} m/s last "
+            f"{say(time, TIME, 3)}"
         )
-        periods = {building.name: building.period for building in here.buildings if not building.is_rigid}
+        periods = {building.name: building.period for building in pair.buildings if not building.is_rigid}
         short = shortest(periods)
-        if short and lasts >= LONGEST_CONTACT * short[1]:
+        if short and time >= LONGEST_CONTACT * short[1]:
             unit = quantity.unit
-            yield f"{words}, {share_of(lasts, *short)}: that is no blow; {unit} written for k{unit} or M{unit}?"
-        elif short and lasts > (longest := SHARE_OF_PERIOD * short[1]) and here.stiff_name != TABULATED:
-            least = here.stiffness * (lasts / longest) ** (2.0 if quantity.unit == LINEAR_STIFFNESS.unit else 2.5)
+            yield f"{words}, {share_of(time, *short)}: that is no blow; {unit} written for k{unit} or M{unit}?"
+        elif short and time > (longest := SHARE_OF_PERIOD * short[1]) and pair.stiff_name != TABULATED:
+            least = pair.stiffness * (time / longest) ** (2.0 if quantity.unit == LINEAR_STIFFNESS.unit else 2.5)
             last_digit = 10.0 ** (floor(log10(least)) - 1)
             least = last_digit * ceil(least / last_digit)  # two digits, upwards: what is written keeps the rule
             yield (
-                f"{words}, {share_of(lasts, *short)}: too soft by the rule of `pounding-risk advise`, a tenth of it at "
+                f"{words}, {share_of(time, *short)}: too soft by the rule of `pounding-risk advise`, a tenth of it at "
                 f"most, which {say(least, quantity, 2)} keeps; forces and accelerations of the contact follow from it"
             )
-        elif lasts < SHORTEST_CONTACT:
+        elif time < SHORTEST_CONTACT:
             yield (
                 f"{words}, less than {1e3 * SHORTEST_CONTACT:g} ms, in which sound crosses 1.75 m of concrete twice; "
                 f"k{quantity.unit} written for {quantity.unit}?"
@@ -384,61 +390,61 @@ def contact_duration(stiffness: float, unit: str, mass: float, speed: float = SP
     return float(HERTZ_TIME * (mass * speed**2 / stiffness) ** 0.4 / speed)
 
 
-def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
+def _motion_notes(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
     """Notes on the peaks of motions as recorded, and on the amplitudes that the scene asks for."""
     request = study.records
     grid = study.grid
     if request.aftershock:
-        yield from _of_sequences(motions)
+        yield from _sequence_notes(motions)
     if vertical := [motion.name for motion in motions if is_vertical(motion.record)]:
         words = "a vertical component, which moves" if len(vertical) == 1 else "vertical components, which move"
         yield f"{', '.join(vertical)}: {words} the buildings along the row here; name the horizontal ones"
     if grid.measure != PEAK:
-        yield from _of_levels(grid, motions)
+        yield from _level_notes(grid, motions)
         return
     amplitudes = [pga for pga in (*grid.levels, request.pga) if pga is not None]
     if amplitudes:
-        yield from _unusual("PGA asked for", {"the scene": max(amplitudes)})
+        yield from _unusual_notes("PGA asked for", {"the scene": max(amplitudes)})
         return
     if any(motion.record.get("factor", 1.0) != 1.0 for motion in motions):
         return
-    # Not those whose unit a flag of theirs already questions.
-    sure = [motion for motion in motions if not any(flag.endswith(UNIT_CHECKED) for flag in motion.flags)]
-    made = [motion for motion in sure if motion.record.get("state") == GENERATED]
-    yield from _of_peaks("PGA as recorded", [motion for motion in sure if motion not in made])
-    yield from _of_peaks("PGA asked for", made)
+    # Motions with a flag that questions their unit already are left out.
+    checked = [motion for motion in motions if not any(flag.endswith(UNIT_CHECKED) for flag in motion.flags)]
+    generated = [motion for motion in checked if motion.record.get("state") == GENERATED]
+    yield from _peak_notes("PGA as recorded", [motion for motion in checked if motion not in generated])
+    yield from _peak_notes("PGA asked for", generated)
 
 
-def _of_peaks(name: str, motions: Sequence[Motion]) -> Iterator[str]:
-    """A note on the PGA of motions that is furthest below a usual range of that name, and on that above it."""
+def _peak_notes(name: str, motions: Sequence[Motion]) -> Iterator[str]:
+    """A note on the PGA of motions furthest below a usual range of that name, and on the one furthest above."""
     low, high = USUAL[name].range
     weak = [(motion.pga, motion.name) for motion in motions if motion.pga < low]
     strong = [(motion.pga, motion.name) for motion in motions if motion.pga > high]
-    for unusual, most in ((weak, min), (strong, max)):
+    for unusual, pick in ((weak, min), (strong, max)):
         if unusual:
-            pga, first = most(unusual, key=itemgetter(0))
-            others = f" and {len(unusual) - 1} more" if len(unusual) > 1 else ""
-            yield from _unusual(name, {f"{first}{others}": pga})
+            pga, label = pick(unusual, key=itemgetter(0))
+            more_text = f" and {len(unusual) - 1} more" if len(unusual) > 1 else ""
+            yield from _unusual_notes(name, {f"{label}{more_text}": pga})
 
 
-def _of_sequences(motions: Sequence[Motion]) -> Iterator[str]:
-    """A note for each aftershock behind several recordings, which are counted as one."""
-    behind: dict[Hashable, set[Hashable]] = {}
+def _sequence_notes(motions: Sequence[Motion]) -> Iterator[str]:
+    """A note for each aftershock behind several recordings, which then count as one."""
+    mainshocks: dict[Hashable, set[Hashable]] = {}
     names: dict[Hashable, dict[str, None]] = {}
     keys = recordings_within([motion.record for motion in motions], [motion.name for motion in motions])
-    for motion, (first, after) in zip(motions, keys, strict=True):
-        behind.setdefault(after, set()).add(first)
-        names.setdefault(after, {})[motion.record[AFTERSHOCK]["name"]] = None
-    for after, recordings in behind.items():
-        count = len(recordings | {first for first, _ in keys if first == after})
+    for motion, (mainshock, shock) in zip(motions, keys, strict=True):
+        mainshocks.setdefault(shock, set()).add(mainshock)
+        names.setdefault(shock, {})[motion.record[AFTERSHOCK]["name"]] = None
+    for shock, recordings in mainshocks.items():
+        count = len(recordings | {mainshock for mainshock, _ in keys if mainshock == shock})
         if count > 1:
             yield (
-                f"aftershock {', '.join(names[after])}: stands in the motions of {count} recordings, which count as "
+                f"aftershock {', '.join(names[shock])}: stands in the motions of {count} recordings, which count as "
                 "one, as it may decide in all of them; bounds are wider than with an aftershock of its own for each"
             )
 
 
-def _of_levels(grid: Axes, motions: tuple[Motion, ...]) -> Iterator[str]:
+def _level_notes(grid: Axes, motions: tuple[Motion, ...]) -> Iterator[str]:
     """A note on the strongest PGA of motions that are scaled to levels of another measure."""
     values = grid.measure.of(motions)
     largest = max(level for level in grid.levels if level is not None)
@@ -446,18 +452,18 @@ def _of_levels(grid: Axes, motions: tuple[Motion, ...]) -> Iterator[str]:
     peaks = {motion.name: motion.pga * largest / value for motion, value in moving}
     if peaks:
         name = max(peaks, key=peaks.__getitem__)
-        yield from _unusual("PGA after scaling", {f"{name} at {Level(grid.measure, largest).words}": peaks[name]})
+        yield from _unusual_notes("PGA after scaling", {f"{name} at {Level(grid.measure, largest).words}": peaks[name]})
 
 
-def _of_own_records(study: Scene, motions: Sequence[Motion]) -> Iterator[str]:
-    """A note for each record that stands below a building in several recordings: of it bounds know one alone."""
+def _own_record_notes(study: Scene, motions: Sequence[Motion]) -> Iterator[str]:
+    """A note for each record that stands below a building in several recordings, which bounds count as independent."""
     names = [building.name for building in study.buildings if building.support.records]
     keys = recordings_within([motion.record for motion in motions], [motion.name for motion in motions])
-    above: dict[tuple[str, str], set[Hashable]] = {}
+    recordings_above: dict[tuple[str, str], set[Hashable]] = {}
     for motion, (first, *_) in zip(motions, keys, strict=True):
         for building, record in zip(names, motion.record.get("beside", ()), strict=False):
-            above.setdefault((building, record["name"]), set()).add(first)
-    for (building, name), recordings in above.items():
+            recordings_above.setdefault((building, record["name"]), set()).add(first)
+    for (building, name), recordings in recordings_above.items():
         if len(recordings) > 1:
             yield (
                 f"{building}: {name} stands below it in the motions of {len(recordings)} recordings, which bounds "
@@ -465,21 +471,21 @@ def _of_own_records(study: Scene, motions: Sequence[Motion]) -> Iterator[str]:
             )
 
 
-def _of_grounds(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
+def _ground_notes(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
     """A note on the interface whose grounds part most: that displacement is part of what closes and opens the gap."""
     if not any(building.support != SHARED for building in study.buildings):
         return
     amplitude = study.grid.amplitudes[-1]
     driving = [driven(motion, AS_RECORDED, None if motion.pga == 0.0 else amplitude) for motion in motions]
     partings = [parting(study, motion) for motion in driving]
-    sizes = np.array([each.largest for each in partings])
+    sizes = np.array([item.largest for item in partings])
     if not sizes.any():
         return
     number, place = np.unravel_index(int(sizes.argmax()), sizes.shape)
     worst, name = partings[number], study.interface_names[place]
-    most, end = (say(float(values[place]), GAP, 3) for values in (worst.largest, np.abs(worst.end)))
+    largest, end = (say(float(values[place]), GAP, 3) for values in (worst.largest, np.abs(worst.end)))
     yield (
-        f"{name}: their grounds move by up to {most} against each other ({driving[number].name}, at "
+        f"{name}: their grounds move by up to {largest} against each other ({driving[number].name}, at "
         f"{worst.when[place]:.3g} s), which is part of what closes and opens the gap; {end} are left at the end: "
         "in a record without baseline correction that is drift, no motion of the ground"
     )

@@ -32,24 +32,23 @@ def check_replaceable(
 ) -> None:
     """Raise PoundingError before a file is replaced that is not of the same command and the same scene.
 
-    The sentence has what the file is, or the first differences, and the ``choice`` of the user. ``command`` is the one
-    that writes, as `check.kind_of` has it. Of the ``identity``, tables of `identity.identity`, those that the file has
-    too are compared; None compares none. Nothing is refused where there is no file, nor where it is to be replaced by a
-    ``new`` one whatever it is.
+    The sentence says what the file is, or has the first differences, and the ``choice`` of the user. ``command`` is the
+    one that writes, as `check.kind_of` has it. The tables of ``identity``, as of `identity.identity`, that the file has
+    too are compared; None compares none. Nothing is refused where there is no file, or with ``new``.
     """
     if new or not target.exists():
         return
     finished = read_finished(target)
     if finished.command != command:
-        what = f"the results of {finished.command}" if finished.command else "no results of pounding-risk"
-        raise PoundingError(f"{target}: is there already and holds {what}, not those of {command}; {choice}")
+        content = f"the results of {finished.command}" if finished.command else "no results of pounding-risk"
+        raise PoundingError(f"{target}: is there already and holds {content}, not those of {command}; {choice}")
     if identity is None:
         return
     recorded, requested = recorded_identity(finished.attrs), comparable(identity)
-    both = recorded.keys() & requested.keys()
-    recorded, requested = ({name: tables[name] for name in both} for tables in (recorded, requested))
-    if listed := difference_lines(recorded, requested):
-        raise PoundingError(f"{target}: holds the finished {command} of a study that was another; {choice}:{listed}")
+    common_names = recorded.keys() & requested.keys()
+    recorded, requested = ({name: tables[name] for name in common_names} for tables in (recorded, requested))
+    if lines := difference_lines(recorded, requested):
+        raise PoundingError(f"{target}: holds the finished {command} of a study that was another; {choice}:{lines}")
 
 
 def check_replaceable_scene(target: Path, command: str, study: Scene, new: bool = False) -> None:
@@ -100,8 +99,8 @@ def _records(attrs: Mapping[str, Any]) -> list[dict[str, Any]] | None:
     records, digests, steps = (from_text(attrs.get(name)) for name in ("records", "motions_sha256", "processing"))
     if not isinstance(records, list) or not isinstance(digests, dict) or not isinstance(steps, dict):
         return None
-    named = ((record["name"], record) for record in records if isinstance(record, dict) and "name" in record)
-    return [record_of(name, record, digests.get(name, ""), steps.get(name, [])) for name, record in named]
+    named_records = ((record["name"], record) for record in records if isinstance(record, dict) and "name" in record)
+    return [record_of(name, record, digests.get(name, ""), steps.get(name, [])) for name, record in named_records]
 
 
 def _program(attrs: Mapping[str, Any]) -> dict[str, str] | None:

@@ -70,8 +70,8 @@ def without_jumps(study: Scene, law_name: str) -> str:
     law = known_law(law_name)
     if not is_instant(law):
         return ""
-    if why := only_in_pairs(law):
-        return f"only for a pair of single masses: {why}"
+    if reason := only_in_pairs(law):
+        return f"only for a pair of single masses: {reason}"
     if study.links:
         return "velocities jump, which is computed for buildings that no link joins"
     places = [(point.interface, point.left_floor, point.right_floor) for point in study.points]

@@ -48,7 +48,7 @@ LEAST_RESPONSES = 4
 
 
 def responses_held(size: float) -> int:
-    """Of how many motions the states without contact are kept, at so many bytes each."""
+    """For how many motions the states without contact are kept, at so many bytes each."""
     return int(min(max(RESPONSE_BYTES / size, LEAST_RESPONSES), MOTIONS))
 
 
@@ -59,8 +59,8 @@ def grid_gaps(study: Scene, model: RowModel) -> Array:
 
 def respond_alone(model: RowModel, motion: Motion) -> tuple[FreeResponse, NDArray[Any]]:
     """The response of a row to a motion without contact, and the ground under its buildings."""
-    under = model.under(motion.drive, motion.own_grounds)
-    return rows.free_response(model.row(motion.dt, model.has_many(motion.own_grounds)), under), under
+    ground = model.under(motion.drive, motion.own_grounds)
+    return rows.free_response(model.row(motion.dt, model.has_many(motion.own_grounds)), ground), ground
 
 
 class RowJob(GridJob):
@@ -76,7 +76,7 @@ class RowJob(GridJob):
         super().__init__(scan_input, laws, (self.grid.gaps, self.grid.yield_forces[:, self.grid.frame.contacts]))
         longest = max(scan_input.motions, key=lambda motion: motion.acceleration.size)
         responses = responses_held(response_bytes(self.study, longest))
-        self.held = {"driven": Shared(MOTIONS), "responses": Shared(responses), "cases": Shared(CASES)}
+        self.caches = {"driven": Shared(MOTIONS), "responses": Shared(responses), "cases": Shared(CASES)}
 
     @classmethod
     def unsolved(cls, study: Scene, law_name: str) -> str:
@@ -85,21 +85,21 @@ class RowJob(GridJob):
     @classmethod
     def alone_key(cls, study: Scene) -> Hashable:
         # As text, in which an unknown level is equal to another; it has every digit.
-        alone = [one for one in study.effects if not acts_on_law(one.name)]
-        return repr((study.buildings, alone, study.points, study.links))
+        effects = [effect for effect in study.effects if not acts_on_law(effect.name)]
+        return repr((study.buildings, effects, study.points, study.links))
 
     @classmethod
     def outputs(cls, study: Scene) -> dict[str, row_outputs.Variable]:
-        every = row_outputs.variables(row_outputs.frame_of(model_of(study)))
+        variables = row_outputs.variables(row_outputs.frame_of(model_of(study)))
         if study.bumpers:
             for name in CLOSINGS:
-                every[name] = every[name]._replace(words=every[name].words + WITH_BUMPERS)
-        return every
+                variables[name] = variables[name]._replace(words=variables[name].words + WITH_BUMPERS)
+        return variables
 
     @classmethod
     def free_outputs(cls, study: Scene) -> dict[str, row_outputs.Variable]:
-        every = cls.outputs(study)
-        closings = {name: every[name] for name in CLOSINGS}
+        variables = cls.outputs(study)
+        closings = {name: variables[name] for name in CLOSINGS}
         return row_outputs.moving_variables(row_outputs.frame_of(model_of(study))) | closings
 
     @classmethod
@@ -116,13 +116,13 @@ class RowJob(GridJob):
         gaps = grid_gaps(study, model)
 
         def respond(motion: Motion) -> tuple[Array, Any]:
-            response, under = respond_alone(model, motion)
+            response, ground = respond_alone(model, motion)
             free = response.run
             # A response that fails is the result of its cases.
             closed = (free.points[:, HIGHEST] - gaps).max(axis=1) if free.status == COMPLETE else np.zeros(len(gaps))
-            if model.is_always_solved or free.status == COLLAPSED:  # which a neighbour may prevent
+            if model.is_always_solved or free.status == COLLAPSED:  # a neighbour may prevent the collapse
                 closed = np.maximum(closed, SOLVED)
-            return closed, (response, under)
+            return closed, (response, ground)
 
         return respond
 
@@ -135,10 +135,10 @@ class RowJob(GridJob):
 
         def respond() -> Driven:
             ground = self.ground(motion)
-            under = self.grid.model.under(ground.drive, ground.own_grounds)
-            return Driven(under, ground.dt, peaks_under(self.study, ground), self._response(motion).run)
+            acceleration = self.grid.model.under(ground.drive, ground.own_grounds)
+            return Driven(acceleration, ground.dt, peaks_under(self.study, ground), self._response(motion).run)
 
-        return self.held["driven"].of((self.free_key, motion), respond)
+        return self.caches["driven"].of((self.free_key, motion), respond)
 
     def _response(self, motion: Place) -> FreeResponse:
         """The row's response to a motion of the grid without contact, with its states at all nodes."""
@@ -146,7 +146,7 @@ class RowJob(GridJob):
         def respond() -> FreeResponse:
             return respond_alone(self.grid.model, self.ground(motion))[0]
 
-        return self.held["responses"].of((self.free_key, motion), respond)
+        return self.caches["responses"].of((self.free_key, motion), respond)
 
     def cases(self, motion: Place, law: int, rtol: float) -> Cases:
         """The cases of one motion under one contact model."""
@@ -158,8 +158,8 @@ class RowJob(GridJob):
         """Digest of the laws, and of every matrix of the row over a step of each record."""
         digest = blake2b(repr([mechanics.laws for mechanics in self.grid.mechanics]).encode(), digest_size=16)
         model, motions = self.grid.model, self.scan_input.motions
-        for step, many in sorted({(motion.dt, model.has_many(motion.own_grounds)) for motion in motions}):
-            for array in model.row(step, many).row:
+        for step, has_many in sorted({(motion.dt, model.has_many(motion.own_grounds)) for motion in motions}):
+            for array in model.row(step, has_many).row:
                 digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()
 
@@ -174,8 +174,8 @@ class RowJob(GridJob):
             answers.append(answered)
         is_own = np.ones((len(batches), self.width), dtype=bool)
         if self.scan_input.screening:
-            is_own = np.array([_own(answered) for answered in answers]).reshape(is_own.shape)
-            chunk |= _written(answers, self.width)
+            is_own = np.array([_own_cases(answered) for answered in answers]).reshape(is_own.shape)
+            chunk |= _answer_arrays(answers, self.width)
         return chunk, is_own & (chunk[STATUS] == COMPLETE)
 
     def _empty(self, count: int) -> Chunk:
@@ -190,7 +190,7 @@ class RowJob(GridJob):
     def _solved(self, slab: Slab, chunk: Chunk, stop: Callable[[], bool]) -> list[list[Answered]] | None:
         """Solve one batch into its place in ``chunk``; returns how the parts of its cases were answered."""
         gap, key = slab.gaps.start, (slab.motion, slab.law)
-        cases = self.held["cases"].of((self.number, key), lambda: self.cases(*key, self.grid.rtol))
+        cases = self.caches["cases"].of((self.number, key), lambda: self.cases(*key, self.grid.rtol))
         runs, answers = [], []
         for level in range(self.width):
             if stop():
@@ -201,30 +201,30 @@ class RowJob(GridJob):
             answers.append(answered)
         run = stacked(runs)
         chunk[STATUS][slab.batches] = run.status
-        every = row_outputs.outputs(run, self.grid.yield_forces, self.free(slab.motion).pga, self.grid.frame)
-        for name, array in row_outputs.with_bumpers(every, self.grid.frame).items():
+        outputs = row_outputs.outputs(run, self.grid.yield_forces, self.free(slab.motion).pga, self.grid.frame)
+        for name, array in row_outputs.with_bumpers(outputs, self.grid.frame).items():
             chunk[name][slab.batches] = array
         return answers
 
     def repeated(self, slab: Slab, strength: int, rtol: float) -> tuple[int, row_outputs.Outputs]:
         """The whole row at once."""
         run = self.cases(slab.motion, slab.law, rtol).whole(self.grid.limits(slab.gaps.start, strength))
-        every = row_outputs.outputs(run, self.grid.yield_forces[strength], 0.0, self.grid.frame)
-        return run.status, row_outputs.with_bumpers(every, self.grid.frame)
+        outputs = row_outputs.outputs(run, self.grid.yield_forces[strength], 0.0, self.grid.frame)
+        return run.status, row_outputs.with_bumpers(outputs, self.grid.frame)
 
     def moves(
-        self, chunk: Chunk, places: NDArray[np.bool_], second: list[tuple[int, row_outputs.Outputs]]
+        self, chunk: Chunk, places: NDArray[np.bool_], repeated_runs: list[tuple[int, row_outputs.Outputs]]
     ) -> dict[str, Array]:
         """The change of a run is the largest over its interfaces."""
-        failed = np.array([status != COMPLETE for status, _ in second], dtype=bool)
+        failed = np.array([status != COMPLETE for status, _ in repeated_runs], dtype=bool)
         names = (*RELATIVE, *COUNTED)
-        after = {name: np.array([repeated[name] for _, repeated in second]) for name in names}
+        after = {name: np.array([repeated[name] for _, repeated in repeated_runs]) for name in names}
         before = {name: chunk[name][places] for name in names}
-        return {name: moved.max(axis=1) for name, moved in differences(before, after, failed[:, None]).items()}
+        return {name: change.max(axis=1) for name, change in differences(before, after, failed[:, None]).items()}
 
     def free_values(self) -> dict[str, Array]:
-        every = [self._peaks(motion) for motion in np.ndindex(self.motions_shape)]
-        stacks = {name: np.array([outputs[name] for outputs in every]) for name in every[0]}
+        peaks = [self._peaks(motion) for motion in np.ndindex(self.motions_shape)]
+        stacks = {name: np.array([outputs[name] for outputs in peaks]) for name in peaks[0]}
         stacks = row_outputs.with_bumpers(stacks, self.grid.frame)
         return {name: stack.reshape(*self.motions_shape, *stack.shape[1:]) for name, stack in stacks.items()}
 
@@ -241,10 +241,10 @@ class RowJob(GridJob):
 
 
 class RowWriter:
-    """Finds which cases of a row were simulated, and counts its parts; see `job.DatasetWriter`.
+    """Finds which cases of a row were simulated, and counts their parts; see `job.DatasetWriter`.
 
-    A run counts for the first case that has it, in the order of the grid, largest yield force first, among the cases of
-    one motion and contact model. So the count does not depend on the chunks.
+    A run counts for the first case that needs it, in the order of the grid, largest yield force first, among the cases
+    of one motion and contact model. So the count does not depend on the chunks.
     """
 
     def __init__(self, job: RowJob):
@@ -255,61 +255,61 @@ class RowWriter:
 
     def values(self, batches: range, chunk: Chunk) -> Chunk:
         job = self._job
-        how = np.full((len(batches), job.width), SIMULATED, dtype=np.int8)
+        simulated = np.full((len(batches), job.width), SIMULATED, dtype=np.int8)
         if job.scan_input.screening:
-            how[:] = 0
+            simulated[:] = 0
             for place, batch in enumerate(batches):
                 if batch % job.shape[-2] == 0:  # the first gap of another motion or contact model
                     self._seen.clear()
-                self._count_parts(chunk[KEYS][place], chunk[ANSWERS][place], how[place])
-        answers = {name: chunk[name] for name in (*row_outputs.variables(job.grid.frame), STATUS)} | {HOW: how}
+                self._count_parts(chunk[KEYS][place], chunk[ANSWERS][place], simulated[place])
+        answers = {name: chunk[name] for name in (*row_outputs.variables(job.grid.frame), STATUS)} | {HOW: simulated}
         if job.check_names:
-            is_own = how == SIMULATED
-            for name, none in not_recomputed(how.shape).items():
+            is_own = simulated == SIMULATED
+            for name, missing in not_recomputed(simulated.shape).items():
                 # A run that an earlier batch has made may have been repeated here as well: it counts there.
-                answers[name] = np.where(is_own, chunk[name], none)
+                answers[name] = np.where(is_own, chunk[name], missing)
             self._check.see(batches, is_own & (chunk[STATUS] == COMPLETE), answers[SENSITIVE])
         return answers
 
-    def _count_parts(self, keys: NDArray[np.uint64], answers: NDArray[np.int8], how: NDArray[np.int8]) -> None:
+    def _count_parts(self, keys: NDArray[np.uint64], answers: NDArray[np.int8], simulated: NDArray[np.int8]) -> None:
         """Set in ``how`` which cases of a batch were simulated, and count their parts."""
-        for level in reversed(range(len(how))):
+        for level in reversed(range(len(simulated))):
             for key, answer in zip(keys[level].tolist(), answers[level].tolist(), strict=True):
                 if not answer:
                     break
                 is_new = key not in self._seen
                 self._seen.add(key)
-                known = "known from a larger yield force" if answer == FROM_LARGER else "equal"
-                self._parts["solved" if is_new else known] += 1
-                how[level] |= SIMULATED if is_new else KNOWN
+                known_label = "known from a larger yield force" if answer == FROM_LARGER else "equal"
+                self._parts["solved" if is_new else known_label] += 1
+                simulated[level] |= SIMULATED if is_new else KNOWN
 
     def finish(self) -> Finish:
         counts = dict(self._parts)
         return Finish({"parts": as_text(counts)}, self._check.patches(self._job), counts)
 
 
-def _own(answered: list[list[Answered]]) -> list[bool]:
+def _own_cases(answered: list[list[Answered]]) -> list[bool]:
     """Which cases of a batch have a run that no larger yield force of the batch has."""
     seen: set[tuple[bytes, ...]] = set()
     is_own = []
-    for of_case in reversed(answered):
-        keys = {key for key, _ in of_case}
+    for case_answers in reversed(answered):
+        keys = {key for key, _ in case_answers}
         is_own.append(not keys <= seen)
         seen |= keys
     return is_own[::-1]
 
 
-def _written(answers: list[list[list[Answered]]], width: int) -> Chunk:
+def _answer_arrays(answers: list[list[list[Answered]]], width: int) -> Chunk:
     """How the parts of each case were answered, as numbers."""
-    most = max((len(of_case) for batch in answers for of_case in batch), default=0)
-    keys = np.zeros((len(answers), width, most), dtype=np.uint64)
-    known = np.zeros(keys.shape, dtype=np.int8)
+    longest = max((len(case_answers) for batch in answers for case_answers in batch), default=0)
+    keys = np.zeros((len(answers), width, longest), dtype=np.uint64)
+    codes = np.zeros(keys.shape, dtype=np.int8)
     for batch, cases in enumerate(answers):
-        for level, of_case in enumerate(cases):
-            for place, (key, is_known) in enumerate(of_case):
+        for level, case_answers in enumerate(cases):
+            for place, (key, is_known) in enumerate(case_answers):
                 keys[batch, level, place] = _number(key)
-                known[batch, level, place] = FROM_LARGER if is_known else OWN
-    return {KEYS: keys, ANSWERS: known}
+                codes[batch, level, place] = FROM_LARGER if is_known else OWN
+    return {KEYS: keys, ANSWERS: codes}
 
 
 def _number(key: tuple[bytes, ...]) -> int:

@@ -132,10 +132,10 @@ class Scan:
     def in_memory(self) -> xr.Dataset:
         """Solve every batch and return the dataset, without a file."""
         check_held(self.study, self.bytes)
-        held = ChunksInMemory()
-        self.work([range(self.job.batches)], [], held.keep)
+        chunks = ChunksInMemory()
+        self.work([range(self.job.batches)], [], chunks.keep)
         memory = Memory(self.job.template)  # after the runs, which have found the peaks without contact that are in it
-        self.assemble(held.chunks, memory)
+        self.assemble(chunks.chunks, memory)
         return memory.dataset()
 
     def checkpoint(self, target: Path, *, new: bool, shared: bool) -> Checkpoint:
@@ -144,7 +144,7 @@ class Scan:
         from pounding_risk.ensemble.identity import identity
         from pounding_risk.ensemble.replacing import OTHER_NAME, check_replaceable
 
-        about = About(self.job.batches, self.job.width, self.study.name, self.command)
+        facts = About(self.job.batches, self.job.width, self.study.name, self.command)
         study, path = identity(self.job.scan_input, self.job.prepared), folder_of(target)
         if not new and isinstance(self.job, VariantJob) and self.study.uncertain is not None:
             from pounding_risk.ensemble.known_samples import known_samples
@@ -156,7 +156,7 @@ class Scan:
         if not self.known and not is_begun(path, study):
             choice = {"choice": OTHER_NAME} if shared else {}
             check_replaceable(target, "scan", study, new, **choice)
-        checkpoint = Checkpoint.open(path, study, about, new=new, shared=shared)
+        checkpoint = Checkpoint.open(path, study, facts, new=new, shared=shared)
         if self.known:
             checkpoint.log("known", cases=self.job.width * sum(map(len, self.known)), file=target.name)
         return checkpoint
@@ -251,18 +251,18 @@ def scan(
     """
     target = None if out is None else _target(out)
     executor = executor or Threads(workers or cpu_count() or 1)
-    one = Scan(study, RunOptions(executor, screening, check_fraction, progress, command))
+    run = Scan(study, RunOptions(executor, screening, check_fraction, progress, command))
     if target is None:
-        return one.in_memory()
-    one.check_room(target)
-    with one.checkpoint(target, new=new, shared=False) as checkpoint:
+        return run.in_memory()
+    run.check_room(target)
+    with run.checkpoint(target, new=new, shared=False) as checkpoint:
         for path in remove_leftovers(target):  # the holder of the checkpoint is alone at the target
             checkpoint.log("removed", file=path.name, why="a process was killed while it wrote this")
         with stoppable(checkpoint):
-            one.fill(checkpoint, [range(one.job.batches)])
-            one.assemble(checkpoint.chunks, store_of(one.job.template, target), checkpoint.begun)
+            run.fill(checkpoint, [range(run.job.batches)])
+            run.assemble(checkpoint.chunks, store_of(run.job.template, target), checkpoint.begun)
         checkpoint.clear()
-    template = one.job.template
+    template = run.job.template
     return open_results(target, lazy=template.bytes_per_case * template.batches * template.width > LAZY)
 
 
@@ -316,18 +316,18 @@ def scan_shard(
     """
     target, which = _target(out), read_shard(shard)
     executor = executor or Threads(workers or cpu_count() or 1)
-    one = Scan(study, RunOptions(executor, screening, check_fraction, progress, command))
-    one.check_room(target)
-    wanted = merged(shard_batches(one.job.batches, which))
-    with one.checkpoint(target, new=False, shared=True) as checkpoint:
+    run = Scan(study, RunOptions(executor, screening, check_fraction, progress, command))
+    run.check_room(target)
+    wanted = merged(shard_batches(run.job.batches, which))
+    with run.checkpoint(target, new=False, shared=True) as checkpoint:
         checkpoint.log("shard", shard=shard)
         with stoppable(checkpoint):
-            one.fill(checkpoint, wanted)
-        done = merged([*checkpoint.done(), *one.known])
-    one.close()
-    width = one.job.width
+            run.fill(checkpoint, wanted)
+        done = merged([*checkpoint.done(), *run.known])
+    run.close()
+    width = run.job.width
     return ShardDone(
-        width * sum(map(len, wanted)), width * sum(map(len, done)), width * one.job.batches, checkpoint.path
+        width * sum(map(len, wanted)), width * sum(map(len, done)), width * run.job.batches, checkpoint.path
     )
 
 

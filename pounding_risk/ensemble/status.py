@@ -81,26 +81,26 @@ def status(path: str | Path) -> Status:
     checkpoint.check_ours(folder)
     study = checkpoint.read_study(folder)
     if study is None:
-        return _without_study(target, folder, results)
-    return _of_study(target, folder, study, results)
+        return _status_without_study(target, folder, results)
+    return _study_status(target, folder, study, results)
 
 
-def _without_study(asked: Path, folder: Path, results: Sequence[Path]) -> Status:
-    if asked in results or (asked == folder and results):
-        note = f"{results[0] if asked == folder else asked} is whole; no folder {folder.name} describes its run"
-        return Status(asked, COMPLETE, note=note)
-    scene = str(asked) if asked.suffix == ".toml" else "SCENE"
+def _status_without_study(path: Path, folder: Path, results: Sequence[Path]) -> Status:
+    if path in results or (path == folder and results):
+        note = f"{results[0] if path == folder else path} is whole; no folder {folder.name} describes its run"
+        return Status(path, COMPLETE, note=note)
+    scene = str(path) if path.suffix == ".toml" else "SCENE"
     command = shlex.join(["pounding-risk", "scan", scene, "-o", str(folder.with_suffix(".nc"))])
-    return Status(asked, NOT_BEGUN, go_on=command, note=f"there is no study in {folder}")
+    return Status(path, NOT_BEGUN, go_on=command, note=f"there is no study in {folder}")
 
 
-def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequence[Path]) -> Status:
-    solved, size = _parts(folder)
+def _study_status(path: Path, folder: Path, study: dict[str, Any], results: Sequence[Path]) -> Status:
+    solved, size = _chunk_files(folder)
     log = list(checkpoint.read_lines(folder / checkpoint.LOG))
     holders = running(folder / checkpoint.LOCK)
     # Shards by their names where the log has them.
-    named = {str(line["shard"]) for line in log if "shard" in line}
-    shared = {(line["host"], line["pid"]) for line in log if line["event"] == "start" and line.get("shared")}
+    shard_names = {str(line["shard"]) for line in log if "shard" in line}
+    sharing = {(line["host"], line["pid"]) for line in log if line["event"] == "start" and line.get("shared")}
     total, cases = study["lines"] * study["width"], sum(map(len, merged(solved))) * study["width"]
     # Those that the scan takes from a finished one of fewer samples.
     cases += next((line["cases"] for line in reversed(log) if line["event"] == "known"), 0)
@@ -111,25 +111,25 @@ def _of_study(asked: Path, folder: Path, study: dict[str, Any], results: Sequenc
         "size": size,
         "begun": study["begun"],
         "last_activity": log[-1]["time"] if log else study["begun"],
-        "shards": len(named or shared),
+        "shards": len(shard_names or sharing),
     }
     if holders:
         speed = _speed(log, holders, study["width"])
         seconds = (total - cases) / speed if speed else 0.0
-        several = f"running in {len(holders)} processes"
-        state = several if len(holders) > NAMED else f"running on {' and '.join(map(str, holders))}"
-        return Status(asked, state, cases=cases, cases_a_second=speed, seconds_left=seconds, **facts)
+        count_text = f"running in {len(holders)} processes"
+        state = count_text if len(holders) > NAMED else f"running on {' and '.join(map(str, holders))}"
+        return Status(path, state, cases=cases, cases_a_second=speed, seconds_left=seconds, **facts)
     events = [line["event"] for line in log if line["event"] in ("begin", "kept", "complete")]
     if not solved and events[-1:] == ["complete"]:
-        gone = f"its results are not beside {folder.name} any more: moved, or removed"
-        return Status(asked, COMPLETE, cases=total, **facts, note="" if results else gone)
+        gone_note = f"its results are not beside {folder.name} any more: moved, or removed"
+        return Status(path, COMPLETE, cases=total, **facts, note="" if results else gone_note)
     note = f"{results[0].name} is of an earlier run, and whole" if results else ""
     if cases == total:
         note = "every case is kept, and the results are still to be written"
-    return Status(asked, STOPPED, cases=cases, **facts, go_on=_command(study, folder), note=note)
+    return Status(path, STOPPED, cases=cases, **facts, go_on=_command(study, folder), note=note)
 
 
-def _parts(folder: Path) -> tuple[list[range], int]:
+def _chunk_files(folder: Path) -> tuple[list[range], int]:
     """The batches of the chunk files, and the bytes of these; files that a run removes meanwhile do not count."""
     spans, size = [], 0
     for entry in checkpoint.entries_of(folder / checkpoint.CHUNKS):
@@ -145,12 +145,12 @@ def _speed(log: Sequence[dict[str, Any]], holders: Sequence[Holder], width: int)
 
     Counted from the first chunk that is kept: reading and compiling come before it.
     """
-    now = {(holder.host, holder.pid) for holder in holders}
+    running_now = {(holder.host, holder.pid) for holder in holders}
     chunks: list[tuple[float, int]] = []
     for line in log:
         if line["event"] == "start" and not line.get("shared"):
             chunks = []
-        if line["event"] == "kept" and (line.get("host"), line.get("pid")) in now:
+        if line["event"] == "kept" and (line.get("host"), line.get("pid")) in running_now:
             seconds = datetime.fromisoformat(line["time"]).timestamp()
             chunks.append((seconds, (line["stop"] - line["start"]) * width))
     chunks = [chunk for chunk in chunks if chunk[0] >= chunks[-1][0] - WINDOW]
@@ -162,5 +162,5 @@ def _command(study: dict[str, Any], folder: Path) -> str:
     """The command that continues a scan, with the folder in which it was typed where that is another one."""
     if not study["command"]:
         return f"scan the same scene again, with out={str(folder.with_suffix('.nc'))!r}"
-    place = study.get("working_folder", "")
-    return study["command"] if place in ("", os.getcwd()) else f"cd {shlex.quote(place)} && {study['command']}"
+    typed_in = study.get("working_folder", "")
+    return study["command"] if typed_in in ("", os.getcwd()) else f"cd {shlex.quote(typed_in)} && {study['command']}"

@@ -88,7 +88,7 @@ class Pending:
     """Batches still to be solved, handed out as ranges. Several threads may use it at once.
 
     The first batch of each contact model is handed out alone, as solving it compiles; the others of that model wait for
-    it. Whoever solves only the beginning of a range gives the rest back. ``law_at`` gives the contact model of a batch,
+    it. A worker that solves only the beginning of a range gives the rest back. ``law_at`` gives the model of a batch,
     ``bytes_per_batch`` the size of its results; ``length`` fixes the length of the ranges.
     """
 
@@ -104,8 +104,8 @@ class Pending:
         self._firsts: dict[int, int] = {}  # first batch of each contact model that nobody has begun
         for span in sorted(batches, key=lambda span: span.start):
             start = span.start
-            for law, alike in groupby(map(law_at, span)):
-                stop = start + sum(1 for _ in alike)
+            for law, group in groupby(map(law_at, span)):
+                stop = start + sum(1 for _ in group)
                 is_first = self._firsts.setdefault(law, start) == start
                 if start + is_first < stop:
                     self._runs.append(Run(start + is_first, stop, law))
@@ -145,21 +145,21 @@ class Pending:
                 batches = self._next()
             return batches
 
-    def took(self, handed: range, solved: range, seconds: float) -> None:
+    def took(self, batches: range, solved: range, seconds: float) -> None:
         """Report which batches, from the first on, of a range were solved, and in how many seconds."""
         with self._changed:
-            runs = self._handed_out.pop(handed.start)
+            runs = self._handed_out.pop(batches.start)
             if runs[0].law not in self._compiled:
                 self._compiled.add(runs[0].law)
                 self._compiling -= 1
             else:
                 self._solved, self._seconds = self._solved + len(solved), self._seconds + seconds
             self._runs[:0] = [run._replace(start=max(run.start, solved.stop)) for run in runs if run.stop > solved.stop]
-            self.left += handed.stop - solved.stop
+            self.left += batches.stop - solved.stop
             self._changed.notify_all()
 
     def _next(self) -> range | None:
-        position = next((at for at, run in enumerate(self._runs) if run.law in self._compiled), None)
+        position = next((index for index, run in enumerate(self._runs) if run.law in self._compiled), None)
         if self._firsts and (self._compiling < self._compilers or position is None):
             law = next(iter(self._firsts))
             first = self._firsts.pop(law)
@@ -184,9 +184,9 @@ class Pending:
     def _share(self) -> int:
         """Batches of a range: of four chunks at most; towards the end fewer, so that workers end together."""
         mean = max(self.mean, SHORTEST)
-        of_a_piece = int(PIECE / mean) if self.mean else 1
-        of_chunks = int(4.0 * SECONDS / mean) if self.mean else UNTIMED
-        return max(1, min(self._longest, of_chunks, max(ceil(self.left / (2 * self._workers)), of_a_piece)))
+        piece_batches = int(PIECE / mean) if self.mean else 1
+        chunk_batches = int(4.0 * SECONDS / mean) if self.mean else UNTIMED
+        return max(1, min(self._longest, chunk_batches, max(ceil(self.left / (2 * self._workers)), piece_batches)))
 
     def _hand_out(self, runs: list[Run]) -> range:
         batches = range(runs[0].start, runs[-1].stop)

@@ -39,9 +39,9 @@ def draws(batches: range, width: int) -> NDArray[np.float64]:
     return np.multiply(mixed >> np.uint64(11), 2.0**-53, dtype=np.float64).reshape(len(batches), width)
 
 
-def drawn(batches: range, made: NDArray[np.bool_], fraction: float) -> NDArray[np.bool_]:
+def drawn(batches: range, is_made: NDArray[np.bool_], fraction: float) -> NDArray[np.bool_]:
     """Which of the runs that were ``made`` (batches, width) are repeated."""
-    return made & (draws(batches, made.shape[1]) < fraction)
+    return is_made & (draws(batches, is_made.shape[1]) < fraction)
 
 
 def changes(first: np.ndarray, second: np.ndarray, yield_forces: np.ndarray) -> dict[str, np.ndarray]:
@@ -54,25 +54,25 @@ def differences(
     before: Mapping[str, Any], after: Mapping[str, Any], failed: NDArray[np.bool_]
 ) -> dict[str, np.ndarray]:
     """The same as `changes`, from the outputs of both runs by name."""
-    moves = {}
+    changes_by_name = {}
     for name in (*RELATIVE, *COUNTED):
         difference = np.abs(after[name] - before[name])
         if name in RELATIVE:
             # From nothing, or to nothing, no change is relative: infinite, which is within no limit.
-            is_none = (before[name] == 0.0) | (after[name] == 0.0)
-            relative = difference / np.where(is_none, 1.0, np.abs(after[name]))
-            difference = np.where(is_none & (difference > 0.0), np.inf, relative)
+            is_zero = (before[name] == 0.0) | (after[name] == 0.0)
+            relative = difference / np.where(is_zero, 1.0, np.abs(after[name]))
+            difference = np.where(is_zero & (difference > 0.0), np.inf, relative)
         # What is not defined in either run, such as the force of an instant jump, has not moved.
-        undefined = np.isnan(before[name]) & np.isnan(after[name])
-        moves[name] = np.where(failed, np.nan, np.where(undefined, 0.0, difference))
-    return moves
+        is_undefined = np.isnan(before[name]) & np.isnan(after[name])
+        changes_by_name[name] = np.where(failed, np.nan, np.where(is_undefined, 0.0, difference))
+    return changes_by_name
 
 
 def is_sensitive(moves: Mapping[str, np.ndarray], rtol: float) -> NDArray[np.bool_]:
     """True for the runs that are sensitive, see the module docstring, from the changes of their outputs."""
     # Written so that NaN, a failed run, is never within its limit.
-    within = [moves[name] <= rtol for name in RELATIVE] + [moves[name] <= 0.0 for name in COUNTED]
-    return ~np.logical_and.reduce(within)
+    is_within = [moves[name] <= rtol for name in RELATIVE] + [moves[name] <= 0.0 for name in COUNTED]
+    return ~np.logical_and.reduce(is_within)
 
 
 def check_variables(rtol: float) -> dict[str, CaseVariable]:
@@ -100,8 +100,8 @@ def recomputed(places: NDArray[np.bool_], moves: Mapping[str, np.ndarray], rtol:
     """The variables of `check_variables` (batches, yield forces), from the changes of the runs at ``places``."""
     chunk = not_recomputed((places.shape[0], places.shape[1]))
     chunk[SENSITIVE][places] = is_sensitive(moves, rtol)
-    for name, moved in moves.items():
-        chunk[f"{CHANGE}{name}"][places] = moved
+    for name, change in moves.items():
+        chunk[f"{CHANGE}{name}"][places] = change
     return chunk
 
 
@@ -113,11 +113,11 @@ class AtLeastOne:
         self._least = inf
         self._next = (0, 0)
 
-    def see(self, batches: range, made: NDArray[np.bool_], sensitive: NDArray[np.int8]) -> None:
+    def see(self, batches: range, is_made: NDArray[np.bool_], sensitive: NDArray[np.int8]) -> None:
         """Look at batches: which runs were made and are complete, and which of them were repeated."""
         self._none_drawn = self._none_drawn and not (sensitive >= 0).any()
-        if self._none_drawn and made.any():
-            lots = np.where(made, draws(batches, made.shape[1]), inf)
+        if self._none_drawn and is_made.any():
+            lots = np.where(is_made, draws(batches, is_made.shape[1]), inf)
             batch, place = np.unravel_index(lots.argmin(), lots.shape)
             if lots[batch, place] < self._least:
                 self._least, self._next = float(lots[batch, place]), (batches.start + int(batch), int(place))

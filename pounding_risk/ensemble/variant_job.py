@@ -1,4 +1,4 @@
-"""The job of a scene with axes of its numbers: for each place along them the grid of the scene that stands there.
+"""The job of a scene with axes of its numbers: for each place along them the grid of the scene at that place.
 
 The batches of one place follow each other, so that a batch is solved, checked and written as by a scan of that scene
 alone; what the scenes share is computed once.
@@ -62,14 +62,14 @@ class VariantJob(Job):
         self.scan_input, self._kind = scan_input, kind
         self.variants = Variants(study, ordered_axes(study, kind))
         self._jobs: Shared[GridJob] = Shared(JOBS)
-        self._held: dict[str, Shared[Any]] | None = None
+        self._caches: dict[str, Shared[Any]] | None = None
         self._peaks: dict[Any, Any] = {}
         self._unflagged = as_before(scan_input.motions, study)
         self.drawn: DrawnMotions | None = None  # the motion of each sample, where it has one
         if study.uncertain is not None and study.uncertain.is_drawn:
             self.drawn = study.uncertain.drawn_motions(len(scan_input.motions), len(study.records.polarities))
         self._first = self._made(0)
-        self._held, self.each, self.width = self._first.held, self._first.batches, self._first.width
+        self._caches, self.each, self.width = self._first.caches, self._first.batches, self._first.width
         self.batches = self.each * self.variants.count
         self.shape = (*self.variants.shape, *self._first.shape)
         self.bytes_per_batch = self._first.bytes_per_batch
@@ -99,8 +99,8 @@ class VariantJob(Job):
         job: GridJob = self._kind(self.scan_input._replace(study=scene, motions=motions))  # type: ignore[call-arg]
         job.number, job.free_key = number, (self._kind.alone_key(scene), motion)
         job.peaks = self._peaks.setdefault(motion, {})
-        if self._held is not None:
-            job.held = self._held
+        if self._caches is not None:
+            job.caches = self._caches
             job.own_kernels = self._first.own_kernels
         else:
             job.own_kernels = job.worth_kernels(self.variants.count)
@@ -122,16 +122,16 @@ class VariantJob(Job):
     @cached_property
     def prepared(self) -> str:
         """Digest of what the first and the last scene's runs are made of, which depends on the kind of processor."""
-        ends = [self.job(number).prepared for number in (0, self.variants.count - 1)]
-        return blake2b("".join(ends).encode(), digest_size=16).hexdigest()
+        digests = [self.job(number).prepared for number in (0, self.variants.count - 1)]
+        return blake2b("".join(digests).encode(), digest_size=16).hexdigest()
 
     def law_at(self, batch: int) -> int:
         return self._first.law_at(batch % self.each)
 
     def solve(self, batches: range, stop: Callable[[], bool] = never) -> Chunk | None:
         chunks: list[Chunk] = []
-        for number, of_scene, _ in by_scene(batches, self.each):
-            chunk = self.job(number).solve(of_scene, stop)
+        for number, scene_batches, _ in by_scene(batches, self.each):
+            chunk = self.job(number).solve(scene_batches, stop)
             if chunk is None:
                 return None
             chunks.append(chunk)
@@ -139,7 +139,7 @@ class VariantJob(Job):
 
     @cached_property
     def template(self) -> Template:
-        """The dataset without the values of its cases: what differs along an axis has it as a dimension."""
+        """The dataset without the values of its cases: variables that differ along an axis have it as a dimension."""
         base, gathered = self._first.template, self._gathered()
         names = tuple(axis.name for axis in self.variants.axes)
         about = {} if self.study.uncertain is None else self.study.uncertain.attributes()
@@ -147,35 +147,35 @@ class VariantJob(Job):
         # Where a gap is drawn its label is the stated one, and `interface_gap` says which each sample has.
         skeleton = skeleton.assign_coords(gap=base.skeleton["gap"].variable.copy(data=np.array(self.study.grid.gaps)))
         motions = axes_of_motions(self.study)
-        one_place = {} if motions[-1] in skeleton.sizes else {motions[-1]: 0}  # which is no dimension
+        single_places = {} if motions[-1] in skeleton.sizes else {motions[-1]: 0}  # which is no dimension
         if self.drawn is not None:
             skeleton = with_drawn_motions(skeleton, self.study, self.scan_input.motions, self.drawn)
-            one_place |= dict.fromkeys(motions[:-1], 0)
+            single_places |= dict.fromkeys(motions[:-1], 0)
         for name, (along, array) in gathered.free.differing().items():
             dims = (*(names[axis] for axis in along), *motions, *own_dims(name))
-            variable = Variable(dims, array, base.skeleton[name].attrs).isel(one_place)
+            variable = Variable(dims, array, base.skeleton[name].attrs).isel(single_places)
             skeleton = skeleton.assign({name: variable})
         coordinates = self._first.coordinates(whole=True)
         for name, (along, array) in gathered.coords.differing().items():
             dims, _, about = coordinates[name]
             variable = Variable((*(names[axis] for axis in along), *dims), array, about)
-            skeleton = skeleton.assign_coords({name: variable.isel(one_place, missing_dims="ignore")})
+            skeleton = skeleton.assign_coords({name: variable.isel(single_places, missing_dims="ignore")})
         skeleton.attrs = self._attributes(dict(base.skeleton.attrs), gathered)
         return Template(skeleton, base.cases, self.shape, names)
 
     def _gathered(self) -> Gathered:
-        """What the datasets of all scenes have beside their cases."""
+        """The variables and attributes of all scenes beside their cases."""
         free, coords, tables, attributes = (Stack(self.variants.shape) for _ in range(4))
         gathered = Gathered(free, coords, tables, attributes, {}, {})
         for number in range(self.variants.count):
             job = self.job(number)
             gathered.free.add(number, self._free(number, job))
             coordinates = job.coordinates(whole=True)
-            gathered.coords.add(number, {name: np.asarray(about[1]) for name, about in coordinates.items()})
+            gathered.coords.add(number, {name: np.asarray(facts[1]) for name, facts in coordinates.items()})
             gathered.tables.add(number, _leaves(job.study))
             notes = of_input(job.study, job.scan_input.motions)
-            noted = {"notes": as_text(list(notes))} if notes else {}
-            gathered.attributes.add(number, job.numbers() | flags_of(job.study, job.scan_input.motions) | noted)
+            note_attrs = {"notes": as_text(list(notes))} if notes else {}
+            gathered.attributes.add(number, job.numbers() | flags_of(job.study, job.scan_input.motions) | note_attrs)
             gathered.notes.update(dict.fromkeys(notes))
             for motion in job.scan_input.motions:
                 gathered.flags.setdefault(motion.name, {}).update(dict.fromkeys(motion.flags))
@@ -188,17 +188,19 @@ class VariantJob(Job):
         return {f"{name}_free": array for name, array in job.free_values().items()}
 
     def _attributes(self, first: dict[str, Any], gathered: Gathered) -> dict[str, Any]:
-        """The attributes of the whole dataset from those of the first scene; what differs is stated by place alone."""
-        of_study = _leaves(self.study)
-        # What is the same in all scenes and unlike the study's own, which has none of their values, is stated too.
-        tables = [one for one in gathered.tables.as_lists(whole=True) if one[1] or of_study.get(one[0], one) != one[2]]
+        """The attributes of the whole dataset from those of the first scene; those that differ are stated by place."""
+        study_leaves = _leaves(self.study)
+        # Tables that are the same in all scenes and unlike the study's own are stated too.
+        tables = [
+            row for row in gathered.tables.as_lists(whole=True) if row[1] or study_leaves.get(row[0], row) != row[2]
+        ]
         variants = {"tables": tables, "attributes": gathered.attributes.as_lists()}
         differing = {name for name, *_ in variants["attributes"]}
-        drawn = self.study.uncertain
-        of_places = with_ranges(gathered.notes, self.study)
-        notes = [*(() if drawn is None else drawn.notes()), *of_places]
-        if drawn is not None and "notes" not in differing:
-            variants["attributes"].append(["notes", [], as_text(of_places) if of_places else None])
+        uncertain = self.study.uncertain
+        place_notes = with_ranges(gathered.notes, self.study)
+        notes = [*(() if uncertain is None else uncertain.notes()), *place_notes]
+        if uncertain is not None and "notes" not in differing:
+            variants["attributes"].append(["notes", [], as_text(place_notes) if place_notes else None])
         attrs = {name: attribute for name, attribute in first.items() if name not in differing}
         attrs |= made_from(self.study, self.scan_input.motions)
         if self.drawn is not None:
@@ -238,20 +240,20 @@ class VariantWriter:
         self._parts: Counter[str] = Counter()
 
     def values(self, batches: range, chunk: Chunk) -> Chunk:
-        written: list[Chunk] = []
-        for number, of_scene, where in by_scene(batches, self._job.each):
+        variables: list[Chunk] = []
+        for number, scene_batches, rows in by_scene(batches, self._job.each):
             if number != self._number:
                 self._close()
                 self._number, self._writer = number, self._job.job(number).writer()
             assert self._writer is not None, "opened just now"
-            written.append(self._writer.values(of_scene, {name: values[where] for name, values in chunk.items()}))
-        return joined(written)
+            variables.append(self._writer.values(scene_batches, {name: values[rows] for name, values in chunk.items()}))
+        return joined(variables)
 
     def known(self, batches: range) -> Chunk:
         """Every case variable of these batches, whose scenes are known."""
-        job, written = self._job, []
+        job, variables = self._job, []
         assert job.known is not None, "asked of known batches alone"
-        for number, of_scene, _ in by_scene(batches, job.each):
+        for number, scene_batches, _ in by_scene(batches, job.each):
             places = job.places(number)
             if number != self._number:
                 self._close()
@@ -259,12 +261,12 @@ class VariantWriter:
                 if counts := job.known.attribute(PARTS, places):
                     self._parts.update(json.loads(counts))
                     self._counts.add(number, {PARTS: counts})
-            whole = job.known.cases(places, job.template)
-            written.append({name: array[of_scene.start : of_scene.stop] for name, array in whole.items()})
-        return joined(written)
+            arrays = job.known.cases(places, job.template)
+            variables.append({name: array[scene_batches.start : scene_batches.stop] for name, array in arrays.items()})
+        return joined(variables)
 
     def _close(self) -> None:
-        """Take what the writer of a scene knows after its last batch."""
+        """Take the corrections and counts of the writer of a scene after its last batch."""
         if self._writer is None:
             return
         finish, first = self._writer.finish(), self._number * self._job.each

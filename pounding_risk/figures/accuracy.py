@@ -23,7 +23,7 @@ LOOKS = {
     "SciPy Radau": ("#000000", "P"),
 }
 FLOOR = 1e-14  # where errors of zero are drawn
-WORST = 1e1  # and what is above: a motion that blew up
+WORST = 1e1  # where larger errors are drawn: a motion that blew up
 
 
 def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
@@ -57,13 +57,13 @@ def accuracy_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     return figure
 
 
-def _draw(axis: Any, dataset: xr.Dataset, which: tuple[str, str], style: tuple[str, str]) -> None:
-    (solver, output), (colour, marker) = which, style
+def _draw(axis: Any, dataset: xr.Dataset, curve: tuple[str, str], style: tuple[str, str]) -> None:
+    (solver, output), (colour, marker) = curve, style
     settings = dataset.isel(setting=np.flatnonzero(dataset["method"].values == solver)).sel(output=output)
     times = settings["time"].values
     middle, worst = np.array([summed_up(error) for error in settings["error"].values]).T
     if output in COUNTED:
-        middle = worst  # right or wrong: what counts is whether every case is right
+        middle = worst  # a count is right or wrong: it matters whether every case is right
     is_known = ~np.isnan(middle) & (middle < WORST)
     line = {"color": colour, "linewidth": 2.2 if solver == EVENT else 1.2, "zorder": 4 if solver == EVENT else 3}
     # The legend's entry, with line and marker, whether or not there is anything to draw.
@@ -71,20 +71,20 @@ def _draw(axis: Any, dataset: xr.Dataset, which: tuple[str, str], style: tuple[s
     if output not in COUNTED:
         axis.plot(times[is_known], np.maximum(middle[is_known], FLOOR), **line)
         axis.plot(times[is_known], np.clip(worst[is_known], FLOOR, WORST), linestyle=":", color=colour, linewidth=0.9)
-    exact = is_known & (middle <= FLOOR)
-    for some, face in ((is_known & ~exact, colour), (exact, "white")):
-        errors = np.maximum(middle[some], FLOOR)
-        axis.plot(times[some], errors, marker, color=colour, markerfacecolor=face, markersize=5, zorder=5)
+    is_exact = is_known & (middle <= FLOOR)
+    for mask, face in ((is_known & ~is_exact, colour), (is_exact, "white")):
+        errors = np.maximum(middle[mask], FLOOR)
+        axis.plot(times[mask], errors, marker, color=colour, markerfacecolor=face, markersize=5, zorder=5)
     if output == "peak_relative_displacement" and solver in (EVENT, "Runge-Kutta 4"):
         _name_settings(axis, settings, middle, is_known)
 
 
 def _name_settings(axis: Any, settings: xr.Dataset, middle: np.ndarray, is_known: np.ndarray) -> None:
     """Write the setting beside three tolerances of the first panel, and below the ends of a line of time steps."""
-    values, known = settings["parameter"].values, np.flatnonzero(is_known)
-    tolerance = "rtol" in str(settings["setting"].values[0])
-    shift = (-6, -3) if tolerance else (0, -5)
-    ends = (1e-3, 1e-6, 1e-9) if tolerance else values[known[[0, -1]]] if known.size else ()
+    values, known_indices = settings["parameter"].values, np.flatnonzero(is_known)
+    has_tolerance = "rtol" in str(settings["setting"].values[0])
+    shift = (-6, -3) if has_tolerance else (0, -5)
+    ends = (1e-3, 1e-6, 1e-9) if has_tolerance else values[known_indices[[0, -1]]] if known_indices.size else ()
     for index in (int(np.argmin(np.abs(np.log(values / end)))) for end in ends):
         if is_known[index]:
             words = str(settings["setting"].values[index]).split(", ")[1]

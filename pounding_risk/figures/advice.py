@@ -51,56 +51,56 @@ def advice_figure(advice: Advice, note: str = "") -> Figure:
         message(axes[0, 0], reason)
     reach, labels = [1.0], []
     for axis, stiffness_range in zip(axes.flat, ranges, strict=False):
-        drawn, of_panel = _panel(axis, advice, stiffness_range)
-        reach += drawn
-        labels.append(of_panel)
+        panel_ratios, panel_labels = _panel(axis, advice, stiffness_range)
+        reach += panel_ratios
+        labels.append(panel_labels)
     axes[0, 0].set_ylim(min(0.5, 0.8 * min(reach)), max(2.0, 1.25 * max(reach)))
     axes[0, 0].set_ylabel("median over that with the scene's stiffness [1]")
     left_out = len(advice.ranges) - len(ranges)
-    more = f"; {counted(left_out, 'more interface')} not drawn" if left_out else ""
+    more_text = f"; {counted(left_out, 'more interface')} not drawn" if left_out else ""
     condition = (
         f"{plain(advice.scene)}; gap {advice.gap}; {advice.touched} of {counted(advice.cases, 'case')} with contact; "
         "shaded: contacts longer than a wave's passage through a floor and shorter than a tenth of the shorter "
-        f"period; dotted: the scene's stiffness; ticks at the foot: published rules{more}"
+        f"period; dotted: the scene's stiffness; ticks at the foot: published rules{more_text}"
     )
     title(figure, plain(advice.finding), condition, note)
     handles = axes[0, 0].get_legend_handles_labels()[0]
     if handles:
         legend_below(figure, handles, len(handles))
     figure.draw_without_rendering()  # which lays the panels out
-    for of_panel in labels:
+    for panel_labels in labels:
         lowest = -np.inf  # points; a label that would overlap the one below is lifted
-        for label in sorted(of_panel, key=lambda label: float(label.xy[1])):
+        for label in sorted(panel_labels, key=lambda label: float(label.xy[1])):
             height = label.axes.transData.transform(label.xy)[1] * 72.0 / label.axes.figure.dpi
-            lifted = max(height, lowest)
-            label.set_position((5, lifted - height))
-            lowest = lifted + LINE
+            position = max(height, lowest)
+            label.set_position((5, position - height))
+            lowest = position + LINE
     return figure
 
 
 def _panel(axis: Any, advice: Advice, stiffness_range: StiffnessRange) -> tuple[list[float], list[Any]]:
     """The curves of one interface; the values drawn, and the labels at their ends."""
     _frame(axis, stiffness_range)
-    # Of each output the curve whose values change most: at the interface, or of a building beside it that is no wall.
+    # The curve of each output whose values change most: at the interface, or of a building beside it that is no wall.
     places = [stiffness_range.interface, *(name for name in stiffness_range.buildings if name != stiffness_range.wall)]
-    drawn: list[float] = []
+    drawn_ratios: list[float] = []
     labels: list[Any] = []
     for output, (words, marker, colour, dash) in DRAWN.items():
         curves = [advice.influence("stiffness", output, place) for place in places]
-        defined = [curve for curve in curves if curve is not None and curve.verdict]
-        if not defined:
+        candidates = [curve for curve in curves if curve is not None and curve.verdict]
+        if not candidates:
             continue
-        curve = max(defined, key=lambda curve: float(np.nanmax(np.abs(curve.medians))))
+        curve = max(candidates, key=lambda curve: float(np.nanmax(np.abs(curve.medians))))
         ratios = 1.0 + np.array(curve.medians)
         ratios[~(ratios > 0.0)] = np.nan  # none at all has no place on an axis of powers of ten
         multiples = np.array([float(text.removeprefix("× ")) for text in curve.tried])
         stiffnesses = SHOWN[stiffness_range.unit][1] * stiffness_range.own * multiples
         axis.plot(stiffnesses, ratios, dash, color=colour, marker=marker, markersize=5, label=words)
-        drawn += ratios[np.isfinite(ratios)].tolist()
+        drawn_ratios += ratios[np.isfinite(ratios)].tolist()
         if curve.place != stiffness_range.interface and np.isfinite(ratios[-1]):
             end = float(stiffnesses[-1]), float(ratios[-1])
             labels.append(beside(axis, plain(curve.place), end, (5, 0), 7.5, color=colour))
-    return drawn, labels
+    return drawn_ratios, labels
 
 
 def _frame(axis: Any, stiffness_range: StiffnessRange) -> None:

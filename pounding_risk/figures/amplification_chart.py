@@ -53,37 +53,37 @@ def amplification_figure(
     """
     check_kind(results, "amplification")
     if f"{output}_amplification" not in results:
-        known = [known for known in amplification.OUTPUTS if f"{known}_amplification" in results]
-        raise PoundingError(f"output: {output} is not in the dataset, which has {', '.join(known)}; choose one")
-    at = usual_percentile(results) if percentile is None else float(percentile)
-    stays = float(results["fixed_period"][0]) if period is None else float(period)
-    for name, value, unit in (("percentile", at, "%"), ("fixed_period", stays, "s")):
+        outputs = [name for name in amplification.OUTPUTS if f"{name}_amplification" in results]
+        raise PoundingError(f"output: {output} is not in the dataset, which has {', '.join(outputs)}; choose one")
+    percent = usual_percentile(results) if percentile is None else float(percentile)
+    stays_period = float(results["fixed_period"][0]) if period is None else float(period)
+    for name, value, unit in (("percentile", percent, "%"), ("fixed_period", stays_period, "s")):
         if value not in results[name].values:
-            listed = ", ".join(f"{one:g}" for one in results[name].values)
+            listed = ", ".join(f"{label:g}" for label in results[name].values)
             quantity = name.removeprefix("fixed_")
             raise PoundingError(f"{quantity}: {value:g} {unit} is not in the dataset, which has {listed}; choose one")
-    shown = results.sel(fixed_period=[stays])
-    one = shown.isel(fixed_period=0)
-    values = one[f"{output}_amplification"].sel(percentile=at)
+    part = results.sel(fixed_period=[stays_period])
+    chart = part.isel(fixed_period=0)
+    values = chart[f"{output}_amplification"].sel(percentile=percent)
     figure, axes = blank(2, 2, (11.5, 9.0), sharex=True)
     for column, name in enumerate(map(str, results["building"].values)):
         of_building = values.isel(building=column)
-        picture = _map(axes[0, column], one, of_building)
+        picture = _draw_map(axes[0, column], chart, of_building)
         axes[0, column].set_title(plain(f"{name}: {output} with contact over that without"), fontsize=9.5)
-        _sections(axes[1, column], one, of_building)
+        _draw_sections(axes[1, column], chart, of_building)
         axes[1, column].set_xlabel(plain(amplification.ratio_words(results)))
     bar = figure.colorbar(picture, ax=axes[0, :], pad=0.01, aspect=30, ticks=EDGES, label="amplification [1]")
     bar.ax.tick_params(labelsize=8)
     place = ("left", "right").index(str(results.attrs["fixed"]))
-    fixed = plain(f"T({results['building'].values[place]}) = {stays:.3g} s")
+    fixed_text = plain(f"T({results['building'].values[place]}) = {stays_period:.3g} s")
     condition = (
-        f"{motions_words(results)}; {amplification.told_words(results)}; {fixed}; dotted area: no motion touches"
+        f"{motions_words(results)}; {amplification.told_words(results)}; {fixed_text}; dotted area: no motion touches"
     )
-    title(figure, plain(amplification.finding(results, output, at)), condition, note)
+    title(figure, plain(amplification.finding(results, output, percent)), condition, note)
     return figure
 
 
-def _gaps(results: Any) -> tuple[Any, str]:
+def _gap_values(results: Any) -> tuple[Any, str]:
     """The values of the axis of gaps, and its words."""
     if amplification.gap_dim(results) == "gap":
         return 1e3 * results["gap"].values, "gap [mm]"
@@ -92,8 +92,8 @@ def _gaps(results: Any) -> tuple[Any, str]:
     return results["gap_share"].values, f"gap / {of} {at} [1]" if "times" not in of else f"gap / gap required {at} [1]"
 
 
-def _map(axis: Any, results: Any, values: Any) -> Any:
-    """Draw the amplification of one building as shades; returns what a bar of colours needs."""
+def _draw_map(axis: Any, results: Any, values: Any) -> Any:
+    """Draw the amplification of one building as shades; returns the picture for a bar of colours."""
     from matplotlib import colormaps
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
@@ -101,11 +101,11 @@ def _map(axis: Any, results: Any, values: Any) -> Any:
     depths = [*np.linspace(0.04, 0.42, below), 0.5, *np.linspace(0.60, 0.98, above)]
     colours = ListedColormap([colormaps["PuOr_r"](depth) for depth in depths])
     norm = BoundaryNorm(EDGES, len(depths), extend="both")
-    ratios, (gaps, words) = results["period_ratio"].values, _gaps(results)
+    ratios, (gaps, words) = results["period_ratio"].values, _gap_values(results)
     grid = values.transpose(amplification.gap_dim(results), "period_ratio").values
     picture = axis.pcolormesh(ratios, gaps, grid, shading="nearest", rasterized=True, cmap=colours, norm=norm)
-    none = results["contact_share"].transpose(amplification.gap_dim(results), "period_ratio").values == 0.0
-    hatch(axis, (ratios, gaps), none.astype(float), 0.5, "...")
+    no_contact = results["contact_share"].transpose(amplification.gap_dim(results), "period_ratio").values == 0.0
+    hatch(axis, (ratios, gaps), no_contact.astype(float), 0.5, "...")
     axis.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
     ratio_axis(axis, "x", ratios)
     axis.set_ylim(gaps[0], gaps[-1])
@@ -114,9 +114,9 @@ def _map(axis: Any, results: Any, values: Any) -> Any:
     return picture
 
 
-def _sections(axis: Any, results: Any, values: Any) -> None:
+def _draw_sections(axis: Any, results: Any, values: Any) -> None:
     """Draw the amplification over the ratios at some gaps, with 1 marked."""
-    ratios, (gaps, words) = results["period_ratio"].values, _gaps(results)
+    ratios, (gaps, words) = results["period_ratio"].values, _gap_values(results)
     touching = np.flatnonzero(results["contact_share"].max("period_ratio").values > 0.0)
     widest = touching[-1] if touching.size else gaps.size - 1
     places = evenly(int(widest) + 1, SECTIONS)

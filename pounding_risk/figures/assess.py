@@ -61,21 +61,21 @@ def assessment_figure(assessment: Assessment, note: str = "") -> style.Figure:
     panels = [draw_contact, draw_fragilities, *([draw_rates] if assessment.hazard_rows else [])]
     rows, columns = len(assessment.interfaces), len(panels)
     figure, axes = style.blank(rows, columns, (6.5 * columns, 1.0 + 5.0 * rows))
-    for line, one in zip(axes, assessment.interfaces, strict=True):
+    for line, part in zip(axes, assessment.interfaces, strict=True):
         for axis, draw in zip(line, panels, strict=True):
-            draw(axis, assessment, one)
+            draw(axis, assessment, part)
         if rows > 1:
-            line[0].set_title(one.name, fontsize=10, loc="left")
+            line[0].set_title(part.name, fontsize=10, loc="left")
     first = assessment.interfaces[0]
-    findings = "; ".join(_finding(one, rows > 1) for one in assessment.interfaces)
+    findings = "; ".join(_finding(part, rows > 1) for part in assessment.interfaces)
     motions = f"{counted(first.verdict.motions, 'motion')} of {counted(first.verdict.recordings, 'recording')}"
     condition = f"{assessment.title}: {motions} {first.at}"
-    style.title(figure, findings if rows <= MOST_NAMED else _counted(assessment), condition, note)
+    style.title(figure, findings if rows <= MOST_NAMED else _verdict_counts(assessment), condition, note)
     return figure
 
 
-def _counted(assessment: Assessment) -> str:
-    """Sentence on how many gaps of a row have which verdict, and where contact is most likely."""
+def _verdict_counts(assessment: Assessment) -> str:
+    """Sentence on the number of gaps of a row by verdict, and the interface with most contact."""
     words = [interface.verdict.word for interface in assessment.interfaces]
     counts = ", ".join(f"{words.count(word)} {VERDICT_WORDS.get(word, word)}" for word in dict.fromkeys(words))
     worst = max(assessment.interfaces, key=lambda interface: interface.contact_at_gap().probability)
@@ -84,12 +84,12 @@ def _counted(assessment: Assessment) -> str:
     return f"Of {len(words)} gaps {counts}; {most}"
 
 
-def _finding(one: InterfaceAssessment, named: bool) -> str:
-    share, name = one.contact_at_gap(), f"{one.name}: " if named else ""
-    word = VERDICT_WORDS.get(one.verdict.word, one.verdict.word)
-    rate = one.rate_verdict
-    by_rate = "" if rate is None else f", and {VERDICT_WORDS.get(rate.word, rate.word)} for {rate.words}"
-    return f"{name}{own(one.gap, GAP)} is {word}: {share.count} of {counted(share.runs, 'motion')} close it{by_rate}"
+def _finding(part: InterfaceAssessment, is_named: bool) -> str:
+    share, name = part.contact_at_gap(), f"{part.name}: " if is_named else ""
+    word = VERDICT_WORDS.get(part.verdict.word, part.verdict.word)
+    rate = part.rate_verdict
+    rate_text = "" if rate is None else f", and {VERDICT_WORDS.get(rate.word, rate.word)} for {rate.words}"
+    return f"{name}{own(part.gap, GAP)} is {word}: {share.count} of {counted(share.runs, 'motion')} close it{rate_text}"
 
 
 def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) -> None:
@@ -102,8 +102,8 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     rules = {rule.row.rule: rule.upper + rule.bumper for rule in one.separations if rule.upper is not None}
     bumpers = " and bumpers" if any(rule.bumper for rule in one.separations) else ""
     needed = max(closing[-1], one.gap, 1e-6)
-    near = [rules[name] for name in COMBINATIONS if name in rules and rules[name] <= MOST_EMPTY * needed]
-    widest = ROOM * max([needed, *near, *(gap.high for gap in required)])
+    near_rules = [rules[name] for name in COMBINATIONS if name in rules and rules[name] <= MOST_EMPTY * needed]
+    widest = ROOM * max([needed, *near_rules, *(gap.high for gap in required)])
     edges = 1e3 * np.append(steps.gaps, widest)
     bounds = (np.append(ends, ends[-1]) for ends in (steps.low, steps.high))
     words = f"{100 * assessment.confidence:g} % bounds, {counted(round(one.verdict.independent), 'independent motion')}"
@@ -125,7 +125,7 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
         if not gap.bounded:
             axis.plot(ends[1], height, ">", color=REQUIRED, markersize=6)
     # Combinations as marks along the top, each at its own height as SRSS and CQC are often alike; an arrow at the end
-    # stands for one beyond the axis.
+    # stands for a combination beyond the axis.
     for marker, height, name in zip("v^D", HEIGHTS, (name for name in COMBINATIONS if name in rules), strict=False):
         is_beyond = rules[name] > widest
         label = f"{name.upper()}: {say_in(rules[name], 'mm', 3)} of the motions' peaks{bumpers}"
@@ -136,53 +136,53 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     style.legend_under(axis, 2)
 
 
-def draw_fragilities(axis: Any, assessment: Assessment, one: InterfaceAssessment) -> None:
+def draw_fragilities(axis: Any, assessment: Assessment, part: InterfaceAssessment) -> None:
     """Lognormal fragilities of contact at the gap and of yielding, with the shares at their intensities."""
-    contact = next(curve for curve in one.fragility if curve.what == "contact" and curve.gap == one.gap)
-    every = [curve for curve in one.fragility if curve.what == "yield" and not curve.fault]
-    yields = _some_yield_curves(every, one.own_model)
+    contact = next(curve for curve in part.fragility if curve.what == "contact" and curve.gap == part.gap)
+    yield_curves = [curve for curve in part.fragility if curve.what == "yield" and not curve.fault]
+    yields = _some_yield_curves(yield_curves, part.own_model)
     if yields:
-        some = f", {len(yields)} of {len(every)} curves" if len(every) > len(yields) else ""
-        axis.set_title(f"yielding: {style.law_words(str(yields[0].contact_model))}{some}", fontsize=9.5)
+        some_text = f", {len(yields)} of {len(yield_curves)} curves" if len(yield_curves) > len(yields) else ""
+        axis.set_title(f"yielding: {style.law_words(str(yields[0].contact_model))}{some_text}", fontsize=9.5)
     drawn = [curve for curve in (contact, *yields) if not curve.fault]
-    what = "P(contact), P(yield) [1]" if any(curve.what == "yield" for curve in drawn) else "P(contact) [1]"
-    axis.set(xlabel=intensity_label(assessment.intensity), ylabel=what, ylim=(-0.03, 1.12))
+    label = "P(contact), P(yield) [1]" if any(curve.what == "yield" for curve in drawn) else "P(contact) [1]"
+    axis.set(xlabel=intensity_label(assessment.intensity), ylabel=label, ylim=(-0.03, 1.12))
     if not drawn:
         return style.message(axis, f"No fragility at this gap: {contact.fault}")
     _, size = intensity_shown(assessment.intensity)
-    most = max(max(curve.median * np.exp(2.2 * curve.dispersion), curve.stripes[-1].im) for curve in drawn)
-    im = np.linspace(most / POINTS, most, POINTS)
+    largest_im = max(max(curve.median * np.exp(2.2 * curve.dispersion), curve.stripes[-1].im) for curve in drawn)
+    im = np.linspace(largest_im / POINTS, largest_im, POINTS)
     for curve, look in zip(drawn, style.STYLES, strict=False):
         _draw_curve(axis, im, curve, look)
     # Intensities at which motions close the gap, where the curve is from scaling and in the measure of the amplitude.
-    is_own = contact.intensity == one.intensity
-    if contact.method == SCALED and not contact.fault and is_own and one.amplitude is not None:
-        reach = np.sort(one.amplitude * one.gap / np.array(one.closing)) * size
+    is_own = contact.intensity == part.intensity
+    if contact.method == SCALED and not contact.fault and is_own and part.amplitude is not None:
+        reach = np.sort(part.amplitude * part.gap / np.array(part.closing)) * size
         shares = np.arange(1, reach.size + 1) / reach.size
         axis.plot(reach, shares, ".", color=MOTIONS, markersize=6, label="motions, scaled until they close the gap")
     if assessment.hazard_rows:
-        _draw_hazard(axis, assessment, one)
-    axis.set_xlim(0.0, most * size)
+        _draw_hazard(axis, assessment, part)
+    axis.set_xlim(0.0, largest_im * size)
     style.legend_under(axis, 1)
 
 
 def _some_yield_curves(yields: list[Fragility], model: str) -> list[Fragility]:
-    """Some curves of yielding: of the scene's own contact model or the grid's last, from the first to the last F_E."""
+    """Some curves of yielding, from the first to the last F_E: of the scene's own contact model or the grid's last."""
     models = [str(curve.contact_model) for curve in yields]
-    shown = model if model in models else models[-1] if models else ""
-    same = [curve for curve in yields if curve.contact_model == shown]
-    return [same[at] for at in evenly(len(same), MOST_YIELD_CURVES)]
+    drawn_model = model if model in models else models[-1] if models else ""
+    curves = [curve for curve in yields if curve.contact_model == drawn_model]
+    return [curves[index] for index in evenly(len(curves), MOST_YIELD_CURVES)]
 
 
 def _draw_curve(axis: Any, im: Array, curve: Fragility, look: tuple[str, str]) -> None:
     """Draw one fragility, of contact with the band of its standard errors, and the shares at its intensities."""
     colour, dash = look
-    about = "contact"
-    if curve.yield_force is not None:  # of a floor that never yields, that of the columns
-        about = f"$F_E$ {own(curve.yield_force, YIELD_FORCE) if np.isfinite(curve.yield_force) else 'of columns'}"
+    subject = "contact"
+    if curve.yield_force is not None:  # where floors never yield, columns do
+        subject = f"$F_E$ {own(curve.yield_force, YIELD_FORCE) if np.isfinite(curve.yield_force) else 'of columns'}"
     _, size = intensity_shown(curve.intensity)
     median = say_level(curve.median, intensity_quantity(curve.intensity), 3)
-    label = f"{about}, gap {own(curve.gap, GAP)}: median {median}, dispersion {curve.dispersion:.2f}"
+    label = f"{subject}, gap {own(curve.gap, GAP)}: median {median}, dispersion {curve.dispersion:.2f}"
     label += f" ({SCALED}, times {curve.factor:.2g})" if curve.method == SCALED else ""
     axis.plot(im * size, curve.probability(im), color=colour, linestyle=dash, linewidth=1.8, label=label)
     if curve.what == "contact":
@@ -197,37 +197,37 @@ def _draw_curve(axis: Any, im: Array, curve: Fragility, look: tuple[str, str]) -
             axis.fill_between(im * size, *ends, color=colour, alpha=0.15, linewidth=0.0, label=words)
     if curve.method != SCALED:
         stripes = [stripe for stripe in curve.stripes if stripe.runs]
-        where, shares = ([stripe.im * size for stripe in stripes], [stripe.count / stripe.runs for stripe in stripes])
+        ims, shares = ([stripe.im * size for stripe in stripes], [stripe.count / stripe.runs for stripe in stripes])
         sizes = [12.0 + 40.0 * stripe.runs / max(other.runs for other in stripes) for stripe in stripes]
-        axis.scatter(where, shares, sizes, color=colour, alpha=0.55, linewidths=0.0, zorder=3)
+        axis.scatter(ims, shares, sizes, color=colour, alpha=0.55, linewidths=0.0, zorder=3)
 
 
-def _draw_hazard(axis: Any, assessment: Assessment, one: InterfaceAssessment) -> None:
+def _draw_hazard(axis: Any, assessment: Assessment, part: InterfaceAssessment) -> None:
     """Draw the range of the hazard curve, with the probability of contact in 50 years by motions of that range."""
     unit, size = intensity_shown(assessment.intensity)
     ends = [assessment.hazard_rows[end][0] * size for end in (0, -1)]
     words = f"hazard curve, {ends[0]:.3g} to {ends[1]:.3g} {unit}".rstrip()
-    for curve, rate in zip(one.fragility, one.rates, strict=True):
-        if curve.what == "contact" and curve.gap == one.gap and not rate.fault:
+    for curve, rate in zip(part.fragility, part.rates, strict=True):
+        if curve.what == "contact" and curve.gap == part.gap and not rate.fault:
             words += f": contact in 50 years {'at least ' if rate.at_least else ''}{100.0 * rate.fifty_years:.2g} %"
             words += f", about {100.0 * rate.missing:.0f} % of contacts beyond it" if rate.at_least else ""
     axis.axvspan(*ends, ymin=0.0, ymax=0.03, color=style.QUIET, alpha=0.6, linewidth=0.0, label=words)
 
 
-def draw_rates(axis: Any, assessment: Assessment, one: InterfaceAssessment) -> None:
+def draw_rates(axis: Any, assessment: Assessment, part: InterfaceAssessment) -> None:
     """The annual rate of contact against the gap with its bounds, the target, the gap, and the gaps for rates."""
-    required = [gap for gap in one.gaps_for_rates if not gap.fault]
-    lines = rate_lines(one.rates, one.gaps_for_rates)
-    lacking = next((gap for gap in one.gaps_for_rates if gap.fault), None)
+    required = [gap for gap in part.gaps_for_rates if not gap.fault]
+    lines = rate_lines(part.rates, part.gaps_for_rates)
+    lacking = next((gap for gap in part.gaps_for_rates if gap.fault), None)
     axis.set(xlabel="gap [mm]", ylabel="rate of contact [1/year]")
     if not lines.gaps.size:
         return style.message(axis, f"No rate of contact: {lacking.fault if lacking else 'no fragility of contact'}")
     if len(lines.gaps) == 1:
-        why = f". For {lacking.words}: {lacking.fault}" if lacking else ""
-        style.message(axis, f"A rate at one gap alone{why}", 32)
+        reason = f". For {lacking.words}: {lacking.fault}" if lacking else ""
+        style.message(axis, f"A rate at one gap alone{reason}", 32)
     _draw_rate_lines(axis, lines, assessment)
     axis.set_yscale("log")
-    axis.axvline(1e3 * one.gap, color=style.MEANING["gap"], linewidth=1.4, label=f"the gap, {own(one.gap, GAP)}")
+    axis.axvline(1e3 * part.gap, color=style.MEANING["gap"], linewidth=1.4, label=f"the gap, {own(part.gap, GAP)}")
     if assessment.target_rate is not None:
         words = f"target {assessment.target_rate_words}"
         axis.axhline(assessment.target_rate, color=style.MEANING["target"], linestyle=":", linewidth=1.4, label=words)
@@ -240,12 +240,12 @@ def draw_rates(axis: Any, assessment: Assessment, one: InterfaceAssessment) -> N
     for gap in bars:
         look: dict[str, Any] = {"linewidth": 3.0, "alpha": 0.6, "solid_capstyle": "butt", "label": "its bounds"}
         axis.plot(1e3 * np.array([gap.low, gap.high]), [gap.rate] * 2, color=REQUIRED, **look)
-    reach = [one.gap, lines.gaps.min(), *(gap.gap for gap in required), *(gap.high for gap in bars)]
+    reach = [part.gap, lines.gaps.min(), *(gap.gap for gap in required), *(gap.high for gap in bars)]
     widest = ROOM * max(length for length in reach if np.isfinite(length))
-    shown = (lines.gaps <= widest) & (lines.annual > 0.0)
+    is_shown = (lines.gaps <= widest) & (lines.annual > 0.0)
     axis.set_xlim(0.0, 1e3 * widest)
     lowest = lines.low if len(lines.gaps) == 1 else lines.annual
-    axis.set_ylim(0.5 * lowest[shown].min(initial=required[-1].rate if required else np.inf), None)
+    axis.set_ylim(0.5 * lowest[is_shown].min(initial=required[-1].rate if required else np.inf), None)
     axis.secondary_yaxis("right", functions=(_inverse, _inverse)).set_ylabel("return period [years]")
     style.legend_under(axis, 2)
 
@@ -271,21 +271,21 @@ def _inverse(values: Array) -> Array:
 def drawn_forces(shares: Sequence[Share]) -> list[float]:
     """The yield forces of a figure of yielding [N], from the least to the largest."""
     forces = sorted({np.nan if share.yield_force is None else share.yield_force for share in shares})
-    return [forces[at] for at in evenly(len(forces), MOST_FORCES)]
+    return [forces[index] for index in evenly(len(forces), MOST_FORCES)]
 
 
 def draw_yielding(axis: Any, shares: Sequence[Share], gap: float) -> None:
     """P(yield) with bounds against the gap, a line for each of some yield forces, and a mark at the assessed gap."""
     forces = drawn_forces(shares)
     for force, (colour, dash) in zip(forces, style.strength_styles(len(forces)), strict=True):
-        same = [share for share in shares if share.yield_force == force]
-        gaps = 1e3 * np.array([share.gap for share in same])
-        # Marks where it was counted; between them the line only leads the eye.
+        force_shares = [share for share in shares if share.yield_force == force]
+        gaps = 1e3 * np.array([share.gap for share in force_shares])
+        # Marks at the gaps that were run; the line between them only leads the eye.
         marker, words = "o" if len(gaps) <= FEW else "", "columns' own" if np.isinf(force) else style.force_words(force)
         look = {"color": colour, "linestyle": dash, "marker": marker, "markersize": 4, "linewidth": 1.8}
-        axis.plot(gaps, [share.probability for share in same], label=words, **look)
+        axis.plot(gaps, [share.probability for share in force_shares], label=words, **look)
         if len(forces) <= 3:
-            bounds = np.array([(share.low_recordings, share.high_recordings) for share in same]).T
+            bounds = np.array([(share.low_recordings, share.high_recordings) for share in force_shares]).T
             axis.fill_between(gaps, *bounds, color=colour, alpha=0.15, linewidth=0.0)
     axis.axvline(1e3 * gap, color=style.MEANING["gap"], linewidth=1.4, label=f"the gap, {own(gap, GAP)}")
     axis.set(xlabel="gap [mm]", ylabel="P(reaching $F_E$) [1]", ylim=(-0.03, 1.03))

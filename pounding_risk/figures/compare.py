@@ -41,7 +41,7 @@ ROW_HEIGHT = 0.36  # inches of a law in the panels above
 FEWEST_ROWS = 4  # that these panels have room for, so that their titles and ticks do not meet
 FAMILIES = {"N/m": "k", "N/m^1.5": "β"}  # letters of stiffness by its unit
 MARKERS = "os^D"  # along an axis, of laws that share a style, which repeat after six
-MOST_SHADED = 4  # laws whose ranges are all drawn along an axis; of more that of the one which goes furthest
+MOST_SHADED = 4  # laws whose ranges are all drawn along an axis; of more laws only the widest range
 MOST_MARKED = 12  # places along an axis that are marked on a line
 
 
@@ -69,34 +69,34 @@ def agreement_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     PoundingError
         For a dataset with several places along axes of numbers of its scene, and an interface that it has not.
     """
-    which, dataset = _at_interface(dataset, interface)
+    interface_text, dataset = _at_interface(dataset, interface)
     laws = _laws(dataset)
     height = ROW_HEIGHT * max(len(laws), FEWEST_ROWS)
     heights = (height, 2.4) if "history" in dataset else (height,)
     figure, axes = style.blank(len(heights), 6, (15.0, 1.2 + sum(heights)), height_ratios=heights)
     # A law with terms of its own may lie beyond the scale.
-    shown = dataset.isel(output=[str(name).partition(",")[0] in PANELS for name in dataset["output"].values])
-    shown = shown.isel(contact_model=~findings.with_terms_of_its_own(dataset))
-    limits = ratio_limits(shown["ratio_low"].values, shown["ratio_high"].values)
+    part = dataset.isel(output=[str(name).partition(",")[0] in PANELS for name in dataset["output"].values])
+    part = part.isel(contact_model=~findings.with_terms_of_its_own(dataset))
+    limits = ratio_limits(part["ratio_low"].values, part["ratio_high"].values)
     for axis, panel in zip(axes[0, :4], PANELS, strict=True):
-        _ratios(axis, dataset, panel, (laws, limits))
+        _draw_ratios(axis, dataset, panel, (laws, limits))
         style.logarithmic(axis, "x", *limits, ratio_ticks(limits))  # one scale: what hardly moves looks so
-    _flips(axes[0, 4], dataset, laws)
-    _ranks(axes[0, 5], dataset, laws)
+    _draw_flips(axes[0, 4], dataset, laws)
+    _draw_ranks(axes[0, 5], dataset, laws)
     for axis in axes[0, 1:]:
         axis.tick_params(labelleft=False)
-    achieved = dict(zip(dataset["contact_model"].values, dataset["reference_restitution"].values, strict=True))
-    labels = [name if np.isnan(achieved[name]) else f"{name}, e {achieved[name]:.2f}" for name, _ in laws]
+    e_achieved = dict(zip(dataset["contact_model"].values, dataset["reference_restitution"].values, strict=True))
+    labels = [name if np.isnan(e_achieved[name]) else f"{name}, e {e_achieved[name]:.2f}" for name, _ in laws]
     axes[0, 0].set_yticks(range(len(laws)), labels, fontsize=9)
     axes[0, 0].get_yticklabels()[0].set_fontweight("bold")
     if "history" in dataset:
-        _history(style.joined(figure, axes[1]), dataset, laws)
+        _draw_history(style.joined(figure, axes[1]), dataset, laws)
     cases = counted(dataset["impact_count"].size // len(laws), "case")
     terms = (
         f"{dataset.attrs['title']}; {cases} a law; same {terms_words(dataset)}; "
         f"ratios: median and {findings.LOW:g}-{100 - findings.LOW:g} % of the cases with contact"
     )
-    style.title(figure, str(dataset.attrs["finding"]), "; ".join(filter(None, (which, terms))), note)
+    style.title(figure, str(dataset.attrs["finding"]), "; ".join(filter(None, (interface_text, terms))), note)
     return figure
 
 
@@ -104,8 +104,8 @@ def _at_interface(dataset: xr.Dataset, interface: str | None) -> tuple[str, xr.D
     """Words on the interface that is drawn, and its part of a comparison at one place."""
     dataset = at_one_place(dataset, "the comparison")
     index = findings.place_of_interface(dataset, interface)
-    which = findings.which_interface(dataset, index)
-    return which and f"At {which}", findings.of_interface(dataset, index)
+    interface_text = findings.which_interface(dataset, index)
+    return interface_text and f"At {interface_text}", findings.of_interface(dataset, index)
 
 
 def _laws(dataset: xr.Dataset) -> Laws:
@@ -114,25 +114,25 @@ def _laws(dataset: xr.Dataset) -> Laws:
     laws = []
     names = map(str, dataset["contact_model"].values)
     facts = dataset["dissipates"].values, dataset["capped"].values, findings.with_terms_of_its_own(dataset)
-    for name, damped, capped, is_own in zip(names, *facts, strict=True):
-        kind = "elastic" if not damped else "dissipates, yields" if capped else "dissipates"
+    for name, is_damped, is_capped, is_own in zip(names, *facts, strict=True):
+        kind = "elastic" if not is_damped else "dissipates, yields" if is_capped else "dissipates"
         laws.append((name, "e and force its own" if is_own else kind))
     return sorted(laws, key=lambda law: (law[0] != baseline, list(KINDS).index(law[1])))
 
 
 def terms_words(dataset: xr.Dataset) -> str:
-    """What the laws have in common in the reference impact, and at which speed, where that is one."""
-    also = "e and " if dataset.attrs.get("restitution_relation") == "exact" else ""
+    """The terms on which laws are equal in the reference impact, and its speed, where it is one speed."""
+    e_text = "e and " if dataset.attrs.get("restitution_relation") == "exact" else ""
     speed = f" at {dataset.attrs['speed']:g} m/s" if "speed" in dataset.attrs else ""
-    return f"{also}{dataset.attrs['same']}{speed} as {dataset.attrs['reference_law']}"
+    return f"{e_text}{dataset.attrs['same']}{speed} as {dataset.attrs['reference_law']}"
 
 
-def _rows(axis: Any, laws: Laws, words: str, below: str) -> None:
+def _set_up_rows(axis: Any, laws: Laws, words: str, x_label: str) -> None:
     """Set up a panel that has a row for each law."""
     axis.set_ylim(len(laws) - 0.5, -0.5)
     axis.set_yticks(range(len(laws)))
     axis.set_title(words, fontsize=9.5)
-    axis.set_xlabel(below, fontsize=9)
+    axis.set_xlabel(x_label, fontsize=9)
     axis.tick_params(axis="x", labelsize=8.5)
 
 
@@ -158,14 +158,14 @@ def ratio_ticks(limits: tuple[float, float]) -> list[float]:
     return ticks
 
 
-def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple[float, float]]) -> None:
-    """Draw median and range of the ratios of one output; of one known by building, the right one's below, open.
+def _draw_ratios(axis: Any, dataset: xr.Dataset, panel: str, laws_and_limits: tuple[Laws, tuple[float, float]]) -> None:
+    """Draw median and range of the ratios of one output; of an output by building, the right building's below, open.
 
     ``shown`` = (laws, ends of the scale); a median beyond them stands at the edge as a number.
     """
-    laws, limits = shown
+    laws, limits = laws_and_limits
     outputs = [str(name) for name in dataset["output"].values if str(name).partition(",")[0] == panel]
-    _rows(axis, laws, panel, "over the baseline's [1]")
+    _set_up_rows(axis, laws, panel, "over the baseline's [1]")
     axis.axvspan(1.0 - findings.NOTABLE, 1.0 + findings.NOTABLE, color="#e4e4e4", linewidth=0.0, zorder=0)
     axis.axvline(1.0, color="black", linewidth=0.9)
     for row, (name, kind) in enumerate(laws):
@@ -178,8 +178,8 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple
             height = row + (number - 0.5 * (len(outputs) - 1)) * 0.32
             if not limits[0] <= middle <= limits[1]:
                 edge = (0.98, "right") if middle > limits[1] else (0.02, "left")
-                where = {"transform": axis.get_yaxis_transform(), "ha": edge[1], "va": "center", "fontsize": 8.5}
-                axis.text(edge[0], height, f"{middle:.2g}", color=colour, **where)
+                look = {"transform": axis.get_yaxis_transform(), "ha": edge[1], "va": "center", "fontsize": 8.5}
+                axis.text(edge[0], height, f"{middle:.2g}", color=colour, **look)
                 continue
             axis.plot([low, high], [height, height], color=colour, linewidth=2.4 if number == 0 else 1.3)
             for end, is_cut, mark in ((limits[0], low < limits[0], "<"), (limits[1], high > limits[1], ">")):
@@ -196,9 +196,9 @@ def _ratios(axis: Any, dataset: xr.Dataset, panel: str, shown: tuple[Laws, tuple
         style.legend_under(axis, 1)
 
 
-def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
+def _draw_flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     """Draw the share of the cases in which a law leads to another conclusion than the baseline."""
-    _rows(axis, laws, "conclusions that flip", "share of the cases [%]")
+    _set_up_rows(axis, laws, "conclusions that flip", "share of the cases [%]")
     names = [name for name, _ in laws]
     largest = 10.0
     for number, (conclusion, words) in enumerate(JUDGED):
@@ -211,9 +211,9 @@ def _flips(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     style.legend_under(axis, 1)
 
 
-def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
+def _draw_ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     """Draw Spearman's correlation of the motions' ranks with the baseline's."""
-    _rows(axis, laws, "motions ranked alike", "Spearman's correlation [1]")
+    _set_up_rows(axis, laws, "motions ranked alike", "Spearman's correlation [1]")
     for number, (output, words) in enumerate(RANKED):
         values = dataset["rank_agreement"].sel(output=output, contact_model=[name for name, _ in laws]).values
         heights = np.arange(len(laws)) + (number - 0.5) * 0.3
@@ -227,21 +227,21 @@ def _ranks(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     style.legend_under(axis, 1)
 
 
-def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
+def _draw_history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
     """Draw the relative displacement of one case under every law, where they differ most; the baseline in black."""
     history = dataset["history"]
     facts, baseline = history.attrs, findings.place_of(dataset, str(dataset.attrs["baseline"]))
     time, values = dataset["time"].values, history.values * 1e3
     difference = np.nanmax(np.abs(values - values[baseline]), axis=0)
     start = min(max(time[int(difference.argmax())] - 0.4 * SHOWN, 0.0), max(time[-1] - SHOWN, 0.0))
-    shown = (time >= start) & (time <= start + SHOWN)
-    labelled: set[str] = set()
+    is_shown = (time >= start) & (time <= start + SHOWN)
+    labelled_kinds: set[str] = set()
     for name, kind in laws[1:]:
-        at, (colour, _, dash) = findings.place_of(dataset, name), KINDS[kind]
-        label = "" if kind in labelled else kind
-        labelled.add(kind)
-        axis.plot(time[shown], values[at, shown], color=colour, linestyle=dash, linewidth=1.0, label=label)
-    axis.plot(time[shown], values[baseline, shown], color="black", linewidth=1.8, label=laws[0][0], zorder=2.5)
+        row, (colour, _, dash) = findings.place_of(dataset, name), KINDS[kind]
+        label = "" if kind in labelled_kinds else kind
+        labelled_kinds.add(kind)
+        axis.plot(time[is_shown], values[row, is_shown], color=colour, linestyle=dash, linewidth=1.0, label=label)
+    axis.plot(time[is_shown], values[baseline, is_shown], color="black", linewidth=1.8, label=laws[0][0], zorder=2.5)
     low, high = axis.get_ylim()
     axis.set_ylim(low, high + 0.22 * (high - low))  # room for the legend
     axis.axhline(facts["gap"] * 1e3, color=style.QUIET, linestyle=":", linewidth=1.2, label="gap")
@@ -251,10 +251,10 @@ def _history(axis: Any, dataset: xr.Dataset, laws: Laws) -> None:
         f"gap {say_in(facts['gap'], 'mm', 6)}, {style.force_words(facts['yield_force'])}, {style.motion_words(facts)}"
     )
     point = str(facts.get("contact_point", ""))
-    where = "Peaks" if point == facts.get("interface", "") else f"{facts['interface']}, floors {point}: peaks"
-    words = f"{where} of {peaks.min():.1f} to {peaks.max():.1f} mm in a case of median spread: {case}"
+    place_text = "Peaks" if point == facts.get("interface", "") else f"{facts['interface']}, floors {point}: peaks"
+    words = f"{place_text} of {peaks.min():.1f} to {peaks.max():.1f} mm in a case of median spread: {case}"
     axis.set_title(f"{words}; where laws differ most", fontsize=9.5)
-    axis.legend(fontsize=8, loc="upper right", ncols=len(labelled) + 2, handlelength=2.6)
+    axis.legend(fontsize=8, loc="upper right", ncols=len(labelled_kinds) + 2, handlelength=2.6)
 
 
 def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None = None) -> style.Figure:
@@ -284,9 +284,9 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
     units = [unit for unit in FAMILIES if unit in dataset["stiffness_unit"].values]
     figure, axes = style.blank(len(units), 2, (11.5, 1.4 + 3.3 * len(units)), sharex="col", sharey=True)
     for row, unit in enumerate(units):
-        drawn = [index for index in range(len(names)) if dataset["stiffness_unit"].values[index] == unit]
-        widths = np.linspace(3.2, 1.4, len(drawn))  # lines that lie on one another show: the first is the widest
-        for index, width, (colour, dash) in zip(drawn, widths, style.styles(len(drawn)), strict=True):
+        law_indices = [index for index in range(len(names)) if dataset["stiffness_unit"].values[index] == unit]
+        widths = np.linspace(3.2, 1.4, len(law_indices))  # lines that lie on one another show: the first is the widest
+        for index, width, (colour, dash) in zip(law_indices, widths, style.styles(len(law_indices)), strict=True):
             law = dataset.isel(contact_model=index)
             look = {"color": colour, "linestyle": dash, "linewidth": width}
             force = law["impact_force"].values / 1e6
@@ -300,8 +300,8 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
                             bbox_to_anchor=(1.01, 0.5), frameon=False, handlelength=3.0)  # fmt: skip
     axes[-1, 0].set_xlabel("time since the touch [ms]")
     axes[-1, 1].set_xlabel("penetration [mm]")
-    without = [name for name, unit in zip(names, dataset["stiffness_unit"].values, strict=True) if unit not in units]
-    without_force = f"{', '.join(without)}: no force against penetration" if without else ""
+    forceless = [name for name, unit in zip(names, dataset["stiffness_unit"].values, strict=True) if unit not in units]
+    without_force = f"{', '.join(forceless)}: no force against penetration" if forceless else ""
     blow = (
         f"{say_in(float(dataset['reduced_mass']), 't')} against a wall, same {terms_words(dataset)}, without yielding"
     )
@@ -311,7 +311,7 @@ def reference_figure(dataset: xr.Dataset, note: str = "", interface: str | None 
 
 
 def _reference_finding(dataset: xr.Dataset) -> str:
-    """Sentence on what the laws have in common, where they differ, and the restitution achieved."""
+    """Sentence on the equal terms of the laws, their differences, and the restitution achieved."""
     name, scale, words, unit = "reference_peak_penetration", 1e3, "penetration", "mm"
     if dataset.attrs["same"] == "penetration":
         name, scale, words, unit = "reference_peak_force", 1e-6, "peak force", "MN"
@@ -355,17 +355,17 @@ def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str |
     (axis,) = open_axes(dataset)
     names = findings.interface_names(dataset)
     index = widest_along(dataset) if interface is None else findings.index_of_interface(names, interface)
-    others = {one.name: 0 for one in axes_of(dataset) if one.name != axis.name and one.name in dataset.dims}
-    shown = findings.of_interface(dataset.isel(others), index)
-    labels = shown[list(axis.keys)]
+    other_places = {item.name: 0 for item in axes_of(dataset) if item.name != axis.name and item.name in dataset.dims}
+    part = findings.of_interface(dataset.isel(other_places), index)
+    labels = part[list(axis.keys)]
     labels = labels.drop_vars([name for name in labels.coords if name not in axis.keys])
     figure, panels = style.blank(2, 3, (14.5, 7.4))
-    shades_all = _draw_ratios_along(panels.flat[:4], shown, labels, axis.name)
+    all_shaded = _draw_ratios_along(panels.flat[:4], part, labels, axis.name)
     baseline = str(dataset.attrs["baseline"])
     conclusion, words = JUDGED[0]
-    judged = shown["judged"].sel(conclusion=conclusion)
-    share = 100.0 * shown["flips"].sel(conclusion=conclusion) / judged.where(judged > 0)
-    for name, look in _looks_along(shown, axis.name).items():
+    judged = part["judged"].sel(conclusion=conclusion)
+    share = 100.0 * part["flips"].sel(conclusion=conclusion) / judged.where(judged > 0)
+    for name, look in _law_looks(part, axis.name).items():
         _draw_line(panels[1, 1], share.sel(contact_model=name), labels, look)
     panels[1, 1].set_ylim(0.0, 1.12 * max(10.0, float(share.max()) if share.notnull().any() else 0.0))
     panels[1, 1].set_title(words, fontsize=9.5)
@@ -380,28 +380,28 @@ def agreement_along_figure(dataset: xr.Dataset, note: str = "", interface: str |
         label_side(panel, "x", labels, axis.name)
         panel.tick_params(labelsize=8.5)
     panels[0, 2].legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1.02), frameon=False, handlelength=3.4)
-    runs = shown["impact_count"].size // shown.sizes["contact_model"] // shown.sizes[axis.name]
-    where = f"At interface {names[index]} of {len(names)}" if len(names) > 1 else ""
+    runs = part["impact_count"].size // part.sizes["contact_model"] // part.sizes[axis.name]
+    place_text = f"At interface {names[index]} of {len(names)}" if len(names) > 1 else ""
     caption = (
         f"{dataset.attrs['title']}; {counted(runs, 'case')} a law at each place; same {terms_words(dataset)} at each; "
         f"ratios to {baseline}: median, shaded {findings.LOW:g}-{100 - findings.LOW:g} % of the cases with contact"
-        f"{'' if shades_all else ', of the law that goes furthest'}"
+        f"{'' if all_shaded else ', of the law that goes furthest'}"
     )
     style.title(
-        figure, style.plain(along_finding(dataset)), style.plain("; ".join(filter(None, (where, caption)))), note
+        figure, style.plain(along_finding(dataset)), style.plain("; ".join(filter(None, (place_text, caption)))), note
     )
     return figure
 
 
-def _equal_along(shown: xr.Dataset, axis: str) -> set[str]:
-    """The laws that are on equal terms at any place."""
-    return {name for place in range(shown.sizes[axis]) for name in findings.comparable_laws(shown.isel({axis: place}))}
+def _laws_on_equal_terms(part: xr.Dataset, axis: str) -> set[str]:
+    """The laws that are on equal terms at some place."""
+    return {name for place in range(part.sizes[axis]) for name in findings.comparable_laws(part.isel({axis: place}))}
 
 
-def _looks_along(shown: xr.Dataset, axis: str) -> dict[str, dict[str, Any]]:
-    """Look of every law beside the baseline; that of one which cannot be on equal terms is thin."""
-    names = [str(name) for name in shown["contact_model"].values if str(name) != shown.attrs["baseline"]]
-    equal, looks = _equal_along(shown, axis), {}
+def _law_looks(part: xr.Dataset, axis: str) -> dict[str, dict[str, Any]]:
+    """Look of every law beside the baseline; laws that cannot be on equal terms have thin lines."""
+    names = [str(name) for name in part["contact_model"].values if str(name) != part.attrs["baseline"]]
+    equal, looks = _laws_on_equal_terms(part, axis), {}
     for number, (name, (colour, dash)) in enumerate(zip(names, style.styles(len(names)), strict=True)):
         marker = MARKERS[number // len(style.STYLES) % len(MARKERS)]
         width = 1.6 if name in equal else 0.8
@@ -410,7 +410,7 @@ def _looks_along(shown: xr.Dataset, axis: str) -> dict[str, dict[str, Any]]:
 
 
 def _draw_line(panel: Any, values: xr.DataArray, labels: xr.Dataset, look: dict[str, Any], label: str = "") -> None:
-    """Draw values along the axis; of texts, which have no order, the points alone."""
+    """Draw values along the axis; along texts, which have no order, points without a line."""
     (axis,) = values.dims
     places, _ = shown_values(labels, str(axis))
     if not is_number(labels, str(axis)):
@@ -420,42 +420,42 @@ def _draw_line(panel: Any, values: xr.DataArray, labels: xr.Dataset, look: dict[
     panel.plot(places, values, label=label, markersize=4, **look)
 
 
-def _draw_ratios_along(panels: Any, shown: xr.Dataset, labels: xr.Dataset, axis: str) -> bool:
-    """Draw median ratios of the four outputs, and ranges of laws on equal terms; returns whether of all of these.
+def _draw_ratios_along(panels: Any, part: xr.Dataset, labels: xr.Dataset, axis: str) -> bool:
+    """Draw median ratios of the four outputs, and ranges of laws on equal terms; returns whether all have a range.
 
-    Of an output known by building, that of the building where the laws go furthest.
+    An output by building is drawn at the building where the laws go furthest.
     """
-    looks, equal = _looks_along(shown, axis), _equal_along(shown, axis)
-    shades_all = sum(name in equal for name in looks) <= MOST_SHADED
-    every_place = [shown.isel({axis: place}) for place in range(shown.sizes[axis])]
+    looks, equal = _law_looks(part, axis), _laws_on_equal_terms(part, axis)
+    all_shaded = sum(name in equal for name in looks) <= MOST_SHADED
+    every_place = [part.isel({axis: place}) for place in range(part.sizes[axis])]
 
-    def most(output: str) -> tuple[str, float, float]:
-        """(Law, its range) where an output is moved furthest at any place, of the laws that the finding is about."""
-        ranges = [findings.furthest(one, output, findings.comparable_laws(one) or list(looks)) for one in every_place]
-        return max(ranges, key=lambda one: findings.reach(*one[1:]))
+    def widest(output: str) -> tuple[str, float, float]:
+        """(Law, its range) where an output moves furthest at any place, among the laws of the finding."""
+        ranges = [findings.furthest(at, output, findings.comparable_laws(at) or list(looks)) for at in every_place]
+        return max(ranges, key=lambda law_range: findings.reach(*law_range[1:]))
 
     shaded = {}  # laws by output
     for words in PANELS:
-        known = [str(name) for name in shown["output"].values if str(name).partition(",")[0] == words]
-        output = max(known, key=lambda name: findings.reach(*most(name)[1:]))
-        shaded[output] = [name for name in looks if name in equal] if shades_all else [most(output)[0]]
+        outputs = [str(name) for name in part["output"].values if str(name).partition(",")[0] == words]
+        output = max(outputs, key=lambda name: findings.reach(*widest(name)[1:]))
+        shaded[output] = [name for name in looks if name in equal] if all_shaded else [widest(output)[0]]
     # A law with terms of its own may lie beyond the scale.
     medians = (
-        shown["ratio_median"]
-        .isel(contact_model=~findings.with_terms_of_its_own(shown))
+        part["ratio_median"]
+        .isel(contact_model=~findings.with_terms_of_its_own(part))
         .sel(output=list(shaded))
         .values.ravel()
     )
-    ranges = [shown.sel(output=output, contact_model=laws) for output, laws in shaded.items()]
-    lows, highs = ([one[f"ratio_{end}"].values.ravel() for one in ranges] for end in ("low", "high"))
+    ranges = [part.sel(output=output, contact_model=laws) for output, laws in shaded.items()]
+    lows, highs = ([laws[f"ratio_{end}"].values.ravel() for laws in ranges] for end in ("low", "high"))
     limits = ratio_limits(np.concatenate([medians, *lows]), np.concatenate([medians, *highs]))
     places, _ = shown_values(labels, axis)
     for panel, output in zip(panels, shaded, strict=True):
         panel.axhspan(1.0 - findings.NOTABLE, 1.0 + findings.NOTABLE, color="#e4e4e4", linewidth=0.0, zorder=0)
-        panel.axhline(1.0, color="black", linewidth=1.6, label=f"{shown.attrs['baseline']}, the baseline")
-        beyond = []
+        panel.axhline(1.0, color="black", linewidth=1.6, label=f"{part.attrs['baseline']}, the baseline")
+        beyond_texts = []
         for name, look in looks.items():
-            cell = shown.sel(output=output, contact_model=name)
+            cell = part.sel(output=output, contact_model=name)
             ends = cell["ratio_low"], cell["ratio_high"]
             if name in shaded[output] and is_number(labels, axis):
                 panel.fill_between(places, *ends, color=look["color"], alpha=0.13, linewidth=0.0)
@@ -464,10 +464,10 @@ def _draw_ratios_along(panels: Any, shown: xr.Dataset, labels: xr.Dataset, axis:
             _draw_line(panel, cell["ratio_median"], labels, look, name + ", not on equal terms" * (name not in equal))
             low, high = float(cell["ratio_median"].min()), float(cell["ratio_median"].max())
             if high > limits[1] or low < limits[0]:
-                beyond.append(f"beyond: {name}, {findings.times_words(low, high)}")
-        words = "\n".join(beyond)
+                beyond_texts.append(f"beyond: {name}, {findings.times_words(low, high)}")
+        words = "\n".join(beyond_texts)
         panel.text(0.98, 0.97, words, transform=panel.transAxes, ha="right", va="top", fontsize=8, color=style.QUIET)
         style.logarithmic(panel, "y", *limits, ratio_ticks(limits))
         panel.set_title(output, fontsize=9.5)
         panel.set_ylabel("over the baseline's [1]", fontsize=9)
-    return shades_all
+    return all_shaded

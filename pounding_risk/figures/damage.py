@@ -18,7 +18,7 @@ from pounding_risk.units import SHOWN
 
 MARKS = ("o", "s", "^", "D", "v", "P")  # of states, beside their colours, for print
 LEGEND: dict[str, Any] = {"fontsize": 8, "frameon": False}
-LEAST = 0.01  # probability without pounding, below which a ratio is of the curves' tails alone
+LEAST = 0.01  # probability without pounding, below which a ratio compares the curves' tails alone
 WIDEST = 30.0  # ratio to either side, at the ends of the axis
 MOST_PANELS = 3  # demands of a figure of them
 MOST_ROWS = 5  # demands of a figure of fragilities with more states than marks: as many as a page of a report holds
@@ -50,7 +50,7 @@ def damage_figure(results: xr.Dataset, note: str = "", *, titled: bool = True) -
         For a dataset of another call.
     """
     check_kind(results, "damage")
-    finding_words, results = finding(results), _known(results)
+    finding_words, results = finding(results), _with_demands(results)
     groups, _ = _panels_of(results)
     if len(groups) == 1:
         figure, panels = blank(2, 1, (8.5, 8.4) if titled else (7.2, 7.2), sharex=True, height_ratios=[3, 2])
@@ -58,16 +58,16 @@ def damage_figure(results: xr.Dataset, note: str = "", *, titled: bool = True) -
     else:
         size = (9.6, 1.8 + 2.4 * len(groups)) if titled else (7.2, 0.6 + 2.0 * len(groups))
         figure, panels = blank(len(groups), 2, size, sharex=True, sharey="col")
-    looks = _looks(results, groups)
+    looks = _state_looks(results, groups)
     for (curves, ratios), group in zip(panels, groups, strict=True):
-        of_group = results.sel(state=group)
-        _draw_fragilities(curves, of_group, looks)
-        _draw_ratios(ratios, of_group, looks)
-        handles = _legend(of_group, looks, short=len(groups) > 1)
+        group_results = results.sel(state=group)
+        _draw_fragilities(curves, group_results, looks)
+        _draw_ratios(ratios, group_results, looks)
+        handles = _legend(group_results, looks, short=len(groups) > 1)
         if len(groups) == 1:
             curves.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, **LEGEND)
         else:
-            curves.set_title(plain(_demand(of_group)), fontsize=9.5)
+            curves.set_title(plain(_demand_words(group_results)), fontsize=9.5)
             ratios.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), **LEGEND)
     _scale_ratios(panels[:, 1])
     for axis in panels[-1, len(groups) == 1 :]:
@@ -80,39 +80,39 @@ def damage_figure(results: xr.Dataset, note: str = "", *, titled: bool = True) -
             axis.set_xscale("log")
             logarithmic(axis, "x", *axis.get_xlim())
     if titled:
-        title(figure, plain(finding_words), _of_scene(results, damage_caption(results)), note)
+        title(figure, plain(finding_words), _scene_words(results, damage_caption(results)), note)
     return figure
 
 
 def _panels_of(results: xr.Dataset) -> tuple[list[list[str]], str]:
-    """The states of each panel of fragilities: all in one, or a panel for each demand; words on what is not drawn."""
-    every = list(map(str, results["state"].values))
-    return ([every], "") if len(every) <= len(MARKS) else _by_demand(results, MOST_ROWS)
+    """The states of each panel of fragilities: all in one, or a panel for each demand; words on states left out."""
+    states = list(map(str, results["state"].values))
+    return ([states], "") if len(states) <= len(MARKS) else _panels_by_demand(results, MOST_ROWS)
 
 
-def _by_demand(results: xr.Dataset, most: int) -> tuple[list[list[str]], str]:
-    """States of one demand for each panel, no more than there are marks; so many panels, and words on the others."""
-    of_demands: dict[str, list[str]] = {}
+def _panels_by_demand(results: xr.Dataset, most: int) -> tuple[list[list[str]], str]:
+    """States of one demand for each panel, no more than there are marks; ``most`` panels, words on the others."""
+    states_by_demand: dict[str, list[str]] = {}
     for state in map(str, results["state"].values):
-        of_demands.setdefault(_demand(results.sel(state=[state])), []).append(state)
+        states_by_demand.setdefault(_demand_words(results.sel(state=[state])), []).append(state)
     panels = [
-        states[at : at + len(MARKS)] for states in of_demands.values() for at in range(0, len(states), len(MARKS))
+        states[at : at + len(MARKS)] for states in states_by_demand.values() for at in range(0, len(states), len(MARKS))
     ]
-    more = sum(map(len, panels[most:]))
-    return panels[:most], f"; {counted(more, 'more state')} not drawn" if more else ""
+    left_out_count = sum(map(len, panels[most:]))
+    return panels[:most], f"; {counted(left_out_count, 'more state')} not drawn" if left_out_count else ""
 
 
-def _demand(group: xr.Dataset) -> str:
+def _demand_words(group: xr.Dataset) -> str:
     """The demand of the first state, in words: "storey drift of A"."""
     return str(group["state_words"].values[0]).partition(" ≥ ")[0]
 
 
-def _looks(results: xr.Dataset, panels: Sequence[Sequence[str]]) -> dict[str, tuple[str, str]]:
-    """Colour and mark of each state, which no other of the figure has; or of its panel, where there are fewer marks."""
-    every = list(map(str, results["state"].values))
+def _state_looks(results: xr.Dataset, panels: Sequence[Sequence[str]]) -> dict[str, tuple[str, str]]:
+    """Colour and mark of each state, unique in the figure, or in its panel where there are fewer marks."""
+    states = list(map(str, results["state"].values))
     looks = {}
-    for among in [every] if len(every) <= len(MARKS) else panels:
-        for state, (colour, _), mark in zip(among, styles(len(among)), MARKS, strict=False):
+    for group in [states] if len(states) <= len(MARKS) else panels:
+        for state, (colour, _), mark in zip(group, styles(len(group)), MARKS, strict=False):
             looks[state] = colour, mark
     return looks
 
@@ -122,13 +122,13 @@ def _draw_fragilities(axis: Any, group: xr.Dataset, looks: Mapping[str, tuple[st
     _, factor = intensity_shown(group.attrs["intensity"])
     for state in map(str, group["state"].values):
         colour, mark = looks[state]
-        for side, dash, fill in (("with", "-", colour), ("without", "--", "white")):
+        for side, dash, face in (("with", "-", colour), ("without", "--", "white")):
             curve = group.sel(state=state, pounding=side)
             axis.plot(factor * group["im"].values, curve["probability"], dash, color=colour, linewidth=1.8)
             if _has_levels(group):
                 runs = curve["runs"].values
                 shares = np.divide(curve["reached"].values, runs, out=np.full(runs.shape, np.nan), where=runs > 0)
-                look: dict[str, Any] = {"color": colour, "markerfacecolor": fill, "markersize": 5, "alpha": 0.8}
+                look: dict[str, Any] = {"color": colour, "markerfacecolor": face, "markersize": 5, "alpha": 0.8}
                 axis.plot(factor * curve["level"].values, shares, mark, **look)
     axis.set(ylabel="probability of the state [1]", ylim=(-0.02, 1.02))
     if _is_empty(group):
@@ -141,16 +141,16 @@ def _is_empty(group: xr.Dataset) -> bool:
 
 
 def _draw_ratios(axis: Any, group: xr.Dataset, looks: Mapping[str, tuple[str, str]]) -> None:
-    """The ratio of both probabilities of each state, with its bounds, where that without pounding is no tail."""
+    """The ratio of both probabilities of each state, with its bounds, where P without pounding is `LEAST` or more."""
     _, factor = intensity_shown(group.attrs["intensity"])
     im = factor * group["im"].values
     for state in map(str, group["state"].values):
-        one, (colour, mark) = group.sel(state=state), looks[state]
-        shown = one["probability"].sel(pounding="without").values >= LEAST
-        low, high = (one[f"probability_ratio_{end}"].values[shown] for end in ("low", "high"))
-        axis.fill_between(im[shown], low, np.minimum(high, 1e3), color=colour, alpha=0.15, linewidth=0.0)
+        state_results, (colour, mark) = group.sel(state=state), looks[state]
+        is_drawn = state_results["probability"].sel(pounding="without").values >= LEAST
+        low, high = (state_results[f"probability_ratio_{end}"].values[is_drawn] for end in ("low", "high"))
+        axis.fill_between(im[is_drawn], low, np.minimum(high, 1e3), color=colour, alpha=0.15, linewidth=0.0)
         look = {"color": colour, "marker": mark, "linewidth": 1.8, "markevery": 8, "markersize": 5}
-        axis.plot(im[shown], one["probability_ratio"].values[shown], "-", **look)
+        axis.plot(im[is_drawn], state_results["probability_ratio"].values[is_drawn], "-", **look)
     axis.set_ylabel("P with over P without [1]")
 
 
@@ -165,40 +165,40 @@ def _legend(group: xr.Dataset, looks: Mapping[str, tuple[str, str]], *, short: b
         colour, mark = looks[str(state)]
         label = f"{state}\n≥ {str(words).partition(' ≥ ')[2]}" if short else f"{state}: {words}"
         handles.append(Line2D([], [], color=colour, marker=mark, label=plain(label)))
-    for label, dash, fill in (("with pounding", "-", "black"), ("without", "--", "white")):
-        look: dict[str, Any] = {"linestyle": dash, "markerfacecolor": fill, "label": label}
+    for label, dash, face in (("with pounding", "-", "black"), ("without", "--", "white")):
+        look: dict[str, Any] = {"linestyle": dash, "markerfacecolor": face, "label": label}
         handles.append(Line2D([], [], color="black", marker="o", **look))
     return handles
 
 
 def _scale_ratios(panels: Sequence[Any]) -> None:
-    """One logarithmic scale of all panels of ratios; a panel without any says so."""
-    known = []
+    """One logarithmic scale of all panels of ratios; a panel without ratios has a message."""
+    values_by_panel = []
     for axis in panels:
         values = np.concatenate([line.get_ydata() for line in axis.get_lines()])
-        known.append(values[np.isfinite(values) & (values > 0.0)])
-        if known[-1].size:
+        values_by_panel.append(values[np.isfinite(values) & (values > 0.0)])
+        if values_by_panel[-1].size:
             axis.axhline(1.0, color="black", linewidth=0.9)
         else:
             message(axis, "No ratio: no state has curves both with pounding and without", 30)
-    together = np.concatenate(known)
+    all_values = np.concatenate(values_by_panel)
     for axis in panels:
-        if together.size:
-            most = float(np.clip(1.3 * max(together.max(), 1.0 / together.min()), 1.5, WIDEST))
-            logarithmic(axis, "y", 1.0 / most, most)
+        if all_values.size:
+            widest = float(np.clip(1.3 * max(all_values.max(), 1.0 / all_values.min()), 1.5, WIDEST))
+            logarithmic(axis, "y", 1.0 / widest, widest)
         else:
             axis.set_yticks([])
 
 
-def _of_scene(results: xr.Dataset, words: str) -> str:
+def _scene_words(results: xr.Dataset, words: str) -> str:
     return plain(f"{results.attrs['title']}: {words}").replace("F_E", "$F_E$")
 
 
 def damage_caption(results: xr.Dataset) -> str:
-    """What the curves are of, and what marks and bands are."""
+    """The case and the method of the curves, and the meaning of marks and bands."""
     bounds = f"bands: bounds by recording; ratios are drawn where P without is {LEAST:g} or more"
     marks = "marks: shares of the motions; " if _has_levels(results) else ""
-    _, left_out = _panels_of(_known(results))
+    _, left_out = _panels_of(_with_demands(results))
     return f"{case_words(results)}; {METHOD_WORDS[results.attrs['method']]}; {marks}{bounds}{left_out}"
 
 
@@ -230,34 +230,34 @@ def ida_figure(results: xr.Dataset, note: str = "") -> Figure:
     check_kind(results, "damage")
     if results.sizes["level"] < 2:
         raise PoundingError("the motions of the dataset have one level each; curves of demands need several")
-    every, results = list(map(str, results["state"].values)), _known(results)
-    lacking = [state for state in every if state not in results["state"]]
-    drawn, left_out = _by_demand(results, MOST_PANELS)
-    looks = _looks(results, drawn)
-    figure, axes = blank(len(drawn), 2, (10.0, 0.9 + 4.0 * len(drawn)), sharey=True)
+    states, results = list(map(str, results["state"].values)), _with_demands(results)
+    states_without = [state for state in states if state not in results["state"]]
+    groups, left_out = _panels_by_demand(results, MOST_PANELS)
+    looks = _state_looks(results, groups)
+    figure, axes = blank(len(groups), 2, (10.0, 0.9 + 4.0 * len(groups)), sharey=True)
     _, factor = intensity_shown(results.attrs["intensity"])
-    for row, group in enumerate(drawn):
-        _demands(axes[row], results.sel(state=group), factor, [looks[state][0] for state in group])
+    for row, group in enumerate(groups):
+        _draw_demands(axes[row], results.sel(state=group), factor, [looks[state][0] for state in group])
         axes[row, 0].set_ylabel(intensity_label(results.attrs["intensity"]))
-    left_out += f"; no run has the demand of {', '.join(lacking)}" if lacking else ""
+    left_out += f"; no run has the demand of {', '.join(states_without)}" if states_without else ""
     lines = "thin: single motions; thick: 16, 50 and 84 % of the motions at each level, counted; dotted: thresholds"
     lines += "; lines end before a collapse, which has no demand" if np.isinf(results["demand_ratio"]).any() else ""
-    title(figure, plain(finding(results)), _of_scene(results, f"{case_words(results)}; {lines}{left_out}"), note)
+    title(figure, plain(finding(results)), _scene_words(results, f"{case_words(results)}; {lines}{left_out}"), note)
     return figure
 
 
-def _known(results: xr.Dataset) -> xr.Dataset:
-    """The states that any run has the demand of; all where none has."""
-    known = np.flatnonzero((results["runs"] > 0).any(["pounding", "level"]))
-    return results.isel(state=known) if known.size else results
+def _with_demands(results: xr.Dataset) -> xr.Dataset:
+    """The states whose demand some run has; all states where none has."""
+    indices = np.flatnonzero((results["runs"] > 0).any(["pounding", "level"]))
+    return results.isel(state=indices) if indices.size else results
 
 
-def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[str]) -> None:
+def _draw_demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[str]) -> None:
     """Draw one demand with pounding on the left, and without on the right."""
     first = group.isel(state=0)
     threshold, unit = float(first["state_threshold"]), str(first["state_unit"].item())
     name, size = SHOWN[unit]
-    demand = _demand(group)
+    demand = _demand_words(group)
     widest = size * float(group["state_threshold"].max())
     most = widest
     sides: dict[str, np.ndarray] = {}
@@ -273,19 +273,19 @@ def _demands(panels: Any, group: xr.Dataset, factor: float, colours: Sequence[st
                 label = f"{percentile:g} %"
                 axis.plot(middle, factor * of_side["level"].values, dash, color="black", linewidth=2.0, label=label)
                 most = max(most, float(np.max(middle, where=np.isfinite(middle), initial=0.0)))
-        for place, (state, colour) in enumerate(zip(group["state"].values, colours, strict=True)):
-            limit = size * float(group["state_threshold"].isel(state=place))
+        for index, (state, colour) in enumerate(zip(group["state"].values, colours, strict=True)):
+            limit = size * float(group["state_threshold"].isel(state=index))
             axis.axvline(limit, color=colour, linestyle=":", linewidth=1.8, label=plain(str(state)))
         axis.set_xlabel(plain(f"{demand} [{name}]" if name else f"{demand} [1]"))
-    usual = float(np.nanmedian(sides["with"])) if np.isfinite(sides["with"]).any() else 0.0
-    right = min(1.15 * most, max(BEYOND * widest, min(1.15 * usual, FARTHEST * widest)))
+    median_demand = float(np.nanmedian(sides["with"])) if np.isfinite(sides["with"]).any() else 0.0
+    right = min(1.15 * most, max(BEYOND * widest, min(1.15 * median_demand, FARTHEST * widest)))
     for axis, (side, values) in zip(panels, sides.items(), strict=True):
-        beyond, fell, words = values[(values > right) & np.isfinite(values)], int(np.isinf(values).sum()), ""
+        beyond, collapses, words = values[(values > right) & np.isfinite(values)], int(np.isinf(values).sum()), ""
         if beyond.size:
             largest = f"{float(f'{beyond.max():.3g}'):.6g}"
             words = f"; {beyond.size} of {values.size} demands beyond the axis, up to {largest} {name}".rstrip()
-        if fell:
-            words += (";\n" if words else "; ") + f"{fell} of {values.size} runs collapse"
+        if collapses:
+            words += (";\n" if words else "; ") + f"{collapses} of {values.size} runs collapse"
         axis.set_title(f"{side} pounding{words}", fontsize=9.5)
         axis.set_xlim(0.0, right)
         axis.set_ylim(bottom=0.0)

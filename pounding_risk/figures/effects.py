@@ -39,7 +39,7 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     for axis in axes.flat[len(panels) + 1 :]:
         axis.set_visible(False)
     names = [str(name) for name in dataset["effects"].values]
-    yields = yielding_cases(dataset)
+    yielded = yielding_cases(dataset)
     for axis, output in zip(axes.flat, panels, strict=False):
         in_mm = output == "permanent_set"
         rows = []
@@ -51,8 +51,8 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
         axis.set_xlim(*_edges(rows))
         axis.locator_params(axis="x", nbins=7)
         for row, values in enumerate(rows, 1):
-            _spread(axis, row, values, STYLES[row % len(STYLES)][0])
-            _beyond(axis, row, values, "mm" if in_mm else "%")
+            _draw_spread(axis, row, values, STYLES[row % len(STYLES)][0])
+            _write_beyond(axis, row, values, "mm" if in_mm else "%")
         axis.axvline(0.0, color=QUIET, linewidth=0.8)
         axis.set_title(COMPARED[output], fontsize=10)
         axis.set_xlabel("widening of the gap at the end [mm]" if in_mm else "change by the effects [%]")
@@ -67,16 +67,16 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
     for axis in axes[:, 0]:
         axis.set_yticks(range(1, len(names)), [name.replace(" + ", "\n+ ") for name in names[1:]])
         axis.set_ylim(len(names) - 0.4, 0.4)
-    wide = ", and all where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
-    several = dataset.sizes.get("interface", 1) > 1
+    all_text = ", and all where the ground or a building is changed" if dataset["acts_on_all"].any() else ""
+    has_interfaces = dataset.sizes.get("interface", 1) > 1
     idle = [COMPARED[output] for output in PANELS if output not in panels]
     idle_words = f"; no panel, as above zero in no case: {', '.join(idle)}" if idle else ""
-    dots = ", dots: a case at one interface, or of one building" if several else ""
-    infinite = any(np.isinf(changes(dataset, name, output)).any() for name in names[1:] for output in panels)
-    idle_words += "; from zero: nothing without effects" * infinite
+    dots = ", dots: a case at one interface, or of one building" if has_interfaces else ""
+    has_infinite = any(np.isinf(changes(dataset, name, output)).any() for name in names[1:] for output in panels)
+    idle_words += "; from zero: nothing without effects" * has_infinite
     condition = (
-        f"{dataset.attrs['title']}; shown: {int(yields.sum())} of {counted(yields.size, 'case')} that yield without "
-        f"effects{wide}; bars: middle two thirds, line: median{dots}{idle_words}"
+        f"{dataset.attrs['title']}; shown: {int(yielded.sum())} of {counted(yielded.size, 'case')} that yield without "
+        f"effects{all_text}; bars: middle two thirds, line: median{dots}{idle_words}"
     )
     title(figure, dataset.attrs["finding"], condition, note)
     return figure
@@ -85,16 +85,16 @@ def effects_figure(dataset: xr.Dataset, note: str = "") -> Figure:
 def _edges(rows: list[np.ndarray]) -> tuple[float, float]:
     """Ends of a panel: all values but the outermost hundredth of any row, so that a few far cases leave room.
 
-    Below a hundred values a row has all of them within.
+    A row of less than a hundred values lies within.
     """
-    full = [values[np.isfinite(values)] for values in rows if np.isfinite(values).any()] or [np.zeros(1)]
-    low = min(0.0, *(float(np.quantile(values, 0.01, method="lower")) for values in full))
-    high = max(0.0, *(float(np.quantile(values, 0.99, method="higher")) for values in full))
+    finite_rows = [values[np.isfinite(values)] for values in rows if np.isfinite(values).any()] or [np.zeros(1)]
+    low = min(0.0, *(float(np.quantile(values, 0.01, method="lower")) for values in finite_rows))
+    high = max(0.0, *(float(np.quantile(values, 0.99, method="higher")) for values in finite_rows))
     margin = 0.05 * (high - low) or 1.0
     return low - margin, high + margin
 
 
-def _spread(axis: Any, row: int, values: np.ndarray, colour: str) -> None:
+def _draw_spread(axis: Any, row: int, values: np.ndarray, colour: str) -> None:
     """Every value of a row, their median and middle two thirds."""
     if not values.size:
         return
@@ -110,15 +110,15 @@ def _spread(axis: Any, row: int, values: np.ndarray, colour: str) -> None:
     axis.plot([middle, middle], [row - 0.28, row + 0.28], color="black", linewidth=2)
 
 
-def _beyond(axis: Any, row: int, values: np.ndarray, unit: str) -> None:
+def _write_beyond(axis: Any, row: int, values: np.ndarray, unit: str) -> None:
     """How many values of a row lie outside the panel, and the farthest; a change from zero is infinite."""
     left, right = axis.get_xlim()
-    known = values[np.isfinite(values)]
-    for edge, beyond, inside in ((left, known[known < left], 3), (right, known[known > right], -3)):
+    finite = values[np.isfinite(values)]
+    for edge, beyond, shift in ((left, finite[finite < left], 3), (right, finite[finite > right], -3)):
         words = []
         if beyond.size:
-            far = f"{beyond[np.abs(beyond).argmax()]:+.0f}".replace("-", "−")
-            words.append(f"{beyond.size} beyond, to {far} {unit}")
+            farthest = f"{beyond[np.abs(beyond).argmax()]:+.0f}".replace("-", "−")
+            words.append(f"{beyond.size} beyond, to {farthest} {unit}")
         if edge == right and np.isinf(values).any():
             words.append(f"{np.isinf(values).sum()} from zero")
-        beside(axis, ", ".join(words), (edge, row + 0.42), (inside, 0), 8)
+        beside(axis, ", ".join(words), (edge, row + 0.42), (shift, 0), 8)

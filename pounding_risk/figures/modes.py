@@ -31,17 +31,17 @@ def modes_figure(buildings: Sequence[Modes]) -> Figure:
     """
     figure, axes = wrapped(len(buildings), COLUMNS, (1.5, 1.0), (3.2, 3.6))
     for axis, building in zip(axes.flat, buildings, strict=False):
-        _shapes(axis, building)
+        _draw_shapes(axis, building)
     for axis in axes[:, 0]:
         axis.set_ylabel("level [m]")
     most = max(min(MOST_MODES, building.periods.size) for building in buildings)
-    which = f"the {most} slowest modes" if most > 1 else "the only mode"
-    title(figure, _finding(buildings), f"shapes of {which}; each building on its own, storeys elastic")
+    modes_text = f"the {most} slowest modes" if most > 1 else "the only mode"
+    title(figure, _finding(buildings), f"shapes of {modes_text}; each building on its own, storeys elastic")
     return figure
 
 
 def _finding(buildings: Sequence[Modes]) -> str:
-    """The shortest and the longest first period, and whose they are."""
+    """The shortest and the longest first period, with their buildings."""
     first = sorted((float(one.periods[0]), one.name) for one in buildings if one.periods.size)
     words = (
         [f"{period:.3g} s ({plain(name)})" for period, name in dict.fromkeys((first[0], first[-1]))] if first else []
@@ -49,7 +49,7 @@ def _finding(buildings: Sequence[Modes]) -> str:
     return f"First periods: {' to '.join(words)}" if words else "All buildings are rigid"
 
 
-def _shapes(axis: Any, building: Modes) -> None:
+def _draw_shapes(axis: Any, building: Modes) -> None:
     axis.set_title(plain(building.name), fontsize=10, loc="left")
     axis.axvline(0.0, color=QUIET, linewidth=0.8)
     axis.set_xlim(-1.1, 1.1)
@@ -64,11 +64,11 @@ def _shapes(axis: Any, building: Modes) -> None:
     for mode, (colour, dash) in enumerate(styles(min(MOST_MODES, building.periods.size))):
         shape = building.shapes[:, mode]
         # A building on soil moves at its foundation; any other stands still at the ground.
-        grounded = levels[0] > 0.0
-        heights = np.concatenate([[0.0], levels]) if grounded else levels
-        across = np.concatenate([[0.0], shape]) if grounded else shape
+        is_grounded = levels[0] > 0.0
+        heights = np.concatenate([[0.0], levels]) if is_grounded else levels
+        displacements = np.concatenate([[0.0], shape]) if is_grounded else shape
         label = f"{building.periods[mode]:.3g} s, {100 * building.shares[mode]:.0f} % of the mass"
-        axis.plot(across, heights, dash, color=colour, marker="o", markersize=3.5, label=label)
+        axis.plot(displacements, heights, dash, color=colour, marker="o", markersize=3.5, label=label)
     axis.legend(fontsize=7, loc="upper left")
     axis.margins(y=0.25)
     axis.set_ylim(bottom=0.0)

@@ -59,8 +59,8 @@ def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note
     for axis in axes[1:3].flat:
         axis.sharex(axes[0, 0] if axis in axes[:, 0] else axes[0, 1])
     old, new = _histories(before), _histories(after)
-    for row, (was, now) in enumerate(zip(old, new, strict=True)):
-        _draw_beside(axes[row], (before.times, was), (after.times + shift, now))
+    for row, (old_history, new_history) in enumerate(zip(old, new, strict=True)):
+        _draw_beside(axes[row], (before.times, old_history), (after.times + shift, new_history))
     for left, right in axes[:3]:
         left.set_xlim(min(0.0, shift), max(before.times[-1], after.times[-1] + shift))
         right.set_xlim(shift, after.times[-1] + shift)
@@ -69,7 +69,7 @@ def processing_figure(before: Motion, after: Motion, *, shift: float = 0.0, note
     axes[0, 0].set_title("before (grey) and after (blue), one scale", fontsize=10)
     axes[0, 1].set_title("after, its own scale, peaks marked", fontsize=10)
     _draw_amplitudes(joined(figure, axes[3]), before, after)
-    title(figure, _processed(before, after, old, new), _origin(after), note)
+    title(figure, _processing_words(before, after, old, new), _origin_words(after), note)
     return figure
 
 
@@ -108,24 +108,24 @@ def histories_figure(motions: Sequence[Motion], *, note: str = "") -> Figure:
     for axis in axes[-1]:
         axis.set_xlabel("time [s]", fontsize=9)
     condition = "Acceleration a, velocity v and displacement d of the ground, from rest; above each its largest value"
-    who = f"{len(motions)} motions" if len(motions) > 1 else plain(motions[0].name)
+    motions_text = f"{len(motions)} motions" if len(motions) > 1 else plain(motions[0].name)
     peaks = [say_in(motion.pga, "g", 3) for motion in sorted(motions, key=lambda motion: motion.pga)]
-    title(figure, f"{who}: PGA {' to '.join(dict.fromkeys((peaks[0], peaks[-1])))}", condition, note)
+    title(figure, f"{motions_text}: PGA {' to '.join(dict.fromkeys((peaks[0], peaks[-1])))}", condition, note)
     return figure
 
 
-def _processed(before: Motion, after: Motion, old: Sequence[History], new: Sequence[History]) -> str:
-    """What processing makes of the largest acceleration and displacement of a motion."""
+def _processing_words(before: Motion, after: Motion, old: Sequence[History], new: Sequence[History]) -> str:
+    """How processing changes the largest acceleration and displacement of a motion."""
     if before.dt == after.dt and np.array_equal(before.acceleration, after.acceleration):
         return f"Processing leaves {plain(after.name)} as it is"
     changes = []
-    for name, was, now in (("PGA", old[0], new[0]), ("PGD", old[2], new[2])):
-        ends = [rounded(np.abs(history.samples).max() / now.size, 3) for history in (was, now)]
-        changes.append(f"{name} from {ends[0]} to {ends[1]} {now.unit}")
+    for name, old_history, new_history in (("PGA", old[0], new[0]), ("PGD", old[2], new[2])):
+        ends = [rounded(np.abs(history.samples).max() / new_history.size, 3) for history in (old_history, new_history)]
+        changes.append(f"{name} from {ends[0]} to {ends[1]} {new_history.unit}")
     return f"Processing of {plain(after.name)} changes {' and '.join(changes)}"
 
 
-def _origin(motion: Motion) -> str:
+def _origin_words(motion: Motion) -> str:
     """Event, date, station and component of a motion as far as they are known."""
     facts = [str(motion.record[key]) for key in ("event", "date", "station") if motion.record.get(key)]
     return ", ".join([*facts, f"component {motion.record['component']}"] if motion.record.get("component") else facts)
@@ -143,23 +143,23 @@ def _histories(motion: Motion) -> tuple[History, History, History]:
 def _draw_beside(axes: Any, before: tuple[Samples, History], after: tuple[Samples, History]) -> None:
     """Draw one quantity: both motions on the left, the later one alone on the right with its peak marked."""
     (old_times, old), (times, new) = before, after
-    together, alone = axes
+    both_panel, new_panel = axes
     size, unit = new.size, new.unit
     if max(np.abs(old.samples).max(), np.abs(new.samples).max()) > 100.0 * size and unit.startswith("cm"):
         size, unit = 100.0 * size, unit.removeprefix("c")
-    together.plot(old_times, old.samples / size, color=BEFORE, linewidth=1.6, label="before")
-    together.plot(times, new.samples / size, color=AFTER, linewidth=0.8, label="after")
-    together.set_ylabel(f"{new.name} [{unit}]")
+    both_panel.plot(old_times, old.samples / size, color=BEFORE, linewidth=1.6, label="before")
+    both_panel.plot(times, new.samples / size, color=AFTER, linewidth=0.8, label="after")
+    both_panel.set_ylabel(f"{new.name} [{unit}]")
     values = new.samples / new.size
-    alone.plot(times, values, color=AFTER, linewidth=0.8)
-    alone.set_ylabel(f"[{new.unit}]")
+    new_panel.plot(times, values, color=AFTER, linewidth=0.8)
+    new_panel.set_ylabel(f"[{new.unit}]")
     peak = int(np.abs(values).argmax())
-    alone.plot(times[peak], values[peak], "o", color="black", markerfacecolor="none", markersize=6)
-    alone.margins(y=0.18)
+    new_panel.plot(times[peak], values[peak], "o", color="black", markerfacecolor="none", markersize=6)
+    new_panel.margins(y=0.18)
     words = f"{rounded(abs(values[peak]), 3)} {new.unit} at {times[peak]:.4g} s"
     is_late = times[peak] > 0.5 * (times[0] + times[-1])
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.0}
-    beside(alone, words, (times[peak], values[peak]), (-9 if is_late else 9, 0), 9, bbox=box)
+    beside(new_panel, words, (times[peak], values[peak]), (-9 if is_late else 9, 0), 9, bbox=box)
 
 
 def _draw_amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
@@ -171,13 +171,13 @@ def _draw_amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
     noise = _noise(before)
     if noise is not None:
         axis.plot(*noise, color=NOISE, linestyle=":", linewidth=1.6, label="noise before the earthquake, smoothed")
-    shown = min(max(0.01, 1.0 / after.duration), 0.05 / after.dt), 0.5 / after.dt
-    inside = [corner for corner in corners(after) if shown[0] <= corner <= shown[1]]
-    for index, corner in enumerate(inside):
+    limits = min(max(0.01, 1.0 / after.duration), 0.05 / after.dt), 0.5 / after.dt
+    corners_shown = [corner for corner in corners(after) if limits[0] <= corner <= limits[1]]
+    for index, corner in enumerate(corners_shown):
         words = "" if index else "corners of the filter"
         axis.axvline(corner, color="black", linestyle="--", linewidth=1.0, label=words)
-        inwards, look = 4 if corner < 1.0 else -4, {"xycoords": ("data", "axes fraction"), "va": "baseline"}
-        beside(axis, f"{corner:.3g} Hz", (corner, 0.03), (inwards, 0), 9, **look)
+        shift, look = 4 if corner < 1.0 else -4, {"xycoords": ("data", "axes fraction"), "va": "baseline"}
+        beside(axis, f"{corner:.3g} Hz", (corner, 0.03), (shift, 0), 9, **look)
     axis.set(xlabel="frequency [Hz]", ylabel="Fourier amplitude\nof acceleration [m/s]")
     axis.set_xscale("log")
     highest = float(new[1].max(initial=0.0))
@@ -185,12 +185,12 @@ def _draw_amplitudes(axis: Axes, before: Motion, after: Motion) -> None:
         axis.set_yscale("log")
         lowest = FAINTEST * highest if noise is None else min(FAINTEST * highest, 0.5 * float(noise[1].min()))
         axis.set_ylim(max(lowest, FAINTEST**2 * highest), 4.0 * highest)
-    axis.set_xlim(shown)
+    axis.set_xlim(limits)
     axis.legend(fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False)
 
 
 def _noise(motion: Motion) -> tuple[Samples, Samples] | None:
-    """Frequency [Hz] and Fourier amplitude [m/s] of what is recorded before the earthquake, for a length as its own.
+    """Frequency [Hz] and Fourier amplitude [m/s] of the noise before the earthquake, for as long as the earthquake.
 
     None for a processed record, whose quiet is the filter's, and where there is too little quiet.
     """
@@ -295,20 +295,20 @@ def spectra_figure(
     terms = f"Damping {100.0 * damping:g} %"
     if len(motions) > 2:
         terms = f"{terms}; median and {percentiles[0]:g} to {percentiles[1]:g} % of the records at each period"
-    who = f"Median Sa of {len(motions)} records" if len(motions) > 1 else f"Sa of {plain(motions[0].name)}"
-    title(figure, _of_spectrum(who, periods, np.median(spectra, axis=0), target), terms, note)
+    motions_text = f"Median Sa of {len(motions)} records" if len(motions) > 1 else f"Sa of {plain(motions[0].name)}"
+    title(figure, _spectrum_words(motions_text, periods, np.median(spectra, axis=0), target), terms, note)
     return figure
 
 
-def _of_spectrum(who: str, periods: Samples, spectrum: Samples, target: Target | None) -> str:
-    """Where a spectrum [m/s²] is largest, or over which range of ratios it follows a target where that is given."""
+def _spectrum_words(motions_text: str, periods: Samples, spectrum: Samples, target: Target | None) -> str:
+    """The period at which a spectrum [m/s²] is largest, or the range of its ratios to a target where one is given."""
     if target is not None and np.isfinite(ratios := spectrum / at_periods(target, periods)).any():
         low, high = np.nanmin(ratios), np.nanmax(ratios)
         ends = max(periods[0], target.periods[0]), min(periods[-1], target.periods[-1])
-        across = f"from {ends[0]:.3g} to {ends[1]:.3g} s"
-        return f"{who} is {low:.2f} to {high:.2f} times {plain(target.name)} {across}"
-    most = int(spectrum.argmax())
-    return f"{who} is largest at {periods[most]:.2g} s: {say_in(spectrum[most], 'g', 3)}"
+        range_text = f"from {ends[0]:.3g} to {ends[1]:.3g} s"
+        return f"{motions_text} is {low:.2f} to {high:.2f} times {plain(target.name)} {range_text}"
+    index = int(spectrum.argmax())
+    return f"{motions_text} is largest at {periods[index]:.2g} s: {say_in(spectrum[index], 'g', 3)}"
 
 
 def draw_spectra(
@@ -321,7 +321,7 @@ def draw_spectra(
 ) -> None:
     """Each record's Sa [m/s²], (records, periods), their median and percentiles, and the periods of buildings [s].
 
-    Of a selection, named by what it consists of, without the median: it has the geometric mean of what was compared.
+    A selection, ``of_selection`` such as "pairs", has no median: its geometric mean in the compared range is drawn.
     """
     values, is_ensemble = values / STANDARD_GRAVITY, len(values) > 1 or bool(of_selection)
     words = f"{len(values)} {of_selection}, scaled" if of_selection else f"{len(values)} records"
@@ -350,20 +350,20 @@ def _draw_target(axis: Axes, target: Target, periods: Samples) -> None:
     """Draw the target at the periods that it is given for."""
     shown = at_periods(target, periods) / STANDARD_GRAVITY
     axis.plot(periods, shown, color=TARGET, linewidth=2.2, linestyle=(0, (6, 1.5)), label=f"target: {target.name}")
-    inside = np.isfinite(shown)
-    if target.deviation is not None and inside.any():
-        at, spread = periods[inside], np.exp(target.deviation_at(periods[inside]))
+    is_inside = np.isfinite(shown)
+    if target.deviation is not None and is_inside.any():
+        shown_periods, spread = periods[is_inside], np.exp(target.deviation_at(periods[is_inside]))
         words = "target, one standard deviation of ln Sa to each side"
-        for values, label in ((shown[inside] * spread, words), (shown[inside] / spread, "")):
-            axis.plot(at, values, color=TARGET, linewidth=1.2, linestyle=(0, (2, 1.5)), label=label)
+        for values, label in ((shown[is_inside] * spread, words), (shown[is_inside] / spread, "")):
+            axis.plot(shown_periods, values, color=TARGET, linewidth=1.2, linestyle=(0, (2, 1.5)), label=label)
 
 
 def _draw_usable(axis: Axes, motions: Sequence[Motion]) -> None:
     """Draw a line at the period up to which every record is usable, as far as that is known."""
     limits = [limit for limit in map(longest_usable, motions) if limit is not None]
     if limits and min(limits) < axis.get_xlim()[1]:
-        whose = "every record" if len(limits) == len(motions) else f"{len(limits)} of {len(motions)} records"
-        words = f"usable up to {min(limits):.2g} s: {whose if len(motions) > 1 else 'the record'}"
+        records_text = "every record" if len(limits) == len(motions) else f"{len(limits)} of {len(motions)} records"
+        words = f"usable up to {min(limits):.2g} s: {records_text if len(motions) > 1 else 'the record'}"
         axis.axvline(min(limits), color="black", linestyle=":", linewidth=1.2, label=words)
 
 
@@ -413,8 +413,8 @@ def selection_figure(
     right.set_ylim(len(rows) - 0.4, -0.6)
     right.set_xlim(0.0, 1.2 * max(row.misfit for row in rows) or 1.0)
     right.grid(False, axis="y")
-    limited = ", hatched: at a limit" if any(row.limited for row in rows) else ""
-    right.set_title(f"factor (×{limited}) and misfit of each", fontsize=10)
+    limited_text = ", hatched: at a limit" if any(row.limited for row in rows) else ""
+    right.set_title(f"factor (×{limited_text}) and misfit of each", fontsize=10)
     right.set_xlabel("misfit, root mean square of ln(Sa / target) [1]")
     factors = [row.factor for row in rows]
     terms = f"Compared from {target.periods[0]:g} to {target.periods[1]:g} s; "
@@ -439,9 +439,9 @@ def _draw_deviation(axis: Axes, selection: Selection) -> None:
 
 
 def at_periods(target: Target, periods: Samples) -> Samples:
-    """Sa [m/s²] of a target at these periods; NaN outside those it is given for."""
-    inside = (periods >= target.periods[0]) & (periods <= target.periods[-1])
+    """Sa [m/s²] of a target at these periods; NaN outside its range."""
+    is_inside = (periods >= target.periods[0]) & (periods <= target.periods[-1])
     values = np.full(len(periods), np.nan)
-    if inside.any():
-        values[inside] = target.at(periods[inside])
+    if is_inside.any():
+        values[is_inside] = target.at(periods[is_inside])
     return values

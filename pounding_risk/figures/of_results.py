@@ -86,29 +86,29 @@ def results_figure(results: xr.Dataset, kind: str | None = None, *, note: str = 
     call = kind_of(results)
     names = FIGURES.get(call, ())
     if not names:
-        whose = f"a dataset of {call}" if call else "a dataset that pounding_risk did not make"
-        raise PoundingError(f"{whose} has no figure here; draw its variables with their own method plot")
+        subject_text = f"a dataset of {call}" if call else "a dataset that pounding_risk did not make"
+        raise PoundingError(f"{subject_text} has no figure here; draw its variables with their own method plot")
     name = ALONG[call] if call in ALONG and is_drawn_along(results) else names[0]
     name = name if kind is None else kind
     if name not in names:
-        meant = nearest(str(name), names)
-        raise PoundingError(f"figure: {shown(name)} is none of this dataset{meant}; it has {', '.join(names)}")
+        hint = nearest(str(name), names)
+        raise PoundingError(f"figure: {shown(name)} is none of this dataset{hint}; it has {', '.join(names)}")
     draw, subject_of = getattr(figures, f"{name}_figure"), SUBJECTS.get(name)
-    of_draw, of_subject = _options(draw), () if subject_of is None else _options(subject_of)
+    draw_options, subject_options = _options(draw), () if subject_of is None else _options(subject_of)
     for option in options:
-        if option not in (*of_draw, *of_subject):
-            known = [known for known in (*of_subject, *of_draw) if known != "note"]
-            takes = f"takes {', '.join(known)}" if known else "takes none"
+        if option not in (*draw_options, *subject_options):
+            known = [name for name in (*subject_options, *draw_options) if name != "note"]
+            options_text = f"takes {', '.join(known)}" if known else "takes none"
             raise PoundingError(
-                f"figure: {name} has no option {option}{nearest(option, known)}; it {takes} beside note"
+                f"figure: {name} has no option {option}{nearest(option, known)}; it {options_text} beside note"
             )
     subject: Any = results
     if call in AT_ONE_PLACE and name not in ALONG.values():
         subject = AT_ONE_PLACE[call](results)
     CHECKS.get(call, check_labels)(subject)
     if subject_of is not None:
-        subject = subject_of(subject, **{key: value for key, value in options.items() if key not in of_draw})
-    return draw(subject, note=note, **{key: value for key, value in options.items() if key in of_draw})
+        subject = subject_of(subject, **{key: value for key, value in options.items() if key not in draw_options})
+    return draw(subject, note=note, **{key: value for key, value in options.items() if key in draw_options})
 
 
 def _options(function: Callable[..., Any]) -> tuple[str, ...]:

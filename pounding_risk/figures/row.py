@@ -116,8 +116,8 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> s
     """
     lines = _lines(case)
     tallest = max(building.height for building in case.buildings)
-    across = max(line.last - line.first + 1 for line in lines)
-    size = (max(8.6, 1.5 + 1.75 * across), 1.6 + len(lines) * (1.5 + min(max(0.16 * tallest, 2.0), 5.5)))
+    most_buildings = max(line.last - line.first + 1 for line in lines)
+    size = (max(8.6, 1.5 + 1.75 * most_buildings), 1.6 + len(lines) * (1.5 + min(max(0.16 * tallest, 2.0), 5.5)))
     figure, axes = style.blank(len(lines), 1, size)
     picture: Any = None
     for axis, line in zip(axes[:, 0], lines, strict=True):
@@ -125,21 +125,21 @@ def elevation_figure(case: RowCase, note: str = "", *, titled: bool = True) -> s
         axis.set_xlim(-1.0, max(line.walls[-1] for line in lines) + WIDTH + 1.0)
     style.share_bar(figure, picture, axes, "share of the motions with contact", 30.0 * len(lines))
     if titled:
-        _headed(figure, _touching([case]), [case], note)
+        _write_title(figure, _contact_finding([case]), [case], note)
     _elevation_legend(figure, case)
     return figure
 
 
-def _headed(figure: style.Figure, headline: str, cases: Sequence[RowCase], note: str) -> None:
+def _write_title(figure: style.Figure, headline: str, cases: Sequence[RowCase], note: str) -> None:
     """Title and caption of a figure of one row or several, with the cell of the grid."""
-    every = cases[0]._replace(gaps=tuple(gap for case in cases for gap in case.gaps))
-    subject = f"{len(cases)} rows" if len(cases) > 1 else every.results.attrs["title"]
-    condition = style.plain(f"{subject}: {where_words(every)}").replace("F_E", "$F_E$")
+    joined_case = cases[0]._replace(gaps=tuple(gap for case in cases for gap in case.gaps))
+    subject = f"{len(cases)} rows" if len(cases) > 1 else joined_case.results.attrs["title"]
+    condition = style.plain(f"{subject}: {where_words(joined_case)}").replace("F_E", "$F_E$")
     style.title(figure, style.plain(headline), condition, style.plain(note))
 
 
-def _touching(cases: Sequence[RowCase]) -> str:
-    """Which neighbours touch in most of the motions, and in how many."""
+def _contact_finding(cases: Sequence[RowCase]) -> str:
+    """Sentence on the neighbours that touch in most of the motions, and their share."""
     shares = {
         (number, name): touch.contact
         for number, case in enumerate(cases)
@@ -149,33 +149,33 @@ def _touching(cases: Sequence[RowCase]) -> str:
     largest = max(shares.values(), default=np.nan)
     if not largest > 0.0:
         return "No neighbours touch in any motion" if shares else "No run is complete: it is not known who touches"
-    most = [name for (_, name), share in shares.items() if share == largest]
-    who = between(most[0]) if len(most) == 1 else f"{len(most)} of {len(shares)} pairs of neighbours"
-    others = "" if len(most) == len(shares) else ", others in fewer"
-    return f"{who} touch in {_share(largest)} of the motions{others}"
+    names = [name for (_, name), share in shares.items() if share == largest]
+    neighbours_text = between(names[0]) if len(names) == 1 else f"{len(names)} of {len(shares)} pairs of neighbours"
+    others_text = "" if len(names) == len(shares) else ", others in fewer"
+    return f"{neighbours_text} touch in {_share_text(largest)} of the motions{others_text}"
 
 
-def _raised(case: RowCase, buildings: Sequence[int]) -> str:
-    """Which of the buildings has its drift raised most by contact, and by how much in the median."""
-    ratios = {at: ratio for at in buildings if np.isfinite(ratio := amplification(case, at))}
+def _drift_finding(case: RowCase, buildings: Sequence[int]) -> str:
+    """Sentence on the building whose drift contact raises most, and by how much in the median."""
+    ratios = {index: ratio for index in buildings if np.isfinite(ratio := amplification(case, index))}
     if not ratios:
         return "No complete run has contact: drifts are those without neighbours"
-    at = max(ratios, key=lambda one: ratios[one])
-    if not ratios[at] > 1.0:
+    index = max(ratios, key=lambda building: ratios[building])
+    if not ratios[index] > 1.0:
         return "Contact raises the largest drift of no building, in the median of the motions with contact"
-    name = case.buildings[at].name
+    name = case.buildings[index].name
     name += " above its isolators" * (name in isolated_of(case.results))
-    return f"Contact raises drift most in {name}: {ratios[at]:.3g} times, in the median of its motions with contact"
+    return f"Contact raises drift most in {name}: {ratios[index]:.3g} times, in the median of its motions with contact"
 
 
 def where_words(case: RowCase) -> str:
     """Gap, yield force, contact model, motions and amplitude of the cell, in words."""
     results = case.results
     gaps = sorted(set(np.round(case.gaps, 9)))
-    ends = " to ".join(f"{1e3 * gap:.4g}" for gap in dict.fromkeys((gaps[0], gaps[-1])))
+    range_text = " to ".join(f"{1e3 * gap:.4g}" for gap in dict.fromkeys((gaps[0], gaps[-1])))
     motions = counted(case.motions, "motion")
     words = [
-        f"gap{'s' * (len(gaps) > 1)} {ends} mm",
+        f"gap{'s' * (len(gaps) > 1)} {range_text} mm",
         yield_force_words(results),
         style.law_words(str(results["contact_model"].values)),
         f"{complete} of {motions}"
@@ -184,8 +184,8 @@ def where_words(case: RowCase) -> str:
     ]
     amplitudes = Results(results).amplitudes
     if amplitudes.values[0] is not None and np.isfinite(amplitudes.values[0]):
-        measured = "" if amplitudes.measure == PEAK else f"{amplitudes.measure.words} "
-        words.append(measured + amplitudes.words(amplitudes.values[0]))
+        measure_text = "" if amplitudes.measure == PEAK else f"{amplitudes.measure.words} "
+        words.append(measure_text + amplitudes.words(amplitudes.values[0]))
     return ", ".join(words)
 
 
@@ -202,7 +202,7 @@ def _lines(case: RowCase) -> list[_Line]:
     scale = gap_scale(case.gaps)
     lines = []
     for first, last in pairwise(cuts):
-        steps = [WIDTH + scale * case.gaps[at] for at in range(first, last)]
+        steps = [WIDTH + scale * case.gaps[index] for index in range(first, last)]
         walls = np.concatenate([[0.0], np.cumsum(steps)])
         lines.append(_Line(int(first), int(last), tuple(walls.tolist()), scale))
     return lines
@@ -215,18 +215,18 @@ def gap_scale(gaps: Sequence[float]) -> float:
 
 
 def _draw_line(axis: Any, case: RowCase, line: _Line, tallest: float) -> Any:
-    for wall, at in zip(line.walls, range(line.first, line.last + 1), strict=True):
-        outline(axis, case.buildings[at], wall)
-    inside = [point for point in case.meetings if line.first <= point.interface < line.last]
-    of_gaps = {at: _draw_interface(axis, case, line, at) for at in range(line.first, line.last)}
-    middles = [of_gaps[point.interface] for point in inside]
-    shares = np.array([point.touch.contact for point in inside])
+    for wall, index in zip(line.walls, range(line.first, line.last + 1), strict=True):
+        outline(axis, case.buildings[index], wall)
+    points = [point for point in case.meetings if line.first <= point.interface < line.last]
+    middle_by_gap = {index: _draw_interface(axis, case, line, index) for index in range(line.first, line.last)}
+    middles = [middle_by_gap[point.interface] for point in points]
+    shares = np.array([point.touch.contact for point in points])
     picture: Any = None
     for kind, marker in MARKERS.items():
-        same_kind = [number for number, point in enumerate(inside) if point.kind == kind]
-        edges = [RAISED if inside[number].touch.yielding > 0.0 else "black" for number in same_kind]
+        same_kind = [number for number, point in enumerate(points) if point.kind == kind]
+        edges = [RAISED if points[number].touch.yielding > 0.0 else "black" for number in same_kind]
         picture = axis.scatter(
-            [middles[number] for number in same_kind], [inside[number].level for number in same_kind], 52.0,
+            [middles[number] for number in same_kind], [points[number].level for number in same_kind], 52.0,
             c=shares[same_kind], marker=marker, cmap="cividis_r", vmin=0.0, vmax=1.0, zorder=5, edgecolors=edges,
             linewidths=[2.2 if edge == RAISED else 0.9 for edge in edges], plotnonfinite=True,
         )  # fmt: skip
@@ -256,46 +256,46 @@ def outline(axis: Any, building: BuildingShape, wall: float) -> None:
     style.beside(axis, style.plain(label), (wall + WIDTH / 2, 0.0), (0, -4), 8)
 
 
-def _draw_interface(axis: Any, case: RowCase, line: _Line, at: int) -> float:
+def _draw_interface(axis: Any, case: RowCase, line: _Line, index: int) -> float:
     """Write numbers beside the contact points, and the gap with the interface's share above; returns its middle [m]."""
-    half = 0.5 * line.gap_scale * case.gaps[at]
-    middle = line.walls[at - line.first] + WIDTH + half
-    points = [point for point in case.meetings if point.interface == at]
-    # Of many points those with most contact have their numbers written, where there is room for them.
+    half = 0.5 * line.gap_scale * case.gaps[index]
+    middle = line.walls[index - line.first] + WIDTH + half
+    points = [point for point in case.meetings if point.interface == index]
+    # Numbers are written where there is room, at the points with most contact first.
     room = max((point.level for point in points), default=0.0) / CROWDED
-    written: list[float] = []
+    written_levels: list[float] = []
     for point in sorted(points, key=lambda candidate: (-np.nan_to_num(candidate.touch.contact), -candidate.level)):
-        if any(abs(point.level - level) < room for level in written):
+        if any(abs(point.level - level) < room for level in written_levels):
             continue
-        written.append(point.level)
+        written_levels.append(point.level)
         touch, is_yielding = point.touch, point.touch.yielding > 0.0
-        yields = f", {_share(touch.yielding)} $F_E$" if is_yielding else ""
-        right = f"{force_text(touch.force)}{yields}" if touch.contact > 0.0 else ""
-        for words, sign in ((_share(touch.contact), -1.0), (right, 1.0)):
+        yield_text = f", {_share_text(touch.yielding)} $F_E$" if is_yielding else ""
+        right = f"{force_text(touch.force)}{yield_text}" if touch.contact > 0.0 else ""
+        for words, sign in ((_share_text(touch.contact), -1.0), (right, 1.0)):
             look = {"color": RAISED if sign > 0 and is_yielding else "black", "zorder": 6} | ON_FLOOR
             style.beside(axis, words, (middle + sign * half, point.level), (4 * sign, 1.5), 7.5, **look)
-    top = max(case.buildings[at].height, case.buildings[at + 1].height)
-    bumpers = _draw_bumpers(axis, case, line, at, points)
-    words = f"{say_in(case.gaps[at], 'mm', 3)}{bumpers}\n{_share(case.touches[at].contact)}"
+    top = max(case.buildings[index].height, case.buildings[index + 1].height)
+    bumpers = _draw_bumpers(axis, case, line, index, points)
+    words = f"{say_in(case.gaps[index], 'mm', 3)}{bumpers}\n{_share_text(case.touches[index].contact)}"
     style.beside(axis, words, (middle, top), (0, 5), 8, fontweight="bold", color=style.QUIET)
     return middle
 
 
-def _draw_bumpers(axis: Any, case: RowCase, line: _Line, at: int, points: Sequence[Any]) -> str:
+def _draw_bumpers(axis: Any, case: RowCase, line: _Line, index: int, points: Sequence[Any]) -> str:
     """Draw the bumpers in the gap of an interface on its left face, to the scale of gaps; returns their words."""
     from matplotlib.patches import Rectangle
 
     lengths = bumper_lengths(case.results)
-    if not any(lengths[at : at + 1]):
+    if not any(lengths[index : index + 1]):
         return ""
-    face, thick = line.walls[at - line.first] + WIDTH, 0.03 * max(building.height for building in case.buildings)
+    face, thickness = line.walls[index - line.first] + WIDTH, 0.03 * max(building.height for building in case.buildings)
     for point in points:
-        corner = face, point.level - 0.5 * thick
-        axis.add_patch(Rectangle(corner, line.gap_scale * lengths[at], thick, facecolor="#8a8a8a", zorder=2))
-    return f", {bumper_words(lengths[at : at + 1])}"
+        corner = face, point.level - 0.5 * thickness
+        axis.add_patch(Rectangle(corner, line.gap_scale * lengths[index], thickness, facecolor="#8a8a8a", zorder=2))
+    return f", {bumper_words(lengths[index : index + 1])}"
 
 
-def _share(share: float) -> str:
+def _share_text(share: float) -> str:
     return MISSING if np.isnan(share) else f"{100 * share:.0f} %"
 
 
@@ -314,9 +314,9 @@ def _elevation_legend(figure: style.Figure, case: RowCase) -> None:
     caption += f"; gaps drawn × {gap_scale(case.gaps):g}"
     is_known = np.isfinite(case.results["building_height"].values)
     if not is_known.all():
-        whose = " and ".join(map(str, case.results["building"].values[~is_known]))
-        caption += f"\nno height is given of {style.plain(whose)}: the one drawn is nominal"
-    linked = [name for at, name in enumerate(case.interfaces) if Results(case.results).has_link(at)]
+        names = " and ".join(map(str, case.results["building"].values[~is_known]))
+        caption += f"\nno height is given of {style.plain(names)}: the one drawn is nominal"
+    linked = [name for index, name in enumerate(case.interfaces) if Results(case.results).has_link(index)]
     if linked:
         where = between(linked[0]) if len(linked) == 1 else counted(len(linked), "pair") + " of neighbours"
         caption += f"\nsprings or dampers join {style.plain(where)}; they are not drawn"
@@ -364,35 +364,35 @@ def plan_figure(
 
     cases = [rows] if isinstance(rows, RowCase) else list(rows)
     corners = _plain_rings(cases) if footprints is None else _checked_rings(footprints, cases)
-    every = np.concatenate([ring for rings in corners.values() for ring in rings])
-    span, count = np.ptp(every, axis=0), sum(len(case.buildings) for case in cases)
-    flat = bool(span[0] > 2.6 * span[1])
-    figure, axes = style.blank(*((2, 1) if flat else (1, 2)), _size(span, flat, count))
+    all_corners = np.concatenate([ring for rings in corners.values() for ring in rings])
+    span, count = np.ptp(all_corners, axis=0), sum(len(case.buildings) for case in cases)
+    is_flat = bool(span[0] > 2.6 * span[1])
+    figure, axes = style.blank(*((2, 1) if is_flat else (1, 2)), _plan_size(span, is_flat, count))
     picture: Any = None
     labels: dict[Any, list[Any]] = {}
     for axis, (name, words) in zip(axes.flat, PANELS, strict=True):
         picture, labels[axis] = _draw_plan(axis, cases, corners, name)
         axis.set_title(words, fontsize=10, loc="left")
         if footprints is not None:
-            _scale_and_north(axis, every.min(axis=0), span)
+            _scale_and_north(axis, all_corners.min(axis=0), span)
     style.share_bar(figure, picture, axes, "share of the motions")
     if titled:
-        _headed(figure, _touching(cases), cases, note)
+        _write_title(figure, _contact_finding(cases), cases, note)
     handles = []
     if count <= LABELLED:
         look: dict[str, Any] = {"facecolor": "white", "edgecolor": style.QUIET}
         names = ["0 %" if most == 0.0 else f"to {100 * most:.0f} %" for most, _ in HATCHES]
         handles = [Patch(hatch=2 * marks, label=name, **look) for (_, marks), name in zip(HATCHES, names, strict=True)]
         if any(
-            np.isnan(share_of_building(case, "yield_exceedance", at))
+            np.isnan(share_of_building(case, "yield_exceedance", index))
             for case in cases
-            for at in range(len(case.buildings))
+            for index in range(len(case.buildings))
         ):
             handles.append(Patch(label="–: has no $F_E$, or no run is complete", **look))
     if len(corners) > count:
         handles.append(Patch(facecolor=ALONE, edgecolor="#888888", label="no result given"))
     figure.draw_without_rendering()  # which lays the panels out
-    all_written = all([_fit(axis, of_axis) for axis, of_axis in labels.items()])
+    all_written = all([_fit_labels(axis, axis_labels) for axis, axis_labels in labels.items()])
     if handles:
         style.legend_below(figure, handles, len(handles), None if all_written else "no name: no room for letters")
     return figure
@@ -403,8 +403,8 @@ def _plain_rings(cases: Sequence[RowCase]) -> dict[Key, Rings]:
     footprints: dict[Key, Rings] = {}
     for number, case in enumerate(cases):
         low = -number * (DEPTH + ALLEY)
-        for at, building in enumerate(case.buildings):
-            left = at * WIDTH
+        for index, building in enumerate(case.buildings):
+            left = index * WIDTH
             ends = ((left, low), (left + WIDTH, low), (left + WIDTH, low + DEPTH), (left, low + DEPTH))
             footprints[number, building.name] = (np.array(ends),)
     return footprints
@@ -413,32 +413,32 @@ def _plain_rings(cases: Sequence[RowCase]) -> dict[Key, Rings]:
 def _checked_rings(footprints: Mapping[Any, Any], cases: Sequence[RowCase]) -> dict[Key, Rings]:
     """Rings of every building by its row, the largest first; buildings of none of these rows by `NO_ROW`."""
     rings = {who: _rings(who if isinstance(who, str) else who[1], corners) for who, corners in footprints.items()}
-    inside = [(number, building.name) for number, case in enumerate(cases) for building in case.buildings]
-    taken = {who: who if who in rings else who[1] for who in inside}
-    missing = [name for (_, name), key in taken.items() if key not in rings]
+    owners = [(number, building.name) for number, case in enumerate(cases) for building in case.buildings]
+    key_of = {who: who if who in rings else who[1] for who in owners}
+    missing = [name for (_, name), key in key_of.items() if key not in rings]
     if missing:
         raise PoundingError(f"no footprint of {', '.join(missing)}; give one, or none at all for a plain row")
-    if twice := [str(key) for key, rows in Counter(taken.values()).items() if rows > 1]:
+    if repeats := [str(key) for key, rows in Counter(key_of.values()).items() if rows > 1]:
         raise PoundingError(
-            f"{', '.join(twice)} of several rows would stand in one footprint; draw them in plans apart"
+            f"{', '.join(repeats)} of several rows would stand in one footprint; draw them in plans apart"
         )
-    alone = [(NO_ROW, who) for who in rings if who not in set(taken.values())]
-    return {who: rings[key] for who, key in taken.items()} | {who: rings[who[1]] for who in alone}
+    others = [(NO_ROW, who) for who in rings if who not in set(key_of.values())]
+    return {who: rings[key] for who, key in key_of.items()} | {who: rings[who[1]] for who in others}
 
 
 def _rings(name: str, corners: Any) -> Rings:
-    several = isinstance(corners, list | tuple) and np.ndim(corners[0]) == 2
-    rings = [np.asarray(ring_corners, dtype=float) for ring_corners in (corners if several else [corners])]
+    is_list = isinstance(corners, list | tuple) and np.ndim(corners[0]) == 2
+    rings = [np.asarray(ring_corners, dtype=float) for ring_corners in (corners if is_list else [corners])]
     for ring in rings:
         if ring.ndim != 2 or ring.shape[1:] != (2,) or len(ring) < 3 or not np.isfinite(ring).all():
             raise PoundingError(f"footprint of {name}: is no polygon; give three corners or more, each x and y in m")
     return tuple(sorted(rings, key=lambda ring: -float(np.prod(np.ptp(ring, axis=0)))))
 
 
-def _size(span: Array, flat: bool, count: int) -> tuple[float, float]:
+def _plan_size(span: Array, is_flat: bool, count: int) -> tuple[float, float]:
     """Size of the figure: panels of the street's own shape, within a page."""
     ratio = float(np.clip(span[1] / max(span[0], 1e-9), 0.08, 4.0))
-    if flat:
+    if is_flat:
         width = float(np.clip(0.09 * span[0], 8.0, 20.0))
         return width, 2.2 + 2.0 * (0.85 * width * ratio + 0.4)
     width = 13.0 if count > MANY else 9.0  # of few buildings small enough for a page, where letters shrink with it
@@ -446,33 +446,33 @@ def _size(span: Array, flat: bool, count: int) -> tuple[float, float]:
 
 
 def _draw_plan(axis: Any, cases: Sequence[RowCase], corners: Mapping[Key, Rings], name: str) -> tuple[Any, list[Any]]:
-    """Draw the buildings of a panel; returns those in rows, with their colours, and the names written on them."""
+    """Draw the buildings of a panel; returns the coloured ones, which are in rows, and the names written on them."""
     from matplotlib.collections import PathCollection
 
     shares = {
-        (number, building.name): share_of_building(case, name, at)
+        (number, building.name): share_of_building(case, name, index)
         for number, case in enumerate(cases)
-        for at, building in enumerate(case.buildings)
+        for index, building in enumerate(case.buildings)
     }
-    for who, rings in corners.items():
-        if who not in shares:
+    for owner, rings in corners.items():
+        if owner not in shares:
             _fill(axis, rings, facecolor=ALONE, edgecolor="#888888", linewidth=0.8)
-    labelled = len(shares) <= LABELLED
-    look: dict[str, Any] = {"edgecolors": "black", "linewidths": 0.9 if labelled else 0.2, "cmap": "cividis_r"}
-    drawn = PathCollection([_area(corners[who]) for who in shares], **look)
-    drawn.set_array(np.ma.masked_invalid(list(shares.values())))
-    drawn.set_clim(0.0, 1.0)
-    axis.add_collection(drawn)
-    labels = [_label(axis, corners[who], who[1], share) for who, share in (shares.items() if labelled else ())]
+    is_labelled = len(shares) <= LABELLED
+    look: dict[str, Any] = {"edgecolors": "black", "linewidths": 0.9 if is_labelled else 0.2, "cmap": "cividis_r"}
+    collection = PathCollection([_area_path(corners[owner]) for owner in shares], **look)
+    collection.set_array(np.ma.masked_invalid(list(shares.values())))
+    collection.set_clim(0.0, 1.0)
+    axis.add_collection(collection)
+    labels = [_label(axis, corners[owner], owner[1], share) for owner, share in (shares.items() if is_labelled else ())]
     axis.set(aspect="equal", xticks=[], yticks=[])
     axis.autoscale_view()
     axis.grid(False)
     for side in axis.spines.values():
         side.set_visible(False)
-    return drawn, labels
+    return collection, labels
 
 
-def _area(rings: Rings) -> Any:
+def _area_path(rings: Rings) -> Any:
     """The area within rings as a path; one that turns against the ring around it is left out, as a court is."""
     from matplotlib.path import Path
 
@@ -482,7 +482,7 @@ def _area(rings: Rings) -> Any:
 def _fill(axis: Any, rings: Rings, **look: Any) -> None:
     from matplotlib.patches import PathPatch
 
-    axis.add_patch(PathPatch(_area(rings), **look))
+    axis.add_patch(PathPatch(_area_path(rings), **look))
 
 
 def _scale_and_north(axis: Any, low: Array, span: Array) -> None:
@@ -498,7 +498,7 @@ def _scale_and_north(axis: Any, low: Array, span: Array) -> None:
 def _label(axis: Any, rings: Rings, name: str, share: float) -> tuple[Any, Array]:
     """Hatch a building by its class of shares and write its name and number along its walls; the text and its room [m].
 
-    The room is that in the direction of the lines, and across them.
+    The room is the length along the lines of text, and across them.
     """
     is_dark = share > DARK
     if np.isfinite(share):
@@ -511,9 +511,9 @@ def _label(axis: Any, rings: Rings, name: str, share: float) -> tuple[Any, Array
     turn = float((np.degrees(np.arctan2(up, along)) + 45.0) % 90.0 - 45.0)
     cosine, sine = np.cos(np.radians(turn)), np.sin(np.radians(turn))
     walls = np.array([[cosine, sine], [-sine, cosine]])
-    of_walls = rings[0] @ walls.T
-    room = np.ptp(of_walls, axis=0)
-    middle = 0.5 * (of_walls.min(axis=0) + of_walls.max(axis=0)) @ walls
+    wall_corners = rings[0] @ walls.T
+    room = np.ptp(wall_corners, axis=0)
+    middle = 0.5 * (wall_corners.min(axis=0) + wall_corners.max(axis=0)) @ walls
     words = f"{style.in_lines(name, style.NAME_LINE)}\n{'–' if np.isnan(share) else f'{100 * share:.0f} %'}"
     box = {"facecolor": "#1a2c4e" if is_dark else "#ffffff", "edgecolor": "none", "pad": 1.0, "alpha": 0.75}
     look: dict[str, Any] = {"color": "white" if is_dark else "black", "bbox": box, "ha": "center", "va": "center"}
@@ -521,15 +521,15 @@ def _label(axis: Any, rings: Rings, name: str, share: float) -> tuple[Any, Array
     return axis.annotate(style.plain(words), middle, **look), room
 
 
-def _fit(axis: Any, labels: Sequence[tuple[Any, Array]]) -> bool:
-    """Turn texts where that gives them room, make letters as small as the rest needs, or none; whether all stay."""
+def _fit_labels(axis: Any, labels: Sequence[tuple[Any, Array]]) -> bool:
+    """Turn texts where that gives them room, else make letters smaller, or hide them; True if all are visible."""
     a_metre = 0.95 * 72.0 / axis.figure.dpi * axis.transData.get_matrix()[0, 0]  # points; a legend takes the rest
     for label, room in labels:
         lines, turn = label.get_text().split("\n"), label.get_rotation()
         box = LETTER * max(map(len, lines)), LINE * len(lines)
-        size, turned = (a_metre * float(np.min(sides / box)) for sides in (room, room[::-1]))
-        if turned > size < LETTERS:
-            size = turned
+        size, turned_size = (a_metre * float(np.min(sides / box)) for sides in (room, room[::-1]))
+        if turned_size > size < LETTERS:
+            size = turned_size
             label.set_rotation(turn - 90.0 if 0.0 < turn < 180.0 else turn + 90.0)
         label.set(fontsize=min(LETTERS, size), visible=size >= LEAST_LETTERS)
     return all(label.get_visible() for label, _ in labels)
@@ -564,26 +564,26 @@ def profiles_figure(
         For a name that the row has not, and for a row without storeys.
     """
     rows = [name for name in QUANTITIES if name in case.results]
-    chosen = _chosen_buildings(case, buildings) if rows else []
-    if not chosen:
+    indices = _chosen_buildings(case, buildings) if rows else []
+    if not indices:
         raise PoundingError("no building has storeys; profiles need floor_masses, or a height and storeys")
     figure, axes = style.blank(
-        len(rows), len(chosen), (1.6 + 2.3 * max(len(chosen), 3), 1.8 + 2.9 * len(rows)), sharey="row"
+        len(rows), len(indices), (1.6 + 2.3 * max(len(indices), 3), 1.8 + 2.9 * len(rows)), sharey="row"
     )
     for row, name in enumerate(rows):
-        for column, at in enumerate(chosen):
+        for column, at in enumerate(indices):
             _draw_profile(axes[row, column], case, at, name)
             axes[row, column].set_xlabel(QUANTITIES[name].words, fontsize=9)
-        axes[row, 0].set(ylabel="height [m]", ylim=(0.0, 1.04 * max(case.buildings[at].height for at in chosen)))
-    for column, at in enumerate(chosen):
-        shown = profile(case, at, rows[0])
-        motions = f"{shown.motions} of {counted(case.motions, 'motion')}" if shown.motions else "no contact"
+        axes[row, 0].set(ylabel="height [m]", ylim=(0.0, 1.04 * max(case.buildings[at].height for at in indices)))
+    for column, at in enumerate(indices):
+        drawn = profile(case, at, rows[0])
+        motions = f"{drawn.motions} of {counted(case.motions, 'motion')}" if drawn.motions else "no contact"
         building = case.buildings[at]
         motions += "; storey 1: its isolators" * (building.name in isolated_of(case.results))
         axes[0, column].set_title(style.plain(f"{building.name} ({building.position})\n{motions}"), fontsize=9.5)
     if titled:
         left_out = "" if buildings else of_which_buildings(case)
-        _headed(figure, _raised(case, chosen), [case], "; ".join(filter(None, (note, left_out))))
+        _write_title(figure, _drift_finding(case, indices), [case], "; ".join(filter(None, (note, left_out))))
     _profiles_legend(figure)
     return figure
 
@@ -605,11 +605,11 @@ def amplification(case: RowCase, building: int, name: str = "peak_drift") -> flo
     float
         The ratio; NaN where no motion brings contact, or velocities jump in one, of which no acceleration is finite.
     """
-    touched = any_of_building(case, "impact_count", building) == 1.0
+    is_touched = any_of_building(case, "impact_count", building) == 1.0
     peaks = (of_structure(case.results, output).isel(building=building) for output in (name, f"{name}_free"))
-    both = [values.transpose("record", "polarity").values.ravel()[touched] for values in peaks]
-    moved = both[1] > 0.0
-    return float(np.median(both[0][moved] / both[1][moved])) if moved.any() else float("nan")
+    pair_of_peaks = [values.transpose("record", "polarity").values.ravel()[is_touched] for values in peaks]
+    is_moved = pair_of_peaks[1] > 0.0
+    return float(np.median(pair_of_peaks[0][is_moved] / pair_of_peaks[1][is_moved])) if is_moved.any() else float("nan")
 
 
 def profile(case: RowCase, building: int, name: str) -> Profile:
@@ -624,8 +624,8 @@ def profile(case: RowCase, building: int, name: str) -> Profile:
     heights = np.diff([0.0, *levels]) if name == "storey_drift" else 1.0
     spreads = []
     for suffix in ("_free", ""):
-        of_building = finite(case.results, f"{name}{suffix}").isel(building=building)
-        values = of_building.transpose("record", "polarity", "storey").values
+        building_values = finite(case.results, f"{name}{suffix}").isel(building=building)
+        values = building_values.transpose("record", "polarity", "storey").values
         values = values.reshape(-1, values.shape[-1])[is_drawn, : len(levels)] * QUANTITIES[name].factor / heights
         # NaN where no run is complete.
         missing = np.full((3, len(levels)), np.nan)
@@ -639,7 +639,7 @@ def has_storeys(building: BuildingShape) -> bool:
 
 
 def of_which_buildings(case: RowCase) -> str:
-    """Which buildings have profiles where these are not all that have storeys: "6 of 15 buildings: ..."; else ""."""
+    """Words on the buildings with profiles, "6 of 15 buildings: ..."; "" where all with storeys have one."""
     number = sum(map(has_storeys, case.buildings))
     words = f"{MOST_BUILDINGS} of {number} buildings with storeys: those whose drift contact raises most"
     return words if number > MOST_BUILDINGS else ""
@@ -647,15 +647,15 @@ def of_which_buildings(case: RowCase) -> str:
 
 def _chosen_buildings(case: RowCase, names: Sequence[str]) -> list[int]:
     """Numbers of the named buildings that have storeys; without names, of those whose drift contact raises most."""
-    every = [building.name for building in case.buildings]
+    row_names = [building.name for building in case.buildings]
     for name in names:
-        if name not in every:
-            raise PoundingError(f"building {name!r} is not in the row, which has {', '.join(every)}")
-    some = [every.index(name) for name in names] if names else list(range(len(every)))
-    some = [at for at in some if has_storeys(case.buildings[at])]
+        if name not in row_names:
+            raise PoundingError(f"building {name!r} is not in the row, which has {', '.join(row_names)}")
+    indices = [row_names.index(name) for name in names] if names else list(range(len(row_names)))
+    indices = [index for index in indices if has_storeys(case.buildings[index])]
     if names:
-        return some
-    return sorted(sorted(some, key=lambda at: -np.nan_to_num(amplification(case, at)))[:MOST_BUILDINGS])
+        return indices
+    return sorted(sorted(indices, key=lambda index: -np.nan_to_num(amplification(case, index)))[:MOST_BUILDINGS])
 
 
 def _draw_profile(axis: Any, case: RowCase, building: int, name: str) -> None:
@@ -680,17 +680,17 @@ def _draw_profile(axis: Any, case: RowCase, building: int, name: str) -> None:
     axis.set_xlim(0.0, 1.05 * axis.dataLim.x1 if axis.dataLim.x1 > 0.0 else 1.0)  # values near one another too
     for point in case.meetings:
         if building in (point.interface, point.interface + 1):
-            place, marker = (1.0, "<") if building == point.interface else (0.0, ">")
+            x, marker = (1.0, "<") if building == point.interface else (0.0, ">")
             face = "black" if point.touch.contact > 0.0 else "white"  # full where a motion touches there
             axis.plot(
-                place, point.level, marker, transform=axis.get_yaxis_transform(), color="black", markerfacecolor=face,
+                x, point.level, marker, transform=axis.get_yaxis_transform(), color="black", markerfacecolor=face,
                 markersize=6, clip_on=False, zorder=5,
             )  # fmt: skip
             axis.axhline(point.level, color=style.QUIET, linestyle=":", linewidth=0.7, zorder=0)
 
 
 def _above_isolators(axis: Any, spread: Profile, height: float) -> Profile:
-    """The drifts of storeys, in whose scale that of isolators would leave no other to read: it is written in mm."""
+    """The drifts of storeys without that of isolators, whose scale would hide them: it is written in mm."""
     free, struck = (f"{10.0 * height * values[1, 0]:.3g} mm" for values in (spread.free, spread.struck))
     words = f"isolators: {free} without contact, {struck} with"
     axis.text(0.98, 0.02, words, transform=axis.transAxes, ha="right", va="bottom", fontsize=8)

@@ -55,15 +55,15 @@ def scan_figure(results: xr.Dataset, note: str = "") -> Figure:
         One panel for each record and polarity.
     """
     results = at_one_place(results)
-    shown = _one_law(results)
-    peak = shown["peak_relative_displacement"] * 1e3
+    part = _one_law(results)
+    peak = part["peak_relative_displacement"] * 1e3
     if min(peak.sizes["gap"], peak.sizes["yield_force"]) < 2:
-        return _lines(_condition(results, shown), peak, note)
-    drawn, peaks = _together(shown, peak)
+        return _draw_lines(_condition(results, part), peak, note)
+    panel_results, peaks = _combined(part, peak)
     # Failed runs have no number; where all have failed, the maps are empty and the title says so.
     look = {"cmap": "viridis", "vmin": float(peaks.min().fillna(0.0)), "vmax": float(peaks.max().fillna(1.0))}
-    figure = _maps(drawn, peaks, look, "peak relative displacement [mm]")
-    title(figure, _largest(peak), f"{_condition(results, shown)}{_end_words(drawn)}", note)
+    figure = _draw_maps(panel_results, peaks, look, "peak relative displacement [mm]")
+    title(figure, _largest_words(peak), f"{_condition(results, part)}{_end_words(panel_results)}", note)
     return figure
 
 
@@ -92,8 +92,8 @@ def ratio_figure(results: xr.Dataset, note: str = "") -> Figure:
     from matplotlib.colors import LogNorm
 
     results = at_one_place(results)
-    shown = _one_law(results)
-    peak, is_finite = shown["peak_relative_displacement"], np.isfinite(shown["yield_force"].values)
+    part = _one_law(results)
+    peak, is_finite = part["peak_relative_displacement"], np.isfinite(part["yield_force"].values)
     if is_finite.all():
         raise PoundingError('the dataset has no case without yielding; add "inf" to grid.yield_force and scan again')
     if not is_finite.any():
@@ -101,26 +101,26 @@ def ratio_figure(results: xr.Dataset, note: str = "") -> Figure:
     ratio = peak.isel(yield_force=is_finite) / peak.isel(yield_force=int(is_finite.argmin()), drop=True)
     reach = float(np.nanmax([ratio.max(), 1.0 / ratio.min(), 1.0 + NOTABLE]))
     look = {"cmap": "PuOr_r", "norm": LogNorm(1.0 / reach, reach)}
-    drawn, ratios = _together(shown, ratio)
+    panel_results, ratios = _combined(part, ratio)
     words = "peak relative displacement,\nwith yielding over without [1]"
-    figure = _maps(drawn, ratios, look, words, marked=ratios > 1.0 + NOTABLE)
-    condition = f"{_condition(results, shown)}; +: raised by over 1 %{_end_words(drawn)}"
-    title(figure, _changed(ratio), condition, note)
+    figure = _draw_maps(panel_results, ratios, look, words, marked=ratios > 1.0 + NOTABLE)
+    condition = f"{_condition(results, part)}; +: raised by over 1 %{_end_words(panel_results)}"
+    title(figure, _change_words(ratio), condition, note)
     return figure
 
 
-def _largest(peak: xr.DataArray) -> str:
-    """The largest peak of all motions [mm], at which gap and yield force, in words."""
+def _largest_words(peak: xr.DataArray) -> str:
+    """The largest peak of all motions [mm], with its gap and yield force, in words."""
     if not peak.notnull().any():
         return "No run is complete: no peak is known"
-    at = peak.isel(peak.argmax(...))
-    gap, force = say_in(float(at["gap"]), "mm"), force_words(float(at["yield_force"]))
-    motion = f"{at['record'].values} {at['polarity'].values}"
-    return f"The peak relative displacement reaches {float(at):.3g} mm; {motion}, gap {gap}, {force}"
+    largest = peak.isel(peak.argmax(...))
+    gap, force = say_in(float(largest["gap"]), "mm"), force_words(float(largest["yield_force"]))
+    motion = f"{largest['record'].values} {largest['polarity'].values}"
+    return f"The peak relative displacement reaches {float(largest):.3g} mm; {motion}, gap {gap}, {force}"
 
 
-def _changed(ratio: xr.DataArray) -> str:
-    """Between which factors yielding changes the peak, in words."""
+def _change_words(ratio: xr.DataArray) -> str:
+    """The smallest and the largest factor by which yielding changes the peak, in words."""
     low, high = float(ratio.min()), float(ratio.max())
     if np.isnan(low):
         return "No run is complete: no change by yielding is known"
@@ -132,50 +132,50 @@ def _changed(ratio: xr.DataArray) -> str:
 def _one_law(results: xr.Dataset) -> xr.Dataset:
     """Dataset at the scene's own contact law and amplitude; gaps and yield forces in rising order.
 
-    Of several interfaces the one whose gap alone the grid varies, or the largest of all.
+    It has the interface whose gap alone the grid varies, or the largest value of all interfaces.
     """
     case = Results(results).scene_case
-    chosen = results.isel(
+    case_results = results.isel(
         {axis: case.get(axis, -1) for axis in (amplitude_axis(results), "contact_model") if axis in results.dims}
     )
-    outputs = chosen[["peak_relative_displacement", "impact_count", "yield_exceedance"]]
+    outputs = case_results[["peak_relative_displacement", "impact_count", "yield_exceedance"]]
     if "interface" in outputs.dims:
-        at = _varied(results)
-        outputs = outputs.max("interface", keep_attrs=True) if at is None else outputs.isel(interface=at)
+        index = _varied_interface(results)
+        outputs = outputs.max("interface", keep_attrs=True) if index is None else outputs.isel(interface=index)
     return outputs.assign_attrs(results.attrs).sortby(["gap", "yield_force"])
 
 
-def _varied(results: xr.Dataset) -> int | None:
+def _varied_interface(results: xr.Dataset) -> int | None:
     """Index of the interface whose gap alone the grid varies; None where it varies several or none."""
-    varied = np.flatnonzero(np.ptp(Results(results).gaps.values, axis=0) > 0.0)
-    return int(varied[0]) if varied.size == 1 else None
+    indices = np.flatnonzero(np.ptp(Results(results).gaps.values, axis=0) > 0.0)
+    return int(indices[0]) if indices.size == 1 else None
 
 
-def _condition(results: xr.Dataset, shown: xr.Dataset) -> str:
+def _condition(results: xr.Dataset, part: xr.Dataset) -> str:
     """Title of a dataset, with the law where only one of several is shown, and the amplitude of its motions."""
     parts = [str(results.attrs["title"])]
     if results.sizes.get("contact_model", 1) > 1:
-        parts.append(law_words(str(shown["contact_model"].values)))
+        parts.append(law_words(str(part["contact_model"].values)))
     if (count := results.sizes.get("interface", 1)) > 1:
-        at = _varied(results)
-        interface = results["interface"].values[at or 0]
-        parts.append(f"the largest of {count} interfaces" if at is None else f"{interface}, whose gap varies")
-    parts.append(f"motions {Results(shown).amplitude_words()}")
+        index = _varied_interface(results)
+        interface = results["interface"].values[index or 0]
+        parts.append(f"the largest of {count} interfaces" if index is None else f"{interface}, whose gap varies")
+    parts.append(f"motions {Results(part).amplitude_words()}")
     return ", ".join(parts)
 
 
-def _end_words(drawn: xr.Dataset) -> str:
+def _end_words(panel: xr.Dataset) -> str:
     """Words on the dashed line of a panel, where any panel has one."""
-    touching = (drawn["impact_count"] != 0).any("yield_force")  # below 0 of a failed run, which began in contact
+    touching = (panel["impact_count"] != 0).any("yield_force")  # below 0 of a failed run, which began in contact
     if not touching.any():
         return "; no motion brings contact"
     return "" if bool(touching.all()) else "; right of the dashed line there is no contact"
 
 
-def _together(results: xr.Dataset, values: xr.DataArray) -> tuple[xr.Dataset, xr.DataArray]:
+def _combined(results: xr.Dataset, values: xr.DataArray) -> tuple[xr.Dataset, xr.DataArray]:
     """Percentiles of many motions instead of records; a dataset of few records as it is.
 
-    The contacts that a panel shows are those of any motion.
+    A panel shows contact where any motion has it.
     """
     if results.sizes["record"] <= MOST_RECORDS:
         return results, values
@@ -190,7 +190,7 @@ def _together(results: xr.Dataset, values: xr.DataArray) -> tuple[xr.Dataset, xr
     return touching.to_dataset(name="impact_count"), spread
 
 
-def _maps(
+def _draw_maps(
     results: xr.Dataset, values: xr.DataArray, look: dict[str, Any], words: str, marked: xr.DataArray | None = None
 ) -> Figure:
     """One heat map for each record (columns) and polarity (rows), with one scale of colours."""
@@ -199,10 +199,10 @@ def _maps(
     facts = {entry.get("name"): entry for entry in read_attribute(results, "records", [])}
     picture: Any = None
     for row, column in np.ndindex(rows, columns):
-        axis, here = axes[row, column], {"polarity": row, "record": column}
-        picture = _map(axis, results["impact_count"].isel(here), values.isel(here), look)
+        axis, place = axes[row, column], {"polarity": row, "record": column}
+        picture = _draw_map(axis, results["impact_count"].isel(place), values.isel(place), look)
         if marked is not None:
-            forces, gaps = np.nonzero(marked.isel(here).transpose("yield_force", "gap").values)
+            forces, gaps = np.nonzero(marked.isel(place).transpose("yield_force", "gap").values)
             look_of_marks: dict[str, Any] = {"color": "black", "markersize": 5, "markeredgewidth": 0.8}
             axis.plot(marked["gap"].values[gaps] * 1e3, forces, "+", **look_of_marks)
         if row == 0:
@@ -222,7 +222,7 @@ def _maps(
     return figure
 
 
-def _map(axes: Axes, counts: xr.DataArray, values: xr.DataArray, look: dict[str, Any]) -> Any:
+def _draw_map(axes: Axes, counts: xr.DataArray, values: xr.DataArray, look: dict[str, Any]) -> Any:
     """One heat map with yield forces as evenly spaced classes; a line where contact ends, whatever F_E is."""
     values = values.transpose("yield_force", "gap")
     gaps, forces = values["gap"].values * 1e3, values["yield_force"].values
@@ -241,29 +241,29 @@ def _map(axes: Axes, counts: xr.DataArray, values: xr.DataArray, look: dict[str,
     return picture
 
 
-def _lines(condition: str, peak: xr.DataArray, note: str) -> Figure:
+def _draw_lines(condition: str, peak: xr.DataArray, note: str) -> Figure:
     """A line for each motion against gap or F_E; of many records the median, the middle 68 % and the largest."""
     axis = "yield_force" if peak.sizes["yield_force"] > 1 else "gap"
     scale, words = (1e3, "gap [mm]") if axis == "gap" else (1e-3, "yield force $F_E$ [kN]")
     peak = peak.isel({"gap" if axis == "yield_force" else "yield_force": 0})
-    at, motions = peak[axis].values * scale, ("record", "polarity")
+    labels, motions = peak[axis].values * scale, ("record", "polarity")
     figure, axes = blank(1, 1, (8.5, 5.0))
     panel = axes[0, 0]
     if peak.sizes["record"] > MOST_RECORDS:
         low, middle, high = peak.quantile(np.array(PERCENTILES) / 100.0, dim=motions)
         colour, dash = styles(1)[0]
         count = peak.sizes["record"] * peak.sizes["polarity"]
-        panel.fill_between(at, low, high, color=colour, alpha=0.2, linewidth=0.0, label="percentiles 16 to 84")
-        panel.plot(at, middle, color=colour, linestyle=dash, marker=".", label=f"median of {count} motions")
-        panel.plot(at, peak.max(motions), color=QUIET, linestyle=":", label="largest")
+        panel.fill_between(labels, low, high, color=colour, alpha=0.2, linewidth=0.0, label="percentiles 16 to 84")
+        panel.plot(labels, middle, color=colour, linestyle=dash, marker=".", label=f"median of {count} motions")
+        panel.plot(labels, peak.max(motions), color=QUIET, linestyle=":", label="largest")
     else:
         for place in np.ndindex(*(peak.sizes[axis] for axis in motions)):
             line, colour = peak.isel(dict(zip(motions, place, strict=True))), styles(MOST_RECORDS)[place[0]][0]
             look: dict[str, Any] = {"color": colour, "marker": MARKS[place[0]], "markersize": 5}
             look |= {"linestyle": ("-", "--")[place[1]], "markerfacecolor": (colour, "white")[place[1]]}
-            panel.plot(at, line, label=f"{line['record'].values}, {line['polarity'].values}", **look)
+            panel.plot(labels, line, label=f"{line['record'].values}, {line['polarity'].values}", **look)
     panel.set(xlabel=words, ylabel="peak relative displacement [mm]")
-    title(figure, _largest(peak), condition, note)
+    title(figure, _largest_words(peak), condition, note)
     legend_below(figure, panel.get_legend_handles_labels()[0], 3)
     return figure
 

@@ -59,7 +59,7 @@ def _by_motion(axis: Any, table: CodeTable) -> None:
     label = f"required by {table.percentile:g} %: {say_in(rounded_up(table.demand), 'mm', 3)}"
     axis.axhline(1e3 * table.demand, color=MEANING["required gap"], linestyle="--", linewidth=1.2, label=label)
     if order.size <= MOST_NAMES:
-        names = [table.names[at].removesuffix(" as recorded").replace(" reversed", " rev.") for at in order]
+        names = [table.names[index].removesuffix(" as recorded").replace(" reversed", " rev.") for index in order]
         axis.set_xticks(positions, names, rotation=90, fontsize=7)
     else:
         axis.set_xlabel("motion, by the gap it needs")
@@ -77,9 +77,9 @@ def draw_rules(axis: Any, compared: Sequence[Comparison], motions: int) -> None:
     for row, rule in enumerate(compared):
         axis.plot([rule.ratio_low, rule.ratio_high], [row, row], color=MEANING["rule"], linewidth=2.2)
         axis.plot(rule.ratio_median, row, "o" if rule.safe else "s", **rule_mark(rule.row.verification))
-        short = round((rule.exceeded or 0.0) * motions)
-        where = {"transform": axis.get_yaxis_transform(), "ha": "left", "va": "center", "fontsize": 8.5}
-        axis.text(1.02, row, f"{short} of {motions}", weight="bold" if short else "normal", **where)
+        insufficient = round((rule.exceeded or 0.0) * motions)
+        look = {"transform": axis.get_yaxis_transform(), "ha": "left", "va": "center", "fontsize": 8.5}
+        axis.text(1.02, row, f"{insufficient} of {motions}", weight="bold" if insufficient else "normal", **look)
         doubts = [] if rule.row.verification in (DERIVED, READ) else [rule.row.verification]
         doubts += ["superseded"] if rule.row.superseded else []
         names.append(f"{rule.row.title} ({', '.join(doubts)})" if doubts else rule.row.title)

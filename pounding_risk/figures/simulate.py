@@ -67,11 +67,11 @@ def impact_figure(impacts: Sequence[Any], note: str = "") -> style.Figure:
 
 
 def _impact_label(impact: Any, impacts: Sequence[Any]) -> str:
-    """What distinguishes an impact from the others, and its restitution."""
-    parts = [impact.law] if len({other.law for other in impacts}) > 1 else []
-    if len({other.mass for other in impacts}) > 1 or not parts:
+    """The law, mass or speed by which an impact differs from the others, and its restitution."""
+    parts = [impact.law] if len({item.law for item in impacts}) > 1 else []
+    if len({item.mass for item in impacts}) > 1 or not parts:
         parts.append(f"{impact.mass:.0f} kg")
-    if len({other.approach_speed for other in impacts}) > 1 or len(parts) < 2:
+    if len({item.approach_speed for item in impacts}) > 1 or len(parts) < 2:
         parts.append(f"{impact.approach_speed:g} m/s")
     required = impact.restitution_asked
     e_words = "e" if np.isnan(required) else f"e required {required:.2f}, achieved"
@@ -107,16 +107,16 @@ def simulation_figure(run: xr.Dataset, note: str = "", absolute: bool = False) -
     if absolute and "absolute_displacement" not in run:
         raise PoundingError("absolute: the run has no displacements in space; simulate it again with this version")
     is_simple = run.sizes["contact_point"] == run.sizes["storey"] == 1 and "relative_displacement" in run
-    panels: list[tuple[Any, float]] = [(_ground, 1.5)]  # what draws a panel, and its height [inches]
-    panels.append((_closing, 2.6) if is_simple else (_roofs, 2.3))
-    panels += [(_in_space, 2.6)] if absolute else []
-    panels += [(_forces, 2.3), *([(_energies, 2.3)] if "energy_ground" in run else [])]
-    count, wide = len(panels), min(max(9.0, 1.7 * run.sizes["building"]), 30.0)
+    panels: list[tuple[Any, float]] = [(_draw_ground, 1.5)]  # what draws a panel, and its height [inches]
+    panels.append((_draw_closing, 2.6) if is_simple else (_draw_roofs, 2.3))
+    panels += [(_draw_in_space, 2.6)] if absolute else []
+    panels += [(_draw_forces, 2.3), *([(_draw_energies, 2.3)] if "energy_ground" in run else [])]
+    count, width = len(panels), min(max(9.0, 1.7 * run.sizes["building"]), 30.0)
     if not is_simple:
         tallest = max(building.height for building in building_shapes(run))
-        panels.append((_row_peaks, 3.2 + min(max(0.12 * tallest, 1.6), 5.0)))
+        panels.append((_draw_row_peaks, 3.2 + min(max(0.12 * tallest, 1.6), 5.0)))
     heights = [height for _, height in panels]
-    figure, axes = style.blank(len(panels), 1, (wide, 0.9 + sum(heights)), height_ratios=heights)
+    figure, axes = style.blank(len(panels), 1, (width, 0.9 + sum(heights)), height_ratios=heights)
     for (draw, _), axis in zip(panels, axes[:, 0], strict=True):
         draw(axis, run)
     for axis in axes[:count, 0]:
@@ -129,7 +129,7 @@ def simulation_figure(run: xr.Dataset, note: str = "", absolute: bool = False) -
 
 
 def _run_finding(run: xr.Dataset) -> str:
-    """How many contacts the run has, and the largest force; of a run that stopped, why."""
+    """The number of contacts and the largest force; of a run that is not complete, the reason."""
     if (status := str(run.attrs["status"])) != "complete":
         return f"The run is not complete: {status}"
     contacts, forces = int(_at_points(run, "impact_count").sum()), _at_points(run, FORCE)
@@ -139,31 +139,31 @@ def _run_finding(run: xr.Dataset) -> str:
     return f"{counted(contacts, 'contact')}{largest}"
 
 
-def _ground(axis: style.Axes, run: xr.Dataset) -> None:
+def _draw_ground(axis: style.Axes, run: xr.Dataset) -> None:
     """Draw the ground acceleration, under each building where it differs."""
     time = run["time"].values
     if "building_ground_acceleration" in run:
-        under = run["building_ground_acceleration"].transpose("time", "building").values / STANDARD_GRAVITY
-        _largest_lines(axis, time, under, list(map(str, run["building"].values)))
+        ground = run["building_ground_acceleration"].transpose("time", "building").values / STANDARD_GRAVITY
+        _largest_lines(axis, time, ground, list(map(str, run["building"].values)))
     else:
-        along = run["ground_acceleration"] / STANDARD_GRAVITY
-        axis.plot(time, along, color=style.QUIET, linewidth=0.9, label="along the row")
+        acceleration = run["ground_acceleration"] / STANDARD_GRAVITY
+        axis.plot(time, acceleration, color=style.QUIET, linewidth=0.9, label="along the row")
     if (second := "ground_acceleration_across") in run:
         axis.plot(time, run[second] / STANDARD_GRAVITY, color=RAISED, linestyle=":", linewidth=0.9, label="across it")
         axis.legend(ncols=2, **ABOVE)
     axis.set_ylabel("ground\nacceleration [g]")
 
 
-def _closing(axis: style.Axes, run: xr.Dataset) -> None:
+def _draw_closing(axis: style.Axes, run: xr.Dataset) -> None:
     """Draw the relative displacement, the gap as a line and every contact as a grey band."""
     closing = 1e3 * run["relative_displacement"].isel(contact_point=0)
     axis.plot(run["time"], closing, color=style.STYLES[0][0], linewidth=1.1)
     bumper = float(run["interface_bumper"][0]) if "interface_bumper" in run.coords else 0.0
     gap = (float(run["interface_gap"][0]) - bumper) * 1e3
     label = f"gap {gap:.6g} mm{' clear of the bumpers' if bumper else ''}"
-    most = float(np.abs(closing).max())
-    if gap > FAR * most > 0.0:  # the motion would be a line of no height beside it
-        axis.set_ylim(-1.1 * most, 1.1 * most)
+    largest = float(np.abs(closing).max())
+    if gap > FAR * largest > 0.0:  # the motion would be a line of no height beside it
+        axis.set_ylim(-1.1 * largest, 1.1 * largest)
         label += ", beyond the axis"
     axis.axhline(gap, color=style.STYLES[1][0], linestyle="--", linewidth=1.2, label=label)
     spans = zip(run["contact_start"].values, run["contact_end"].values, strict=True)
@@ -173,20 +173,20 @@ def _closing(axis: style.Axes, run: xr.Dataset) -> None:
     axis.legend(ncols=2, **ABOVE)
 
 
-def _roofs(axis: style.Axes, run: xr.Dataset) -> None:
+def _draw_roofs(axis: style.Axes, run: xr.Dataset) -> None:
     """Draw the displacement of the roof of each building."""
     _largest_lines(axis, run["time"].values, 1e3 * roofs_of(run), list(map(str, run["building"].values)))
     axis.set_ylabel("roof relative to\nits ground [mm]")
 
 
-def _in_space(axis: style.Axes, run: xr.Dataset) -> None:
-    """Draw the displacement in space of each roof, and dotted that of the ground under it; once of one ground.
+def _draw_in_space(axis: style.Axes, run: xr.Dataset) -> None:
+    """Draw the displacement in space of each roof, and dotted that of the ground under it; a common ground once.
 
     Grounds that differ have the colours of the buildings on them.
     """
     time, names = run["time"].values, list(map(str, run["building"].values))
     ground = 1e3 * run["ground_displacement"].transpose("time", "building").values
-    roofs = _of_roofs(run, run["absolute_displacement"].transpose("time", "building", "storey").values)
+    roofs = _roof_values(run, run["absolute_displacement"].transpose("time", "building", "storey").values)
     storeys = run["building_storeys"].values.astype(int)
     colours = _largest_lines(axis, time, np.where(storeys > 0, 1e3 * roofs, ground), names)
     if (ground == ground[:, :1]).all():
@@ -199,19 +199,19 @@ def _in_space(axis: style.Axes, run: xr.Dataset) -> None:
     axis.set_ylabel("displacement\nin space [mm]")
 
 
-def _forces(axis: style.Axes, run: xr.Dataset) -> None:
+def _draw_forces(axis: style.Axes, run: xr.Dataset) -> None:
     """Draw the force at each contact point that touches."""
-    pushed = run["contact_force"].transpose("time", "contact_point").values
-    touched = np.flatnonzero(np.nan_to_num(pushed).max(axis=0) > 0.0)
-    names = [str(run["contact_point"].values[at]) if pushed.shape[1] > 1 else "" for at in touched]
+    forces = run["contact_force"].transpose("time", "contact_point").values
+    touched = np.flatnonzero(np.nan_to_num(forces).max(axis=0) > 0.0)
+    names = [str(run["contact_point"].values[index]) if forces.shape[1] > 1 else "" for index in touched]
     jumps = (_at_points(run, "impact_count") > 0).any()
-    nothing = "velocities jump at each touch, and no force lasts" if jumps else "nothing touches"
-    _largest_lines(axis, run["time"].values, 1e-3 * pushed[:, touched], names, nothing)
+    empty_text = "velocities jump at each touch, and no force lasts" if jumps else "nothing touches"
+    _largest_lines(axis, run["time"].values, 1e-3 * forces[:, touched], names, empty_text)
     axis.set_ylabel("contact\nforce [kN]")
 
 
-def _energies(axis: style.Axes, run: xr.Dataset) -> None:
-    """Draw where the energy from the ground has gone."""
+def _draw_energies(axis: style.Axes, run: xr.Dataset) -> None:
+    """Draw the energy from the ground, and its parts."""
     kinds = ("ground", "damping", "contact", "held")
     words = ("from the ground", "to structural damping", "to contact", "kinetic and strain")
     for (colour, dash), kind, word in zip(style.styles(4), kinds, words, strict=True):
@@ -245,12 +245,12 @@ def hysteresis_figure(run: xr.Dataset, note: str = "") -> style.Figure:
     ductility = run["storey_ductility"].transpose("building", "storey").values
     places = [tuple(place) for place in np.argwhere(np.isfinite(ductility))]
     places.sort(key=lambda place: -ductility[place])
-    drawn = places[:MOST_STOREYS]
+    drawn_places = places[:MOST_STOREYS]
     isolated = isolated_of(run)
     drifts = 1e3 * run["drift"].transpose("time", "building", "storey").values
     shears = 1e-3 * run["storey_force"].transpose("time", "building", "storey").values
-    figure, axes = style.wrapped(len(drawn), 3, (0.6, 1.2), (3.4, 2.8))
-    for axis, (building, storey) in zip(axes.flat, drawn, strict=False):
+    figure, axes = style.wrapped(len(drawn_places), 3, (0.6, 1.2), (3.4, 2.8))
+    for axis, (building, storey) in zip(axes.flat, drawn_places, strict=False):
         axis.axhline(0.0, color=style.QUIET, linewidth=0.6)
         axis.axvline(0.0, color=style.QUIET, linewidth=0.6)
         axis.plot(drifts[:, building, storey], shears[:, building, storey], color=style.STYLES[0][0], linewidth=1.0)
@@ -260,7 +260,7 @@ def hysteresis_figure(run: xr.Dataset, note: str = "") -> style.Figure:
         axis.set_xlabel("drift [mm]")
         axis.set_ylabel("storey shear [kN]")
     yields = int((ductility[np.isfinite(ductility)] > 1.0).sum())
-    left_out = f"; {len(drawn)} of {len(places)} are drawn" if len(places) > len(drawn) else ""
+    left_out = f"; {len(drawn_places)} of {len(places)} are drawn" if len(places) > len(drawn_places) else ""
     headline = f"{yields} of {len(places)} storeys that may yield do so"
     style.title(figure, headline, f"{style.plain(style.motion_words(run.attrs))}{left_out}", style.plain(note))
     return figure
@@ -283,16 +283,16 @@ def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> style.Figur
     matplotlib.figure.Figure
         Two panels over time, as Figure 8 of Khatiwada et al. (2011).
     """
-    pushed = [np.nan_to_num(run["contact_force"].transpose("time", "contact_point").values) for run in runs]
-    point = int(np.max([forces.max(axis=0) for forces in pushed], axis=0).argmax())
-    several, parted = runs[0].sizes["contact_point"] > 1, parting(*runs)
+    forces_of_runs = [np.nan_to_num(run["contact_force"].transpose("time", "contact_point").values) for run in runs]
+    point = int(np.max([forces.max(axis=0) for forces in forces_of_runs], axis=0).argmax())
+    has_points, time_parted = runs[0].sizes["contact_point"] > 1, parting(*runs)
     runs = [run.isel(contact_point=point) for run in runs]
     first = runs[0]
     figure, axes = style.blank(2, 1, (9.0, 6.4), sharex=True, height_ratios=(2.0, 1.0))
     peaks = []
     for (colour, dash), run in zip(style.styles(2), runs, strict=True):
-        at = int(np.abs(run["relative_displacement"].values).argmax())
-        time, value = float(run["time"][at]), float(run["relative_displacement"][at])
+        index = int(np.abs(run["relative_displacement"].values).argmax())
+        time, value = float(run["time"][index]), float(run["relative_displacement"][index])
         peaks.append(abs(value) * 1e3)
         force = style.force_words(float(run["contact_point_yield_force"]))
         label = f"{style.law_words(run.attrs['contact_model'])}, {force}"
@@ -300,45 +300,45 @@ def comparison_figure(runs: Sequence[xr.Dataset], note: str = "") -> style.Figur
         axes[1, 0].plot(run["time"], run["contact_force"] / 1e3, color=colour, linestyle=dash, linewidth=0.9)
         axes[0, 0].plot(time, value * 1e3, marker="o", markersize=6, color=colour, markerfacecolor="white")
         style.beside(axes[0, 0], f"{abs(value) * 1e3:.2f} mm", (time, value * 1e3), (9, 0), 9, color=colour)
-    if np.isfinite(parted):
+    if np.isfinite(time_parted):
         for panel in axes[:, 0]:
-            panel.axvline(parted, color=style.QUIET, linewidth=0.9, linestyle=":")
+            panel.axvline(time_parted, color=style.QUIET, linewidth=0.9, linestyle=":")
         look: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "va": "top", "color": style.QUIET}
-        style.beside(axes[0, 0], f"they differ from {parted:.2f} s on", (parted, 0.97), (-4, 0), 9, **look)
+        style.beside(axes[0, 0], f"they differ from {time_parted:.2f} s on", (time_parted, 0.97), (-4, 0), 9, **look)
     axes[0, 0].set_ylabel("relative displacement [mm]\n(positive: towards contact)")
     axes[0, 0].legend(fontsize=8.5, loc="lower left", handlelength=3.0)
     axes[1, 0].set(xlabel="time [s]", ylabel="contact force [kN]", xlim=(0.0, float(first["time"].max())))
-    here = f"; {first['contact_point'].item()}" if several else ""
+    point_text = f"; {first['contact_point'].item()}" if has_points else ""
     gap = float(first["interface_gap"][int(first["contact_point_interface"])])
-    where = f"{first.attrs['title']}{here}; gap {say_in(gap, 'mm', 6)}; {style.motion_words(first.attrs)}"
-    style.title(figure, _comparison_finding(runs, parted, peaks), where, note)
+    condition = f"{first.attrs['title']}{point_text}; gap {say_in(gap, 'mm', 6)}; {style.motion_words(first.attrs)}"
+    style.title(figure, _comparison_finding(runs, time_parted, peaks), condition, note)
     return figure
 
 
-def _comparison_finding(runs: Sequence[xr.Dataset], parted: float, amounts: list[float]) -> str:
-    if np.isnan(parted):
+def _comparison_finding(runs: Sequence[xr.Dataset], time_parted: float, amounts: list[float]) -> str:
+    if np.isnan(time_parted):
         return f"Identical throughout: peak {amounts[0]:.2f} mm"
     yields = np.isfinite(runs[1]["first_yield_time"].values).any()
     cause = "yielding" if yields else style.law_words(runs[1].attrs["contact_model"])
     word = "lowers" if amounts[1] < amounts[0] else "raises"
-    return f"Identical until {parted:.2f} s; {cause} {word} the peak from {amounts[0]:.2f} to {amounts[1]:.2f} mm"
+    return f"Identical until {time_parted:.2f} s; {cause} {word} the peak from {amounts[0]:.2f} to {amounts[1]:.2f} mm"
 
 
 def parting(first: xr.Dataset, second: xr.Dataset) -> float:
     """Last time up to which two runs have the same relative displacements [s]; NaN where they never part."""
-    times, *places = np.intersect1d(first["time"].values, second["time"].values, return_indices=True)
+    times, *indices = np.intersect1d(first["time"].values, second["time"].values, return_indices=True)
     one, other = (run["relative_displacement"].transpose("time", "contact_point").values for run in (first, second))
-    apart = np.abs(one[places[0]] - other[places[1]]).max(axis=1)
-    differs = apart > SAME * max(np.abs(one).max(), np.abs(other).max())
-    return float(times[max(int(differs.argmax()) - 1, 0)]) if differs.any() else float("nan")
+    differences = np.abs(one[indices[0]] - other[indices[1]]).max(axis=1)
+    is_different = differences > SAME * max(np.abs(one).max(), np.abs(other).max())
+    return float(times[max(int(is_different.argmax()) - 1, 0)]) if is_different.any() else float("nan")
 
 
 def roofs_of(run: xr.Dataset) -> np.ndarray:
     """Displacement of the roof of each building [m], (time, building); zero for a rigid one."""
-    return _of_roofs(run, run["displacement"].transpose("time", "building", "storey").values)
+    return _roof_values(run, run["displacement"].transpose("time", "building", "storey").values)
 
 
-def _of_roofs(run: xr.Dataset, values: np.ndarray) -> np.ndarray:
+def _roof_values(run: xr.Dataset, values: np.ndarray) -> np.ndarray:
     """Values (..., building, storey) of the highest storey of each building; zero for a rigid one."""
     storeys = run["building_storeys"].values.astype(int)
     tops = values[..., np.arange(storeys.size), np.maximum(storeys - 1, 0)]
@@ -351,14 +351,14 @@ def _at_points(run: xr.Dataset, name: str) -> np.ndarray:
 
 
 def _run_words(run: xr.Dataset) -> str:
-    """What was run: title, contact model, yield forces, gaps, motion and effects."""
+    """Title, contact model, yield forces, gaps, motion and effects of the run."""
     forces, gaps = np.unique(run["contact_point_yield_force"].values), np.unique(run["interface_gap"].values)
     force = style.force_words(float(forces[0]))
     if forces.size > 1:
         finite = forces[np.isfinite(forces)]
-        ends = " to ".join(f"{one / 1e3:.0f}" for one in dict.fromkeys((finite[0], finite[-1])))
+        ends = " to ".join(f"{number / 1e3:.0f}" for number in dict.fromkeys((finite[0], finite[-1])))
         force = f"$F_E$ = {ends} kN{', or none' * (finite.size < forces.size)}"
-    gap = f"gap {' to '.join(f'{1e3 * one:.6g}' for one in dict.fromkeys((gaps[0], gaps[-1])))} mm"
+    gap = f"gap {' to '.join(f'{1e3 * number:.6g}' for number in dict.fromkeys((gaps[0], gaps[-1])))} mm"
     if bumpers := bumper_words(bumper_lengths(run)):
         gap += f" with {bumpers}"
     effects = f", with {run.attrs['effects']}" if run.attrs.get("effects") else ""
@@ -370,12 +370,12 @@ def _run_words(run: xr.Dataset) -> str:
 
 
 def _largest_lines(
-    axis: Any, time: np.ndarray, values: np.ndarray, names: list[str], nothing: str = ""
+    axis: Any, time: np.ndarray, values: np.ndarray, names: list[str], empty_text: str = ""
 ) -> dict[int, str]:
     """Draw the columns with the largest values in colour with their names, and the other ones in grey behind them.
 
-    Where there is no column, the word ``nothing`` stands in the panel. Returns the colours of columns that have one:
-    where there are enough for all, those of a column are the same in every panel.
+    Where there is no column, ``empty_text`` stands in the panel. Returns the colours of the columns that have one;
+    where there are enough for all, a column has the same colour in every panel.
     """
     order = np.argsort(-np.nanmax(np.abs(values), axis=0, initial=0.0), kind="stable")
     order = order if len(names) > NAMED else np.arange(len(names))
@@ -387,7 +387,7 @@ def _largest_lines(
     if any(names):
         _legend_above(axis)
     elif not names:
-        style.message(axis, nothing)
+        style.message(axis, empty_text)
     return {int(at): colour for (colour, _), at in zip(style.styles(NAMED), order, strict=False)}
 
 
@@ -397,20 +397,20 @@ def _legend_above(axis: Any) -> None:
     axis.legend(ncols=min(max(LETTERS // (longest + 8), 1), 4), **ABOVE)
 
 
-def _row_peaks(axis: Any, run: xr.Dataset) -> None:
+def _draw_row_peaks(axis: Any, run: xr.Dataset) -> None:
     """Draw buildings with the peak of their roofs, contact points with their largest force and number of contacts."""
     gaps = run["interface_gap"].values
     scale = gap_scale(gaps.tolist())
     walls = np.concatenate([[0.0], np.cumsum(WIDTH + scale * gaps)])
     # Peaks between the samples of the histories too.
-    roofs = 1e3 * _of_roofs(run, run["storey_displacement"].transpose("building", "storey").values)
+    roofs = 1e3 * _roof_values(run, run["storey_displacement"].transpose("building", "storey").values)
     buildings = building_shapes(run)
     tallest = max(building.height for building in buildings)
     for wall, building, peak in zip(walls, buildings, roofs, strict=True):
         outline(axis, building, wall)
-        if not building.is_rigid:  # above what is written of a contact at the roof
+        if not building.is_rigid:  # above the numbers of a contact at the roof
             style.beside(axis, f"{peak:.3g} mm", (wall + WIDTH / 2, building.height), (0, 12), 8)
-    _contact_points(axis, run, (walls[:-1] + WIDTH, walls[1:]), [building.height for building in buildings])
+    _draw_points(axis, run, (walls[:-1] + WIDTH, walls[1:]), [building.height for building in buildings])
     axis.axhline(0.0, color="black", linewidth=1.4)
     axis.set(xlim=(-1.0, walls[-1] + WIDTH + 1.0), ylim=(-0.01 * tallest, 1.12 * tallest), ylabel="height [m]")
     axis.set_xticks([])
@@ -423,31 +423,31 @@ def _row_peaks(axis: Any, run: xr.Dataset) -> None:
     )
 
 
-def _contact_points(axis: Any, run: xr.Dataset, faces: tuple[np.ndarray, np.ndarray], heights: list[float]) -> None:
-    """Draw every contact point; of two too close for both numbers, the stronger one's are written.
+def _draw_points(axis: Any, run: xr.Dataset, faces: tuple[np.ndarray, np.ndarray], heights: list[float]) -> None:
+    """Draw every contact point; of two points too close for both numbers, the one with more force has its numbers.
 
     ``faces`` are the walls at the left and at the right of each gap [m].
     """
     middles = 0.5 * (faces[0] + faces[1])
     peaks, counts = np.nan_to_num(_at_points(run, FORCE)), _at_points(run, "impact_count")
     yields = _at_points(run, "yield_exceedance") == 1
-    written: list[tuple[int, float]] = []
-    for at in np.lexsort((-counts, -peaks)):
-        point = run.isel(contact_point=at)
+    labelled: list[tuple[int, float]] = []
+    for index in np.lexsort((-counts, -peaks)):
+        point = run.isel(contact_point=index)
         interface, level = int(point["contact_point_interface"]), float(point["contact_point_level"])
         level = level if np.isfinite(level) else min(heights[interface : interface + 2])
-        # What touches with no force that lasts, where velocities jump, has the colour of the least.
-        share = max(peaks[at] / (peaks.max() or 1.0), 1e-9) if counts[at] > 0 else 0.0
+        # A point where velocities jump, without a force that lasts, has the colour of the smallest share.
+        share = max(peaks[index] / (peaks.max() or 1.0), 1e-9) if counts[index] > 0 else 0.0
         look: dict[str, Any] = {"c": "white", "s": 22.0, "edgecolors": style.QUIET, "linewidths": 0.7}
         if share > 0.0:
             look = {"c": [share], "cmap": "cividis_r", "vmin": 0.0, "vmax": 1.0, "s": 46.0}
-            look |= {"edgecolors": RAISED, "linewidths": 2.2} if yields[at] else {"edgecolors": "black"}
+            look |= {"edgecolors": RAISED, "linewidths": 2.2} if yields[index] else {"edgecolors": "black"}
         marker = MARKERS[str(point["contact_point_kind"].values)]
-        # The stronger one above, where both ends of a face that rotates lie at one place.
+        # The point with more force above, where both ends of a face that rotates lie at one place.
         axis.scatter(middles[interface], level, marker=marker, zorder=5.0 + 0.9 * share, **look)
-        is_near = any(other == interface and abs(level - there) < ROOM * max(heights) for other, there in written)
-        if counts[at] > 0 and not is_near:
-            written.append((interface, level))
-            force = f"{force_text(float(peaks[at]))}, " if peaks[at] > 0.0 else ""
-            words = f"{force}{int(counts[at])}×"
+        is_near = any(other == interface and abs(level - height) < ROOM * max(heights) for other, height in labelled)
+        if counts[index] > 0 and not is_near:
+            labelled.append((interface, level))
+            force = f"{force_text(float(peaks[index]))}, " if peaks[index] > 0.0 else ""
+            words = f"{force}{int(counts[index])}×"
             style.beside(axis, words, (faces[1][interface], level), (4, 1.5), 7.5, zorder=6, **ON_FLOOR)

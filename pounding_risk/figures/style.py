@@ -103,10 +103,10 @@ def _with_grid(axis: Any) -> Any:
 def joined(figure: Figure, row: Any) -> Any:
     """One panel in place of those of a row of `blank`."""
     place = row[0].get_subplotspec()
-    whole = place.get_gridspec()[place.rowspan.start, :]
+    whole_row = place.get_gridspec()[place.rowspan.start, :]
     for axis in row:
         axis.remove()
-    return _with_grid(figure.add_subplot(whole))
+    return _with_grid(figure.add_subplot(whole_row))
 
 
 def title(figure: Figure, headline: str, condition: str, note: str = "") -> None:
@@ -129,10 +129,10 @@ def title(figure: Figure, headline: str, condition: str, note: str = "") -> None
     while count < len(clauses) and len(wrap("; ".join(clauses[: count + 1]), letters)) <= 2:
         count += 1
     figure.suptitle(in_lines("; ".join(clauses[:count]), letters), fontsize=11, linespacing=1.25)
-    rest = f"Also: {'; '.join(clauses[count:])}" if clauses[count:] else ""
-    caption = [part for part in (rest, condition, note) if part]
-    most = int(letters * 11.0 / CAPTION_SIZE)
-    figure.supxlabel("\n".join(in_lines(part, most) for part in caption), fontsize=CAPTION_SIZE, linespacing=1.25)
+    rest_text = f"Also: {'; '.join(clauses[count:])}" if clauses[count:] else ""
+    caption = [part for part in (rest_text, condition, note) if part]
+    per_line = int(letters * 11.0 / CAPTION_SIZE)
+    figure.supxlabel("\n".join(in_lines(part, per_line) for part in caption), fontsize=CAPTION_SIZE, linespacing=1.25)
 
 
 def in_lines(text: str, most: int) -> str:
@@ -290,20 +290,20 @@ def message(axis: Any, words: str, letters: int = 46) -> None:
 
 
 def beside(axis: Any, words: str, place: tuple[Any, Any], shift: tuple[float, float], size: float, **look: Any) -> Any:
-    """Words so many points to the right of a place and above it; those straight above or below it are centred."""
+    """Words ``shift`` points to the right of a place and above it; words straight above or below it are centred."""
     aside, up = shift
-    at = {"ha": "left" if aside > 0 else "right", "va": "center"}
+    alignment = {"ha": "left" if aside > 0 else "right", "va": "center"}
     if not aside:
-        at = {"ha": "center", "va": "bottom" if up > 0 else "top"}
-    return axis.annotate(words, place, xytext=shift, textcoords="offset points", fontsize=size, **(at | look))
+        alignment = {"ha": "center", "va": "bottom" if up > 0 else "top"}
+    return axis.annotate(words, place, xytext=shift, textcoords="offset points", fontsize=size, **(alignment | look))
 
 
 def logarithmic(axis: Any, side: str, low: float, high: float, ticks: Sequence[float] = ROUND) -> None:
-    """A logarithmic scale between two ends, with those of the ticks that lie there in full numbers."""
-    inside = [tick for tick in ticks if low <= tick <= high]
+    """A logarithmic scale between two ends, with the ticks between them in full numbers."""
+    ticks_inside = [tick for tick in ticks if low <= tick <= high]
     getattr(axis, f"set_{side}scale")("log")
     getattr(axis, f"set_{side}lim")(low, high)
-    getattr(axis, f"set_{side}ticks")(inside, [f"{tick:g}" for tick in inside])
+    getattr(axis, f"set_{side}ticks")(ticks_inside, [f"{tick:g}" for tick in ticks_inside])
     getattr(axis, f"set_{side}ticks")([], minor=True)
 
 
@@ -318,9 +318,9 @@ def hatch(axis: Any, places: tuple[Any, Any], values: Any, least: float, pattern
     """Hatch the part of a map over (x, y) places where its values, (y, x), exceed the least."""
     largest = np.nanmax(values, initial=least)
     if largest > least:
-        drawn = axis.contourf(*places, values, levels=[least, largest + 1.0], colors="none", hatches=[pattern])
-        drawn.set_edgecolor(QUIET)
-        drawn.set_linewidth(0.0)
+        contours = axis.contourf(*places, values, levels=[least, largest + 1.0], colors="none", hatches=[pattern])
+        contours.set_edgecolor(QUIET)
+        contours.set_linewidth(0.0)
 
 
 def share_bar(figure: Figure, picture: Any, axes: Any, words: str, aspect: float = 30.0) -> None:
@@ -342,8 +342,8 @@ def legend_below(figure: Figure, handles: list[Any], columns: int, caption: str 
     """
     position: dict[str, Any] = {"loc": "outside lower center", "ncols": columns}
     if caption is not None:
-        most = int(figure.get_figwidth() * LETTERS_AN_INCH * 11.0 / 8.0)
-        caption = "\n".join(in_lines(line, most) for line in caption.split("\n"))
+        letters = int(figure.get_figwidth() * LETTERS_AN_INCH * 11.0 / 8.0)
+        caption = "\n".join(in_lines(line, letters) for line in caption.split("\n"))
     words = figure.get_supxlabel()
     if words:
         rows = -(-len(handles) // columns) + (0 if caption is None else caption.count("\n") + 1)

@@ -45,18 +45,18 @@ def verification_figure(outcome: Any) -> Figure:
     curves = [curve for curve in outcome.curves if len(curve.points) >= FEWEST_POINTS]
     if not curves:
         raise ValueError("no case has a history or a curve of force with several published points")
-    drawn = curves[:MOST_PANELS]
-    figure, axes = wrapped(len(drawn), 2, (9.6, 1.2), (0.0, 2.9))
-    for axis, curve in zip(axes.flat, drawn, strict=False):
+    drawn_curves = curves[:MOST_PANELS]
+    figure, axes = wrapped(len(drawn_curves), 2, (9.6, 1.2), (0.0, 2.9))
+    for axis, curve in zip(axes.flat, drawn_curves, strict=False):
         _panel(axis, curve)
-    kinds = dict.fromkeys(point.kind for curve in drawn for point in curve.points)
+    kinds = dict.fromkeys(point.kind for curve in drawn_curves for point in curve.points)
     handles: list[Any] = [Line2D([], [], color=STYLES[0][0], label="ours")]
     handles += [
         Line2D([], [], linestyle="", marker=MARKERS[kind], color=STYLES[1][0], markerfacecolor="none", label=kind)
         for kind in kinds
     ]
-    more = f"; {len(drawn)} of {len(curves)} curves" if len(curves) > len(drawn) else ""
-    condition = f"Bars: uncertainty of the published values{more}"
+    more_text = f"; {len(drawn_curves)} of {len(curves)} curves" if len(curves) > len(drawn_curves) else ""
+    condition = f"Bars: uncertainty of the published values{more_text}"
     title(figure, outcome.finding(), condition)
     legend_below(figure, handles, len(handles))
     return figure
@@ -69,13 +69,13 @@ def _panel(axis: Any, curve: Any) -> None:
         look = {"color": STYLES[1][0], "markerfacecolor": "none", "marker": MARKERS[point.kind], "markersize": 7.0}
         spread = point.uncertainty * y_size or None
         axis.errorbar(point.x * x_size, point.y * y_size, yerr=spread, linestyle="", capsize=3.0, zorder=3, **look)
-    axis.set(xlabel=_axis(curve, 0), ylabel=_axis(curve, 1))
+    axis.set(xlabel=_axis_words(curve, 0), ylabel=_axis_words(curve, 1))
     axis.set_title(plain(curve.source), fontsize=9.5)
 
 
-def _axis(curve: Any, which: int) -> str:
-    unit, _ = SHOWN.get(curve.units[which], (curve.units[which], 1.0))
-    return plain(f"{curve.axes[which]} [{unit}]")
+def _axis_words(curve: Any, index: int) -> str:
+    unit, _ = SHOWN.get(curve.units[index], (curve.units[index], 1.0))
+    return plain(f"{curve.axes[index]} [{unit}]")
 
 
 def verification_differences_figure(outcome: Any) -> Figure:
@@ -113,14 +113,14 @@ def verification_differences_figure(outcome: Any) -> Figure:
     ]
     handles.append(Line2D([], [], linestyle="", marker="|", color=QUIET, label="tolerance effect, rtol 1e-6 to 1e-9"))
     handles.append(Line2D([], [], linestyle="--", color=QUIET, label="5 %"))
-    shown = "difference of published values from ours, and change of ours with the tolerance"
-    title(figure, outcome.finding(), shown)
+    condition = "difference of published values from ours, and change of ours with the tolerance"
+    title(figure, outcome.finding(), condition)
     legend_below(figure, handles, 3)
     return figure
 
 
 def outcome_figure(outcome: Any) -> Figure:
-    """The differences of all published values; of an outcome with properties alone its first property.
+    """The differences of all published values; for an outcome with properties alone its first property.
 
     Parameters
     ----------
@@ -151,8 +151,8 @@ def property_figure(one: Any) -> Figure:
     figure, axes = blank(1, len(one.panels), (9.6, 4.4))
     handles: dict[str, Any] = {}
     for axis, panel in zip(axes.flat, one.panels, strict=True):
-        for number, drawn in enumerate(panel.series):
-            handles.setdefault(drawn.label, _draw_series(axis, drawn, number))
+        for number, series in enumerate(panel.series):
+            handles.setdefault(series.label, _draw_series(axis, series, number))
         axis.set(xlabel=panel.axes[0], ylabel=panel.axes[1])
         axis.set_title(panel.title, fontsize=9.5)
     title(figure, one.headline, one.condition)
@@ -160,23 +160,23 @@ def property_figure(one: Any) -> Figure:
     return figure
 
 
-def _draw_series(axis: Any, drawn: Any, number: int) -> Any:
-    """Draw a series, the one of this number in its panel; its entry for the legend."""
+def _draw_series(axis: Any, series: Any, number: int) -> Any:
+    """Draw the series of this number in its panel; returns its entry for the legend."""
     colour = STYLES[number % len(STYLES)][0]
     # Where colours come a second time, a dash that no line has had.
     dash: Any = STYLES[number][1] if number < len(STYLES) else FURTHER_DASHES[number % len(FURTHER_DASHES)]
-    if drawn.look == "points":
-        spread = None if drawn.low is None else [drawn.y - drawn.low, drawn.high - drawn.y]
+    if series.look == "points":
+        spread = None if series.low is None else [series.y - series.low, series.high - series.y]
         look: dict[str, Any] = {
             "color": colour,
             "marker": POINT_MARKS[number % len(POINT_MARKS)],
             "markerfacecolor": "none",
         }
         look |= {"linestyle": "", "capsize": 3.0, "zorder": 3, "markersize": 6.0}
-        return axis.errorbar(drawn.x, drawn.y, yerr=spread, label=drawn.label, **look)
-    if drawn.look == "band":
-        axis.fill_between(drawn.x, drawn.low, drawn.high, color=colour, alpha=0.2, linewidth=0.0)
-    return axis.plot(drawn.x, drawn.y, color=colour, linestyle=dash, linewidth=1.5, label=drawn.label)[0]
+        return axis.errorbar(series.x, series.y, yerr=spread, label=series.label, **look)
+    if series.look == "band":
+        axis.fill_between(series.x, series.low, series.high, color=colour, alpha=0.2, linewidth=0.0)
+    return axis.plot(series.x, series.y, color=colour, linestyle=dash, linewidth=1.5, label=series.label)[0]
 
 
 def _shown_share(share: float) -> float:

@@ -30,30 +30,30 @@ def csv_text(blocks: Iterable[Block]) -> str:
             lines += map(list, zip(*_columns(block), strict=True))
         else:
             ends = [(name, *end) for name, cell in block["rows"] for end in cell.get("ends", {"": cell}).items()]
-            lines += [[_head(name, end), _written(cell)] for name, end, cell in ends]
+            lines += [[_head(name, end), _cell_content(cell)] for name, end, cell in ends]
         lines.append([])
     return text_of_rows(lines)
 
 
 def _columns(block: Block) -> Iterator[list[Any]]:
-    """The columns of a table with their heads; a column of ranges is one for each of their ends."""
-    for place, head in enumerate(block["heads"]):
-        cells = [row[place] for row in block["rows"]]
+    """The columns of a table with their heads; a column of ranges becomes one column for each end."""
+    for index, head in enumerate(block["heads"]):
+        cells = [row[index] for row in block["rows"]]
         ends = [cell.get("ends", {"": cell}) for cell in cells]
         names = max(ends, key=len, default={"": EMPTY})
-        for at, name in enumerate(names):
-            column = [each.get(name, each.get("", EMPTY) if at == 0 else EMPTY) for each in ends]
-            yield [_head(head, name), *(_written(cell) for cell in column)]
+        for position, name in enumerate(names):
+            column = [cell_ends.get(name, cell_ends.get("", EMPTY) if position == 0 else EMPTY) for cell_ends in ends]
+            yield [_head(head, name), *(_cell_content(cell) for cell in column)]
 
 
 def _head(head: str, name: str) -> str:
     """The head of one end of a range: "bounds low [mm]" of "bounds [mm]"; a note has no unit."""
     words, bracket, unit = head.partition(" [")
-    named = f"{words.removesuffix('; by recording')} {name}".rstrip()  # whose ends have that in their names
-    return named if name == NOTE else f"{named}{bracket}{unit}"
+    full_head = f"{words.removesuffix('; by recording')} {name}".rstrip()  # the names of such ends have these words
+    return full_head if name == NOTE else f"{full_head}{bracket}{unit}"
 
 
-def _written(cell: Cell) -> Any:
+def _cell_content(cell: Cell) -> Any:
     """A number in the unit in which it is shown, with that unit where its text has it; otherwise the text."""
     raw = cell.get("raw")
     unit, size = SHOWN.get(cell.get("unit", "1"), ("", 1.0))
@@ -62,7 +62,7 @@ def _written(cell: Cell) -> Any:
     in_words = not has_unit and cell["text"].endswith(tuple("abcdefghijklmnopqrstuvwxyz%²³"))
     if not isinstance(raw, int | float) or in_words:
         return "" if cell["text"] == "–" else cell["text"]
-    shown = raw if size == 1.0 else float(f"{raw * size:.15g}")  # 83.2, not 83.20000000000002
+    shown_number = raw if size == 1.0 else float(f"{raw * size:.15g}")  # 83.2, not 83.20000000000002
     if has_unit:
-        return f"{shown} {unit}"
-    return f"{LEAST}{shown}" if cell["text"].startswith(LEAST) else shown
+        return f"{shown_number} {unit}"
+    return f"{LEAST}{shown_number}" if cell["text"].startswith(LEAST) else shown_number

@@ -89,27 +89,27 @@ def between(low: Any, high: Any, unit: str, digits: int = 4) -> Cell:
     return joined(number(low, unit, digits), number(high, unit, digits))
 
 
-def with_bounds(values: Any, name: str, unit: str = "1", digits: int = 3, of_bounds: int = 2) -> list[Cell]:
+def with_bounds(values: Any, name: str, unit: str = "1", digits: int = 3, bound_digits: int = 2) -> list[Cell]:
     """A number of a dataset and its bounds, whose names end in _low and _high, in the unit of the column's head."""
     low, high = (values[f"{name}_{end}"] for end in ("low", "high"))
-    return [number(values[name], unit, digits), between(low, high, unit, of_bounds)]
+    return [number(values[name], unit, digits), between(low, high, unit, bound_digits)]
 
 
 def joined(*ends: Cell, names: Sequence[str] = ("low", "high")) -> Cell:
-    """A range from the cells of its ends, which have columns of these names where each stands in one of its own."""
-    named = dict(zip(names, ends, strict=True))
+    """A range from the cells of its ends; in CSV each end has a column of its name."""
+    named_ends = dict(zip(names, ends, strict=True))
     if all(end["text"] == MISSING for end in ends):
-        return {"text": MISSING, "parts": [None, None], "ends": named}
-    return {"text": " to ".join(end["text"] for end in ends), "parts": [end["raw"] for end in ends], "ends": named}
+        return {"text": MISSING, "parts": [None, None], "ends": named_ends}
+    return {"text": " to ".join(end["text"] for end in ends), "parts": [end["raw"] for end in ends], "ends": named_ends}
 
 
 def noted(span: Cell, mark: str, words: str) -> Cell:
-    """A range with a mark behind its text, and what the mark means, in words that have a column of their own."""
+    """A range with a mark behind its text, and the meaning of the mark, in words with a column of their own."""
     return span | {"text": f"{span['text']} {mark}", "ends": span["ends"] | {NOTE: {"text": words}}}
 
 
 def percentiles(values: Any) -> tuple[float, float, float]:
-    """The 16th, 50th and 84th percentile of what is finite; NaN where nothing is."""
+    """The 16th, 50th and 84th percentile of the finite values; NaN where there are none."""
     finite = np.asarray(values, dtype=float)
     finite = finite[np.isfinite(finite)]
     if not finite.size:
@@ -130,8 +130,8 @@ def middle(spread: tuple[float, float, float], unit: str) -> Cell:
 
 def head(words: str, unit: str) -> str:
     """Head of a column of numbers: words, and the unit that they are shown in."""
-    shown = SHOWN[unit][0]
-    return f"{words} [{shown}]" if shown else words
+    unit_name = SHOWN[unit][0]
+    return f"{words} [{unit_name}]" if unit_name else words
 
 
 def paragraph(text: str) -> Block:
@@ -172,7 +172,7 @@ def table(
         "kind": "table",
         "caption": caption,
         "heads": list(heads),
-        "sides": "".join(_side([row[at] for row in cells]) for at in range(len(heads))),
+        "sides": "".join(_side([row[index] for row in cells]) for index in range(len(heads))),
         "rows": cells,
         "keep": evenly(len(cells), KEPT) if keep is None else list(keep),
         "note": note,

@@ -40,7 +40,7 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
 
 
 def in_one_unit(cells: Sequence[str]) -> list[str]:
-    """Cells of a column, their measures in the engineering unit of the one of median size.
+    """Cells of a column, their measures in the engineering unit of the measure of median size.
 
     Cells stay as they are where they measure different quantities, or speeds, or numbers without a unit.
     """
@@ -74,8 +74,8 @@ def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], sides: str)
     """
     cells = [list(row) for row in rows]
     columns = []
-    for at, (head, side) in enumerate(zip(heads, sides, strict=True)):
-        column = [row[at] for row in cells]
+    for index, (head, side) in enumerate(zip(heads, sides, strict=True)):
+        column = [row[index] for row in cells]
         columns.append(Column(head, side, in_one_unit(column) if side == "r" else column))
     widths = [column.widest for column in columns]
     screen = get_terminal_size().columns
@@ -116,10 +116,10 @@ def _width(text: str) -> int:
 def _fitted_widths(columns: Sequence[Column], width: int) -> list[int]:
     """Widths at which the columns fit a terminal, narrow columns unwrapped; [] where none do."""
     room = width - BETWEEN * (len(columns) - 1)
-    least, most = [column.narrowest for column in columns], [column.widest for column in columns]
+    narrowest, widest = [column.narrowest for column in columns], [column.widest for column in columns]
     fitted: list[int] = []
-    for limit in range(max(most) + 1):
-        widths = [min(wide, max(narrow, limit)) for narrow, wide in zip(least, most, strict=True)]
+    for limit in range(max(widest) + 1):
+        widths = [min(wide, max(narrow, limit)) for narrow, wide in zip(narrowest, widest, strict=True)]
         if sum(widths) > room:
             break
         fitted = widths
@@ -130,11 +130,11 @@ def _table_lines(columns: Sequence[Column], widths: Sequence[int]) -> Iterator[s
     rows = list(zip(*(column.cells for column in columns), strict=True))
     heads = [column.head for column in columns]
     for row in ([heads] if any(heads) else []) + rows:
-        wrapped = [_wrapped(cell, width) for cell, width in zip(row, widths, strict=True)]
+        lines_of_cells = [_wrapped(cell, width) for cell, width in zip(row, widths, strict=True)]
         if row is heads:  # heads stand on their columns
-            deepest = max(map(len, wrapped))
-            wrapped = [[""] * (deepest - len(lines)) + lines for lines in wrapped]
-        for parts in zip_longest(*wrapped, fillvalue=""):
+            most_lines = max(map(len, lines_of_cells))
+            lines_of_cells = [[""] * (most_lines - len(lines)) + lines for lines in lines_of_cells]
+        for parts in zip_longest(*lines_of_cells, fillvalue=""):
             yield (" " * BETWEEN).join(
                 _padded(part, width, column.side) for part, width, column in zip(parts, widths, columns, strict=True)
             )
@@ -142,17 +142,17 @@ def _table_lines(columns: Sequence[Column], widths: Sequence[int]) -> Iterator[s
 
 def _block_lines(columns: Sequence[Column], width: int) -> Iterator[str]:
     """Lines of the table turned into a block for each row: its first cell, then a line for each other column."""
-    first, *others = columns
-    labels = max((_width(column.head) for column in others), default=0)
-    for at, title in enumerate(first.cells):
-        if at:
+    first, *other_columns = columns
+    label_width = max((_width(column.head) for column in other_columns), default=0)
+    for index, title in enumerate(first.cells):
+        if index:
             yield ""
         yield from _wrapped(f"{first.head}: {title}" if first.head else title, width)
-        for column in others:
-            indent = 2 + (labels + 2 if labels else 0)
-            cell = column.cells[at]
+        for column in other_columns:
+            indent = 2 + (label_width + 2 if label_width else 0)
+            cell = column.cells[index]
             lines = [cell] if column.side == "r" else _wrapped(cell, max(width - indent, 1))
-            head = f"  {_padded(column.head, labels, 'l')}  " if labels else "  "
+            head = f"  {_padded(column.head, label_width, 'l')}  " if label_width else "  "
             yield head + lines[0]
             yield from (" " * indent + line for line in lines[1:])
 
@@ -181,8 +181,8 @@ def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
 def print_sheet(blocks: Iterable[Block]) -> None:
     """Print the blocks of a sheet, a blank line between them; figures are left to the files that are asked for."""
     shown = [block for block in blocks if block["kind"] != "figure" and (block["kind"] != "list" or block["items"])]
-    for at, block in enumerate(shown):
-        if at:
+    for index, block in enumerate(shown):
+        if index:
             print()
         _PRINTERS[block["kind"]](block)
 
@@ -193,10 +193,10 @@ def _print_table_block(block: Block) -> None:
     print(f"{block['caption'].rstrip('.')}\n")
     rows, keep = block["rows"], block["keep"]
     is_cut = bool(block["note"]) and len(rows) > max(LONG, len(keep))
-    shown = [rows[at] for at in keep] if is_cut else rows
-    print_table(block["heads"], [[cell["text"] for cell in row] for row in shown], block["sides"])
+    shown_rows = [rows[index] for index in keep] if is_cut else rows
+    print_table(block["heads"], [[cell["text"] for cell in row] for row in shown_rows], block["sides"])
     if is_cut:
-        print(f"{len(shown)} of {len(rows)} rows: {block['note']}")
+        print(f"{len(shown_rows)} of {len(rows)} rows: {block['note']}")
 
 
 def _print_facts(block: Block) -> None:

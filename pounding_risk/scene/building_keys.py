@@ -39,8 +39,8 @@ OF_STOREYS = (*LISTS, *INITIAL)  # keys with one value for each storey
 OF_GROUND = {f"ground_{field}": field for field in ("factor", "delay", "velocity")} | {"ground_record": "records"}
 # Keys that are called otherwise in the buildings that the solvers take.
 IN_STRUCTURES = dict(zip(LISTS, ("masses", "stiffnesses", "heights", "strengths"), strict=True))
-# A wave takes 0.29 ms through a metre of concrete, so that no building, of 4 h / c, vibrates faster than in 0.1 ms; and
-# what weighs less than a kilogram is none. The work of a run grows with both, without end.
+# A wave takes 0.29 ms through a metre of concrete, so that no building, of period 4 h / c, vibrates faster than in
+# 0.1 ms; and none weighs less than a kilogram. Below these limits the work of a run grows without end.
 LEAST_PERIOD = 1e-4  # s
 BUILDING_PERIOD = units.PERIOD._replace(low=LEAST_PERIOD, open_low=False)
 BUILDING_MASS = units.MASS._replace(low=1.0, open_low=False)
@@ -52,7 +52,7 @@ MISSING_STIFFNESSES = (
 )
 
 
-def _storeyed(quantity: Quantity, words: str, example: str, absent: str, missing: str = "") -> Key:
+def _storey_values_key(quantity: Quantity, words: str, example: str, absent: str, missing: str = "") -> Key:
     """One value for all storeys, or a list with one for each, from the ground up."""
 
     def read(value: Any, number: Number) -> tuple[float, ...] | float:
@@ -106,14 +106,14 @@ DAMPING_RULE = one_of(
     '"rayleigh"',
     f'"{DAMPING_RULES[0]}"',
 )
-FLOOR_MASSES = _storeyed(
+FLOOR_MASSES = _storey_values_key(
     LEAST_FLOOR_MASS,
     "Mass of each floor, in place of mass",
     '["210 t", "210 t", "180 t"]',
     "a single mass",
     'missing; write floor_masses = "44 t" for all floors, or a list with one value for each',
 )
-STOREY_STIFFNESSES = _storeyed(
+STOREY_STIFFNESSES = _storey_values_key(
     units.STIFFNESS,
     "Lateral stiffness of each storey; beside period their ratios count alone. Of a building by a matrix or modes "
     "the part of it that yields, with storey_strengths",
@@ -121,10 +121,10 @@ STOREY_STIFFNESSES = _storeyed(
     "a single mass; beside period those by which the first mode grows in proportion to height",
     MISSING_STIFFNESSES,
 )
-STOREY_STRENGTHS = _storeyed(
+STOREY_STRENGTHS = _storey_values_key(
     units.STOREY_STRENGTH, "Yield shear of each storey, for inelastic_storeys", '"1400 kN"', "storeys stay elastic"
 )
-STOREY_HEIGHTS = _storeyed(
+STOREY_HEIGHTS = _storey_values_key(
     units.STOREY_HEIGHT,
     "Height of each storey",
     '["4 m", "3 m", "3 m"]',
@@ -135,34 +135,34 @@ STOREY_HEIGHTS = _storeyed(
 RIGID = flag("rigid", "true for a wall that moves with the ground.")
 
 
-def wrong_lengths(keys: Section, names: Iterable[str], count: int, stated: str) -> Iterator[Fault]:
+def wrong_lengths(keys: Section, names: Iterable[str], count: int, count_text: str) -> Iterator[Fault]:
     """Faults for lists of a building that have not one value for each of its ``count`` storeys."""
     for key in names:
         length = len(keys.raw[key]) if isinstance(keys.raw.get(key), list) else 0
         if length not in (0, count):
             yield keys.fault(
                 key,
-                f"{length} value{'s' * (length != 1)} for {stated}; write one for each storey, from the ground up, "
+                f"{length} value{'s' * (length != 1)} for {count_text}; write one for each storey, from the ground up, "
                 "or one value for all",
             )
 
 
-def wrong_initial(keys: Section, count: int, stated: str) -> Iterator[Fault]:
-    """Faults for initial states and plans of which not each floor has one; a slab on isolators is a floor more."""
-    words = f"{stated} and the slab on the isolators" if "isolation" in keys else stated
+def wrong_initial(keys: Section, count: int, count_text: str) -> Iterator[Fault]:
+    """Faults for lists of initial states and plans without one for each floor; a slab on isolators is a floor too."""
+    words = f"{count_text} and the slab on the isolators" if "isolation" in keys else count_text
     return wrong_lengths(keys, (*INITIAL, "plan"), count + ("isolation" in keys), words)
 
 
 class AnyBuilding(Table):
     """A [[building]] table of any kind, with the keys that all kinds have.
 
-    A kind of building is a class below with its own keys and a `structure`. What a structure has no field for raises
-    TypeError there, and AttributeError in `table_of`, so that no key is lost between a file and a scene.
+    A kind of building is a class below with its own keys and a `structure`. A key without a field of the structure
+    raises TypeError there, and AttributeError in `table_of`, so that no key is lost between a file and a scene.
     """
 
     repair: ClassVar[str]  # for a key that this kind of building does not take
     has_storeys: ClassVar[bool] = False
-    # Keys that a structure does not hold: others of it say the same, and the depth is written beside it.
+    # Keys that a structure does not hold: its other fields say the same, and the depth is written beside it.
     implied: ClassVar[frozenset[str]] = frozenset({"rigid", "floor_depth"})
 
     name: str = text("What tables and figures call the building; each has its own.", "frame").required()
@@ -225,20 +225,20 @@ class AnyBuilding(Table):
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
-        """What more than one key of the building takes part in."""
+        """The faults that more than one key of the building takes part in."""
         return iter(())
 
 
 class MovingBuilding(AnyBuilding):
     """A building that moves relative to the ground."""
 
-    initial_displacement: tuple[float, ...] | float = _storeyed(
+    initial_displacement: tuple[float, ...] | float = _storey_values_key(
         units.INITIAL_DISPLACEMENT,
         "Displacement of each floor relative to the ground when the motion begins",
         '["10 mm", "20 mm"]',
         "at rest",
     ).defaults_to(())
-    initial_velocity: tuple[float, ...] | float = _storeyed(
+    initial_velocity: tuple[float, ...] | float = _storey_values_key(
         units.INITIAL_VELOCITY,
         "Velocity of each floor relative to the ground when the motion begins",
         '"0.5 m/s"',
@@ -269,8 +269,8 @@ class WithFloors(MovingBuilding):
     hysteresis: HysteresisTable | None = HYSTERESIS.defaults_to(None)
     isolation: Isolation | None = ISOLATION.defaults_to(None)
 
-    def completed(self, bare: Storeys) -> Storeys:
+    def completed(self, bare_building: Storeys) -> Storeys:
         """The building on its isolators, with its initial state."""
-        building = bare if self.isolation is None else bare.isolated(self.isolation.isolators())
+        building = bare_building if self.isolation is None else bare_building.isolated(self.isolation.isolators())
         initial: dict[str, Any] = {key: self.by_floor(key, len(building.masses)) for key in INITIAL}
         return replace(building, **initial, hysteresis=None if self.hysteresis is None else self.hysteresis.law())

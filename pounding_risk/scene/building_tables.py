@@ -77,7 +77,7 @@ class Isolation(Table):
 
     @classmethod
     def of(cls, isolators: Isolators) -> Any:
-        """The table of isolators, every value stated that they have."""
+        """The table of isolators, with every value that they have."""
         return cls.from_values({key: parameter for key, parameter in vars(isolators).items() if parameter is not None})
 
     def isolators(self) -> Isolators:
@@ -88,19 +88,19 @@ class Isolation(Table):
 def _isolation(value: Any, number: Number) -> Isolation:
     """A table that says strength and stiffness, or friction and radius."""
     table: Isolation = inline(Isolation, "isolation", value, number, ISOLATION_EXAMPLE)
-    has = [key for key in (*BEARINGS, *SLIDERS) if getattr(table, key) is not None]
-    whole = next((pair for pair in (BEARINGS, SLIDERS) if set(pair) <= set(has)), ())
-    if whole:
-        words = f"{' and '.join(whole)} are given, and say it already; remove one or the other"
-        excess: list[tuple[KeyPath, str]] = [((key,), words) for key in has if key not in whole]
+    keys = [key for key in (*BEARINGS, *SLIDERS) if getattr(table, key) is not None]
+    full_pair = next((pair for pair in (BEARINGS, SLIDERS) if set(pair) <= set(keys)), ())
+    if full_pair:
+        words = f"{' and '.join(full_pair)} are given, and say it already; remove one or the other"
+        excess: list[tuple[KeyPath, str]] = [((key,), words) for key in keys if key not in full_pair]
         if excess:
             raise Several(excess)
         return table
-    needed = SLIDERS if has and set(has) <= set(SLIDERS) else BEARINGS
-    missing = next(key for key in needed if key not in has)
-    others = "friction and radius, of pendulums" if needed == BEARINGS else "strength and stiffness, of bearings"
-    lacks = Isolation.keys()[missing].lacks(missing)
-    raise Several([((missing,), f"{lacks}; isolators have {' and '.join(needed)}, or {others}")])
+    wanted_pair = SLIDERS if keys and set(keys) <= set(SLIDERS) else BEARINGS
+    missing = next(key for key in wanted_pair if key not in keys)
+    rest = "friction and radius, of pendulums" if wanted_pair == BEARINGS else "strength and stiffness, of bearings"
+    sentence = Isolation.keys()[missing].lacks(missing)
+    raise Several([((missing,), f"{sentence}; isolators have {' and '.join(wanted_pair)}, or {rest}")])
 
 
 ISOLATION = Key(
@@ -203,9 +203,9 @@ class HysteresisTable(Table):
 
     @classmethod
     def of(cls, hysteresis: Hysteresis) -> Any:
-        """The table of a law, what differs from the defaults stated."""
-        usual = {key: about.default for key, about in cls.model_fields.items()}
-        return cls.from_values({key: stated for key in usual if (stated := getattr(hysteresis, key)) != usual[key]})
+        """The table of a law, with the values that differ from the defaults."""
+        preset = {key: info.default for key, info in cls.model_fields.items()}
+        return cls.from_values({key: value for key in preset if (value := getattr(hysteresis, key)) != preset[key]})
 
     def law(self) -> Hysteresis:
         """The hysteresis as storeys of `models.structures` have it."""
@@ -296,9 +296,11 @@ class PlanTable(Table):
 
     @classmethod
     def of(cls, plan: Plan) -> Any:
-        """The table of a plan, every value stated."""
-        usual = {key: about.default for key, about in cls.model_fields.items()} | {"centre": 0.5 * sum(plan.face)}
-        return cls.from_values({key: parameter for key, parameter in plan._asdict().items() if parameter != usual[key]})
+        """The table of a plan, with the values that differ from the defaults."""
+        preset = {key: info.default for key, info in cls.model_fields.items()} | {"centre": 0.5 * sum(plan.face)}
+        return cls.from_values(
+            {key: parameter for key, parameter in plan._asdict().items() if parameter != preset[key]}
+        )
 
     def plan(self) -> Plan:
         """The plan as buildings of `models.structures` have it."""
@@ -312,10 +314,10 @@ def _plans(value: Any, number: Number) -> tuple[PlanTable, ...]:
         return (_plan(value, number),)
     example = f"[{PLAN_EXAMPLE}, ...], one for each floor from the ground up"
     tables = tuple(each(list_of(list(value), example), lambda item: _plan(item, number)))
-    moving = [table.eccentricity_along is not None for table in tables]
-    if any(moving) and not all(moving):
+    moves_across = [table.eccentricity_along is not None for table in tables]
+    if any(moves_across) and not all(moves_across):
         words = 'is missing here, and stands in other plans of the building; write it in all, such as "0 m", or in none'
-        raise Several([((moving.index(False), "eccentricity_along"), words)])
+        raise Several([((moves_across.index(False), "eccentricity_along"), words)])
     return tables
 
 
@@ -343,12 +345,12 @@ PLAN = Key(
 
 
 def plan_checks(draft: Draft) -> Iterator[Fault]:
-    """What floors that move across the row need: both horizontals, and one ground under all buildings."""
+    """The faults of floors that move across the row: they need both horizontals, and one ground under all buildings."""
     buildings = draft.tables("building")
-    moving = [keys for keys in buildings if any(plan.eccentricity_along is not None for plan in keys.get("plan", ()))]
-    if not moving:
+    movers = [keys for keys in buildings if any(plan.eccentricity_along is not None for plan in keys.get("plan", ()))]
+    if not movers:
         return
-    name = moving[0].raw.get("name", "a building")
+    name = movers[0].raw.get("name", "a building")
     if "direction" not in draft.table("records"):
         words = f"{name} moves across the row too (plan.eccentricity_along), under both horizontals of each recording"
         repair = 'write direction, that of the row, such as direction = "30 deg", or remove eccentricity_along'

@@ -89,9 +89,9 @@ class OfStoreys(WithFloors):
 
     plan: tuple[PlanTable, ...] = PLAN.defaults_to(())
 
-    def completed(self, bare: Storeys) -> Storeys:
+    def completed(self, bare_building: Storeys) -> Storeys:
         """The building on its isolators, with its initial state and the plans of its floors."""
-        building = super().completed(bare)
+        building = super().completed(bare_building)
         plans = tuple(table.plan() for table in self.plan)  # one for all floors, or one for each
         return replace(building, plans=plans * len(building.masses) if len(plans) == 1 else plans)
 
@@ -123,9 +123,9 @@ class ShearBuilding(OfStoreys):
 
     def structure(self) -> Storeys:
         """The shear building, with one value for each storey."""
-        # Of initial states the slab is one more.
-        counted = building_keys.LISTS if self.isolation else building_keys.OF_STOREYS
-        lists = [fields for key in counted if isinstance(fields := getattr(self, key), tuple) and fields]
+        # Lists of initial states have one more value, of the slab on isolators.
+        list_keys = building_keys.LISTS if self.isolation else building_keys.OF_STOREYS
+        lists = [fields for key in list_keys if isinstance(fields := getattr(self, key), tuple) and fields]
         count = self.storeys or len(lists[0])
         fields = self.fields() | {
             building_keys.IN_STRUCTURES[key]: self.by_floor(key, count) for key in building_keys.LISTS
@@ -134,8 +134,8 @@ class ShearBuilding(OfStoreys):
         if not fields["stiffnesses"]:
             fields["stiffnesses"] = stiffnesses_for(fields["masses"], list(accumulate(fields["heights"])), self.period)
         building = Storeys(**fields)
-        scaled = building.with_period(self.period) if self.period and self.storey_stiffnesses else building
-        return self.completed(scaled)
+        scaled_building = building.with_period(self.period) if self.period and self.storey_stiffnesses else building
+        return self.completed(scaled_building)
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
@@ -143,17 +143,17 @@ class ShearBuilding(OfStoreys):
         yield from super().checks(keys)
         if "storey_stiffnesses" not in keys and "period" not in keys:
             yield keys.fault("storey_stiffnesses", building_keys.MISSING_STIFFNESSES, absent=True)
-        counted = building_keys.LISTS if "isolation" in keys else building_keys.OF_STOREYS
-        lengths = {key: len(keys.raw[key]) for key in counted if isinstance(keys.raw.get(key), list)}
+        list_keys = building_keys.LISTS if "isolation" in keys else building_keys.OF_STOREYS
+        lengths = {key: len(keys.raw[key]) for key in list_keys if isinstance(keys.raw.get(key), list)}
         count = keys.raw.get("storeys", next(iter(lengths.values()), None))
         if count is None:
             sentence = "missing; write storeys = 4, or a list with one value for each storey"
             yield keys.fault("storeys", sentence, absent=True)
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             return
-        stated = f"storeys = {count}" if "storeys" in keys else f"{count} {next(iter(lengths), 'storeys')}"
-        yield from wrong_lengths(keys, building_keys.LISTS, count, stated)
-        yield from wrong_initial(keys, count, stated)
+        count_text = f"storeys = {count}" if "storeys" in keys else f"{count} {next(iter(lengths), 'storeys')}"
+        yield from wrong_lengths(keys, building_keys.LISTS, count, count_text)
+        yield from wrong_initial(keys, count, count_text)
 
 
 class TypologyBuilding(OfStoreys):
@@ -200,9 +200,11 @@ class TypologyBuilding(OfStoreys):
     def structure(self) -> Storeys:
         """The shear building that is generated."""
         fields = self.fields() | {"period": self.period or None}
-        others = {field: fields.pop(field) for field in ("support", "displacement_history", "column_strength")}
-        bare = generated(**{field: setting for field, setting in fields.items() if field not in building_keys.INITIAL})
-        return self.completed(replace(bare, **others))
+        other_fields = {field: fields.pop(field) for field in ("support", "displacement_history", "column_strength")}
+        storeys = generated(
+            **{field: setting for field, setting in fields.items() if field not in building_keys.INITIAL}
+        )
+        return self.completed(replace(storeys, **other_fields))
 
 
 KINDS: tuple[type[AnyBuilding], ...] = (
@@ -217,7 +219,7 @@ KEYS: Mapping[str, Key] = {name: key for kind in KINDS for name, key in kind.key
 
 
 def kind_of(keys: Mapping[str, Any]) -> type[AnyBuilding]:
-    """What a [[building]] table is of, by the keys that it has."""
+    """The kind of building of a [[building]] table, by the keys that it has."""
     if keys.get("rigid") is True:
         return RigidWall
     if "stiffness_matrix" in keys or "modes" in keys:
@@ -232,10 +234,10 @@ def kind_of(keys: Mapping[str, Any]) -> type[AnyBuilding]:
 
 
 def building_checks(buildings: Sequence[Section], count: int) -> Iterator[Fault]:
-    """All faults that more than one key of the buildings takes part in; ``count`` counts what are no tables too."""
+    """All faults that more than one key of the buildings takes part in; ``count`` includes what is no table."""
     yield from repeated_names(buildings, "building")
     for keys in buildings:
-        kind = _kind(keys)
+        kind = _kind_of_section(keys)
         for key in KEYS:
             if key in keys and key not in kind.model_fields:
                 yield keys.fault(key, kind.repair.format(key=key))
@@ -246,8 +248,8 @@ def building_checks(buildings: Sequence[Section], count: int) -> Iterator[Fault]
             f"{count} building{'s' * (count != 1)}: a scene has two, left and right; "
             "write a second [[building]] (rigid = true for a wall that moves with the ground)",
         )
-    rigid = {int(keys.path[1]) for keys in buildings if keys.kind is RigidWall}
-    walls = sorted(rigid & {index + 1 for index in rigid})  # whose left neighbour is one too
+    rigid_indices = {int(keys.path[1]) for keys in buildings if keys.kind is RigidWall}
+    walls = sorted(rigid_indices & {index + 1 for index in rigid_indices})  # with a rigid left neighbour
     for index in walls:
         sentence = (
             "both buildings are rigid, so that no run is needed; give one of them a mass and a period"
@@ -265,7 +267,7 @@ def building_checks(buildings: Sequence[Section], count: int) -> Iterator[Fault]
         )
 
 
-def _kind(keys: Section) -> type[AnyBuilding]:
+def _kind_of_section(keys: Section) -> type[AnyBuilding]:
     assert issubclass(keys.kind, AnyBuilding)
     return keys.kind
 
@@ -275,15 +277,15 @@ def structure_of(keys: Section) -> Building | Storeys:
 
     Raises PoundingError for a height that its code's period is not for, and for what vibrates faster than a building.
     """
-    table = _kind(keys).from_values(keys.values)
+    table = _kind_of_section(keys).from_values(keys.values)
     try:
         building = table.structure()
     except TypeError as error:
         if "got an unexpected keyword argument" not in str(error):
-            raise  # a mistake of another kind, which is told as it is
-        where = "a key needs a field of its name in pounding_risk/models/structures (sdof.py, storeys.py)"
-        raise TypeError(f"{type(table).__name__} in {type(table).__module__}: {error}; {where}") from error
-    # Of each mass on the springs beside it, its neighbours held: no mode of the building is slower than the least.
+            raise  # a mistake of another kind
+        repair_text = "a key needs a field of its name in pounding_risk/models/structures (sdof.py, storeys.py)"
+        raise TypeError(f"{type(table).__name__} in {type(table).__module__}: {error}; {repair_text}") from error
+    # Each mass on the springs beside it, its neighbours held: no mode is slower than the fastest of these.
     if isinstance(building, Building):
         periods = [] if building.is_rigid else [building.period]
     else:
@@ -299,7 +301,7 @@ def structure_of(keys: Section) -> Building | Storeys:
 
 
 def table_of(building: Building | Storeys) -> AnyBuilding:
-    """The table of a building, every value stated that it has."""
+    """The table of a building, with every value that it has."""
     kind: type[AnyBuilding] = ShearBuilding
     if not isinstance(building, Storeys):
         kind = RigidWall if building.is_rigid else SingleMass
@@ -308,24 +310,24 @@ def table_of(building: Building | Storeys) -> AnyBuilding:
         kind = MatrixBuilding
         implied = kind.implied | {"floor_rows", "along_rows", "interior_modes", "period"}
         implied |= {"damping", "damping_rule"} if building.damping_matrix else set()
-    stated = {key: getattr(building, key) for key in building_keys.INITIAL if getattr(building, key)}
+    stated_values = {key: getattr(building, key) for key in building_keys.INITIAL if getattr(building, key)}
     if isinstance(building, Storeys) and building.isolators is not None:
-        stated["isolation"], building = Isolation.of(building.isolators), building.superstructure()
+        stated_values["isolation"], building = Isolation.of(building.isolators), building.superstructure()
     if isinstance(building, Storeys) and building.hysteresis is not None:
-        stated["hysteresis"] = HysteresisTable.of(building.hysteresis)
+        stated_values["hysteresis"] = HysteresisTable.of(building.hysteresis)
     if isinstance(building, Storeys) and building.plans:
         plans = building.plans[:1] if len(set(building.plans)) == 1 else building.plans
-        stated["plan"] = tuple(map(PlanTable.of, plans))
+        stated_values["plan"] = tuple(map(PlanTable.of, plans))
     for key in set(kind.key_names()) - implied:
         if key in building_keys.OF_GROUND:
             setting = getattr(building.support, building_keys.OF_GROUND[key])
         else:
             setting = getattr(building, building_keys.IN_STRUCTURES.get(key, key))
-        is_usual = setting == kind.model_fields[key].default and (
+        is_default = setting == kind.model_fields[key].default and (
             key in building_keys.OF_GROUND or setting in (0.0, inf, ())
         )
-        if not is_usual and (setting or key not in building_keys.INITIAL):
-            stated[key] = setting
-    if "floor_length" not in stated:
-        stated.pop("wave_speed", None)
-    return kind.from_values(stated)
+        if not is_default and (setting or key not in building_keys.INITIAL):
+            stated_values[key] = setting
+    if "floor_length" not in stated_values:
+        stated_values.pop("wave_speed", None)
+    return kind.from_values(stated_values)

@@ -31,7 +31,7 @@ from pounding_risk.scene.keys import (
 from pounding_risk.scene.toml import Fault, key_lines, parse_toml, read_text, sentences
 from pounding_risk.units import Quantity, article, say, shown
 
-# Keys that say where.
+# Keys that say where a demand acts.
 OF_BUILDINGS, OF_INTERFACES, OF_LINKS = ("building", "storey"), ("interface", "contact_point"), ("interface",)
 LARGEST_DRIFT = 0.3  # of a storey's height: 0.5 was meant as 0.5 %
 _SHARE = '"0.5 %" or 0.005'
@@ -40,9 +40,9 @@ _SHARE = '"0.5 %" or 0.005'
 class Demand(NamedTuple):
     """A kind of demand on a building or an interface, and the variables of a dataset of `scan` that have it.
 
-    ``storeys`` is by building and storey, of which the largest is taken; datasets of two single masses have ``mass``
-    instead, by building. Demands on interfaces are by contact point or interface, those on ``links`` by interface. The
-    same names with ``_free`` are the demands without contact, where a demand on an interface is 0.
+    ``storeys`` names the variable by building and storey, whose largest value counts; datasets of two single masses
+    have ``mass`` instead, by building. Demands on interfaces are by contact point or interface, those on ``links`` by
+    interface. The same names with ``_free`` are the demands without contact, where a demand on an interface is 0.
     """
 
     key: str
@@ -64,7 +64,7 @@ class Demand(NamedTuple):
 
     @property
     def of_structure(self) -> bool:
-        """Whether it says how far storeys deform, which isolators are made to do."""
+        """Whether it is a deformation of storeys, which is no damage of isolators."""
         return self.per_height or self.key == "ductility"
 
     @property
@@ -219,11 +219,11 @@ class State(Table):
         """Such as "storey drift of frame ≥ 0.5 %"."""
         names = [getattr(self, place) for place in self.demand.places]
         if "interface" in self.demand.places:
-            where = f" at {names[-1] or names[0]}" if any(names) else ""
+            place_text = f" at {names[-1] or names[0]}" if any(names) else ""
         else:
-            where = f" of storey {names[1]}" if names[1] else ""
-            where += f" of {names[0]}" if names[0] else ""
-        return f"{self.demand.words.partition(',')[0]}{where} ≥ {self.demand.say(self.threshold)}"
+            place_text = f" of storey {names[1]}" if names[1] else ""
+            place_text += f" of {names[0]}" if names[0] else ""
+        return f"{self.demand.words.partition(',')[0]}{place_text} ≥ {self.demand.say(self.threshold)}"
 
 
 REACHED, ELSE = "Reached where this is at least so much: {}.", "another demand has the threshold"
@@ -248,22 +248,22 @@ def damage_checks(states: Sequence[Section], buildings: Sequence[str]) -> Iterat
     interfaces = [f"{left} | {right}" for left, right in pairwise(buildings)]
     yield from repeated_names(states, "state")
     for keys in states:
-        yield from _of_one_demand(keys)
-        for place, known in (("building", buildings), ("interface", interfaces)):
-            called = keys.get(place)
-            if called and called not in known:
-                listed = ", ".join(known)
+        yield from _demand_faults(keys)
+        for place, known_names in (("building", buildings), ("interface", interfaces)):
+            name = keys.get(place)
+            if name and name not in known_names:
+                names_text = ", ".join(known_names)
                 yield keys.fault(
-                    place, f"{shown(called)} is no {place} of the scene{nearest(called, known)}; it has {listed}"
+                    place, f"{shown(name)} is no {place} of the scene{nearest(name, known_names)}; it has {names_text}"
                 )
 
 
-def _of_one_demand(keys: Section) -> Iterator[Fault]:
-    """Faults of a state without a threshold, with several, and with a place that its demand has not."""
+def _demand_faults(keys: Section) -> Iterator[Fault]:
+    """Faults of a state without a threshold, with several, or with a place that its demand does not take."""
     demands = [demand for demand in DEMANDS if demand.key in keys]
     if not demands:
-        listed = ", ".join(demand.key for demand in DEMANDS)
-        sentence = f'has no threshold; write drift = "0.5 %", or another of {listed}'
+        keys_text = ", ".join(demand.key for demand in DEMANDS)
+        sentence = f'has no threshold; write drift = "0.5 %", or another of {keys_text}'
         yield Fault(keys.path, sentence, absent=True)
     for demand in demands[1:]:
         yield keys.fault(
@@ -282,9 +282,9 @@ def _of_one_demand(keys: Section) -> Iterator[Fault]:
 
 def unknown_key(key: str) -> str:
     """An unknown key of [[damage]], with the nearest known one."""
-    known = DamageState.key_names()
-    meant = "column_shear" if key.startswith("column") else key  # not contact_force, whose letters are nearer
-    return f"unknown key{nearest(meant, known)}; [[damage]] takes {', '.join(known)}"
+    known_keys = DamageState.key_names()
+    meant_key = "column_shear" if key.startswith("column") else key  # not contact_force, whose letters are nearer
+    return f"unknown key{nearest(meant_key, known_keys)}; [[damage]] takes {', '.join(known_keys)}"
 
 
 def read_states(states: Any, buildings: Sequence[str], source: str = "states") -> tuple[Any, ...]:
@@ -309,13 +309,13 @@ def read_states(states: Any, buildings: Sequence[str], source: str = "states") -
     SceneError
         With every fault.
     """
-    written, lines = states, {}
+    file_content, lines = states, {}
     if isinstance(states, str | Path):
         is_text = isinstance(states, str) and "\n" in states
         content = str(states) if is_text else read_text(Path(states))
         source = source if is_text else str(states)
-        written, lines = parse_toml(content, source), key_lines(content)
-    raw = dict(written) if isinstance(written, Mapping) else {"damage": _tables(written)}
+        file_content, lines = parse_toml(content, source), key_lines(content)
+    raw = dict(file_content) if isinstance(file_content, Mapping) else {"damage": _tables(file_content)}
     faults = [
         Fault((name,), f"unknown section{nearest(name, ['damage'])}; a file of states has [[damage]] tables alone")
         for name in raw
@@ -327,9 +327,9 @@ def read_states(states: Any, buildings: Sequence[str], source: str = "states") -
         raise SceneError(source, [*sentences(faults, raw, lines, ()), f"damage: has no tables; {advice}"])
     sections = []
     for index, table in enumerate(tables):
-        section, wrong = read_section(DamageState, ("damage", index), table, DamageState.keys(), unknown_key)
+        section, section_faults = read_section(DamageState, ("damage", index), table, DamageState.keys(), unknown_key)
         sections.append(section)
-        faults += wrong
+        faults += section_faults
     faults += damage_checks(sections, buildings)
     if faults:
         raise SceneError(source, sentences(faults, raw, lines, ()))

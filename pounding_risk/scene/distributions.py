@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pounding_risk.scene.keys import Unreadable
 
 Array = NDArray[np.float64]
-Said = Callable[[float], str]  # a value in words, with its unit
+ValueText = Callable[[float], str]  # a value in words, with its unit
 
 EXAMPLE = '{distribution = "lognormal", median = "1.0 s", dispersion = 0.2}'
 VALUE, WIDTH, RATIO, VALUES, WEIGHTS = "value", "width", "ratio", "values", "weights"
@@ -47,7 +47,7 @@ class Distribution(ABC):
         return cls.__name__.lower()
 
     @abstractmethod
-    def words(self, said: Said) -> str:
+    def words(self, value_text: ValueText) -> str:
         """Its name and parameters, such as "lognormal, median 1 s, dispersion 0.2"."""
 
     def keys(self) -> dict[str, Any]:
@@ -92,8 +92,8 @@ class Normal(Continuous):
             raise Unreadable("a cov says nothing of a mean of 0; write the deviation")
         return cls(mean, deviation)
 
-    def words(self, said: Said) -> str:
-        return f"normal, mean {said(self.mean)}, deviation {said(self.deviation)}"
+    def words(self, value_text: ValueText) -> str:
+        return f"normal, mean {value_text(self.mean)}, deviation {value_text(self.deviation)}"
 
     def below(self, value: float) -> float:
         from scipy.special import ndtr  # takes longer to import than a scene takes to be read
@@ -127,8 +127,8 @@ class Lognormal(Continuous):
             )
         return cls(median, dispersion)
 
-    def words(self, said: Said) -> str:
-        return f"lognormal, median {said(self.median)}, dispersion {self.dispersion:g}"
+    def words(self, value_text: ValueText) -> str:
+        return f"lognormal, median {value_text(self.median)}, dispersion {self.dispersion:g}"
 
     def below(self, value: float) -> float:
         from scipy.special import ndtr
@@ -157,8 +157,8 @@ class Uniform(Continuous):
             raise Unreadable("low is not below high; swap them")
         return cls(low, high)
 
-    def words(self, said: Said) -> str:
-        return f"uniform from {said(self.low)} to {said(self.high)}"
+    def words(self, value_text: ValueText) -> str:
+        return f"uniform from {value_text(self.low)} to {value_text(self.high)}"
 
     def below(self, value: float) -> float:
         return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
@@ -188,8 +188,8 @@ class Triangular(Continuous):
             raise Unreadable("low, mode and high are not in this order; correct them")
         return cls(low, mode, high)
 
-    def words(self, said: Said) -> str:
-        return f"triangular from {said(self.low)} to {said(self.high)}, mode {said(self.mode)}"
+    def words(self, value_text: ValueText) -> str:
+        return f"triangular from {value_text(self.low)} to {value_text(self.high)}, mode {value_text(self.mode)}"
 
     def below(self, value: float) -> float:
         width, value = self.high - self.low, min(max(value, self.low), self.high)
@@ -226,7 +226,7 @@ class Discrete(Distribution):
             raise Unreadable(f"{len(values)} values and {len(weights)} weights; write one for each value")
         return cls(tuple(values), weights)
 
-    def words(self, said: Said) -> str:
+    def words(self, value_text: ValueText) -> str:
         total = sum(self.weights)
         shares = (
             f"{value} ({100.0 * weight / total:.3g} %)" for value, weight in zip(self.values, self.weights, strict=True)
@@ -235,8 +235,8 @@ class Discrete(Distribution):
 
     def places(self, probability: Array) -> NDArray[np.int64]:
         """Which of the values stands at these probabilities: the weights add up in the order of the values."""
-        reached = np.cumsum(self.weights)
-        return np.searchsorted(reached[:-1] / reached[-1], probability, side="right")
+        cumulative_weights = np.cumsum(self.weights)
+        return np.searchsorted(cumulative_weights[:-1] / cumulative_weights[-1], probability, side="right")
 
 
 KINDS: Mapping[str, type[Distribution]] = {

@@ -50,8 +50,8 @@ def _read(value: Any, number: Number) -> Table | TableFile:
     takes = "a table takes file, or penetration, force and unloading; and unloading_stiffness"
     columns = options(value, kinds, needed, lambda name: f"missing; write {POINTS}", takes)
     if "file" in columns:
-        if twice := [name for name in COLUMNS if name in columns]:
-            raise Several([((name,), "the file has the points; remove one of the two") for name in twice])
+        if repeats := [name for name in COLUMNS if name in columns]:
+            raise Several([((name,), "the file has the points; remove one of the two") for name in repeats])
         return TableFile(**columns)
     try:
         return table_of(**columns)
@@ -74,12 +74,12 @@ def _write(table: Table | TableFile | None) -> Any:
         return table
     points: Points = table.points
     columns = {name: getattr(points, name) for name in COLUMNS}
-    written = {
+    cells = {
         name: [exact(number, COLUMNS[name]) for number in numbers]
         for name, numbers in columns.items()
         if numbers is not None
     }
-    return written if points.unloading_stiffness is None else written | _stiffness(points.unloading_stiffness)
+    return cells if points.unloading_stiffness is None else cells | _stiffness(points.unloading_stiffness)
 
 
 def _stiffness(stiffness: float) -> dict[str, Any]:

@@ -28,9 +28,9 @@ def parting(study: Scene, motion: Motion) -> Parting:
     """How the grounds part under a motion as it drives the scene."""
     motion = motion.reaching(study.lag)
     ground = ground_displacements(study, motion, motion.times)
-    apart = np.diff(ground, axis=1)
-    at = np.abs(apart).argmax(axis=0)
-    return Parting(np.abs(apart).max(axis=0), motion.times[at], apart[-1])
+    partings = np.diff(ground, axis=1)
+    index = np.abs(partings).argmax(axis=0)
+    return Parting(np.abs(partings).max(axis=0), motion.times[index], partings[-1])
 
 
 def in_space(study: Scene, motion: Motion, time: Array, displacement: Array) -> Mapping[str, Array]:
@@ -59,23 +59,23 @@ def in_space(study: Scene, motion: Motion, time: Array, displacement: Array) -> 
 def ground_displacements(study: Scene, motion: Motion, time: Samples) -> Array:
     """Displacement of the ground under each building at these times (n, buildings) [m], zero at 0 s."""
     supports = study.supports or (SHARED,) * len(study.buildings)
-    under = accelerations(supports, motion.acceleration, motion.own_grounds)
-    if not is_apart(supports, under):
-        return np.repeat(displaced(under, motion.dt, supports[0], time)[:, None], len(supports), axis=1)
-    samples = np.broadcast_to(under, (len(supports), under.shape[-1]))
-    columns = [displaced(own, motion.dt, support, time) for own, support in zip(samples, supports, strict=True)]
+    ground = accelerations(supports, motion.acceleration, motion.own_grounds)
+    if not is_apart(supports, ground):
+        return np.repeat(displaced(ground, motion.dt, supports[0], time)[:, None], len(supports), axis=1)
+    samples = np.broadcast_to(ground, (len(supports), ground.shape[-1]))
+    columns = [displaced(row, motion.dt, support, time) for row, support in zip(samples, supports, strict=True)]
     return np.column_stack(columns)
 
 
 def displaced(samples: Samples, dt: float, support: Support, time: Samples) -> Array:
     """Displacement [m] at these times of ground whose acceleration is on straight lines between samples [m/s²].
 
-    ``support`` says when it begins, and how fast the ground moves before.
+    ``support`` has the delay of the motion and the velocity of the ground before it.
     """
     slopes = np.append(np.diff(samples) / dt, 0.0)
-    places, rates = summed(np.full(samples.size, dt), samples, slopes, 0.0)
-    since = np.maximum(time - support.delay, 0.0)
-    at = np.minimum((since / dt).astype(np.int64), samples.size - 1)
-    after = since - at * dt
-    moved = places[at] + after * (rates[at] + after * (0.5 * samples[at] + after * slopes[at] / 6.0))
-    return np.asarray(support.velocity * time + moved)
+    shifts, speeds = summed(np.full(samples.size, dt), samples, slopes, 0.0)
+    elapsed = np.maximum(time - support.delay, 0.0)
+    i = np.minimum((elapsed / dt).astype(np.int64), samples.size - 1)
+    step_time = elapsed - i * dt
+    shift = shifts[i] + step_time * (speeds[i] + step_time * (0.5 * samples[i] + step_time * slopes[i] / 6.0))
+    return np.asarray(support.velocity * time + shift)

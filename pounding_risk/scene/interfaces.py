@@ -35,7 +35,7 @@ from pounding_risk.scene.not_modelled import LAWS_ELSEWHERE
 from pounding_risk.scene.toml import KeyPath
 from pounding_risk.units import exact, shown, unknown
 
-EQUAL_TERMS = ("peak force", "penetration")  # what laws with a k and laws with a β can be made to agree in
+EQUAL_TERMS = ("peak force", "penetration")  # in which laws with a k and laws with a β can be made to agree
 EQUAL_TERMS_EXAMPLE = '{same = "peak force", speed = "0.5 m/s"}'
 NO_RESTITUTION = "not given"
 LATER_RESTITUTION = ("steel",)
@@ -59,7 +59,7 @@ def unknown_law(name: object) -> str:
 
 
 def known_models(names: Iterable[object]) -> list[str]:
-    """Those of these that are names of contact models, each once."""
+    """The names among these that are contact models, each once."""
     return list(dict.fromkeys(name for name in names if isinstance(name, str) and name in CONTACT_MODELS))
 
 
@@ -98,24 +98,24 @@ def _restitution(value: Any, number: Number) -> GivenRestitution:
     """e(v), the words for it, and its relation to damping: a value alone, or a table of value and relation."""
     if not isinstance(value, dict):
         return GivenRestitution(*_rule(value, number))
-    wrong: list[tuple[KeyPath, str]] = [((key,), sentence) for key, sentence in faults(value)]
+    flaws: list[tuple[KeyPath, str]] = [((key,), sentence) for key, sentence in faults(value)]
     try:
         rule, words = _rule(value.get("value", 1.0), number)  # a value that is missing is among the faults
     except ValueError as error:
-        wrong.append((("value",), str(error)))
+        flaws.append((("value",), str(error)))
     if is_ratio(value.get("value")) and value.get("relation", AS_PUBLISHED) != AS_PUBLISHED:
-        wrong.append((("relation",), "a damping ratio ξ is that of the published relation; remove relation, or give e"))
-    if wrong:
-        raise Several(wrong)
+        flaws.append((("relation",), "a damping ratio ξ is that of the published relation; remove relation, or give e"))
+    if flaws:
+        raise Several(flaws)
     return GivenRestitution(rule, words, value.get("relation", AS_PUBLISHED))
 
 
 def _rule(value: Any, number: Number) -> tuple[Restitution, str]:
     """A number in (0, 1], the name of a relation e(v) or a damping ratio of a law; with the words for it."""
     if isinstance(value, Restitution):  # a scene file can state one by its name or by its number
-        for name, known in NAMED.items():
-            if value == known:
-                return known, name
+        for name, relation in NAMED.items():
+            if value == relation:
+                return relation, name
         if value != Restitution(value.c0):
             names = ", ".join(NAMED)
             raise Unreadable(f"a relation e(v) of your own has no name in a scene; write e, or one of {names}")
@@ -126,12 +126,12 @@ def _rule(value: Any, number: Number) -> tuple[Restitution, str]:
     if isinstance(value, str) and value[:1].isalpha() and value.lower() not in ("inf", "nan"):
         if value in NAMED:
             return NAMED[value], value
-        quoted = ", ".join(f'"{name}"' for name in NAMED)
+        choices = ", ".join(f'"{name}"' for name in NAMED)
         if value in LATER_RESTITUTION:
-            raise Unreadable(f"{shown(value)} is not in this version; write a number such as 0.6, or one of {quoted}")
+            raise Unreadable(f"{shown(value)} is not in this version; write a number such as 0.6, or one of {choices}")
         raise Unreadable(
             f"{shown(value)} is not a named restitution{nearest(value, NAMED)}; "
-            f"write a number such as 0.65, or one of {quoted}"
+            f"write a number such as 0.65, or one of {choices}"
         )
     e = number(value, units.RESTITUTION)
     return constant(e), f"{e!r}"
@@ -185,7 +185,7 @@ def _meetings(words: str, example: str, absent: str) -> Key:
         _contact_points,
         example,
         absent,
-        write=lambda points: [{"left": floor_words(one), "right": floor_words(other)} for one, other in points],
+        write=lambda points: [{"left": floor_words(left), "right": floor_words(right)} for left, right in points],
         schema={"type": "array", "items": {"type": "object", "required": ["left", "right"]}},
     )
 
@@ -203,8 +203,8 @@ def _floor(value: Any) -> float:
 class EqualTerms(Table):
     """How the stiffness of the grid's other laws follows: equal ``same`` in an impact at ``speed``.
 
-    Of the laws of the other family; with ``every_law`` of all but the scene's own, since equal β do not make equal
-    blows either.
+    It holds for the laws of the other family; with ``every_law`` for all but the scene's own, since equal β do not
+    make equal blows either.
     """
 
     same: str = one_of(
@@ -339,12 +339,12 @@ class Interface(Table):
     ).defaults_to(None)
 
     def __init__(self, *values: Any, law: Any = None, **keys: Any):
-        of_law = {} if law is None else _keys_of_law(law)
-        if twice := [name for name in of_law if name in keys]:
-            raise SceneError("Interface", [f"{name}: law gives it already; remove one" for name in twice])
+        law_keys = {} if law is None else _keys_of_law(law)
+        if repeated_keys := [name for name in law_keys if name in keys]:
+            raise SceneError("Interface", [f"{name}: law gives it already; remove one" for name in repeated_keys])
         if keys.get("restitution", self) is None:  # not given, as the signature has it
             del keys["restitution"]
-        super().__init__(*values, **of_law, **keys)
+        super().__init__(*values, **law_keys, **keys)
 
     def written(self) -> dict[str, Any]:
         """As a scene file has it; a stiffness in SI has the unit of its contact model."""
@@ -372,10 +372,10 @@ def _keys_of_law(law: Any) -> dict[str, Any]:
     if name_of(kind) not in CONTACT_MODELS:
         raise SceneError("Interface", [f"law: {shown(law)} is not a contact law; it may be one of pounding_risk.laws"])
     keyless = fields.keys() - {"stiffness", *PARAMETERS}
-    lost = [f"{key} = {fields[key]:g}" for key in sorted(keyless) if fields[key] != kind._field_defaults.get(key)]
-    if lost:
+    losses = [f"{key} = {fields[key]:g}" for key in sorted(keyless) if fields[key] != kind._field_defaults.get(key)]
+    if losses:
         sentence = (
-            f"law: {', '.join(lost)} of {kind.__name__} would be lost, as no key of a scene has it; make it the "
+            f"law: {', '.join(losses)} of {kind.__name__} would be lost, as no key of a scene has it; make it the "
             "default of the field, or a law of its own"
         )
         raise SceneError("Interface", [sentence])

@@ -87,9 +87,9 @@ class Key:
 
     def defaults_to(self, value: Any) -> Any:
         """The field of a table that has this key, and this value where the key is left out."""
-        about = Field(value)
-        about.metadata.append(self)
-        return about
+        table_field = Field(value)
+        table_field.metadata.append(self)
+        return table_field
 
     def required(self) -> Any:
         """The field of a table that must have this key."""
@@ -114,9 +114,9 @@ class Key:
         kinds = [kinds] if isinstance(kinds, str) else kinds
         if "x-unit" in self.schema:
             return "list of float or str" if "array" in kinds else "float or str"
-        usual = {"string": "str", "boolean": "bool", "integer": "int", "number": "float"}
-        usual |= {"array": "list", "object": "str or object"}
-        return " or ".join(usual[kind] for kind in kinds)
+        python_types = {"string": "str", "boolean": "bool", "integer": "int", "number": "float"}
+        python_types |= {"array": "list", "object": "str or object"}
+        return " or ".join(python_types[kind] for kind in kinds)
 
     def described(self) -> dict[str, Any]:
         """The key in a JSON schema; ``x-...`` says what a JSON schema has no keyword for."""
@@ -124,11 +124,11 @@ class Key:
         return {**schema, "description": self.words, "x-example": self.example, "x-absent": self.absent}
 
 
-def _default(about: Any) -> Any:
+def _default(info: Any) -> Any:
     """The default of a key in a signature: None, for what is not given, in place of a model of several numbers."""
-    if about.is_required():
+    if info.is_required():
         return Parameter.empty
-    return None if hasattr(about.default, "_fields") else about.default
+    return None if hasattr(info.default, "_fields") else info.default
 
 
 class Table(BaseModel):
@@ -138,14 +138,14 @@ class Table(BaseModel):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
-    beside: ClassVar[Mapping[str, str]] = {}  # what Python may give that is no key, by name, in words
+    beside: ClassVar[Mapping[str, str]] = {}  # words on the parameters of Python that are no keys, by name
 
     def __init__(self, *values: Any, **keys: Any):
         names = self.key_names()
         if len(values) > len(names):
             raise SceneError(type(self).__name__, [f"{len(values)} values for its keys {', '.join(names)}"])
-        if twice := [name for name in names[: len(values)] if name in keys]:
-            raise SceneError(type(self).__name__, [f"{name}: given by position and by name" for name in twice])
+        if repeated_keys := [name for name in names[: len(values)] if name in keys]:
+            raise SceneError(type(self).__name__, [f"{name}: given by position and by name" for name in repeated_keys])
         try:
             super().__init__(**dict(zip(names, values, strict=False)), **keys)
         except ValidationError as error:
@@ -160,15 +160,15 @@ class Table(BaseModel):
     @classmethod
     def __pydantic_init_subclass__(cls, **settings: Any) -> None:
         """Give the class a signature and the parameters of its docstring, from the declarations of its keys."""
-        by_name, alone = Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY
+        positional_kind, keyword_kind = Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY
         names, required = cls.key_names(), cls.required()
-        # By position, what stands before a required key is given too.
-        late = names[max((names.index(name) for name in required), default=-1) + 1 :]
-        defaults = {name: _default(cls.model_fields[name]) for name in late}
+        # By position, every key before a required one is given too.
+        optional_names = names[max((names.index(name) for name in required), default=-1) + 1 :]
+        defaults = {name: _default(cls.model_fields[name]) for name in optional_names}
         cls.__signature__ = Signature(
             [
-                *(Parameter(name, by_name, default=defaults.get(name, Parameter.empty)) for name in names),
-                *(Parameter(name, alone, default=None) for name in cls.beside),
+                *(Parameter(name, positional_kind, default=defaults.get(name, Parameter.empty)) for name in names),
+                *(Parameter(name, keyword_kind, default=None) for name in cls.beside),
             ]
         )
         rows = [row for name, key in cls.keys().items() for row in key.documented(name, name in cls.required())]
@@ -180,7 +180,7 @@ class Table(BaseModel):
     @cache
     def keys(cls) -> dict[str, Key]:
         """The declarations of its keys by name; a field without one is no key."""
-        return {name: key for name, about in cls.model_fields.items() for key in about.metadata if isinstance(key, Key)}
+        return {name: key for name, info in cls.model_fields.items() for key in info.metadata if isinstance(key, Key)}
 
     @classmethod
     def key_names(cls) -> list[str]:
@@ -194,7 +194,7 @@ class Table(BaseModel):
 
     @classmethod
     def from_values(cls, values: Mapping[str, Any]) -> Any:
-        """The table of values that have been read; the others have their defaults."""
+        """The table of values that have been read; all other keys have their defaults."""
         return cls.model_construct(_fields_set=set(values), **values)
 
     def updated(self, **values: Any) -> Any:
@@ -203,8 +203,8 @@ class Table(BaseModel):
 
     def written(self) -> dict[str, Any]:
         """The keys that are given, as a scene file has them."""
-        stated = ((name, key) for name, key in self.keys().items() if name in self.model_fields_set)
-        return {name: key.write(getattr(self, name)) for name, key in stated}
+        stated_keys = ((name, key) for name, key in self.keys().items() if name in self.model_fields_set)
+        return {name: key.write(getattr(self, name)) for name, key in stated_keys}
 
     @classmethod
     def _sentences(cls, error: ValidationError) -> Iterator[str]:
@@ -214,9 +214,9 @@ class Table(BaseModel):
                 yield f"{name}: {cls.keys()[name].lacks(name)}"
             elif fault["type"] == "extra_forbidden":
                 meant = key_meant(name, cls.key_names())
-                near = f' (did you mean "{meant}"?)' if meant else nearest(name, cls.key_names())
-                near += f"; it takes {', '.join(cls.key_names())}"
-                yield f"{name}: unknown key{f'; {answer}' if (answer := instead_of(name)) else near}"
+                hint = f' (did you mean "{meant}"?)' if meant else nearest(name, cls.key_names())
+                hint += f"; it takes {', '.join(cls.key_names())}"
+                yield f"{name}: unknown key{f'; {answer}' if (answer := instead_of(name)) else hint}"
             else:
                 yield f"{name}: {cause}"
 
@@ -237,19 +237,19 @@ def plain(value: Any) -> Any:
 def in_text(keys: Mapping[str, Key], table: Mapping[str, Any]) -> dict[str, Any]:
     """A table that Python gives as a dict, as a scene file has it: numbers in SI become text with their unit.
 
-    What no key takes stays as it is, for the reader of tables to refuse.
+    A value that its key does not take stays as it is, for the reader of tables to refuse.
     """
-    written = {}
+    text_table = {}
     for name, value in table.items():
-        written[name] = bare = plain(value)
+        text_table[name] = plain_value = plain(value)
         if name not in keys:
             continue
         with suppress(ValueError):
-            keys[name].read(bare, parse)
+            keys[name].read(plain_value, parse)
             continue
         with suppress(ValueError):
-            written[name] = keys[name].write(keys[name].read(bare, si))
-    return written
+            text_table[name] = keys[name].write(keys[name].read(plain_value, si))
+    return text_table
 
 
 @dataclass(frozen=True)
@@ -273,14 +273,14 @@ class Section:
         return Fault((*self.path, key), sentence, absent)
 
 
-def repeated_names(tables: Sequence[Section], what: str) -> Iterator[Fault]:
-    """A fault for each table of an array whose name another one before it has; ``what`` they are."""
-    first: dict[str, int] = {}
+def repeated_names(tables: Sequence[Section], noun: str) -> Iterator[Fault]:
+    """A fault for each table of an array with the name of an earlier one; ``noun`` is what a table describes."""
+    first_index: dict[str, int] = {}
     for keys in tables:
         index, name = int(keys.path[1]), keys.get("name")
-        if name and first.setdefault(name, index) != index:
-            repair = f"give every {what} a name of its own"
-            yield keys.fault("name", f"{shown(name)} is the name of {what} {first[name] + 1} too; {repair}")
+        if name and first_index.setdefault(name, index) != index:
+            repair = f"give every {noun} a name of its own"
+            yield keys.fault("name", f"{shown(name)} is the name of {noun} {first_index[name] + 1} too; {repair}")
 
 
 @dataclass(frozen=True)
@@ -307,7 +307,7 @@ class Draft:
 
 
 def read_section(
-    kind: type[Table], path: KeyPath, raw: Mapping[str, Any], known: Mapping[str, Key], unknown: Callable[[str], str]
+    kind: type[Table], path: KeyPath, raw: Mapping[str, Any], keys: Mapping[str, Key], unknown: Callable[[str], str]
 ) -> tuple[Section, list[Fault]]:
     """Read every key of a table, with every fault.
 
@@ -319,7 +319,7 @@ def read_section(
         Where it stands in the scene.
     raw : mapping
         Its keys as written.
-    known : mapping of str to Key
+    keys : mapping of str to Key
         Declarations by name; those of other kinds too, whose values are read before their presence is refused.
     unknown : callable
         The sentence for a key that is not known.
@@ -327,16 +327,14 @@ def read_section(
     values: dict[str, Any] = {}
     faults: list[Fault] = []
     for name, value in raw.items():
-        if name not in known:
+        if name not in keys:
             faults.append(Fault((*path, name), unknown(name)))
             continue
         try:
-            values[name] = known[name].read(value, parse)
+            values[name] = keys[name].read(value, parse)
         except ValueError as error:
             faults += [Fault(*fault) for fault in located(error, *path, name)]
-    faults += [
-        Fault((*path, name), known[name].lacks(name), absent=True) for name in kind.required() if name not in raw
-    ]
+    faults += [Fault((*path, name), keys[name].lacks(name), absent=True) for name in kind.required() if name not in raw]
     return Section(kind, path, raw, values), faults
 
 
@@ -370,7 +368,7 @@ def text(words: str, example: str, absent: str = NOTHING, missing: str = "") -> 
 
 
 def text_from(value: Any, refusal: str) -> str:
-    """The value, text that is not blank; ``refusal`` is said of any other, with what may be written."""
+    """The value, text that is not blank; ``refusal`` is the sentence on any other value, with the repair."""
     if not isinstance(value, str) or not value.strip():
         raise Unreadable(f"{shown(value)} {refusal}")
     return value
@@ -394,22 +392,22 @@ def flag(name: str, words: str, absent: str = "false") -> Key:
 
 def one_of(
     allowed: Sequence[str],
-    what: str,
+    noun: str,
     words: str,
     example: str,
     absent: str = NOTHING,
     missing: str = "",
     elsewhere: Mapping[str, str] = MappingProxyType({}),
 ) -> Key:
-    """One of these words; ``what`` says with its article what they are, ``elsewhere`` what other names mean here."""
+    """One of these words; ``noun`` is what they are, with its article, ``elsewhere`` what other names mean here."""
 
     def read(value: Any, number: Number) -> str:
         if value not in allowed:
-            meant = meant_by(value, elsewhere)
-            hint = "" if meant else nearest(value, allowed)
-            between = " or " if len(allowed) == 2 else ", "
+            meant_text = meant_by(value, elsewhere)
+            hint = "" if meant_text else nearest(value, allowed)
+            separator = " or " if len(allowed) == 2 else ", "
             raise Unreadable(
-                f"{shown(value)} is not {what}{hint}; it may be {between.join(map(shown, allowed))}{meant}"
+                f"{shown(value)} is not {noun}{hint}; it may be {separator.join(map(shown, allowed))}{meant_text}"
             )
         return str(value)
 
@@ -425,7 +423,7 @@ def whole(name: str, low: int, high: int, words: str, example: str, absent: str)
 
 
 def whole_from(value: Any, low: int, high: float, refusal: str) -> int:
-    """The value, a whole number in a range; ``refusal`` is said of any other, with what may be written."""
+    """The value, a whole number in a range; ``refusal`` is the sentence on any other value, with the repair."""
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
         raise Unreadable(f"{shown(value)} {refusal}")
     return value
@@ -443,7 +441,7 @@ def by_address(words: str, example: str, absent: str) -> Key:
 
 
 def one_or_more(refusal: str, words: str, example: str, absent: str) -> Key:
-    """One name, or a list of them; ``refusal`` is said of any other value, with what may be written."""
+    """One name, or a list of them; ``refusal`` is the sentence on any other value, with the repair."""
 
     def read(value: Any, number: Number) -> tuple[str, ...]:
         names = value if isinstance(value, list) else [value]
@@ -469,17 +467,17 @@ def several(name: str, read_one: Read, words: str, example: str, absent: str) ->
 
 def axis(quantity: Quantity, words: str, example: str, absent: str) -> Key:
     """Values of the grid: an ascending list, or {start, stop, num}."""
-    usual = EXAMPLES[quantity.unit]
+    example_value = EXAMPLES[quantity.unit]
 
     def read(value: Any, number: Number) -> tuple[float, ...]:
         if isinstance(value, dict):
             return spaced(value, quantity, number)
         if not isinstance(value, list):
             raise Unreadable(
-                f"{shown(value)} is not a list; write a list such as [{shown(usual)}], "
-                f"or {{start = ..., stop = {shown(usual)}, num = 11}}"
+                f"{shown(value)} is not a list; write a list such as [{shown(example_value)}], "
+                f"or {{start = ..., stop = {shown(example_value)}, num = 11}}"
             )
-        elements = list_of(value, f"a list such as [{shown(usual)}]")
+        elements = list_of(value, f"a list such as [{shown(example_value)}]")
         values = each(elements, lambda element: number(element, quantity), distinct=True)
         if any(after < before for before, after in pairwise(values)):
             order = [element for _, element in sorted(zip(values, value, strict=True), key=lambda pair: pair[0])]
@@ -499,10 +497,10 @@ def axis(quantity: Quantity, words: str, example: str, absent: str) -> Key:
 def spaced(value: dict[str, Any], quantity: Quantity, number: Number) -> tuple[float, ...]:
     """``num`` values from start to stop, both included, evenly spaced."""
 
-    def bound(written: Any) -> float:
-        limit = number(written, quantity)
+    def bound(end: Any) -> float:
+        limit = number(end, quantity)
         if limit == inf:
-            raise Unreadable(f'{shown(written)} cannot bound even steps; write a list that ends with "inf" instead')
+            raise Unreadable(f'{shown(end)} cannot bound even steps; write a list that ends with "inf" instead')
         return limit
 
     takes = "a range has start, stop and num"
@@ -533,21 +531,21 @@ def list_of(value: Any, example: str) -> list[Any]:
 
 
 def each(values: list[Any], read: Callable[[Any], Any], distinct: bool = False) -> list[Any]:
-    """Every element read; at once the faults of all that fail, and of those that repeat another unless they may."""
+    """Every element read; all faults at once: of elements that fail and, if ``distinct``, of those that repeat."""
     elements: list[Any] = []
     faults: list[tuple[KeyPath, str]] = []
-    first: dict[Any, Any] = {}
+    first_values: dict[Any, Any] = {}
     for index, value in enumerate(values):
         try:
             elements.append(read(value))
         except ValueError as error:
             faults += located(error, index)
             continue
-        if distinct and elements[-1] in first:
-            other = first[elements[-1]]
-            also = "" if other == value else f", first as {shown(other)}"
-            faults.append(((index,), f"{shown(value)} stands twice{also}; remove one"))
-        first.setdefault(elements[-1], value)
+        if distinct and elements[-1] in first_values:
+            first_value = first_values[elements[-1]]
+            first_text = "" if first_value == value else f", first as {shown(first_value)}"
+            faults.append(((index,), f"{shown(value)} stands twice{first_text}; remove one"))
+        first_values.setdefault(elements[-1], value)
     if faults:
         raise Several(faults)
     return elements
@@ -560,7 +558,7 @@ def inline(kind: type[Table], name: str, value: Any, number: Number, example: st
     if not isinstance(value, dict):
         raise Unreadable(f"{shown(value)} is not a table; write {example}")
     keys = kind.keys()
-    kinds = {key: lambda stated, one=one: one.read(stated, number) for key, one in keys.items()}
+    kinds = {key: lambda item, entry=entry: entry.read(item, number) for key, entry in keys.items()}
     return kind.from_values(
         options(value, kinds, kind.required(), lambda key: keys[key].lacks(key), f"{name} takes {', '.join(kinds)}")
     )

@@ -101,7 +101,7 @@ def read_history(path: Path, floors: int) -> History:
         if columns != expected:
             faults.append(f"line {line}: has the columns {', '.join(columns)}, and not {', '.join(expected)}; {HEAD}")
     samples = _samples(rows[1:], [unit for _, unit in heads], faults) if not faults else np.empty((0, 0))
-    faults += _of_times(samples[:, 0], [line for line, _ in rows[1:]]) if not faults else []
+    faults += _time_faults(samples[:, 0], [line for line, _ in rows[1:]]) if not faults else []
     if faults:
         raise HistoryError(faults)
     samples = np.insert(samples, 0, 0.0, axis=0) if samples[0, 0] > 0.0 else samples
@@ -109,20 +109,20 @@ def read_history(path: Path, floors: int) -> History:
 
 
 def _samples(rows: Sequence[tuple[int, list[str]]], units: Sequence[str], faults: list[str]) -> NDArray[np.float64]:
-    """The numbers of the rows [SI], (rows, columns); faults for those that have none."""
+    """The numbers of the rows [SI], (rows, columns); ``faults`` gets a sentence for each cell that has none."""
     quantities = (TIME, *(DISPLACEMENT,) * (len(units) - 1))
     with suppress(ValueError):  # a faulty file is read once more, cell by cell
         factors = [parse_cell("1", unit, quantity) for unit, quantity in zip(units, quantities, strict=True)]
-        plain = np.array([cells for _, cells in rows], dtype=np.float64).reshape(len(rows), len(units)) * factors
-        if np.isfinite(plain).all() and (plain[:, 0] >= 0.0).all():
-            return plain
+        numbers = np.array([cells for _, cells in rows], dtype=np.float64).reshape(len(rows), len(units)) * factors
+        if np.isfinite(numbers).all() and (numbers[:, 0] >= 0.0).all():
+            return numbers
     samples = np.zeros((len(rows), len(units)))
-    for number, (line, cells) in enumerate(rows):
+    for row, (line, cells) in enumerate(rows):
         if words := uneven(cells, units):
             faults.append(f"line {line}: {words}")
-        for place, (cell, unit, quantity) in enumerate(zip(cells, units, quantities, strict=False)):
+        for column, (cell, unit, quantity) in enumerate(zip(cells, units, quantities, strict=False)):
             try:
-                samples[number, place] = parse_cell(cell, unit, quantity)
+                samples[row, column] = parse_cell(cell, unit, quantity)
             except QuantityError as error:
                 faults.append(f"line {line}: {error}")
         if len(faults) >= MOST_FAULTS:
@@ -130,13 +130,13 @@ def _samples(rows: Sequence[tuple[int, list[str]]], units: Sequence[str], faults
     return samples
 
 
-def _of_times(times: NDArray[np.float64], lines: Sequence[int]) -> list[str]:
-    """What is wrong with the times [s] of a history, whose samples stand at these lines."""
+def _time_faults(times: NDArray[np.float64], lines: Sequence[int]) -> list[str]:
+    """The faults of the times [s] of a history, whose samples stand at these lines."""
     if len(times) < 2:
         return ["has fewer than two samples below its head; export the file again"]
-    late = np.flatnonzero(np.diff(times) <= 0.0)
-    if late.size:
-        line = lines[int(late[0]) + 1]
+    late_indices = np.flatnonzero(np.diff(times) <= 0.0)
+    if late_indices.size:
+        line = lines[int(late_indices[0]) + 1]
         return [f"line {line}: the time does not rise; give each instant once, in rising order"]
     if times[0] > np.diff(times).max() * STEPS:
         return [f"the first sample is at {times[0]:g} s; give the motion from the beginning of the record on"]
@@ -154,15 +154,15 @@ def _history_of(path: Path, digest: str, floors: int) -> History:
 
 def histories_beside(study: SceneValues, motion: Motion) -> dict[int, History]:
     """The history of each building of known motion under a record of the scene, by its place in the row."""
-    stated = motion.record.get(KEY, {})
+    facts = motion.record.get(KEY, {})
     histories = {}
     for place, building in enumerate(study.buildings):
         if building.displacement_history:
-            about = stated[building.name]
-            path = study.folder / about["file"]
-            if _digest(path) != about["sha256"]:
+            file_facts = facts[building.name]
+            path = study.folder / file_facts["file"]
+            if _digest(path) != file_facts["sha256"]:
                 raise PoundingError(f"{path}: was changed while it is in use; start again")
-            histories[place] = _history_of(path, about["sha256"], len(building.heights) or 1)
+            histories[place] = _history_of(path, file_facts["sha256"], len(building.heights) or 1)
     return histories
 
 
@@ -175,7 +175,7 @@ def with_histories(study: SceneValues, motions: tuple[Motion, ...]) -> tuple[Mot
     if not has_known_motion(study):
         return motions
     faults: list[str] = []
-    beside: list[dict[str, Any]] = [{} for _ in motions]
+    all_facts: list[dict[str, Any]] = [{} for _ in motions]
     for building in study.buildings:
         files = building.displacement_history
         if files and len(files) != len(motions):
@@ -185,7 +185,7 @@ def with_histories(study: SceneValues, motions: tuple[Motion, ...]) -> tuple[Mot
                 f"{counted(len(motions), 'record')}; write one for each of {names}, in this order"
             )
             continue
-        for facts, motion, file in zip(beside, motions, files, strict=False):
+        for facts, motion, file in zip(all_facts, motions, files, strict=False):
             path = study.folder / file
             try:
                 digest = _digest(path)
@@ -197,7 +197,7 @@ def with_histories(study: SceneValues, motions: tuple[Motion, ...]) -> tuple[Mot
     if faults:
         raise SceneError(study.source, list(dict.fromkeys(faults)))
     return tuple(
-        replace(motion, record={**motion.record, KEY: facts}) for motion, facts in zip(motions, beside, strict=True)
+        replace(motion, record={**motion.record, KEY: facts}) for motion, facts in zip(motions, all_facts, strict=True)
     )
 
 
@@ -210,27 +210,27 @@ def _digest(path: Path) -> str:
 
 def _check_length(history: History, motion: Motion) -> None:
     """Raise HistoryError for a history that ends before its record, or goes on after it, by more than a time step."""
-    ends, lasts = float(history.times[-1]), motion.duration
-    if abs(ends - lasts) > max(float(np.diff(history.times).max()), motion.dt) * STEPS:
+    end, span = float(history.times[-1]), motion.duration
+    if abs(end - span) > max(float(np.diff(history.times).max()), motion.dt) * STEPS:
         repair = (
             "give the motion to the end, or cut the record"
-            if ends < lasts
+            if end < span
             else "cut it there, or write a tail in [records]"
         )
-        raise HistoryError([f"ends at {ends:g} s, and {motion.name}, as the scene has it, at {lasts:g} s; {repair}"])
+        raise HistoryError([f"ends at {end:g} s, and {motion.name}, as the scene has it, at {span:g} s; {repair}"])
 
 
 # ------------------------------------------------------------------------------------------------ checks and notes
 
 
 def known_motion_checks(draft: Draft) -> Iterator[Fault]:
-    """What a history does not go with: other motions of the building, own grounds, and motions that are not its own."""
+    """The faults of keys that exclude a history: initial states, own grounds, links, reversed or scaled motions."""
     buildings = draft.tables("building")
-    known = [keys for keys in buildings if KEY in keys]
-    if not known:
+    known_buildings = [keys for keys in buildings if KEY in keys]
+    if not known_buildings:
         return
-    name = known[0].raw.get("name", "a building")
-    for keys in known:
+    name = known_buildings[0].raw.get("name", "a building")
+    for keys in known_buildings:
         for key in INITIAL:
             if key in keys:
                 yield keys.fault(key, f"the building begins as its {KEY} does; remove it")
@@ -259,10 +259,10 @@ def known_motion_notes(study: SceneValues, motions: Sequence[Motion]) -> Iterato
     for place, building in enumerate(study.buildings):
         if building.displacement_history:
             files = ", ".join(f"{motion.name} {motion.record[KEY][building.name]['file']}" for motion in motions)
-            missed = max(_between_samples(histories_beside(study, motion)[place]) for motion in motions)
+            error = max(_error_between_samples(histories_beside(study, motion)[place]) for motion in motions)
             yield (
                 f"{building.name}: its motion without contact is that of files ({files}), straight between their "
-                f"samples, where its peaks may be some {say(missed, DISPLACEMENT, 2)} larger (second differences / 8), "
+                f"samples, where its peaks may be some {say(error, DISPLACEMENT, 2)} larger (second differences / 8), "
                 "and never scaled: it must be its response to these records as the scene scales them. Masses, "
                 "stiffnesses, damping and effects take no part in it"
             )
@@ -274,9 +274,9 @@ def known_motion_notes(study: SceneValues, motions: Sequence[Motion]) -> Iterato
         )
 
 
-def _between_samples(history: History) -> float:
+def _error_between_samples(history: History) -> float:
     """How far a smooth motion through the samples may exceed the straight lines between them: h² |ü| / 8 [m]."""
     steps = np.diff(history.times)[:, None]
-    bends = 2.0 * np.diff(np.diff(history.floors, axis=0) / steps, axis=0) / (steps[1:] + steps[:-1])
-    longer = np.maximum(steps[1:], steps[:-1])
-    return float(np.abs(bends * longer**2).max(initial=0.0)) / 8.0
+    curvatures = 2.0 * np.diff(np.diff(history.floors, axis=0) / steps, axis=0) / (steps[1:] + steps[:-1])
+    longer_steps = np.maximum(steps[1:], steps[:-1])
+    return float(np.abs(curvatures * longer_steps**2).max(initial=0.0)) / 8.0

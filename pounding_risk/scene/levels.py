@@ -41,8 +41,8 @@ def read_levels(value: Any, number: Number) -> tuple[Level, ...]:
         raise Unreadable(f"{shown(value)} is not a table; write intensity = {EXAMPLE}")
     name = value.get("measure")
     if not isinstance(name, str) or name not in MEASURES:
-        what = "missing" if name is None else f"{shown(name)} is no measure{nearest(str(name), MEASURES)}"
-        raise Several([(("measure",), f"{what}; it may be {', '.join(MEASURES)}")])
+        flaw = "missing" if name is None else f"{shown(name)} is no measure{nearest(str(name), MEASURES)}"
+        raise Several([(("measure",), f"{flaw}; it may be {', '.join(MEASURES)}")])
     quantity, _ = MEASURES[name]
 
     def building(text: Any) -> str:  # its name, which may be written as an address, "building.frame"
@@ -54,7 +54,7 @@ def read_levels(value: Any, number: Number) -> tuple[Level, ...]:
         "measure": lambda text: str(text),
         "levels": lambda values: axis(quantity, "", "", "").read(values, number),
         "period": lambda text: _periods([text], number),
-        "periods": lambda texts: _ends(texts, number),
+        "periods": lambda texts: _period_range(texts, number),
         "damping": lambda text: number(text, DAMPING),
         "of": building,
     }
@@ -63,20 +63,20 @@ def read_levels(value: Any, number: Number) -> tuple[Level, ...]:
     examples = {"levels": f'["{EXAMPLES[quantity.unit]}"]', "period": '"0.5 s"', "periods": '["0.2 s", "2 s"]'}
     needed = [key for key in kinds if key not in ("measure", "damping", "of")]
     takes = f"the measure {name} takes {', '.join(kinds)}"
-    read = options(value, kinds, needed, lambda key: f"missing; write {key} = {examples[key]}", takes)
-    periods, is_relative = read.get("period") or read.get("periods") or ((), False)
-    if is_relative and "of" not in read:
+    settings = options(value, kinds, needed, lambda key: f"missing; write {key} = {examples[key]}", takes)
+    periods, is_relative = settings.get("period") or settings.get("periods") or ((), False)
+    if is_relative and "of" not in settings:
         raise Several([(("of",), 'missing; write of = "NAME", the building whose first period T is')])
-    if "of" in read and not is_relative:
+    if "of" in settings and not is_relative:
         example = '"1 T"' if name == "sa" else '["0.2 T", "1.5 T"]'
         raise Several([(("of",), f"no period is relative to a building's; write {PERIODS[name]} = {example}")])
-    about = {"shares": periods, "building": read["of"]} if is_relative else {"periods": periods}
-    measure = Measure(name, **about, **({"damping": read["damping"]} if "damping" in read else {}))
-    return tuple(Level(measure, level) for level in read["levels"])
+    setting = {"shares": periods, "building": settings["of"]} if is_relative else {"periods": periods}
+    measure = Measure(name, **setting, **({"damping": settings["damping"]} if "damping" in settings else {}))
+    return tuple(Level(measure, level) for level in settings["levels"])
 
 
 def _periods(texts: Sequence[Any], number: Number) -> tuple[tuple[float, ...], bool]:
-    """Periods [s], or those over the first period of a building, such as "0.2 T", and whether they are that."""
+    """Periods [s], or their ratios to the first period of a building, such as "0.2 T", and which of the two."""
     matches = [re.fullmatch(r"\s*(\S+?)\s*T\s*", text) if isinstance(text, str) else None for text in texts]
     if not any(matches):
         return tuple(number(text, PERIOD) for text in texts), False
@@ -86,13 +86,13 @@ def _periods(texts: Sequence[Any], number: Number) -> tuple[tuple[float, ...], b
 
 
 def relative_faults(levels: Sequence[Level], buildings: Sequence[Any]) -> Iterator[str]:
-    """Why the relative periods of levels are those of no building of a scene."""
-    of = levels[0].measure.building if levels else ""
+    """Why the relative periods of levels belong to no building of a scene."""
+    name = levels[0].measure.building if levels else ""
     names = [building.name for building in buildings]
-    if of and of not in names:
-        yield f"{shown(of)} is no building of the scene{nearest(of, names)}; it has {', '.join(names)}"
-    elif of and buildings[names.index(of)].is_rigid:
-        yield f"{of} is rigid and has no period; name a building that vibrates, or write the periods in s"
+    if name and name not in names:
+        yield f"{shown(name)} is no building of the scene{nearest(name, names)}; it has {', '.join(names)}"
+    elif name and buildings[names.index(name)].is_rigid:
+        yield f"{name} is rigid and has no period; name a building that vibrates, or write the periods in s"
 
 
 def at_periods(levels: Sequence[Level], buildings: Sequence[Any]) -> tuple[Level, ...]:
@@ -101,7 +101,7 @@ def at_periods(levels: Sequence[Level], buildings: Sequence[Any]) -> tuple[Level
     return tuple(one if period is None else Level(one.measure.at_period(period), one.value) for one in levels)
 
 
-def _ends(texts: Any, number: Number) -> tuple[tuple[float, ...], bool]:
+def _period_range(texts: Any, number: Number) -> tuple[tuple[float, ...], bool]:
     """Shortest and longest period of a range [s], and whether they are relative to a building's instead."""
     if not isinstance(texts, list) or len(texts) != 2:
         raise Unreadable(f'{shown(texts)} is not two periods; write periods = ["0.2 s", "2 s"]')

@@ -105,14 +105,14 @@ def _modes_of(path: Path) -> ModeTable:
     table = read_table(path, f"write a head such as '{MODES_HEAD}'", error=PoundingError, most=MOST_BYTES)
     columns: dict[str, list[float]] = {}
     for index, head in enumerate(table.head):
-        stated, unit = split_unit(head)
-        name = " ".join(stated.lower().replace("_", " ").split())
+        head_name, unit = split_unit(head)
+        name = " ".join(head_name.lower().replace("_", " ").split())
         floor = re.fullmatch(r"floor ([0-9]{1,3})", name)
         quantity = ORDINATE if floor else MODE_COLUMNS.get(name)
         if quantity is None or name in columns:
-            words = "stands twice" if quantity else "is no column of modes"
+            flaw = "stands twice" if quantity else "is no column of modes"
             raise table.head_row.fault(
-                f"{shown(head)} {words}; columns are period or frequency, damping, effective mass, floor 1, floor 2 "
+                f"{shown(head)} {flaw}; columns are period or frequency, damping, effective mass, floor 1, floor 2 "
                 "and so on"
             )
         columns[name] = [_cell(row, row.cells[index], unit, quantity, head) for row in table.rows]
@@ -180,15 +180,15 @@ def matrix_key(name: str, quantity: Quantity, words: str, unit: str, absent: str
             raise Unreadable(f"{shown(value)} is no matrix with its unit; write {in_file}, or {inline}")
         kinds = {"values": _rows, "unit": lambda cell: _scale(cell, quantity)}
         kinds |= {"file": lambda cell: file_name(cell, '"K.csv"')}
-        first = "values" if "values" in value else "file"
-        stated = options(
-            value, kinds, (first, "unit"), lambda key: f"missing; write {in_file}", "it takes file or values, and unit"
+        source = "values" if "values" in value else "file"
+        table = options(
+            value, kinds, (source, "unit"), lambda key: f"missing; write {in_file}", "it takes file or values, and unit"
         )
-        if "file" in stated and "values" in stated:
+        if "file" in table and "values" in table:
             raise Unreadable("file and values are both given; remove one of the two")
-        if "file" in stated:
-            return MatrixFile(stated["file"], stated["unit"])
-        return tuple(tuple(stated["unit"] * cell for cell in row) for row in stated["values"])
+        if "file" in table:
+            return MatrixFile(table["file"], table["unit"])
+        return tuple(tuple(table["unit"] * cell for cell in row) for row in table["values"])
 
     def write(value: Matrix | MatrixFile) -> Any:
         if isinstance(value, MatrixFile):
@@ -226,22 +226,22 @@ def _read_modes(value: Any, number: Number) -> ModeTable | ModesFile:
         raise Unreadable(f'{shown(value)} has no modes; write a file, "modes.csv", or {MODES_INLINE}')
 
     def several(quantity: Quantity) -> Any:
-        return lambda listed: tuple(
-            each(list_of(listed, f"a list such as [{shown(quantity.example)}]"), lambda cell: number(cell, quantity))
+        return lambda cells: tuple(
+            each(list_of(cells, f"a list such as [{shown(quantity.example)}]"), lambda cell: number(cell, quantity))
         )
 
     kinds = {
         "period": several(PERIOD),
-        "shape": lambda listed: tuple(_rows(listed)),
+        "shape": lambda cells: tuple(_rows(cells)),
         "damping": several(DAMPING),
         "effective_mass": several(FLOOR_MASS),
     }
     takes = "modes take period, shape, damping and effective_mass, each a list with one for each mode"
     modes = options(value, kinds, ("period", "shape"), lambda key: f"missing; write {MODES_INLINE}", takes)
     table = ModeTable(modes["period"], modes["shape"], modes.get("damping", ()), modes.get("effective_mass", ()))
-    wrong = [key for key, column in modes.items() if len(column) != len(table.periods)]
-    if wrong:
-        raise Unreadable(f"{len(modes[wrong[0]])} of {wrong[0]} for {len(table.periods)} periods; {takes}")
+    flaws = [key for key, column in modes.items() if len(column) != len(table.periods)]
+    if flaws:
+        raise Unreadable(f"{len(modes[flaws[0]])} of {flaws[0]} for {len(table.periods)} periods; {takes}")
     return table
 
 

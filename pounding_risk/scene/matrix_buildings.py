@@ -52,12 +52,12 @@ class FlooredBuilding(WithFloors):
     def floors(self, count: int) -> dict[str, Any]:
         """The fields of a structure that have one value for each of ``count`` floors, its name and its support."""
         fields = self.fields()
-        stated = {key: fields[key] for key in ("name", "support", "displacement_history", "damping", "column_strength")}
-        return stated | {building_keys.IN_STRUCTURES[key]: self.by_floor(key, count) for key in building_keys.LISTS}
+        facts = {key: fields[key] for key in ("name", "support", "displacement_history", "damping", "column_strength")}
+        return facts | {building_keys.IN_STRUCTURES[key]: self.by_floor(key, count) for key in building_keys.LISTS}
 
-    def completed(self, bare: Storeys) -> Storeys:
+    def completed(self, bare_building: Storeys) -> Storeys:
         """The building at the period of the table, damped as its matrix says, on its isolators, as it begins."""
-        building = self.at_period(bare)
+        building = self.at_period(bare_building)
         if building.damping_matrix:
             building = replace(building, damping=building.first_damping())
         return super().completed(building)
@@ -143,7 +143,7 @@ class MatrixBuilding(FlooredBuilding):
 
     @classmethod
     def checks(cls, keys: Section) -> Iterator[Fault]:
-        """Lists that have not one value for each floor, no masses, and what says the damping twice."""
+        """Lists without one value for each floor, no masses, and a damping that is given twice."""
         yield from super().checks(keys)
         matrix, names = keys.get("stiffness_matrix"), building_keys.LISTS
         if "floor_masses" not in keys and "mass_matrix" not in keys:
@@ -156,7 +156,7 @@ class MatrixBuilding(FlooredBuilding):
                 "floor_masses beside a mass_matrix are the masses that the ground's acceleration acts on; remove "
                 "along_rows, or floor_masses, which along_rows then give",
             )
-        yield from _of_interior(keys)
+        yield from _interior_faults(keys)
         if matrix and ("floor_rows" not in keys or keys.get("floor_rows")):
             count = len(keys.get("floor_rows") or matrix[len(keys.get("interior_masses") or ()) :])
             yield from wrong_lengths(keys, names, count, f"{count} floors of stiffness_matrix")
@@ -169,7 +169,7 @@ class MatrixBuilding(FlooredBuilding):
         """Its floors, the matrices condensed to them and to interior modes."""
         try:
             model = self._model()
-            whole = len(model.floors) + len(self.interior_masses) == len(model.stiffness)
+            is_complete = len(model.floors) + len(self.interior_masses) == len(model.stiffness)
             if self.interior_masses:
                 driven = np.array([*self.by_floor("floor_masses", len(model.floors)), *self.interior_masses])
                 reduced = Condensed(*model[:3], driven, np.eye(len(driven)))
@@ -186,14 +186,14 @@ class MatrixBuilding(FlooredBuilding):
             masses = tuple(reduced.driven.tolist())
             fields |= {"masses": masses[: len(model.floors)], "interior_masses": masses[len(model.floors) :]}
         building = Storeys(**fields)
-        if model.masses.size and not whole:
+        if model.masses.size and not is_complete:
             condensation = condensation_of(model, reduced.motions, building.vibration())
             building = replace(building, condensation=condensation)
         return self.completed(building)
 
     def _model(self) -> Model:
-        """The matrices of all rows, and which of these are what."""
-        matrix, none = symmetric(self.stiffness_matrix, "stiffness_matrix"), np.zeros((0, 0))
+        """The matrices of all rows, and which rows are floors or lie along the row."""
+        matrix, empty_matrix = symmetric(self.stiffness_matrix, "stiffness_matrix"), np.zeros((0, 0))
         count = len(matrix) - len(self.interior_masses)
         if self.floor_rows and max(self.floor_rows) > len(matrix):
             raise PoundingError(f"floor_rows names row {max(self.floor_rows)} of {len(matrix)}")
@@ -204,8 +204,8 @@ class MatrixBuilding(FlooredBuilding):
         rows = self.floor_rows or tuple(range(1, 1 + count))
         return Model(
             matrix,
-            self._masses(len(matrix), rows) if self.mass_matrix else none,
-            symmetric(self.damping_matrix, "damping_matrix") if self.damping_matrix else none,
+            self._masses(len(matrix), rows) if self.mass_matrix else empty_matrix,
+            symmetric(self.damping_matrix, "damping_matrix") if self.damping_matrix else empty_matrix,
             rows,
             self.along_rows,
             self.by_floor("floor_masses", len(rows)) if self.floor_masses else (),
@@ -219,17 +219,19 @@ class MatrixBuilding(FlooredBuilding):
                 f"mass_matrix has {counted(len(matrix), 'row')}, stiffness_matrix {size}; give the same rows "
                 "in both, in the same order"
             )
-        wrong = [row for row in self.along_rows if row > len(matrix)] or sorted(set(rows) - set(self.along_rows))
-        if self.along_rows and wrong:
+        bad_rows = [row for row in self.along_rows if row > len(matrix)] or sorted(set(rows) - set(self.along_rows))
+        if self.along_rows and bad_rows:
             words = (
-                f"names row {wrong[0]} of {len(matrix)}" if wrong[0] > len(matrix) else f"lacks the floor {wrong[0]}"
+                f"names row {bad_rows[0]} of {len(matrix)}"
+                if bad_rows[0] > len(matrix)
+                else f"lacks the floor {bad_rows[0]}"
             )
             raise PoundingError(f"along_rows {words}; write all rows that are displacements along the row")
         return matrix
 
 
-def _of_interior(keys: Section) -> Iterator[Fault]:
-    """What the keys of interior modes need beside them."""
+def _interior_faults(keys: Section) -> Iterator[Fault]:
+    """The faults of keys of interior modes without the keys that they need, or with those that they exclude."""
     for key in ("interior_modes", "interior_masses"):
         if keys.get(key) and "mass_matrix" not in keys:
             sentence = f"modes of rows that are no floors need their masses; write mass_matrix, or remove {key}"

@@ -42,19 +42,19 @@ def gathered(study: Scene) -> MotionEnsemble:
     if sentences := [f"records.{key}: {sentence}" for key, sentence in faults]:
         raise SceneError(study.source, sentences)
     ensemble = read_ensemble(request_of(study), study.folder, scaled=grid.amplitudes == (None,) or is_factor)
-    motions = _followed(study, _with_own(study, ensemble.motions))
+    motions = _with_aftershocks(study, _with_own_records(study, ensemble.motions))
     motions = with_histories(study, for_buildings(motions, study))
     ensemble = ensemble._replace(motions=motions)
     if not ensemble.motions:
         files = ", ".join(study.records.files)
-        left = f"; excluded: {', '.join(ensemble.left_out)}" if ensemble.left_out else ""
-        raise SceneError(study.source, [f"records.files: {files} matches no record{left}; check the folder"])
+        left_out_text = f"; excluded: {', '.join(ensemble.left_out)}" if ensemble.left_out else ""
+        raise SceneError(study.source, [f"records.files: {files} matches no record{left_out_text}; check the folder"])
     check_arrivals(study, motions)
     return ensemble._replace(motions=tuple(motion.reaching(study.lag) for motion in motions))
 
 
 def request_of(study: Scene) -> RecordRequest:
-    """What the scene asks of its records, with both components where a building moves across the row too."""
+    """The scene's request of records, with both components where a building moves across the row too."""
     storeyed = [building for building in study.buildings if isinstance(building, Storeys)]
     return study.records._replace(both=any(plan.moves_across for building in storeyed for plan in building.plans))
 
@@ -62,27 +62,29 @@ def request_of(study: Scene) -> RecordRequest:
 def check_arrivals(study: Scene, motions: Iterable[Motion]) -> None:
     """Raise SceneError where a record ends before it has reached all buildings."""
     lag = study.lag
-    for motion in (one.reaching(0.0) for one in motions):
+    for motion in (each_motion.reaching(0.0) for each_motion in motions):
         if lag >= motion.duration:
             is_wave = "wave_passage" in dict(study.effects)
-            key, what = ("effects.wave_passage", "the wave") if is_wave else ("building.ground_delay", "the motion")
-            sentence = f"{what} needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
+            key, subject = ("effects.wave_passage", "the wave") if is_wave else ("building.ground_delay", "the motion")
+            sentence = f"{subject} needs {lag:g} s between the buildings, and {motion.name} lasts {motion.duration:g} s"
             repair = "check velocity and distance" if is_wave else "write a shorter delay, or a tail in [records]"
             raise SceneError(study.source, [f"{key}: {sentence}; {repair}"])
 
 
-def _with_own(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
+def _with_own_records(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
     """The motions with the records of buildings that have their own."""
-    own: list[Sequence[Motion | None]] = []
+    columns: list[Sequence[Motion | None]] = []
     for building in study.buildings:
         names, key = building.support.records, f"building {building.name}, ground_record"
-        own.append(_one_for_each(study, motions, names, study.records, key, " of the scene") or [None] * len(motions))
+        columns.append(
+            _one_for_each(study, motions, names, study.records, key, " of the scene") or [None] * len(motions)
+        )
     if not any(building.support.records for building in study.buildings):
         return motions
-    return tuple(set_beside(motion, beside) for motion, beside in zip(motions, zip(*own, strict=True), strict=True))
+    return tuple(set_beside(motion, row) for motion, row in zip(motions, zip(*columns, strict=True), strict=True))
 
 
-def _followed(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
+def _with_aftershocks(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
     """The motions, each with the aftershock of the scene's records behind it."""
     request, names = request_of(study), study.records.aftershock
     if not names:
@@ -90,19 +92,19 @@ def _followed(study: Scene, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
     if any(building.support.records for building in study.buildings):
         words = "records.aftershock: buildings with a ground_record have none; remove one of the two keys"
         raise SceneError(study.source, [words])
-    after = _one_for_each(study, motions, names, request._replace(window=None, tail=0.0), "records.aftershock")
-    numbers = request.pause, request.aftershock_ratio, request.tail
-    return tuple(followed_by(motion, other, *numbers) for motion, other in zip(motions, after, strict=True))
+    shocks = _one_for_each(study, motions, names, request._replace(window=None, tail=0.0), "records.aftershock")
+    settings = request.pause, request.aftershock_ratio, request.tail
+    return tuple(followed_by(motion, shock, *settings) for motion, shock in zip(motions, shocks, strict=True))
 
 
 def _one_for_each(
-    study: Scene, motions: Sequence[Motion], names: Sequence[str], request: RecordRequest, key: str, of: str = ""
+    study: Scene, motions: Sequence[Motion], names: Sequence[str], request: RecordRequest, key: str, of_text: str = ""
 ) -> list[Motion]:
-    """The motions of names beside those of the scene: of one name for all, or of one for each; none without names."""
+    """A motion of ``names`` for each of the scene's: one name for all, or one for each; none without names."""
     if len(names) not in (0, 1, len(motions)):
-        listed = ", ".join(motion.name for motion in motions)
-        count = f"{counted(len(names), 'name')} for {counted(len(motions), 'record')}{of}"
-        words = f"{key}: {count}; write one for all, or one for each of {shown(listed)}, in this order"
+        names_text = ", ".join(motion.name for motion in motions)
+        count = f"{counted(len(names), 'name')} for {counted(len(motions), 'record')}{of_text}"
+        words = f"{key}: {count}; write one for all, or one for each of {shown(names_text)}, in this order"
         if request.direction is not None:
             words += '; both components are one name, such as "RSN753-000+RSN753-090" or a pattern of files'
         raise SceneError(study.source, [words])
@@ -119,7 +121,7 @@ def as_before(motions: Iterable[Motion], study: Scene) -> tuple[Motion, ...]:
     """The motions without the flags that `for_buildings` has added for a scene."""
     periods = periods_of(study)
     return tuple(
-        _flagged(motion, motion.flags[: len(motion.flags) - len(_doubts(motion, periods))]) for motion in motions
+        _flagged(motion, motion.flags[: len(motion.flags) - len(_doubt_flags(motion, periods))]) for motion in motions
     )
 
 
@@ -137,21 +139,21 @@ def periods_of(study: Scene) -> list[float]:
 
 def for_periods(motion: Motion, periods: Sequence[float]) -> Motion:
     """The motion, flagged where it is too coarse or was filtered too narrowly for buildings of these periods [s]."""
-    return _flagged(motion, (*motion.flags, *_doubts(motion, periods)))
+    return _flagged(motion, (*motion.flags, *_doubt_flags(motion, periods)))
 
 
-def _doubts(motion: Motion, periods: Sequence[float]) -> tuple[str, ...]:
+def _doubt_flags(motion: Motion, periods: Sequence[float]) -> tuple[str, ...]:
     """Flags of a motion that follow from the periods of the buildings [s]."""
     if not len(periods) or motion.record.get(STILL):
         return ()
-    # Straight lines that are close to a known motion excite a stiff building no more than they are from it.
-    known = "interpolation_error" in motion.record
+    # Straight lines close to a known motion excite a stiff building no more than their distance from it.
+    is_interpolated = "interpolation_error" in motion.record
     findings = quality(
         motion.acceleration,
         motion.dt,
         shortest_period=min(periods),
         longest_period=max(periods),
         usable=lowest_usable(motion.record),
-        checks=OF_BUILDINGS[known:],
+        checks=OF_BUILDINGS[is_interpolated:],
     )
     return tuple(failed(findings))

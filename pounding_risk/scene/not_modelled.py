@@ -1,6 +1,6 @@
 """Words that scenes do not take: other names of a key, and subjects that are not modelled, with what to write instead.
 
-`docs/limits.md` says of each subject how good the substitute is. A key that is none of a table is looked up here before
+`docs/limits.md` says of each subject how good the substitute is. An unknown key of a table is looked up here before
 the nearest known key is named.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Container
 
 PAGE = "docs/limits.md"
-# By what people write for each subject; none of it is a key of a scene.
+# By the words that people write for each subject; none of them is a key of a scene.
 SENTENCES = {
     "period_1 periods t1 fundamental_period mode_shapes frequency frequencies": (
         "T1 is period, beside floor_masses and storey_heights, and storey_stiffnesses too where their ratios are "
@@ -63,7 +63,7 @@ SENTENCES = {
         'as hysteresis = {rule = "peak_oriented", unloading = 0.4, energy_capacity = 60}'
     ),
 }
-# Names of the field for values: of a rule of hysteresis, and of a contact model, by the subject that a key names.
+# Names from the literature for a rule of hysteresis, and below for a contact model, with what to write instead.
 RULES_ELSEWHERE = {
     "takeda modified_takeda clough modified_clough clough_johnston stiffness_degrading qhyst q_hyst": (
         'reloading towards the largest drift before, as Clough and Takeda have it, is rule = "peak_oriented", with '

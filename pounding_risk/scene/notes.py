@@ -1,7 +1,7 @@
 """Notes to the reader of a scene: keys that it gives without effect, and floors that nearly meet otherwise.
 
 `UNUSED` is the table of keys without effect, by section: neither `scan` nor `simulate` reads them in this scene, since
-another key overrules them or what they act on is not there. A key with the value that holds without it is not listed.
+another key overrules them or what they act on is not there. A key with its default value is not listed.
 
 Floor to floor, a contact yields at the floors' F_E; floor to column, at the column's. Where a few centimetres of level
 decide between the two, a reader of the results has to know: `level_notes`.
@@ -35,7 +35,7 @@ from pounding_risk.scene.toml import KeyPath, key_name
 from pounding_risk.scene.variants import Variants
 from pounding_risk.units import STOREY_HEIGHT, YIELD_FORCE, parse, say
 
-Given = Mapping[KeyPath, Any]  # the keys of a scene and their values as written; tables of an array by index from 0
+GivenKeys = Mapping[KeyPath, Any]  # the keys of a scene and their values as written; tables of an array by index from 0
 Laws = Mapping[str, Any]  # the contact models that a scene runs: those of the grid, and of the interfaces
 NEAR, NEAR_SHARE = 0.05, 0.2  # m, and share of the limit: nearer than the larger of both is near
 MOST_NAMED = 3  # pairs of floors of an interface that are named
@@ -55,7 +55,7 @@ class Unused(NamedTuple):
 def unused_keys(study: Scene) -> tuple[str, ...]:
     """A sentence for each key that the scene gives without effect: "interface.restitution: no effect: ...".
 
-    What is said alike of several tables is one sentence, with the key of each.
+    A sentence that holds for several tables is given once, with the key of each.
     """
     keys: dict[tuple[str, str], list[str]] = {}  # by the key without its table, and the sentence
     for path, name, words in _unused(study):
@@ -66,44 +66,48 @@ def unused_keys(study: Scene) -> tuple[str, ...]:
 def _unused(study: Scene) -> list[tuple[KeyPath, str, str]]:
     """Path, name and words of each key without effect.
 
-    Of a scene with axes of its numbers those that have none at both ends of all axes; an axis without effect is one.
+    In a scene with axes of its numbers a key counts if it has no effect at both ends of all axes; so does an axis.
     """
     if study.axes:
         variants = Variants(study)
         first, last = (_unused(variants.scene(number)) for number in (0, variants.count - 1))
         return [unused for unused in first if unused in last]
-    stated, laws = given_keys(study), {name: known_law(name) for name in study.model_names}
+    given, laws = given_keys(study), {name: known_law(name) for name in study.model_names}
     tables = {
         "building": [{"name": building.name} for building in study.buildings],
-        "interface": [{} for _ in range(_interface_tables(stated))],
+        "interface": [{} for _ in range(_interface_table_count(given))],
     }
-    listed = (unused for of_section in UNUSED for unused in of_section(study, stated, laws) if unused.path in stated)
-    return [(path, key_name(path, tables), f"no effect{on}: {reason}") for path, reason, on in listed]
+    items = (unused for of_section in UNUSED for unused in of_section(study, given, laws) if unused.path in given)
+    return [(path, key_name(path, tables), f"no effect{on}: {reason}") for path, reason, on in items]
 
 
 def given_keys(study: Scene) -> dict[KeyPath, Any]:
     """The keys that the scene's text and its overrides give; those of the resolved scene where it has no text."""
     from pounding_risk.scene.reader import written_tables
 
-    stated: dict[KeyPath, Any] = {}
+    given: dict[KeyPath, Any] = {}
     for section, value in written_tables(study).items():
         for index, table in enumerate(value) if isinstance(value, list) else [(None, value)]:
             path = (section,) if index is None else (section, index)
-            stated |= {(*path, key): item for key, item in table.items()}
+            given |= {(*path, key): item for key, item in table.items()}
             for key, item in table.items():
-                inner = [((), item)] if not isinstance(item, list) else [((at,), one) for at, one in enumerate(item)]
-                for at, options in inner:
+                parts = (
+                    [((), item)]
+                    if not isinstance(item, list)
+                    else [((below,), part) for below, part in enumerate(item)]
+                )
+                for below, options in parts:
                     if isinstance(options, Mapping):
-                        stated |= {(*path, key, *at, option): setting for option, setting in options.items()}
-    return stated
+                        given |= {(*path, key, *below, option): setting for option, setting in options.items()}
+    return given
 
 
-def _interface_tables(stated: Given) -> int:
+def _interface_table_count(given: GivenKeys) -> int:
     """How many [[interface]] tables the scene has: one for all neighbours, or one between each two."""
-    return 1 + max((path[1] for path in stated if path[0] == "interface" and isinstance(path[1], int)), default=0)
+    return 1 + max((path[1] for path in given if path[0] == "interface" and isinstance(path[1], int)), default=0)
 
 
-def _of_buildings(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
+def _unused_in_buildings(study: Scene, given: GivenKeys, laws: Laws) -> Iterator[Unused]:
     no_levels = "no building here has a height, so that there are no levels to compare"
     for index, building in enumerate(study.buildings):
         base = ("building", index)
@@ -136,48 +140,53 @@ def _of_buildings(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
                 if not any(study.struck_building(point) == index for point in study.points):
                     yield Unused(path, "no floor meets a column of it")
                 elif not any(law.capped for law in laws.values()):
-                    yield _uncapped(path, laws)
-        beside = study.interfaces[max(index - 1, 0) : index + 1]
-        if not _has_levels(beside):
+                    yield _unused_without_cap(path, laws)
+        sides = study.interfaces[max(index - 1, 0) : index + 1]
+        if not _has_levels(sides):
             yield Unused((*base, "floor_depth"), no_levels)
-        elif all(interface.tolerance is not None for interface in beside):
+        elif all(interface.tolerance is not None for interface in sides):
             yield Unused((*base, "floor_depth"), "interface.tolerance stands in its place")
 
 
-def _of_interfaces(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
-    count, capped = _interface_tables(stated), any(law.capped for law in laws.values())
+def _unused_in_interfaces(study: Scene, given: GivenKeys, laws: Laws) -> Iterator[Unused]:
+    count, has_cap = _interface_table_count(given), any(law.capped for law in laws.values())
     forces = [study.yield_force, *study.grid.yield_forces, *study.point_yield_forces()]
     for index in range(count):
-        base, here = ("interface", index), study.interfaces if count == 1 else study.interfaces[index : index + 1]
+        base, members = ("interface", index), study.interfaces if count == 1 else study.interfaces[index : index + 1]
         if not any(law.needs_restitution for law in laws.values()):
-            yield Unused((*base, "restitution"), f"{_verb(laws, 'takes', 'take')} no restitution")
-        written = stated.get((*base, "yield_force"))
-        if written is not None and parse(written, YIELD_FORCE) < inf:
-            path, gridded = (*base, "yield_force"), study.grid.yield_forces
+            yield Unused((*base, "restitution"), f"{_laws_and_verb(laws, 'takes', 'take')} no restitution")
+        text = given.get((*base, "yield_force"))
+        if text is not None and parse(text, YIELD_FORCE) < inf:
+            path, values = (*base, "yield_force"), study.grid.yield_forces
             if all(map(is_instant, laws.values())):
                 yield Unused(path, f"velocities jump under {', '.join(laws)}, and no force acts")
-            elif study.is_row and ("grid", "yield_force") in stated and len(gridded) == 1:
-                if gridded[0] != parse(written, YIELD_FORCE):
-                    common = say(gridded[0], YIELD_FORCE)
-                    yield Unused(path, f"grid.yield_force has the one value {common}, which holds at every interface")
-            elif not _has_points(here, FLOOR):
+            elif study.is_row and ("grid", "yield_force") in given and len(values) == 1:
+                if values[0] != parse(text, YIELD_FORCE):
+                    value = say(values[0], YIELD_FORCE)
+                    yield Unused(path, f"grid.yield_force has the one value {value}, which holds at every interface")
+            elif not _has_points(members, FLOOR):
                 yield Unused(path, "floors meet columns only here, and these yield at their own strength")
-            elif not capped:
-                yield _uncapped(path, laws)
-        if all(force == inf for force in forces) and any(interface.plastic_exponent > 0.0 for interface in here):
+            elif not has_cap:
+                yield _unused_without_cap(path, laws)
+        if all(force == inf for force in forces) and any(interface.plastic_exponent > 0.0 for interface in members):
             yield Unused((*base, "plastic_exponent"), "every yield force is inf, so that nothing yields")
         if TABULATED not in laws:
-            yield Unused((*base, "table"), f"{_verb(laws, 'reads', 'read')} no table")
-        if any(interface.column_yield_force < inf for interface in here):
-            if not _has_points(here, COLUMN):
+            yield Unused((*base, "table"), f"{_laws_and_verb(laws, 'reads', 'read')} no table")
+        if any(interface.column_yield_force < inf for interface in members):
+            if not _has_points(members, COLUMN):
                 yield Unused((*base, "column_yield_force"), "no floor meets a column here")
-            elif all(study.own_column_force(at) < inf for one in here for at in one.points if at.kind == COLUMN):
+            elif all(
+                study.own_column_force(point) < inf
+                for member in members
+                for point in member.points
+                if point.kind == COLUMN
+            ):
                 reason = "column_strength of the building that is struck stands in its place"
                 yield Unused((*base, "column_yield_force"), reason)
-            elif not capped:
-                yield _uncapped((*base, "column_yield_force"), laws)
-        yield from _of_links(base, here)
-        if not _has_levels(here) and any(interface.tolerance is not None for interface in here):
+            elif not has_cap:
+                yield _unused_without_cap((*base, "column_yield_force"), laws)
+        yield from _unused_in_links(base, members)
+        if not _has_levels(members) and any(interface.tolerance is not None for interface in members):
             reason = "no building here has a height, so that there are no levels to compare"
             yield Unused((*base, "tolerance"), reason)
     if not any(map(study.needs_equal_terms, laws)):
@@ -185,9 +194,11 @@ def _of_interfaces(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
         yield Unused(("interface", 0, "equal_terms"), reason)
 
 
-def _of_links(base: KeyPath, here: Sequence[ResolvedInterface]) -> Iterator[Unused]:
-    """Keys of links whose spring, or damper, is none."""
-    has_spring, has_damper = (any(getattr(one, key) for one in here) for key in ("link_stiffness", "link_damping"))
+def _unused_in_links(base: KeyPath, members: Sequence[ResolvedInterface]) -> Iterator[Unused]:
+    """Keys of springs or dampers of links that have none."""
+    has_spring, has_damper = (
+        any(getattr(member, key) for member in members) for key in ("link_stiffness", "link_damping")
+    )
     if not has_spring:
         for key in OF_SPRING:
             yield Unused((*base, key), "link_stiffness is 0 N/m, so that the link has no spring and no such force")
@@ -196,27 +207,27 @@ def _of_links(base: KeyPath, here: Sequence[ResolvedInterface]) -> Iterator[Unus
             yield Unused((*base, key), "link_damping is 0 N s/m, so that the link has no damper")
 
 
-def _of_grid(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
+def _unused_in_grid(study: Scene, given: GivenKeys, laws: Laws) -> Iterator[Unused]:
     forces, path = study.grid.yield_forces, ("grid", "yield_force")
     if all(force == inf for force in forces):
         return
-    alike = f": the {len(forces)} cases of each gap are identical" if len(forces) > 1 else ""
+    identical_text = f": the {len(forces)} cases of each gap are identical" if len(forces) > 1 else ""
     columns = [point for point in study.points if point.kind == COLUMN]
     if all(map(is_instant, laws.values())):
-        yield Unused(path, f"velocities jump under {', '.join(laws)}, and no force acts{alike}")
+        yield Unused(path, f"velocities jump under {', '.join(laws)}, and no force acts{identical_text}")
     elif columns and len(columns) == len(study.points):
         reason = "floors meet columns only in this row, and these yield at their own strength"
-        yield Unused(path, f"{reason}{alike}")
+        yield Unused(path, f"{reason}{identical_text}")
     else:
         if not any(law.capped for law in laws.values()):
-            yield _uncapped(path, laws)
+            yield _unused_without_cap(path, laws)
         if columns:
             places = list(dict.fromkeys(study.interface_names[point.interface] for point in columns))
-            where = f" on the {len(columns)} of {len(study.points)} contact points where a floor meets a column"
-            yield Unused(path, f"these yield at their own strength, {', '.join(places)}", where)
+            points_text = f" on the {len(columns)} of {len(study.points)} contact points where a floor meets a column"
+            yield Unused(path, f"these yield at their own strength, {', '.join(places)}", points_text)
 
 
-def _of_effects(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
+def _unused_in_effects(study: Scene, given: GivenKeys, laws: Laws) -> Iterator[Unused]:
     forces = [study.yield_force, *study.grid.yield_forces, *study.point_yield_forces()]
     shears = [strength for building in study.buildings for strength in building.strengths]
     for effect in study.effects:
@@ -231,9 +242,9 @@ def _of_effects(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
             yield Unused(base, "over a distance of 0 m no building has the motion later")
 
 
-def _of_records(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
+def _unused_in_records(study: Scene, given: GivenKeys, laws: Laws) -> Iterator[Unused]:
     """Keys of files that records do not need, and amplitudes that another key overrules."""
-    request, has_pga = study.records, ("grid", "pga") in stated
+    request, has_pga = study.records, ("grid", "pga") in given
     if has_pga and study.grid.levels != (request.pga,):  # not that of a scene whose every value is stated
         yield Unused(("records", "pga"), "grid.pga sets the amplitude of every motion")
     if request.names or request.set:
@@ -242,21 +253,21 @@ def _of_records(study: Scene, stated: Given, laws: Laws) -> Iterator[Unused]:
     if request.generated:
         yield Unused(("records", "dt"), "a generated motion has its own; write step in its [[records.generated]]")
         yield Unused(("records", "unit"), "a generated motion is in m/s^2")
-    ruling = "grid.pga" if has_pga else "records.pga" if request.pga is not None else ""
+    ruling_key = "grid.pga" if has_pga else "records.pga" if request.pga is not None else ""
     if study.grid.measure not in (PEAK, Measure(FACTOR)):
-        ruling = "records.intensity"
-    ruling = ruling or ("records.sa" if request.sa is not None else "")
-    for index, recipe in enumerate(request.generated if ruling else ()):
+        ruling_key = "records.intensity"
+    ruling_key = ruling_key or ("records.sa" if request.sa is not None else "")
+    for index, recipe in enumerate(request.generated if ruling_key else ()):
         for key in motion_kinds()[recipe.kind].amplitude:
-            yield Unused(("records", "generated", index, key), f"{ruling} sets the amplitude of every motion")
+            yield Unused(("records", "generated", index, key), f"{ruling_key} sets the amplitude of every motion")
 
 
-UNUSED: tuple[Callable[[Scene, Given, Laws], Iterable[Unused]], ...] = (
-    _of_buildings,
-    _of_interfaces,
-    _of_effects,
-    _of_records,
-    _of_grid,
+UNUSED: tuple[Callable[[Scene, GivenKeys, Laws], Iterable[Unused]], ...] = (
+    _unused_in_buildings,
+    _unused_in_interfaces,
+    _unused_in_effects,
+    _unused_in_records,
+    _unused_in_grid,
 )
 
 
@@ -270,20 +281,20 @@ def _has_points(interfaces: Sequence[ResolvedInterface], kind: str) -> bool:
     return any(point.kind == kind for interface in interfaces for point in interface.points)
 
 
-def _uncapped(path: KeyPath, laws: Laws) -> Unused:
-    limits = _verb(laws, "limits", "limit")
+def _unused_without_cap(path: KeyPath, laws: Laws) -> Unused:
+    limits = _laws_and_verb(laws, "limits", "limit")
     return Unused(path, f"{limits} none; results count where one reaches the yield force", " on any force")
 
 
-def _verb(laws: Laws, one: str, several: str) -> str:
-    return f"{', '.join(laws)} {one if len(laws) == 1 else several}"
+def _laws_and_verb(laws: Laws, singular: str, plural: str) -> str:
+    return f"{', '.join(laws)} {singular if len(laws) == 1 else plural}"
 
 
 # ------------------------------------------------------------------------------------------------ close calls
 
 
 class CloseCall(NamedTuple):
-    """Two floors of which a small change of levels or depths makes another kind of contact."""
+    """Two floors whose kind of contact a small change of levels or depths would alter."""
 
     left_floor: int
     right_floor: int
@@ -298,9 +309,11 @@ def level_notes(study: Scene) -> dict[str, str]:
     for place, interface in enumerate(study.interfaces):
         sides = study.buildings[place], study.buildings[place + 1]
         calls = [] if interface.contact else close_calls(*sides, interface.levels)
-        sentences = [_sentence(sides, interface.levels, calls)] if calls else []
-        sentences += [_BEARINGS.format(study.buildings[at].name) for at in _struck_at_bearings(study, interface)]
-        sentences += _faces_apart(sides, interface)
+        sentences = [_close_call_sentence(sides, interface.levels, calls)] if calls else []
+        sentences += [
+            _BEARINGS.format(study.buildings[struck].name) for struck in _struck_at_bearings(study, interface)
+        ]
+        sentences += _parted_face_words(sides, interface)
         if sentences:
             notes[study.interface_names[place]] = " ".join(sentences)
     return notes
@@ -312,14 +325,14 @@ _BEARINGS = (
 )
 
 
-def _faces_apart(sides: tuple[Any, Any], interface: ResolvedInterface) -> Iterator[str]:
+def _parted_face_words(sides: tuple[Any, Any], interface: ResolvedInterface) -> Iterator[str]:
     """The floors at one level whose faces do not meet, by the plans of floors that rotate."""
     if interface.contact or not any(getattr(side, "plans", ()) for side in sides):
         return
-    met = {(point.left_floor, point.right_floor) for point in interface.points}
+    met_floors = {(point.left_floor, point.right_floor) for point in interface.points}
     meetings = [meeting[:2] for meeting in automatic_points(*sides, interface.levels.is_one)]
-    if apart := [str(int(left)) for left, right in meetings if (left, right) not in met]:
-        floors = f"floor{'s' * (len(apart) > 1)} {', '.join(apart)} of {sides[0].name}"
+    if parted_floors := [str(int(left)) for left, right in meetings if (left, right) not in met_floors]:
+        floors = f"floor{'s' * (len(parted_floors) > 1)} {', '.join(parted_floors)} of {sides[0].name}"
         yield f"By the faces of their plans {floors} and the floors of {sides[1].name} at that level do not meet."
 
 
@@ -343,34 +356,34 @@ def close_calls(left: Any, right: Any, rule: LevelRule) -> list[CloseCall]:
         return []
 
     def kinds(flipped: tuple[float, float] | None = None) -> list[str]:
-        """Of the contact points, where the rule is flipped for floors at these two levels."""
+        """The kinds of the contact points, the rule reversed for floors at the two levels ``flipped``."""
 
         def is_one(low: float, high: float) -> bool:
             return rule.is_one(low, high) != ((low, high) == flipped)
 
         return [kind for _, _, kind, _ in automatic_points(left, right, is_one)]
 
-    by_depth, usual, calls = rule._replace(tolerance=None), kinds(), []
+    by_depth, usual_kinds, close = rule._replace(tolerance=None), kinds(), []
     for i, low in enumerate(levels[0], 1):
         for j, high in enumerate(levels[1], 1):
             difference, limit, is_one = abs(low - high), rule.limit(low, high), rule.is_one(low, high)
             is_near = abs(difference - limit) < max(NEAR, NEAR_SHARE * limit) - ROUNDING
-            if (is_near or (by_depth.is_one(low, high) and not is_one)) and kinds((low, high)) != usual:
-                calls.append(CloseCall(i, j, difference, limit, is_one))
-    return calls
+            if (is_near or (by_depth.is_one(low, high) and not is_one)) and kinds((low, high)) != usual_kinds:
+                close.append(CloseCall(i, j, difference, limit, is_one))
+    return close
 
 
-def _sentence(sides: tuple[Any, Any], rule: LevelRule, calls: list[CloseCall]) -> str:
-    """What is taken to meet what at an interface, what would change it, and how a scene decides it."""
+def _close_call_sentence(sides: tuple[Any, Any], rule: LevelRule, calls: list[CloseCall]) -> str:
+    """Which floors and columns are taken to meet, what would change it, and how a scene decides it."""
     pairs = []
     for call in calls[:MOST_NAMED]:
         kind = "floor to floor" if call.is_one else "floor to column"
         floors = f"floors {call.left_floor} of {sides[0].name} and {call.right_floor} of {sides[1].name}"
         difference, limit = (say(length, STOREY_HEIGHT) for length in (call.difference, call.limit))
         pairs.append(f"{floors} are {difference} apart in level, limit {limit}: taken as {kind}")
-    more = f" and {len(calls) - MOST_NAMED} more" if len(calls) > MOST_NAMED else ""
+    more_text = f" and {len(calls) - MOST_NAMED} more" if len(calls) > MOST_NAMED else ""
     words = "; ".join(pairs)
-    sentences = [f"{words[0].upper()}{words[1:]}{more}."]
+    sentences = [f"{words[0].upper()}{words[1:]}{more_text}."]
     if any(call.is_one for call in calls):
         sentences.append("Slightly farther apart, floors strike columns, and the contact yields at their strength.")
     if any(not call.is_one for call in calls):

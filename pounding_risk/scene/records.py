@@ -45,7 +45,7 @@ from pounding_risk.scene.toml import Fault, KeyPath, as_list, table, tables
 from pounding_risk.units import DAMPING, DIRECTION, PERIOD, PGA, SCALE, STEP, TAIL, TIME, Quantity, exact, parse, shown
 
 STEPS_EXAMPLE = '[{step = "mean"}, {step = "bandpass", low = "0.1 Hz"}]'
-NAMED = 3  # records that begin alike
+MOST_HINTS = 3  # records with the same beginning that are named
 RENAMED = {"polarity": "polarities"}  # keys that are called otherwise in a request
 _STRINGS = {"type": "array", "items": {"type": "string"}}
 _STEPS = {"type": "array", "items": {"type": "object", "required": ["step"]}}
@@ -64,8 +64,8 @@ def _window(value: Any, number: Number) -> tuple[float, float]:
         raise Unreadable(f'{shown(value)} is not a start and an end; write window = ["0 s", "6 s"]')
     start, end = each(value, lambda moment: number(moment, TIME))
     if end <= start:
-        what = "is empty" if end == start else "ends before it starts"
-        raise Unreadable(f'the window {shown(value)} {what}; write start and end, such as window = ["0 s", "6 s"]')
+        flaw = "is empty" if end == start else "ends before it starts"
+        raise Unreadable(f'the window {shown(value)} {flaw}; write start and end, such as window = ["0 s", "6 s"]')
     return start, end
 
 
@@ -104,25 +104,25 @@ def _step(step: Any, number: Number) -> Step:
     """A step of a list; the faults of all its options at once."""
     if isinstance(step, Step):
         return step
-    known = isinstance(step, dict) and "step" in step
-    if fault := _fault({"step": step["step"]} if known else step, number):
+    has_name = isinstance(step, dict) and "step" in step
+    if fault := _step_fault({"step": step["step"]} if has_name else step, number):
         raise Unreadable(fault)
-    single = {key: {"step": step["step"], key: option} for key, option in step.items() if key != "step"}
-    faults = [((key,), fault) for key, alone in single.items() if (fault := _fault(alone, number, key))]
+    by_key = {key: {"step": step["step"], key: option} for key, option in step.items() if key != "step"}
+    faults = [((key,), fault) for key, part in by_key.items() if (fault := _step_fault(part, number, key))]
     if faults:
         raise Several(list(faults))
     return read_steps([step])[0]
 
 
-def _fault(step: Any, number: Number, key: str = "") -> str:
-    """What is wrong with a step's table, or with its option ``key``; "" where nothing is."""
+def _step_fault(step: Any, number: Number, key: str = "") -> str:
+    """The fault of a step's table, or of its option ``key``; "" where there is none."""
     try:
         kind = known_steps()[step["step"]].options.get(key) if key else None
         if isinstance(kind, Quantity):
             number(step[key], kind)  # a bare number is SI to a script, but has no unit in a scene
         read_steps([step])
     except RecordError as error:
-        return str(error).partition(": ")[2]  # without the number of the step, which the key has
+        return str(error).partition(": ")[2]  # without the number of the step, which stands in the path of the key
     except ValueError as error:
         return str(error)
     return ""
@@ -130,13 +130,13 @@ def _fault(step: Any, number: Number, key: str = "") -> str:
 
 def _record_name(value: Any, number: Number) -> str:
     """An id of the catalogue."""
-    known = catalogue_ids()
-    if not isinstance(value, str) or value not in known:
-        begin = str(value).lower()
-        alike = [id for id in known if begin and id.lower().startswith(begin)][:NAMED]
-        # Or else of nearly these letters, or the records of a station or earthquake of that name.
-        near = alike or (similar(value) if isinstance(value, str) else [])
-        hint = f" (did you mean {' or '.join(map(shown, near))}?)" if near else ""
+    known_ids = catalogue_ids()
+    if not isinstance(value, str) or value not in known_ids:
+        lower_text = str(value).lower()
+        alike_ids = [id for id in known_ids if lower_text and id.lower().startswith(lower_text)][:MOST_HINTS]
+        # Or else records with nearly these letters, or of a station or earthquake of that name.
+        nearby_ids = alike_ids or (similar(value) if isinstance(value, str) else [])
+        hint = f" (did you mean {' or '.join(map(shown, nearby_ids))}?)" if nearby_ids else ""
         raise Unreadable(
             f"{shown(value)} is not a record of the catalogue{hint}; "
             "`pounding-risk records` lists them, and a file of your own goes into files"
@@ -167,7 +167,7 @@ def _spectral(value: Any, number: Number, example: str, *, with_value: bool) -> 
     if not isinstance(value, dict):
         raise Unreadable(f"{shown(value)} is not a table; write {example}")
     quantities = {**({"value": PGA} if with_value else {}), "period": PERIOD, "damping": DAMPING}
-    kinds = {key: lambda stated, quantity=quantity: number(stated, quantity) for key, quantity in quantities.items()}
+    kinds = {key: lambda item, quantity=quantity: number(item, quantity) for key, quantity in quantities.items()}
     needed = [key for key in kinds if key != "damping"]
     return Spectral(
         **options(value, kinds, needed, lambda key: f"missing; write {example}", f"it takes {', '.join(kinds)}")
@@ -223,14 +223,18 @@ def _recipe(table: Any, number: Number) -> Recipe:
         raise Several([(("kind",), f"missing; it may be {', '.join(motion_kinds())}")])
     try:
         kind = known_kind(table["kind"])
-        own = {key: parameter for key, parameter in table.items() if key != "kind"}
-        above = [key for key in own if key not in kind.options and key in Records.model_fields]
-        if above:
+        values = {key: parameter for key, parameter in table.items() if key != "kind"}
+        strays = [key for key in values if key not in kind.options and key in Records.model_fields]
+        if strays:
             sentence = "a key of [records], not of a motion; write it above the first [[records.generated]]"
-            raise Several([((key,), sentence) for key in above])
+            raise Several([((key,), sentence) for key in strays])
         readers = {key: lambda word, option=option: option.read(word, number) for key, option in kind.options.items()}
         parameters = options(
-            own, readers, kind.required, lambda key: f"missing; write {key} = {kind.options[key].example}", takes(kind)
+            values,
+            readers,
+            kind.required,
+            lambda key: f"missing; write {key} = {kind.options[key].example}",
+            takes(kind),
         )
         return made(kind, parameters)
     except Unfit as error:
@@ -241,13 +245,13 @@ def _generated_schema() -> dict[str, Any]:
     """The JSON schema of a generated motion: a table for each kind."""
 
     def described(option: Any) -> dict[str, Any]:
-        more = {"description": option.words, "x-example": option.example, "x-absent": option.default_words}
+        notes = {"description": option.words, "x-example": option.example, "x-absent": option.default_words}
         if option.allowed is None:
-            return {"type": "string", **more}
+            return {"type": "string", **notes}
         if not isinstance(option.allowed, Quantity):
-            return {"enum": list(option.allowed), **more}
-        plain = {"type": "integer"} if option.whole else {"type": ["number", "string"]}
-        return {**(plain if option.allowed.unit == "1" else {"type": "string"}), **facts(option.allowed), **more}
+            return {"enum": list(option.allowed), **notes}
+        number = {"type": "integer"} if option.whole else {"type": ["number", "string"]}
+        return {**(number if option.allowed.unit == "1" else {"type": "string"}), **facts(option.allowed), **notes}
 
     tables = [
         {
@@ -394,14 +398,14 @@ class Records(Table):
 
     def request(self) -> RecordRequest:
         """The request of ground motions that `motions.ensemble.read_ensemble` takes, in SI."""
-        of_request = [key for key in self.key_names() if key != INTENSITY]  # whose levels are the grid's
-        return RecordRequest(**{RENAMED.get(key, key): getattr(self, key) for key in of_request})
+        request_keys = [key for key in self.key_names() if key != INTENSITY]  # whose levels are the grid's
+        return RecordRequest(**{RENAMED.get(key, key): getattr(self, key) for key in request_keys})
 
 
 def records_of(request: RecordRequest, amplitudes: tuple[Level | None, ...] = ()) -> Records:
-    """The table of a request, every value stated that is not absent; ``amplitudes`` are those of the grid."""
-    of_request = [key for key in Records.key_names() if key != INTENSITY]  # whose levels are the grid's
-    settings = {key: getattr(request, RENAMED.get(key, key)) for key in of_request}
+    """The table of a request, with every value that is not absent; ``amplitudes`` are those of the grid."""
+    request_keys = [key for key in Records.key_names() if key != INTENSITY]  # whose levels are the grid's
+    settings = {key: getattr(request, RENAMED.get(key, key)) for key in request_keys}
     settings["pause"] = settings["pause"] if request.aftershock else None
     settings[INTENSITY] = tuple(level for level in amplitudes if level is not None and level.measure.axis == LEVEL_AXIS)
     return Records.from_values({key: setting for key, setting in settings.items() if setting not in (None, "", ())})
@@ -426,10 +430,10 @@ def record_checks(draft: Draft) -> Iterator[Fault]:
 
 
 def missing_files(raw: Mapping[str, Any], folder: Path) -> Iterator[Fault]:
-    """Names and patterns of files that no file answers to, of buildings too, and a manifest that is not there."""
+    """Faults for names and patterns without a file, of buildings too, and for a manifest that is not there."""
     for key in ("manifest", "sites"):
-        named = table(raw, "records").get(key)
-        if isinstance(named, str) and named.strip() and not (folder / named).is_file():
+        file_name = table(raw, "records").get(key)
+        if isinstance(file_name, str) and file_name.strip() and not (folder / file_name).is_file():
             sentence = f"no such file in {folder.resolve()}; files are relative to the scene file's folder"
             yield Fault(("records", key), sentence)
     for path, pattern in named_files(raw):
@@ -439,9 +443,9 @@ def missing_files(raw: Mapping[str, Any], folder: Path) -> Iterator[Fault]:
         except RecordError as error:
             yield Fault(path, str(error))
             continue
-        beside = (folder / pattern).parent
-        others = [entry.name for entry in beside.iterdir()] if beside.is_dir() else []
-        hint = nearest(Path(pattern).name, others)
+        folder_beside = (folder / pattern).parent
+        other_files = [entry.name for entry in folder_beside.iterdir()] if folder_beside.is_dir() else []
+        hint = nearest(Path(pattern).name, other_files)
         yield Fault(
             path,
             f"no file answers to {shown(pattern)} in {folder.resolve()}{hint}; "
@@ -452,12 +456,12 @@ def missing_files(raw: Mapping[str, Any], folder: Path) -> Iterator[Fault]:
 def named_files(raw: Mapping[str, Any]) -> Iterator[tuple[KeyPath, str]]:
     """Every name or pattern of files in a scene's tables, with its path."""
     names: list[tuple[KeyPath, list[Any]]] = [(("records", "files"), as_list(table(raw, "records").get("files")))]
-    following = table(raw, "records").get("aftershock")
-    names.append((("records", "aftershock"), following if isinstance(following, list) else [following]))
+    shock = table(raw, "records").get("aftershock")
+    names.append((("records", "aftershock"), shock if isinstance(shock, list) else [shock]))
     for index, building in tables(raw, "building"):
         for key in ("ground_record", "displacement_history"):
-            written = building.get(key)
-            names.append((("building", index, key), written if isinstance(written, list) else [written]))
+            value = building.get(key)
+            names.append((("building", index, key), value if isinstance(value, list) else [value]))
     for path, patterns in names:
         for place, pattern in enumerate(patterns):
             if (

@@ -1,6 +1,6 @@
-"""A scene: buildings, what stands between neighbours, ground motions and the grid of cases, ready to be run.
+"""A scene: buildings, interfaces between neighbours, ground motions and the grid of cases, ready to be run.
 
-It is written as TOML or in Python. Both become the tables of a scene file, which are read by one way: `read_tables`
+It is written as TOML or in Python. Both become the tables of a scene file, which are read in one way: `read_tables`
 reads every key, the checks report what does not go together, `assembled` makes the fields of a `Scene`.
 """
 
@@ -54,24 +54,24 @@ NO_STRENGTHS = (
 
 
 def assembled(draft: Draft, usual_name: str) -> tuple[dict[str, Any], list[Fault]]:
-    """The fields of the scene of tables that have each no fault, and the faults that only the whole has."""
+    """The fields of the scene of tables without faults of their own, and the faults that only the whole scene has."""
     grid: Grid = Grid.from_values(draft.table("grid").values)
     records = draft.table("records")
-    named = draft.table("effects").values
-    effects = tuple(named[name] for name in EFFECTS if name in named)
-    row, uncertain = is_row(draft), uncertain_of(draft)
+    named_effects = draft.table("effects").values
+    effects = tuple(named_effects[name] for name in EFFECTS if name in named_effects)
+    as_row, uncertain = is_row(draft), uncertain_of(draft)
     buildings, faults = _buildings(draft, effects)
     levels = records.get("intensity") or ()
     faults += [Fault(("records", "intensity", "of"), sentence) for sentence in relative_faults(levels, buildings)]
     if faults:
         return {}, faults
-    interfaces, faults = resolved_interfaces(draft, buildings, grid, row)
-    first: Interface = Interface.from_values(draft.tables("interface")[0].values)
+    interfaces, faults = resolved_interfaces(draft, buildings, grid, as_row)
+    first_table: Interface = Interface.from_values(draft.tables("interface")[0].values)
     table: Records = Records.from_values(records.values)
     laws = dict.fromkeys(interface.contact_model for interface in interfaces)
-    gridded = grid.interface or None
-    if not gridded and not grid.gap and len({interface.gap for interface in interfaces}) > 1:
-        gridded = interface_name(buildings[0].name, buildings[1].name)  # several gaps, and no grid of them
+    gridded_name = grid.interface or None
+    if not gridded_name and not grid.gap and len({interface.gap for interface in interfaces}) > 1:
+        gridded_name = interface_name(buildings[0].name, buildings[1].name)  # several gaps, and no grid of them
     values = {
         "name": draft.table("scene").get("name") or usual_name,
         "buildings": buildings,
@@ -79,49 +79,49 @@ def assembled(draft: Draft, usual_name: str) -> tuple[dict[str, Any], list[Fault
         "records": table.request(),
         "grid": Axes(
             grid.gap or (interfaces[0].gap,),
-            grid.yield_force or (first.yield_force,),
+            grid.yield_force or (first_table.yield_force,),
             grid.contact_model or (tuple(laws) if len(laws) == 1 else (OF_EACH_INTERFACE,)),
             tuple(map(at_pga, grid.pga or ())) or at_periods(levels, buildings) or (at_pga(records.get("pga")),),
         ),
         "rtol": Solver.from_values(draft.table("solver").values).rtol,
         "effects": effects,
-        "is_row": row,
-        "gridded_interface": gridded,
+        "is_row": as_row,
+        "gridded_interface": gridded_name,
         "axes": (*(placed.axis for placed in draft.axes), *(() if uncertain is None else (uncertain.axis,))),
         "uncertain": uncertain,
         "damage": tuple(DamageState.from_values(keys.values) for keys in draft.tables("damage")),
     }
-    return values, faults or _misfits(SceneValues.made(values))
+    return values, faults or _misfit_faults(SceneValues.made(values))
 
 
-def _misfits(scene: SceneValues) -> list[Fault]:
+def _misfit_faults(scene: SceneValues) -> list[Fault]:
     """Masses that jump between walls and cannot move, or else buildings that stand in each other."""
     jumps = [name for name in scene.model_names if is_instant(known_law(name))]
     if jumps and (stuck := between_walls(scene)):
         return [stuck._replace(sentence=f"{jumps[0]}: {stuck.sentence}")]
-    return list(_overlaps(scene))
+    return list(_overlap_faults(scene))
 
 
 def between_walls(scene: SceneValues) -> Fault | None:
-    """What keeps masses between two rigid buildings from moving as rigid bodies; None where they can."""
-    rigid = [place for place, building in enumerate(scene.buildings) if building.is_rigid]
-    for left, right in pairwise(rigid):
+    """The fault of masses between two rigid buildings that cannot move as rigid bodies; None where they can."""
+    rigid_places = [place for place, building in enumerate(scene.buildings) if building.is_rigid]
+    for left, right in pairwise(rigid_places):
         walls = f"{scene.buildings[left].name} and {scene.buildings[right].name}"
         supports = scene.supports
         if right > left + 1 and supports and supports[left] != supports[right]:
             sentence = f"{walls} move towards each other, and would crush rigid bodies between them; remove it"
-            one, other = (scene.buildings[place].support for place in (left, right))
-            keys = [key for key, field in OF_GROUND.items() if getattr(one, field) != getattr(other, field)]
+            left_base, right_base = (scene.buildings[place].support for place in (left, right))
+            keys = [key for key, field in OF_GROUND.items() if getattr(left_base, field) != getattr(right_base, field)]
             return Fault(("building", right, keys[0]) if keys else ("effects", "wave_passage"), sentence)
         bumpers = scene.bumpers or (0.0,) * len(scene.interfaces)
-        clear = (np.subtract(scene.interface_gaps(gap), bumpers)[left:right] for gap in scene.grid.gaps)
-        if right > left + 1 and not all(gaps.any() for gaps in clear):
+        clear_gaps = (np.subtract(scene.interface_gaps(gap), bumpers)[left:right] for gap in scene.grid.gaps)
+        if right > left + 1 and not all(gaps.any() for gaps in clear_gaps):
             sentence = f"without any gap between {walls} nothing there can move, and no force is determined; write one"
             return Fault(("interface", left, "gap"), sentence)
     return None
 
 
-def _overlaps(scene: SceneValues) -> Iterator[Fault]:
+def _overlap_faults(scene: SceneValues) -> Iterator[Fault]:
     """A fault for every interface that initial displacements close by more than its smallest gap."""
     smallest = scene.interface_gaps(min(scene.grid.gaps))
     for place, (gap, interface) in enumerate(zip(smallest, scene.interfaces, strict=True)):
@@ -135,7 +135,7 @@ def _overlaps(scene: SceneValues) -> Iterator[Fault]:
             )
             continue
         closing = max(
-            (_initial_place(left, point.left_floor) - _initial_place(right, point.right_floor))
+            (_initial_displacement_at(left, point.left_floor) - _initial_displacement_at(right, point.right_floor))
             for point in interface.points
         )
         if closing > gap - bumper:
@@ -148,14 +148,14 @@ def _overlaps(scene: SceneValues) -> Iterator[Fault]:
             )
 
 
-def _initial_place(building: Building | Storeys, floor: float) -> float:
+def _initial_displacement_at(building: Building | Storeys, floor: float) -> float:
     """Initial displacement [m] at a floor number, that of a column between those of its floors."""
     if isinstance(building, Building):
         return building.initial_displacement
     displacements = building.initial_displacement or (0.0,) * len(building.masses)
     floors = (0.0, *displacements)
-    below = min(int(floor), len(floors) - 2)
-    return floors[below] + (floor - below) * (floors[below + 1] - floors[below])
+    floor_below = min(int(floor), len(floors) - 2)
+    return floors[floor_below] + (floor - floor_below) * (floors[floor_below + 1] - floors[floor_below])
 
 
 def _buildings(draft: Draft, effects: tuple[Effect, ...]) -> tuple[tuple[Building | Storeys, ...], list[Fault]]:
@@ -167,8 +167,8 @@ def _buildings(draft: Draft, effects: tuple[Effect, ...]) -> tuple[tuple[Buildin
             chain_of(buildings[-1], effects)
         except PoundingError as error:
             faults.append(Fault(keys.path, str(error)))
-    late = [place for place, building in enumerate(buildings) if building.support.delay]
-    if late and "wave_passage" in dict(effects):
+    delayed = [place for place, building in enumerate(buildings) if building.support.delay]
+    if delayed and "wave_passage" in dict(effects):
         words = "the wave says when the motion reaches each building, and so does ground_delay; keep one of the two"
         faults.append(Fault(("effects", "wave_passage"), f"wave_passage: {words}"))
     if not faults and "inelastic_storeys" in dict(effects) and not any(building.strengths for building in buildings):
@@ -245,8 +245,8 @@ class Scene(SceneValues):
         name: str = "",
         folder: str | Path = ".",
     ):
-        needed = {"buildings": buildings, "interfaces": interfaces, "records": records}
-        others = {
+        needed_parts = {"buildings": buildings, "interfaces": interfaces, "records": records}
+        optional_parts = {
             "grid": grid,
             UNCERTAIN: uncertain,
             "effects": effects or None,
@@ -254,8 +254,8 @@ class Scene(SceneValues):
             "damage": damage or None,
             "name": name or None,
         }
-        given = needed | {part: value for part, value in others.items() if value is not None}
-        tables = dict(_section(part, value) for part, value in given.items())
+        given_parts = needed_parts | {part: value for part, value in optional_parts.items() if value is not None}
+        tables = dict(_section(part, value) for part, value in given_parts.items())
         if not isinstance(folder, str | PathLike):
             raise SceneError("scene", [f"folder: {shown(folder)} is no folder; write one, or leave it out"])
         self.__dict__.update(vars(scene_of(tables, str(Path(folder) / "scene"))))
@@ -280,23 +280,23 @@ class Scene(SceneValues):
         SceneError
             As `Scene`, and for what is no key.
         """
-        if wrong := [override for override in overrides if not isinstance(override, str)]:
-            raise SceneError(self.source, [f"replace: {wrong[0]!r} is no override; write 'interface.gap=\"20 mm\"'"])
+        if flaws := [override for override in overrides if not isinstance(override, str)]:
+            raise SceneError(self.source, [f"replace: {flaws[0]!r} is no override; write 'interface.gap=\"20 mm\"'"])
         tables = self.resolved()
         for key, value in values.items():
             if key in Grid.model_fields:
-                single = key not in ("interface", "axes", "zip") and not isinstance(value, list | tuple | dict)
+                is_single = key not in ("interface", "axes", "zip") and not isinstance(value, list | tuple | dict)
                 table: Any = Grid
-                tables["grid"] |= _written("grid", table(**{key: [value] if single else value}))
+                tables["grid"] |= _file_table("grid", table(**{key: [value] if is_single else value}))
             elif key in Solver.model_fields:
                 tables["solver"] |= Solver(**{key: value}).written()
             elif key in Uncertain.model_fields:
-                tables[UNCERTAIN] = tables.get(UNCERTAIN, {}) | _written(UNCERTAIN, Uncertain(**{key: value}))
+                tables[UNCERTAIN] = tables.get(UNCERTAIN, {}) | _file_table(UNCERTAIN, Uncertain(**{key: value}))
             elif key in PARTS:
                 tables |= [_section(key, value)]
             else:
-                known = ", ".join(PARTS)
-                raise SceneError(self.source, [f"replace: no {key}; it takes {known}, or a key of grid or solver"])
+                parts = ", ".join(PARTS)
+                raise SceneError(self.source, [f"replace: no {key}; it takes {parts}, or a key of grid or solver"])
         return scene_of(tables, self.source, overrides)
 
     def with_samples(self, points: Any) -> Scene:
@@ -328,7 +328,7 @@ class Scene(SceneValues):
 
     def resolved(self) -> dict[str, Any]:
         """The scene as a dict of the scene file's shape, every value stated, quantities exact in SI units."""
-        buildings = [table_of(building).written() | self._depth(at) for at, building in enumerate(self.buildings)]
+        buildings = [table_of(building).written() | self._depth(index) for index, building in enumerate(self.buildings)]
         interfaces = [interface.as_written(self._gridded_models) for interface in self.interfaces]
         effects = {effect.name: effect.written() for effect in self.effects}
         return {
@@ -374,7 +374,7 @@ class Scene(SceneValues):
         return Grid.from_values({key: value for key, value in values.items() if value})
 
     def _depth(self, place: int) -> dict[str, Any]:
-        """The depth of the floors of building ``place``, as a scene file has it; nothing of a pair."""
+        """The floor depth of building ``place``, as a scene file has it; nothing for a pair."""
         if not self.is_row:
             return {}
         is_last = place == len(self.interfaces)
@@ -390,12 +390,12 @@ def _section(part: str, value: Any) -> tuple[str, Any]:
     if part == "effects":
         return section, effect_tables(value)
     if section not in ARRAYS:
-        return section, _written(section, value)
+        return section, _file_table(section, value)
     tables = list(value) if isinstance(value, Iterator | tuple) else value
-    return section, [_written(section, table) for table in tables] if isinstance(tables, list) else tables
+    return section, [_file_table(section, table) for table in tables] if isinstance(tables, list) else tables
 
 
-def _written(section: str, table: Any) -> Any:
+def _file_table(section: str, table: Any) -> Any:
     """A table of Python as a scene file has it."""
     if isinstance(table, Building | Storeys):
         return table_of(table).written()
@@ -405,12 +405,12 @@ def _written(section: str, table: Any) -> Any:
         return table_of_numbers(table)
     if not isinstance(table, Table | Mapping):
         return table
-    written = table.written() if isinstance(table, Table) else in_text(KEYS[section], table)
+    file_table = table.written() if isinstance(table, Table) else in_text(KEYS[section], table)
     if section == "grid":
-        return axes_in_text(written, KEYS)
+        return axes_in_text(file_table, KEYS)
     if section == UNCERTAIN:
-        return numbers_in_text(written, KEYS)
-    return with_stiffness_unit(written) if section == "interface" and isinstance(table, Mapping) else written
+        return numbers_in_text(file_table, KEYS)
+    return with_stiffness_unit(file_table) if section == "interface" and isinstance(table, Mapping) else file_table
 
 
 # ------------------------------------------------------------------------------------------------ from tables
@@ -458,19 +458,19 @@ def scene_of(
     scene = Scene.made(values | {"text": text, "source": source, "overrides": overrides})
     scene = scene if text else scene.updated(text=scene.to_toml())
     if scene.axes:
-        placed = [*draft.axes, *(Placed((UNCERTAIN,), axis) for axis in scene.axes if axis.dimension)]
-        faults = list(axis_faults(scene, placed, Scenes(scene, tables, overrides).made))
+        placed_axes = [*draft.axes, *(Placed((UNCERTAIN,), axis) for axis in scene.axes if axis.dimension)]
+        faults = list(axis_faults(scene, placed_axes, Scenes(scene, tables, overrides).made))
     if faults:
         raise SceneError(source, in_words(faults, lines))
     return scene
 
 
 class Scenes:
-    """The scenes that a scene becomes as keys are set; ``tables`` and ``overrides`` are those that it is made from."""
+    """The scenes that follow from a scene as keys are set; it is made from ``tables`` and ``overrides``."""
 
     def __init__(self, study: Scene, tables: Mapping[str, Any], overrides: Sequence[str]):
         self._text, self._source, self._kept = study.text, study.source, keeping_axes(overrides)
-        # With what was set from outside, so that setting it again changes nothing in sections that are not read again.
+        # With the overrides applied, so that applying them again changes nothing in sections that are not read again.
         self._tables = overridden(without_axes(tables), self._kept, study.source)
         self._draft, _, _ = read_tables(self._tables, self._kept, study.source)
 
@@ -501,11 +501,11 @@ def own_laws(scene: Scene) -> dict[str, str]:
 def plugins_of(scene: Scene) -> list[Plugin]:
     """The plug-ins that a scene uses: contact laws, effects, kinds of motion and processing steps."""
     steps = scene.records.processing if isinstance(scene.records.processing, tuple) else ()
-    used = {
+    used_names = {
         "laws": scene.model_names,
         "effects": [effect.name for effect in scene.effects],
         "motions": [recipe.kind for recipe in scene.records.generated],
         "steps": [step.name for step in steps],
     }
-    pairs = dict.fromkeys((group, name) for group, names in used.items() for name in names)
+    pairs = dict.fromkeys((group, name) for group, names in used_names.items() for name in names)
     return [plugin for group, name in pairs if (plugin := plugin_of(group, name)) is not None]

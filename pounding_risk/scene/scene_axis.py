@@ -20,7 +20,7 @@ class Labels(NamedTuple):
     """The values of a key along an axis as a dataset has them."""
 
     values: tuple[Any, ...]  # floats in SI, or texts, or the numbers of places
-    unit: str | None  # in the words of datasets; None of what has none
+    unit: str | None  # in the words of datasets; None of texts
 
 
 class SceneAxis(NamedTuple):

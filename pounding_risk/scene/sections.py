@@ -98,18 +98,18 @@ InWords = Callable[[Sequence[Fault], Mapping[KeyPath, int]], list[str]]
 def read_tables(
     tables: Mapping[str, Any], overrides: Sequence[str], source: str, same: Same = MappingProxyType({})
 ) -> tuple[Draft, list[Fault], InWords]:
-    """Every key of the tables of a scene file, what is wrong with single keys, and what puts faults into words.
+    """Every key of the tables of a scene file, the faults of single keys, and the function that words faults.
 
-    ``same`` are sections that were read before without a fault: these tables have them with the same keys.
+    ``same`` are sections that were read before without a fault and have the same keys in these tables.
     """
     raw = {name: table if name in same else copy.deepcopy(table) for name, table in tables.items()}
-    outside = [path for text in overrides for path in override(raw, text, KNOWN, source)]
-    written = {name: table if name in same else copy.deepcopy(table) for name, table in raw.items()}
+    set_paths = [path for text in overrides for path in override(raw, text, KNOWN, source)]
+    written_tables = {name: table if name in same else copy.deepcopy(table) for name, table in raw.items()}
     faults = [Fault(path, words) for path, words in refused_below({key: raw[key] for key in raw if key not in same})]
-    faults += _later(raw)
-    axes, wrong = taken_axes(raw, outside, KEYS)
-    numbers, unread = taken_numbers(raw, outside, KEYS, axes)
-    faults += wrong + unread
+    faults += _later_word_faults(raw)
+    axes, axis_faults = taken_axes(raw, set_paths, KEYS)
+    numbers, number_faults = taken_numbers(raw, set_paths, KEYS, axes)
+    faults += axis_faults + number_faults
     names = ", ".join(KEYS)
     faults += [
         Fault((name,), f"unknown section; {instead_of(name)}")
@@ -127,17 +127,17 @@ def read_tables(
         sections[name] = []
         for path, table in _tables(raw, name):
             if not isinstance(table, dict):
-                faults.append(Fault(path, _not_a_table(path, table)))
+                faults.append(Fault(path, _not_a_table_sentence(path, table)))
                 continue
-            meant = {key_meant(key, KEYS[name]) or key: value for key, value in table.items()}
-            kind = buildings.kind_of(meant) if name == "building" else KINDS[name]
-            section, wrong = read_section(kind, path, table, KEYS[name], partial(_unknown, path))
-            section, unread = _with_files(section, Path(source).parent)
+            meant_keys = {key_meant(key, KEYS[name]) or key: value for key, value in table.items()}
+            kind = buildings.kind_of(meant_keys) if name == "building" else KINDS[name]
+            section, axis_faults = read_section(kind, path, table, KEYS[name], partial(_unknown_key_sentence, path))
+            section, number_faults = _with_files(section, Path(source).parent)
             sections[name].append(section)
-            faults += wrong + unread
+            faults += axis_faults + number_faults
 
     def in_words(faults: Sequence[Fault], lines: Mapping[KeyPath, int]) -> list[str]:
-        return sentences(without_misspelt(faults), written, lines, outside)
+        return sentences(without_misspelt(faults), written_tables, lines, set_paths)
 
     return Draft(raw, sections, axes, numbers), faults, in_words
 
@@ -151,7 +151,7 @@ def overridden(tables: Mapping[str, Any], overrides: Sequence[str], source: str)
 
 
 def _tables(raw: Mapping[str, Any], name: str) -> Iterator[tuple[KeyPath, Any]]:
-    """The tables of a section, or what stands in their place, with their paths."""
+    """The tables of a section, or the value in their place, with their paths."""
     value = raw.get(name)
     if name in ARRAYS and isinstance(value, list):
         yield from (((name, index), element) for index, element in enumerate(value))
@@ -161,13 +161,13 @@ def _tables(raw: Mapping[str, Any], name: str) -> Iterator[tuple[KeyPath, Any]]:
 
 
 def _with_files(section: Section, folder: Path) -> tuple[Section, list[Fault]]:
-    """A section with what stands in its files, such as a table of forces, in their place; what is wrong with them."""
+    """A section with the content of its files, such as a table of forces, in their place; and the files' faults."""
     settings, faults = dict(section.values), []
-    for key, named in section.values.items():
-        if not hasattr(named, "read"):
+    for key, file_value in section.values.items():
+        if not hasattr(file_value, "read"):
             continue
         try:
-            settings[key] = named.read(folder)
+            settings[key] = file_value.read(folder)
         except Several as error:
             del settings[key]
             faults += [section.fault(key, sentence) for _, sentence in error.faults]
@@ -176,12 +176,12 @@ def _with_files(section: Section, folder: Path) -> tuple[Section, list[Fault]]:
 
 def untouched(draft: Draft, overrides: Iterable[str]) -> Same:
     """The sections of a scene in which these overrides change nothing."""
-    touched = {text.partition("=")[0].partition(".")[0].strip(" \"'") for text in overrides}
-    return {name: sections for name, sections in draft.sections.items() if name not in touched}
+    touched_sections = {text.partition("=")[0].partition(".")[0].strip(" \"'") for text in overrides}
+    return {name: sections for name, sections in draft.sections.items() if name not in touched_sections}
 
 
 def every_fault(draft: Draft, folder: Path, same: Same = MappingProxyType({})) -> list[Fault]:
-    """What more than one key takes part in; ``folder`` is that of the scene file, ``same`` as in `read_tables`."""
+    """Faults of more than one key; ``folder`` is that of the scene file, ``same`` as in `read_tables`."""
     return [
         *known_motion_checks(draft),
         *plan_checks(draft),
@@ -195,7 +195,7 @@ def every_fault(draft: Draft, folder: Path, same: Same = MappingProxyType({})) -
     ]
 
 
-def _later(raw: dict[str, Any]) -> list[Fault]:
+def _later_word_faults(raw: dict[str, Any]) -> list[Fault]:
     """Take the words of later versions out of the tables; one fault each."""
     faults = []
     for section, words in LATER.items():
@@ -208,37 +208,37 @@ def _later(raw: dict[str, Any]) -> list[Fault]:
     return faults
 
 
-def _unknown(table: KeyPath, key: str) -> str:
-    """An unknown key of a table: what to write instead, the one it misspells, its section, or all that there are."""
-    if answer := instead_of(key):
-        return f"unknown key; {answer}"
+def _unknown_key_sentence(table: KeyPath, key: str) -> str:
+    """An unknown key of a table: what to write instead, the key that it misspells, its section, or all keys."""
+    if advice := instead_of(key):
+        return f"unknown key; {advice}"
     section = str(table[0])
     if meant := key_meant(key, KEYS[section]):
         return f'unknown key (did you mean "{meant}"?)'
-    if section != "damage" and (close := nearest(key, KNOWN[section], CLOSE)):
-        return f"unknown key{close}"
-    homes = [_header(other) for other, keys in KEYS.items() if key in keys]
-    if homes:
-        return f"unknown key; it belongs in {' or '.join(homes)}"
+    if section != "damage" and (hint := nearest(key, KNOWN[section], CLOSE)):
+        return f"unknown key{hint}"
+    home_sections = [_header(other) for other, keys in KEYS.items() if key in keys]
+    if home_sections:
+        return f"unknown key; it belongs in {' or '.join(home_sections)}"
     if section == "damage":
         return unknown_key(key)
-    taken = ", ".join(KEYS[section]) or "no keys in this version"
-    return f"unknown key{nearest(key, KNOWN[section])}; {_header(section)} takes {taken}"
+    keys_text = ", ".join(KEYS[section]) or "no keys in this version"
+    return f"unknown key{nearest(key, KNOWN[section])}; {_header(section)} takes {keys_text}"
 
 
 def without_misspelt(faults: Sequence[Fault]) -> list[Fault]:
-    """The faults but those of a missing key that is there under a name of which a fault says that it means this key."""
+    """The faults, without those of a missing key that another fault says is there under a misspelt name."""
     misspelt = ((fault.path, MISSPELT.match(fault.sentence)) for fault in faults)
-    meant = {(*path[:-1], found[1]) for path, found in misspelt if found}
-    return [fault for fault in faults if not (fault.absent and fault.path in meant)]
+    meant_paths = {(*path[:-1], match[1]) for path, match in misspelt if match}
+    return [fault for fault in faults if not (fault.absent and fault.path in meant_paths)]
 
 
 def _header(section: str) -> str:
     return f"[[{section}]]" if section in ARRAYS else f"[{section}]"
 
 
-def _not_a_table(path: KeyPath, value: Any) -> str:
-    """Something else where a table, or an array of tables, stands."""
+def _not_a_table_sentence(path: KeyPath, value: Any) -> str:
+    """A sentence on a value where a table, or an array of tables, should stand."""
     section = str(path[0])
     if section in ARRAYS and isinstance(value, list):
         return f"one table, where each {section} is a table of a list; write [[{section}]] with double brackets"
@@ -265,7 +265,7 @@ def schema() -> dict[str, Any]:
     dict
         The schema, as `json.dumps` takes it.
     """
-    declared = {**KEYS, **{name: kind.keys() for name, kind in INLINE.items()}}
+    all_keys = {**KEYS, **{name: kind.keys() for name, kind in INLINE.items()}}
     required = {"building": ["name"], "damage": ["name"], **{name: kind.required() for name, kind in INLINE.items()}}
     tables = {
         _table_name(section): {
@@ -274,14 +274,14 @@ def schema() -> dict[str, Any]:
             "required": required.get(section, []),
             "additionalProperties": False,
         }
-        for section, keys in declared.items()
+        for section, keys in all_keys.items()
     }
     places: dict[str, dict[str, Any]] = {}
     for section in KEYS:
         reference = {"$ref": f"#/$defs/{_table_name(section)}"}
         place = {"type": "array", "items": reference} if section in ARRAYS else reference
         places[section] = {**place, "title": _header(section)}
-    varied = {"GridTable": NUMBERS_ALONG, "UncertainTable": DISTRIBUTION}
+    patterns = {"GridTable": NUMBERS_ALONG, "UncertainTable": DISTRIBUTION}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Scene of pounding_risk",
@@ -290,7 +290,7 @@ def schema() -> dict[str, Any]:
         "required": list(ABSENT),
         "additionalProperties": False,
         "$defs": tables
-        | {name: {**tables[name], "patternProperties": {ADDRESS: about}} for name, about in varied.items()},
+        | {name: {**tables[name], "patternProperties": {ADDRESS: entry}} for name, entry in patterns.items()},
     }
 
 

@@ -37,7 +37,7 @@ from pounding_risk.units import GAP, PGA, RTOL, YIELD_FORCE, Quantity, shown, wr
 _RANGE = "a list in ascending order, or {start, stop, num}; a dimension of the dataset"
 
 
-def _together(value: Any, number: Number) -> tuple[tuple[str, ...], ...]:
+def _zipped_addresses(value: Any, number: Number) -> tuple[tuple[str, ...], ...]:
     """Lists of addresses of axes that move together."""
     if not isinstance(value, list) or not all(isinstance(group, list) for group in value):
         raise Unreadable(f"{shown(value)} is not a list of lists of axes")
@@ -51,7 +51,7 @@ NUMBERS = by_address(
 )
 TOGETHER = Key(
     "Axes of such numbers that move together, along one dimension.",
-    _together,
+    _zipped_addresses,
     '[["building.frame.mass", "building.frame.period"]]',
     "each is a dimension of its own",
     write=lambda groups: [list(group) for group in groups],
@@ -128,32 +128,34 @@ def effect_key(name: str) -> Key:
     left_out = "; ".join(f"{key} left out: {default_example(name, key)}" for key in kind.optional)
     return Key(
         (kind.__doc__ or "").partition("\n")[0],
-        lambda value, number: _read(name, value, number),
-        f"{{{_options(kind, True)}}}",
+        lambda value, number: _read_effect(name, value, number),
+        f"{{{_keys_text(kind, True)}}}",
         f"does not act{'; ' if left_out else ''}{left_out}",
         write=lambda effect: effect.written(),
         schema={
             "type": "object",
-            "properties": {key: _option(allowed, default_example(name, key)) for key, allowed in kind.options.items()},
+            "properties": {key: _schema(allowed, default_example(name, key)) for key, allowed in kind.options.items()},
             "required": [key for key in kind.options if key not in kind.optional],
             "additionalProperties": False,
         },
     )
 
 
-def _read(name: str, value: Any, number: Number) -> Effect:
+def _read_effect(name: str, value: Any, number: Number) -> Effect:
     """An effect from the table of its options."""
     kind: Any = EFFECTS[name]
     if not isinstance(value, dict):
-        raise Unreadable(f"{shown(value)} is not a table; write {name} = {{{_options(kind)}}}, or remove it")
-    kinds = {key: lambda item, allowed=allowed: _value(item, allowed, number) for key, allowed in kind.options.items()}
+        raise Unreadable(f"{shown(value)} is not a table; write {name} = {{{_keys_text(kind)}}}, or remove it")
+    kinds = {
+        key: lambda item, allowed=allowed: _setting(item, allowed, number) for key, allowed in kind.options.items()
+    }
     needed = [key for key in kinds if key not in kind.optional]
-    takes = f"{name} takes {_options(kind, True) or 'no keys'}"
-    values = options(value, kinds, needed, lambda key: f"missing; write {name} = {{{_options(kind)}}}", takes)
+    takes = f"{name} takes {_keys_text(kind, True) or 'no keys'}"
+    values = options(value, kinds, needed, lambda key: f"missing; write {name} = {{{_keys_text(kind)}}}", takes)
     return Effect(name, tuple(sorted({**defaults(name), **values}.items())))
 
 
-def _value(value: Any, allowed: Any, number: Number) -> Any:
+def _setting(value: Any, allowed: Any, number: Number) -> Any:
     if isinstance(allowed, Quantity):
         return read_option(value, allowed, number)
     if value not in allowed:
@@ -162,25 +164,25 @@ def _value(value: Any, allowed: Any, number: Number) -> Any:
     return value
 
 
-def _options(kind: Any, every: bool = False) -> str:
-    """An effect's keys as a scene has them, each with an example; those that may be left out too where ``every`` is."""
-    shown_keys = {key: allowed for key, allowed in kind.options.items() if every or key not in kind.optional}
+def _keys_text(kind: Any, with_optional: bool = False) -> str:
+    """An effect's keys as a scene has them, each with an example; optional ones too if ``with_optional``."""
+    shown_keys = {key: allowed for key, allowed in kind.options.items() if with_optional or key not in kind.optional}
     return ", ".join(f"{key} = {option_example(allowed)}" for key, allowed in shown_keys.items())
 
 
-def _option(allowed: Quantity | tuple[str, ...], absent: str) -> dict[str, Any]:
+def _schema(allowed: Quantity | tuple[str, ...], absent: str) -> dict[str, Any]:
     """An option of an effect in the schema."""
-    more = {"x-example": option_example(allowed), "x-absent": absent}
+    notes = {"x-example": option_example(allowed), "x-absent": absent}
     if not isinstance(allowed, Quantity):
-        return {"enum": list(allowed), **more}
+        return {"enum": list(allowed), **notes}
     kind: Any = ["number", "string"] if allowed.unit == "1" else "string"
     kind = ["string", "array"] if isinstance(allowed, PerInterface) else kind
     words = f"{allowed.words[0].upper()}{allowed.words[1:]}."
-    return {"type": kind, "description": words, **facts(allowed), **more}
+    return {"type": kind, "description": words, **facts(allowed), **notes}
 
 
 def option_example(allowed: Quantity | tuple[str, ...]) -> str:
-    """What a scene may write for an option that takes a quantity, or one of these words."""
+    """An example of an option that takes a quantity, or one of these words."""
     return written_example(allowed) if isinstance(allowed, Quantity) else shown(allowed[-1])
 
 
@@ -198,9 +200,9 @@ def effect_tables(effects: Any) -> Any:
 
 
 def effect_checks(draft: Draft) -> Iterator[Fault]:
-    """Effects without what they act on, with a contact model that they do not act on; floors without a length."""
-    named = [keys.raw.get("contact_model") for keys in draft.tables("interface")]
-    laws = known_models([*named, *as_list(draft.table("grid").raw.get("contact_model"))])
+    """Faults for effects that lack what they act on, or do not act on a contact model; floors without a length."""
+    names = [keys.raw.get("contact_model") for keys in draft.tables("interface")]
+    laws = known_models([*names, *as_list(draft.table("grid").raw.get("contact_model"))])
     users = [name for name in laws if needs_floors(CONTACT_MODELS[name])]
     for keys in draft.tables("building") if users else ():
         if keys.kind is not RigidWall and "floor_length" not in keys:
@@ -210,20 +212,20 @@ def effect_checks(draft: Draft) -> Iterator[Fault]:
                 absent=True,
             )
     keys = draft.table("effects")
-    acting = {name: setting for name, setting in keys.raw.items() if name in EFFECTS}
-    for name, setting in acting.items():
+    effects = {name: setting for name, setting in keys.raw.items() if name in EFFECTS}
+    for name, setting in effects.items():
         kind: Any = EFFECTS[name]
-        for needed in kind.needs:
-            if needed not in acting:
-                yield keys.fault(name, f"acts on what {needed} leaves; write {needed} = {{}} as well")
+        for source in kind.needs:
+            if source not in effects:
+                yield keys.fault(name, f"acts on what {source} leaves; write {source} = {{}} as well")
         if isinstance(setting, dict) and setting.get("code") == "mc1990" and "strength" not in setting:
             yield keys.fault(name, 'code mc1990 needs the concrete; write strength = "30 MPa" as well')
         for law in laws:
             if why := refusal(CONTACT_MODELS[law], name):
-                takers = ", ".join(other for other, kind in LAWS.items() if not refusal(kind))
-                yield keys.fault(name, f"{law} {why}; remove {name}, or choose among {takers}")
+                models = ", ".join(other for other, kind in LAWS.items() if not refusal(kind))
+                yield keys.fault(name, f"{law} {why}; remove {name}, or choose among {models}")
     exponents = [keys.raw.get("plastic_exponent", 0) for keys in draft.tables("interface")]
-    if "permanent_set" in acting and "van_mier" in laws and any(one not in (0, 0.0, "0") for one in exponents):
+    if "permanent_set" in effects and "van_mier" in laws and any(n not in (0, 0.0, "0") for n in exponents):
         yield keys.fault(
             "permanent_set",
             "van_mier with a plastic_exponent above 0 hardens while it yields, and what it remembers of that is not "

@@ -35,8 +35,8 @@ def read_text(path: Path) -> str:
         raw = read_whole(path, SCENE)
     except FileNotFoundError:
         folder = path.parent
-        others = [file.name for file in folder.glob("*.toml")] if folder.is_dir() else []
-        sentence = f"no such file{nearest_file(path.name, others)}; check the name and the folder"
+        other_files = [file.name for file in folder.glob("*.toml")] if folder.is_dir() else []
+        sentence = f"no such file{nearest_file(path.name, other_files)}; check the name and the folder"
         raise SceneError(str(path), [sentence]) from None
     except IsADirectoryError:
         raise SceneError(str(path), ["this is a folder; name a scene file (.toml) in it"]) from None
@@ -67,26 +67,26 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
     except RecursionError:
         raise SceneError(source, ["lists or tables are nested too deeply; a scene needs three levels"]) from None
     except ValueError as error:
-        raise SceneError(source, [_syntax(str(error), text)]) from None
+        raise SceneError(source, [_syntax_sentence(str(error), text)]) from None
 
 
-def _syntax(message: str, text: str) -> str:
+def _syntax_sentence(message: str, text: str) -> str:
     """A sentence for what tomllib reports, with the advice that fits the usual slips."""
     match = re.fullmatch(r"(.*?) \(at (?:line (\d+), column (\d+)|end of document)\)", message, re.DOTALL)
     if not match:
         return f"not TOML: {message}"
-    what = match[1][:1].lower() + match[1][1:]
+    note = match[1][:1].lower() + match[1][1:]
     line = int(match[2]) if match[2] else len(text.splitlines())
     place = f"line {line}, column {match[3]}" if match[2] else f"line {line}, end of the file"
-    if "overwrite" in what or "twice" in what or "mutate" in what:
+    if "overwrite" in note or "twice" in note or "mutate" in note:
         advice = "a key or [table] may stand only once; remove one of the two ([[building]] has double brackets)"
-    elif "newline or end of document" in what or "invalid value" in what:
+    elif "newline or end of document" in note or "invalid value" in note:
         advice = 'text and quantities stand in quotes, such as gap = "25 mm"'
-    elif "unclosed" in what or "unterminated" in what or "illegal character" in what or "expected ']'" in what:
+    elif "unclosed" in note or "unterminated" in note or "illegal character" in note or "expected ']'" in note:
         advice = "close the quote or bracket"
     else:
         advice = 'a line is [table], [[table]] or key = value, such as gap = "25 mm"'
-    return f"{place}: not TOML ({what}); {advice}"
+    return f"{place}: not TOML ({note}); {advice}"
 
 
 def key_lines(text: str) -> dict[KeyPath, int]:
@@ -103,7 +103,7 @@ def key_lines(text: str) -> dict[KeyPath, int]:
         statement, length = _statement(rows, start)
         if rows[start].lstrip().startswith("["):
             names = [part for part in max(_key_paths(statement), key=len, default=()) if isinstance(part, str)]
-            table = _table(names, rows[start].lstrip().startswith("[["), counts)
+            table = _header_path(names, rows[start].lstrip().startswith("[["), counts)
             for depth in range(len(table)):
                 lines.setdefault(table[: depth + 1], start + 1)
         else:
@@ -139,7 +139,7 @@ def _key_paths(value: Any, path: KeyPath = ()) -> Iterable[KeyPath]:
         yield from _key_paths(child, (*path, key))
 
 
-def _table(names: list[str], array: bool, counts: dict[KeyPath, int]) -> KeyPath:
+def _header_path(names: list[str], array: bool, counts: dict[KeyPath, int]) -> KeyPath:
     """The path that a header's names stand for: the newest element of each array of tables on the way."""
     path: KeyPath = ()
     for depth, name in enumerate(names):
@@ -170,10 +170,10 @@ def key_name(path: KeyPath, raw: Any) -> str:
             parts.append(toml_key(part))
         elif depth == 1 and isinstance(raw, dict):
             names = element_names(raw.get(path[0]))
-            own = names[part] if part < len(names) else None
-            if own and names.count(own) == 1:
-                parts.append(toml_key(own))
-            elif len(names) != 1 or own is not None or part:
+            own_name = names[part] if part < len(names) else None
+            if own_name and names.count(own_name) == 1:
+                parts.append(toml_key(own_name))
+            elif len(names) != 1 or own_name is not None or part:
                 parts.append(str(part + 1))
         else:
             parts.append(str(part + 1))
@@ -194,14 +194,14 @@ def element_names(elements: Any) -> list[str | None]:
 
 
 def sentences(
-    faults: Sequence[Fault], raw: Mapping[str, Any], lines: Mapping[KeyPath, int], outside: Sequence[KeyPath]
+    faults: Sequence[Fault], raw: Mapping[str, Any], lines: Mapping[KeyPath, int], set_paths: Sequence[KeyPath]
 ) -> list[str]:
-    """One line for each fault, in the order of the file; what came from outside and what has no line last."""
+    """One line for each fault, in the order of the file; faults of overrides and those without a line come last."""
     line_of_sentence: dict[str, float] = {}
     for fault in faults:
         name = key_name(fault.path, raw)
         line = place(fault.path, lines)
-        if any(fault.path[: len(path)] == path for path in outside):
+        if any(fault.path[: len(path)] == path for path in set_paths):
             line_of_sentence.setdefault(f"--set {name}: {fault.sentence}", inf)
         elif line is None:
             line_of_sentence.setdefault(f"{name}: {fault.sentence}", inf)

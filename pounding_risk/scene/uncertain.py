@@ -24,8 +24,8 @@ from pounding_risk.units import Quantity, exact, say
 GIVEN = "given"  # the method of points that the scene gives
 ALL, DRAWN = "all", "drawn"  # the motions of a sample: every one of the records, or one that is drawn with it
 LEAST_CUT = 1e-6  # a cut of less than this is not reported
-LEAST_LEFT = 1e-6  # a distribution of which less than this is left lies outside; of this it has ten digits
-LEAST_VARIANCE = 1e-12  # of a number beside the others; below it they determine the number
+LEAST_LEFT = 1e-6  # a distribution with less probability than this between its ends lies outside; this has ten digits
+LEAST_VARIANCE = 1e-12  # of a number, given the numbers before it; below it they determine the number
 SOBOL, HYPERCUBE, RANDOM = "sobol", "latin hypercube", "random"
 METHODS = (SOBOL, HYPERCUBE, RANDOM)
 GROWING = (SOBOL, RANDOM)  # to which samples can be added
@@ -147,7 +147,7 @@ class UncertainNumber:
     def values(self, probability: Array) -> tuple[Any, ...]:
         """The values that are not reached with these probabilities, as a scene file has them.
 
-        Of a distribution that is cut they are those of what is left of it.
+        For a distribution that is cut these are the values of the part that is left.
         """
         if isinstance(self.distribution, Discrete):
             return tuple(self.distribution.values[place] for place in self.distribution.places(probability))
@@ -172,23 +172,23 @@ class UncertainNumber:
         left_out = 1.0 - self.left
         if left_out < LEAST_CUT:
             return ""
-        cut = [end for end in self.ends if 0.0 < self._below(end) < 1.0]
-        return f"cut at {' and '.join(map(self._said, cut))}, which leaves out {100.0 * left_out:.3g} % of it"
+        cut_ends = [end for end in self.ends if 0.0 < self._below(end) < 1.0]
+        return f"cut at {' and '.join(map(self._said, cut_ends))}, which leaves out {100.0 * left_out:.3g} % of it"
 
     def _said(self, number: float) -> str:
         return str(number) if self.quantity is None else say(number, self.quantity)
 
     def written(self) -> dict[str, Any]:
         """As a scene file has it."""
-        cut = {name: end for name, end in (("low", self.low), ("high", self.high)) if abs(end) < inf}
+        cut_keys = {name: end for name, end in (("low", self.low), ("high", self.high)) if abs(end) < inf}
         kinds = self.distribution.takes
-        parameters = self.distribution.keys() | cut
-        in_unit = {
+        parameters = self.distribution.keys() | cut_keys
+        texts = {
             key: exact(parameter, self.quantity)
             for key, parameter in parameters.items()
             if self.quantity is not None and (key not in kinds or kinds[key].kind in (VALUE, WIDTH))
         }
-        return {"distribution": self.distribution.name()} | parameters | in_unit
+        return {"distribution": self.distribution.name()} | parameters | texts
 
 
 @dataclass(frozen=True)
@@ -258,7 +258,7 @@ class UncertainNumbers:
         return DrawnMotions(places // polarities, places % polarities)
 
     def values_at(self, points: Any) -> tuple[tuple[Any, ...], ...]:
-        """Of each number its values at independent points of the unit cube, as a scene file has them.
+        """The values of each number at independent points of the unit cube, as a scene file has them.
 
         Parameters
         ----------
@@ -296,8 +296,8 @@ class UncertainNumbers:
     @property
     def drawn(self) -> str:
         """How the samples are drawn, such as "sobol, seed 1"."""
-        how = "at points that are given" if self.given else f"{self.method}, seed {self.seed}"
-        return f"{how}, each under one motion that is drawn with it" if self.is_drawn else how
+        method_text = "at points that are given" if self.given else f"{self.method}, seed {self.seed}"
+        return f"{method_text}, each under one motion that is drawn with it" if self.is_drawn else method_text
 
     @cached_property
     def axis(self) -> SceneAxis:
@@ -318,7 +318,7 @@ class UncertainNumbers:
 
     def attributes(self) -> dict[str, dict[str, str]]:
         """What a dataset says of its labels: how the samples are drawn, and the distribution of each number."""
-        return {SAMPLE: {"drawn": self.drawn}} | {one.key: {"distribution": one.words()} for one in self.numbers}
+        return {SAMPLE: {"drawn": self.drawn}} | {item.key: {"distribution": item.words()} for item in self.numbers}
 
     def notes(self) -> Iterator[str]:
         """Sentences on distributions that are cut, Sobol points out of balance, and a correlated hypercube."""
@@ -326,28 +326,28 @@ class UncertainNumbers:
             if cut := number.cut_words():
                 yield f"{number.key}: {number.distribution.name()}, {cut}; the samples are of the rest"
         if self.method == HYPERCUBE and self.correlations:
-            later = [key for at, key in enumerate(self.keys) if any(self.matrix[at][:at])]
+            names = [key for index, key in enumerate(self.keys) if any(self.matrix[index][:index])]
             yield (
-                f"a Latin hypercube stratifies numbers before they are correlated: {', '.join(later)} are spread as of "
+                f"a Latin hypercube stratifies numbers before they are correlated: {', '.join(names)} are spread as of "
                 "random points"
             )
         if self.method == SOBOL and log2(self.samples) % 1.0:
-            below = 2 ** int(log2(self.samples))
+            lower = 2 ** int(log2(self.samples))
             yield (
-                f"{self.samples} samples are no power of two, for which alone Sobol points are balanced; {below} or "
-                f"{2 * below} are better spread"
+                f"{self.samples} samples are no power of two, for which alone Sobol points are balanced; {lower} or "
+                f"{2 * lower} are better spread"
             )
 
 
 def stated(uncertain: UncertainNumbers | None, axes: Sequence[SceneAxis]) -> tuple[str, ...]:
-    """What a call that runs the scene itself says of its uncertain numbers, and of those along its axes."""
+    """Sentences of a call that runs the scene itself, on its uncertain numbers and those along its axes."""
     sentences = []
     if uncertain is not None:
         sentences.append(f"the uncertain numbers are at the values that the scene states: {', '.join(uncertain.keys)}")
-    if along := [key for axis in axes if axis.name != SAMPLE for key in axis.keys]:
+    if axis_keys := [key for axis in axes if axis.name != SAMPLE for key in axis.keys]:
         sentences.append(
             "the numbers along axes of the grid are at the values of the scene's own tables, or as without the key "
-            f"where no table has it, and --set takes others: {', '.join(along)}"
+            f"where no table has it, and --set takes others: {', '.join(axis_keys)}"
         )
     return tuple(sentences)
 

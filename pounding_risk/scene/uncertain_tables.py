@@ -136,7 +136,7 @@ class Uncertain(Table):
         _correlations,
         f"[{_CORRELATION}]",
         "the numbers are independent",
-        write=lambda given: [{"between": list(one.between), "value": one.value} for one in given],
+        write=lambda pairs: [{"between": list(pair.between), "value": pair.value} for pair in pairs],
         schema={"type": "array", "items": {"type": "object", "required": ["between", "value"]}},
     ).defaults_to(())
     points: tuple[tuple[float, ...], ...] = Key(
@@ -167,8 +167,8 @@ DISTRIBUTION = {
 
 def table_of_numbers(uncertain: UncertainNumbers) -> dict[str, Any]:
     """The table [uncertain], every value stated."""
-    drawn = {"samples": uncertain.samples, "method": uncertain.method, "seed": uncertain.seed}
-    settings: dict[str, Any] = {"points": uncertain.given} if uncertain.given else drawn
+    drawn_settings = {"samples": uncertain.samples, "method": uncertain.method, "seed": uncertain.seed}
+    settings: dict[str, Any] = {"points": uncertain.given} if uncertain.given else drawn_settings
     settings |= {"correlations": uncertain.correlations} if uncertain.correlations else {}
     settings |= {"motions": uncertain.motions} if uncertain.is_drawn else {}
     numbers = {number.key: number.written() for number in uncertain.numbers}
@@ -196,46 +196,48 @@ class PlacedNumber(NamedTuple):
 
 
 def taken_numbers(
-    raw: dict[str, Any], outside: Sequence[KeyPath], known: Known, axes: Sequence[Placed]
+    raw: dict[str, Any], set_paths: Sequence[KeyPath], keys: Known, axes: Sequence[Placed]
 ) -> tuple[tuple[PlacedNumber, ...], list[Fault]]:
-    """Take the numbers out of the table [uncertain]: each with its place in the file; and what is wrong with them.
+    """Take the numbers out of the table [uncertain]: each with its place in the file; and their faults.
 
-    A number whose key was set from ``outside`` is uncertain no more: the key has that value.
+    A number whose keys are all ``set_paths``, set by overrides, is not uncertain: they have those values.
     """
     table = raw.get(UNCERTAIN)
     if not isinstance(table, dict):
         return (), []
-    placed: list[PlacedNumber] = []
+    numbers: list[PlacedNumber] = []
     faults: list[Fault] = []
     example = f'"building.frame.period" = {EXAMPLE}'
-    written = taken_addresses(UNCERTAIN, table, NUMBERS, known[UNCERTAIN], {"distribution"})
-    for path, text, value in written:
+    rows = taken_addresses(UNCERTAIN, table, NUMBERS, keys[UNCERTAIN], {"distribution"})
+    for path, text, value in rows:
         try:
-            key, targets = addressed(text, value, raw, known, "an uncertain number", example)
-            is_set = set(targets) <= set(outside)
-            if not is_set and set(targets) & set(outside):
+            key, targets = addressed(text, value, raw, keys, "an uncertain number", example)
+            is_set = set(targets) <= set(set_paths)
+            if not is_set and set(targets) & set(set_paths):
                 raise Unreadable(f"--set sets a part of what {key} sets; set all of it")
-            placed.append(PlacedNumber(path, _number(key, targets, value, raw, known), targets, is_set))
+            numbers.append(PlacedNumber(path, _uncertain_number(key, targets, value, raw, keys), targets, is_set))
         except ValueError as error:
             faults += [Fault(*fault) for fault in located(error, *path)]
     if faults:
-        for of_all in ("correlations", "points"):  # whose faults are reported when every number can be read
-            table.pop(of_all, None)
-    if not written:
+        for late_key in ("correlations", "points"):  # whose faults are reported when every number can be read
+            table.pop(late_key, None)
+    if not rows:
         faults.append(Fault((UNCERTAIN,), f"no number is uncertain; write {example}"))
     setters = {target: f"the axis {axis.axis.name} of [grid]" for axis in axes for target in axis.targets}
-    for one in placed:
-        other = next((setters[target] for target in one.targets if target in setters), None)
-        if other is not None:
-            faults.append(Fault(one.path, f"sets what {other} sets; remove one"))
-        setters |= dict.fromkeys(one.targets, one.number.key)
-    return tuple(placed), faults
+    for entry in numbers:
+        setter = next((setters[target] for target in entry.targets if target in setters), None)
+        if setter is not None:
+            faults.append(Fault(entry.path, f"sets what {setter} sets; remove one"))
+        setters |= dict.fromkeys(entry.targets, entry.number.key)
+    return tuple(numbers), faults
 
 
-def _number(key: str, targets: Sequence[KeyPath], value: Any, raw: Mapping[str, Any], known: Known) -> UncertainNumber:
+def _uncertain_number(
+    key: str, targets: Sequence[KeyPath], value: Any, raw: Mapping[str, Any], keys: Known
+) -> UncertainNumber:
     """The distribution of a number, in SI; raises Unreadable."""
-    kind, own = _kind(value), _own_value(targets, raw)
-    quantity = quantity_of(targets[0], known, [*value.values(), own])
+    kind, base = _kind_of_distribution(value), _own_value(targets, raw)
+    quantity = quantity_of(targets[0], keys, [*value.values(), base])
     if quantity is None and issubclass(kind, Continuous):
         raise Unreadable(
             f'{key} is no number with one unit, or none is written; write distribution = "discrete" and its values, '
@@ -244,31 +246,33 @@ def _number(key: str, targets: Sequence[KeyPath], value: Any, raw: Mapping[str, 
     takes = taken_by(kind)
     parameters = {name: parameter for name, parameter in value.items() if name != "distribution"}
     parameters |= {
-        name: own for name, one in takes.items() if one.is_own and name not in parameters and own is not None
+        name: base for name, spec in takes.items() if spec.is_own and name not in parameters and base is not None
     }
-    readers = {name: _reader(name, one, quantity, one_value(targets[0], known)) for name, one in takes.items()}
-    needed = [name for name, one in takes.items() if one.is_needed]
+    readers = {
+        name: _parameter_reader(name, spec, quantity, one_value(targets[0], keys)) for name, spec in takes.items()
+    }
+    needed = [name for name, spec in takes.items() if spec.is_needed]
     example = f'{{distribution = "{kind.name()}", {kind.example}}}'
     takes_words = f"{kind.name()} takes {', '.join(takes)}"
     values = options(parameters, readers, needed, lambda name: f"missing; write {example}", takes_words)
-    cuts = {name: values.pop(name) for name in CUTS if name in values and name not in kind.takes}
-    number = UncertainNumber(key, kind.of(**values), quantity if issubclass(kind, Continuous) else None, **cuts)
+    cut_values = {name: values.pop(name) for name in CUTS if name in values and name not in kind.takes}
+    number = UncertainNumber(key, kind.of(**values), quantity if issubclass(kind, Continuous) else None, **cut_values)
     if number.low >= number.high:
         raise Unreadable("low is not below high; swap them")
     if number.left < LEAST_LEFT:
         words = [f"{name} {shown(parameters[name])}" for name in ("low", "high") if abs(getattr(number, name)) < inf]
-        allowed = " and ".join(words) or (bounds(number.quantity) if number.quantity else "")
-        raise Unreadable(f"lies outside of what the number may be, {allowed}; correct the distribution")
+        limits = " and ".join(words) or (bounds(number.quantity) if number.quantity else "")
+        raise Unreadable(f"lies outside of what the number may be, {limits}; correct the distribution")
     return number
 
 
 def taken_by(kind: type[Distribution]) -> dict[str, Parameter]:
     """The keys that a distribution takes; a continuous one may be cut too."""
-    cuts = {name: one for name, one in CUTS.items() if name not in kind.takes}
+    cuts = {name: parameter for name, parameter in CUTS.items() if name not in kind.takes}
     return {**kind.takes, **(cuts if issubclass(kind, Continuous) else {})}
 
 
-def _kind(value: Any) -> type[Distribution]:
+def _kind_of_distribution(value: Any) -> type[Distribution]:
     if not isinstance(value, dict):
         raise Unreadable(f"{shown(value)} is not a distribution; write {EXAMPLE}")
     name = value.get("distribution")
@@ -282,8 +286,8 @@ def _kind(value: Any) -> type[Distribution]:
 
 
 def _own_value(targets: Sequence[KeyPath], raw: Mapping[str, Any]) -> Any:
-    """The value that the scene itself states, where it is one; None where it is not."""
-    stated: list[Any] = []
+    """The value that the scene itself states, where it is one and the same; None otherwise."""
+    values: list[Any] = []
     for target in targets:
         value: Any = raw
         try:
@@ -291,25 +295,25 @@ def _own_value(targets: Sequence[KeyPath], raw: Mapping[str, Any]) -> Any:
                 value = value[part]
         except (LookupError, TypeError):
             value = None
-        stated.append(value)
-    return stated[0] if is_single(stated[0]) and all(value == stated[0] for value in stated) else None
+        values.append(value)
+    return values[0] if is_single(values[0]) and all(value == values[0] for value in values) else None
 
 
-def quantity_of(target: KeyPath, known: Known, texts: Sequence[Any]) -> Quantity | None:
-    """Unit and bounds of a key: what its reader takes; None where that is no number, or of a unit not known.
+def quantity_of(target: KeyPath, keys: Known, texts: Sequence[Any]) -> Quantity | None:
+    """Unit and bounds that the reader of a key takes; None where it takes no number, or its unit is not known.
 
     The unit of a stiffness of contact depends on the contact model: it is that of one of the ``texts``.
     """
-    read: list[Quantity] = []
+    quantities: list[Quantity] = []
 
     def note(value: Any, quantity: Quantity) -> float:
-        read.append(quantity)
+        quantities.append(quantity)
         return parse(value, quantity)
 
     with suppress(ValueError, TypeError, LookupError, AttributeError):
-        reader_of(target, known)(0.5, note)
-    if read:
-        return read[0]
+        reader_of(target, keys)(0.5, note)
+    if quantities:
+        return quantities[0]
     if target[0] == "interface" and target[-1] == "stiffness":
         for quantity in (LINEAR_STIFFNESS, HERTZ_STIFFNESS):
             for text in texts:
@@ -323,15 +327,15 @@ def _unbounded(quantity: Quantity) -> Quantity:
     return quantity._replace(low=-inf, high=inf, open_low=True, open_high=True)
 
 
-def _reader(
-    name: str, parameter: Parameter, quantity: Quantity | None, one: Callable[[Any, Number], Any]
+def _parameter_reader(
+    name: str, parameter: Parameter, quantity: Quantity | None, to_text: Callable[[Any, Number], Any]
 ) -> Callable[[Any], Any]:
-    """How the value of a key of a distribution is read."""
+    """The function that reads the value of a key of a distribution."""
 
     def single(item: Any) -> Any:
         if not is_single(item):
             raise Unreadable(f"{shown(item)} is no single value")
-        return one(item, parse)
+        return to_text(item, parse)
 
     if parameter.kind == WEIGHTS:
         return lambda value: each(list_of(value, f"{name} = [1, 2]"), lambda item: parse(item, WEIGHT))
@@ -340,42 +344,42 @@ def _reader(
     if parameter.kind == RATIO:
         return lambda value: parse(value, RATIOS._replace(words=name))
     assert quantity is not None, "a continuous distribution without one was refused"
-    taken = _unbounded(quantity)
+    unbounded = _unbounded(quantity)
     if parameter.kind == WIDTH:
-        taken = taken._replace(low=0.0, words=name)
-    return lambda value: parse(value, taken)
+        unbounded = unbounded._replace(low=0.0, words=name)
+    return lambda value: parse(value, unbounded)
 
 
-def numbers_in_text(table: Mapping[str, Any], known: Known) -> dict[str, Any]:
+def numbers_in_text(table: Mapping[str, Any], keys: Known) -> dict[str, Any]:
     """The table [uncertain] that Python gives, with numbers in SI of distributions as text with their unit."""
-    written = dict(table)
-    nested = written.pop(NUMBERS, {})
-    written |= nested if isinstance(nested, Mapping) else {NUMBERS: nested}
-    for key, value in written.items():
-        target = () if key in known[UNCERTAIN] else likely_target(key, known)
+    text_table = dict(table)
+    nested_numbers = text_table.pop(NUMBERS, {})
+    text_table |= nested_numbers if isinstance(nested_numbers, Mapping) else {NUMBERS: nested_numbers}
+    for key, value in text_table.items():
+        target = () if key in keys[UNCERTAIN] else likely_target(key, keys)
         if target and isinstance(value, Mapping) and str(value.get("distribution")) in KINDS:
-            written[key] = {name: _in_text(name, item, value, target, known) for name, item in value.items()}
-    return written
+            text_table[key] = {name: _in_text(name, item, value, target, keys) for name, item in value.items()}
+    return text_table
 
 
-def _in_text(name: str, stated: Any, distribution: Mapping[str, Any], target: KeyPath, known: Known) -> Any:
+def _in_text(name: str, item: Any, distribution: Mapping[str, Any], target: KeyPath, keys: Known) -> Any:
     """A value of a distribution as a scene file has it; a number without a unit is in SI."""
     parameter = taken_by(KINDS[str(distribution["distribution"])]).get(name)
-    if parameter is not None and parameter.kind == VALUES and isinstance(stated, list | tuple):
-        return [one_value(target, known)(label, si) for label in stated]
-    quantity = quantity_of(target, known, list(distribution.values()))
-    if parameter is None or quantity is None or parameter.kind not in (VALUE, WIDTH) or isinstance(stated, str | bool):
-        return list(stated) if isinstance(stated, tuple) else stated
-    return exact(float(stated), quantity) if isinstance(stated, int | float) else stated
+    if parameter is not None and parameter.kind == VALUES and isinstance(item, list | tuple):
+        return [one_value(target, keys)(label, si) for label in item]
+    quantity = quantity_of(target, keys, list(distribution.values()))
+    if parameter is None or quantity is None or parameter.kind not in (VALUE, WIDTH) or isinstance(item, str | bool):
+        return list(item) if isinstance(item, tuple) else item
+    return exact(float(item), quantity) if isinstance(item, int | float) else item
 
 
 # ------------------------------------------------------------------------------------------------ checks
 
 
 def uncertain_checks(draft: Draft) -> Iterator[Fault]:
-    """Correlations of what is not uncertain, or that no numbers can have; points of another number of columns."""
+    """Faults for correlations of other numbers, or that no numbers can have, and for points with wrong columns."""
     table = draft.table(UNCERTAIN)
-    keys = [one.number.key for one in draft.uncertain]
+    keys = [placed.number.key for placed in draft.uncertain]
     faults: list[Fault] = []
     pairs: set[frozenset[str]] = set()
     for place, correlation in enumerate(table.get("correlations", ())):
@@ -388,10 +392,10 @@ def uncertain_checks(draft: Draft) -> Iterator[Fault]:
             faults.append(Fault(path, f"{' and '.join(between)} stand twice; remove one"))
         pairs.add(frozenset(between))
     points, is_drawn = table.get("points", ()), table.get("motions") == DRAWN
-    wrong = next((point for point in points if len(point) != len(keys) + is_drawn), None)
-    if wrong is not None:
-        last = ", beside the motion, which is drawn by the last coordinate" * is_drawn
-        sentence = f"a point has {len(wrong)} coordinates, and {len(keys)} numbers are uncertain{last}"
+    misfit = next((point for point in points if len(point) != len(keys) + is_drawn), None)
+    if misfit is not None:
+        note = ", beside the motion, which is drawn by the last coordinate" * is_drawn
+        sentence = f"a point has {len(misfit)} coordinates, and {len(keys)} numbers are uncertain{note}"
         faults.append(table.fault("points", sentence))
     if points and table.get("samples", len(points)) not in (0, len(points)):
         sentence = f"{table.get('samples')}, and points gives {len(points)}; remove one of the two"
@@ -399,24 +403,24 @@ def uncertain_checks(draft: Draft) -> Iterator[Fault]:
     yield from faults
     uncertain = None if faults else uncertain_of(draft)
     if uncertain is not None and cholesky(uncertain.matrix) is None:
-        named = "; ".join(f"{one.value:g} of {' and '.join(one.between)}" for one in uncertain.correlations)
-        sentence = f"no numbers have all of these together ({named}): the matrix is not positive definite; lower some"
+        listing = "; ".join(f"{placed.value:g} of {' and '.join(placed.between)}" for placed in uncertain.correlations)
+        sentence = f"no numbers have all of these together ({listing}): the matrix is not positive definite; lower some"
         yield table.fault("correlations", sentence)
 
 
 def uncertain_of(draft: Draft) -> UncertainNumbers | None:
     """The uncertain numbers of a scene whose keys have no fault; None where all are at their stated values."""
     table: Uncertain = Uncertain.from_values(draft.table(UNCERTAIN).values)
-    places = [place for place, one in enumerate(draft.uncertain) if not one.is_set]
-    keys = [draft.uncertain[place].number.key for place in places]
-    if not places or not table.samples:
+    indices = [place for place, one in enumerate(draft.uncertain) if not one.is_set]
+    keys = [draft.uncertain[place].number.key for place in indices]
+    if not indices or not table.samples:
         return None
     return UncertainNumbers(
-        tuple(draft.uncertain[place].number for place in places),
+        tuple(draft.uncertain[place].number for place in indices),
         len(table.points) or table.samples,
         GIVEN if table.points else table.method,
         0 if table.points else table.seed,
         tuple(one for one in table.correlations if set(one.between) <= set(keys)),
-        tuple((*(point[place] for place in places), *point[len(draft.uncertain) :]) for point in table.points),
+        tuple((*(point[place] for place in indices), *point[len(draft.uncertain) :]) for point in table.points),
         table.motions,
     )

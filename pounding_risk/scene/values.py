@@ -1,4 +1,4 @@
-"""The values of a scene, and what follows from them: names, gaps, contact points, forces and contact laws."""
+"""The values of a scene, with the names, gaps, contact points, forces and contact laws that follow from them."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Axes(NamedTuple):
         return tuple(None if level is None else level.value for level in self.amplitudes)
 
 
-def _of_first(path: str, words: str) -> Any:
+def _of_first_interface(path: str, words: str) -> Any:
     """A property of a scene: that of its first interface."""
     value = attrgetter(path)
     return property(lambda scene: value(scene.interfaces[0]), doc=f"{words[:-1]}, at the first interface.")
@@ -94,14 +94,16 @@ class SceneValues(ShortRepr):
     at_every_place: Callable[[Any], Any] | None = field(compare=False, default=None)
 
     # What the first interface says.
-    gap = _of_first("gap", "Clear distance [m].")
-    stiffness = _of_first("stiffness", "Contact stiffness [N/m or N/m^1.5]; None where no model has one.")
-    restitution = _of_first("restitution.rule", "Relation e(v).")
-    restitution_words = _of_first("restitution.words", "Name of e(v), number, damping ratio, or `NO_RESTITUTION`.")
-    relation = _of_first("restitution.relation", "Relation of restitution and damping.")
-    yield_force = _of_first("yield_force", "Yield force of the floors [N]; inf without yielding.")
-    equal_terms = _of_first("equal_terms", "How the stiffness of other contact models follows.")
-    design_penetration = _of_first("design_penetration", "Penetration for which bilinear is set up [m].")
+    gap = _of_first_interface("gap", "Clear distance [m].")
+    stiffness = _of_first_interface("stiffness", "Contact stiffness [N/m or N/m^1.5]; None where no model has one.")
+    restitution = _of_first_interface("restitution.rule", "Relation e(v).")
+    restitution_words = _of_first_interface(
+        "restitution.words", "Name of e(v), number, damping ratio, or `NO_RESTITUTION`."
+    )
+    relation = _of_first_interface("restitution.relation", "Relation of restitution and damping.")
+    yield_force = _of_first_interface("yield_force", "Yield force of the floors [N]; inf without yielding.")
+    equal_terms = _of_first_interface("equal_terms", "How the stiffness of other contact models follows.")
+    design_penetration = _of_first_interface("design_penetration", "Penetration for which bilinear is set up [m].")
 
     @classmethod
     def made(cls, settings: Mapping[str, Any]) -> Self:
@@ -113,15 +115,15 @@ class SceneValues(ShortRepr):
         return scene
 
     def updated(self, **values: Any) -> Self:
-        """The scene with these fields, which are not checked; what interfaces have is set at every one.
+        """The scene with these fields, which are not checked; a field of interfaces is set at every one.
 
-        ``restitution``, ``restitution_words`` and ``relation`` are what the properties of these names are.
+        ``restitution``, ``restitution_words`` and ``relation`` set the properties of these names.
         """
         interfaces = values.get("interfaces", self.interfaces)
         if restitution := {OF_RESTITUTION[key]: values.pop(key) for key in OF_RESTITUTION if key in values}:
-            interfaces = [one.updated(restitution=one.restitution._replace(**restitution)) for one in interfaces]
-        between = {key: values.pop(key) for key in list(values) if key in ResolvedInterface.model_fields}
-        values["interfaces"] = tuple(one.updated(**between) if between else one for one in interfaces)
+            interfaces = [item.updated(restitution=item.restitution._replace(**restitution)) for item in interfaces]
+        facts = {key: values.pop(key) for key in list(values) if key in ResolvedInterface.model_fields}
+        values["interfaces"] = tuple(item.updated(**facts) if facts else item for item in interfaces)
         return type(self).made({key.name: getattr(self, key.name) for key in fields(self)} | values)
 
     def __eq__(self, other: object) -> bool:
@@ -131,7 +133,7 @@ class SceneValues(ShortRepr):
         return hash(self._compared())
 
     def _compared(self) -> tuple[Any, ...]:
-        """What two scenes share that ask for the same runs; an unknown level is no NaN, which differs from itself."""
+        """The fields that are equal if two scenes ask for the same runs; an unknown level is inf, not NaN."""
         interfaces = tuple(
             interface.updated(
                 points=tuple(point._replace(level=inf) if isnan(point.level) else point for point in interface.points)
@@ -144,7 +146,7 @@ class SceneValues(ShortRepr):
     # -------------------------------------------------------------------------------------------- reading
 
     def facts(self) -> Iterable[tuple[str, str]]:
-        """What stands where, under which motions, and how many cases there are."""
+        """The name, buildings, gaps, contact models, axes, effects and records of the scene, in words."""
         grid = self.grid
         yield "name", self.name
         yield "buildings", " | ".join(building.name for building in self.buildings)
@@ -160,7 +162,7 @@ class SceneValues(ShortRepr):
         yield "records", names or records.set or records.manifest or records.sites
 
     def axis_words(self) -> Iterator[tuple[str, str]]:
-        """What varies along the axes of numbers, and how: the distributions of those that are drawn."""
+        """The keys and values of the axes of numbers, and the distributions of the numbers that are drawn."""
         yield from ((", ".join(axis.keys), axis.words()) for axis in self.axes if not axis.dimension)
         if self.uncertain is not None:
             yield from self.uncertain.described()
@@ -195,7 +197,7 @@ class SceneValues(ShortRepr):
 
     @property
     def supports(self) -> tuple[Support, ...]:
-        """What a_g is under each building, a passing wave counted; none where all stand on the records as they are."""
+        """The support of each building, with the delay of a passing wave; none where all stand on the records."""
         return supports_of(self.buildings, self.effects)
 
     @property
@@ -218,9 +220,9 @@ class SceneValues(ShortRepr):
 
     def models_of(self, *labels: str) -> tuple[str, ...]:
         """The contact models that labels of the dataset's contact models stand for, each once."""
-        own = tuple(interface.contact_model for interface in self.interfaces)
+        own_models = tuple(interface.contact_model for interface in self.interfaces)
         return tuple(
-            dict.fromkeys(name for label in labels for name in (own if label == OF_EACH_INTERFACE else (label,)))
+            dict.fromkeys(name for label in labels for name in (own_models if label == OF_EACH_INTERFACE else (label,)))
         )
 
     @property
@@ -231,17 +233,17 @@ class SceneValues(ShortRepr):
         """The scene of interface ``place`` alone, from 0: its two buildings and what stands between them."""
         if len(self.interfaces) == 1:
             return self
-        here, grid = self.interfaces[place], self.grid
-        gaps = grid.gaps if self.gridded_interface in (None, self.interface_names[place]) else (here.gap,)
-        forces = grid.yield_forces if len(grid.yield_forces) > 1 else (here.yield_force,)
-        models = tuple(here.contact_model if name == OF_EACH_INTERFACE else name for name in grid.contact_models)
+        interface, grid = self.interfaces[place], self.grid
+        gaps = grid.gaps if self.gridded_interface in (None, self.interface_names[place]) else (interface.gap,)
+        forces = grid.yield_forces if len(grid.yield_forces) > 1 else (interface.yield_force,)
+        models = tuple(interface.contact_model if name == OF_EACH_INTERFACE else name for name in grid.contact_models)
         return self.updated(
             buildings=self.buildings[place : place + 2],
             grid=grid._replace(gaps=gaps, yield_forces=forces, contact_models=models),
             interfaces=(
-                here.updated(
-                    points=tuple(point._replace(interface=0) for point in here.points),
-                    links=tuple(link._replace(interface=0) for link in here.links),
+                interface.updated(
+                    points=tuple(point._replace(interface=0) for point in interface.points),
+                    links=tuple(link._replace(interface=0) for link in interface.links),
                 ),
             ),
             gridded_interface=None,
@@ -250,9 +252,9 @@ class SceneValues(ShortRepr):
 
     def interface_gaps(self, gap: float) -> tuple[float, ...]:
         """The gap of each interface where that of the grid is ``gap`` [m]."""
-        named = self.gridded_interface
+        gridded_name = self.gridded_interface
         pairs = zip(self.interface_names, self.interfaces, strict=True)
-        return tuple(gap if named in (None, name) else interface.gap for name, interface in pairs)
+        return tuple(gap if gridded_name in (None, name) else interface.gap for name, interface in pairs)
 
     def point_yield_forces(self, force: float | None = None) -> tuple[float, ...]:
         """The yield force of each of `points` [N] where that of floors is ``force``; None for each interface's own.
@@ -281,8 +283,8 @@ class SceneValues(ShortRepr):
     def struck_building(self, point: Point) -> int | None:
         """Whose column a floor strikes at a contact point, by its place in the row; None where floors meet."""
         floors = enumerate((point.left_floor, point.right_floor), point.interface)
-        struck = (place for place, floor in floors if floor != int(floor) and not self.buildings[place].is_rigid)
-        return next(struck, None)
+        struck_places = (place for place, floor in floors if floor != int(floor) and not self.buildings[place].is_rigid)
+        return next(struck_places, None)
 
     @property
     def striking_mass(self) -> float:
@@ -313,9 +315,9 @@ class SceneValues(ShortRepr):
         if law.needs_restitution and self.restitution_words == NO_RESTITUTION:
             raise SceneError(self.source, [needed_restitution(name)])
         if needs_floors(law):
-            if short := self.without_floor():
+            if names := self.without_floor():
                 advice = 'write floor_length = "20 m" in its [[building]]'
-                raise SceneError(self.source, [f"{name} needs a length of every floor, {short[0]} has none; {advice}"])
+                raise SceneError(self.source, [f"{name} needs a length of every floor, {names[0]} has none; {advice}"])
             return law.between(*self.buildings[:2])
         if is_instant(law):
             return law()
@@ -340,7 +342,7 @@ class SceneValues(ShortRepr):
         return law(**parameters)
 
     def lacks_table(self, name: str) -> str:
-        """Why a contact model without its table cannot be had; "" for other names, and where the scene gives one."""
+        """Why a contact model lacks its table of forces; "" for other names, and where the scene gives one."""
         if name != TABULATED or self.interfaces[0].table is not None:
             return ""
         return f'the scene gives no table of forces; write table = "bumper.csv" in [[interface]] for {TABULATED}'
@@ -349,7 +351,7 @@ class SceneValues(ShortRepr):
         return self.interfaces[0].contact_model if name in (None, OF_EACH_INTERFACE) else str(name)
 
     def without_floor(self) -> tuple[str, ...]:
-        """The buildings of which a model of colliding floors would miss the length; a rigid one is a wall."""
+        """The buildings that lack the length of their floor, for a model of colliding floors; a rigid one is a wall."""
         return tuple(
             building.name
             for building in self.buildings

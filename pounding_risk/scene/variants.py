@@ -18,7 +18,7 @@ MOST_KEPT = 20_000  # scenes, some kB each
 
 
 class Variants:
-    """The scenes of a scene with axes, by number: the last axis is the fastest.
+    """The scenes at the places along a scene's axes, by number: the last axis is the fastest.
 
     ``axes`` are those of the scene, in another order if need be.
     """
@@ -52,16 +52,16 @@ class Variants:
         try:
             variant = self.made(overrides)
         except SceneError as error:
-            where = where_words(overrides)
-            raise SceneError(error.source, [f"grid, at {where}: {fault}" for fault in error.faults]) from None
-        for what, repair in unlike(self.study, variant):
-            raise SceneError(variant.source, [f"grid, at {where_words(overrides)}: changes {what}; {repair}"])
+            values_text = where_words(overrides)
+            raise SceneError(error.source, [f"grid, at {values_text}: {fault}" for fault in error.faults]) from None
+        for fact, repair in unlike(self.study, variant):
+            raise SceneError(variant.source, [f"grid, at {where_words(overrides)}: changes {fact}; {repair}"])
         return variant
 
     def made(self, overrides: Sequence[str]) -> Scene:
         """The scene with these values set, and no axes; changed as the study says `at_every_place`."""
-        variant, brought = self._made.made(overrides), self.study.at_every_place
-        return variant if brought is None else brought(variant)
+        variant, change = self._made.made(overrides), self.study.at_every_place
+        return variant if change is None else change(variant)
 
     def alone(self) -> Iterator[Scene]:
         """The scenes at places along each axis, the other keys as the scene has them."""
@@ -81,11 +81,11 @@ def check_one_scene(study: Scene, command: str) -> None:
     check_computed(study, command)
     if not study.axes:
         return
-    has = "; ".join(
+    axes_text = "; ".join(
         axis.words() if axis.dimension else f"{', '.join(axis.keys)}: {axis.words()}" for axis in study.axes
     )
     choices = (text for axis in study.axes for text in ((NO_SAMPLES,) if axis.dimension else axis.overrides(0)))
     choice = " ".join(f"--set '{text}'" for text in choices)
-    sentence = f"the scene varies along {has}; {command} runs one scene: choose with {choice}"
+    sentence = f"the scene varies along {axes_text}; {command} runs one scene: choose with {choice}"
     sentence += " for the values that the scene states" * (study.uncertain is not None)
     raise SceneError(study.source, [f"grid: {sentence} (in Python with scene.replace), which is then no axis"])

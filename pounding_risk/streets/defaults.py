@@ -22,7 +22,7 @@ HIGH = (
     f"a storey would be lower than {LOWEST_STOREY:g} m or higher than {HIGHEST_STOREY:g} m; check height and storeys, "
     "and the unit of the height"
 )
-UNLIKE = 2.0  # ratio of a floor's area to that of the footprint from which on both are doubted
+UNLIKE = 2.0  # ratio of a floor's area to that of the footprint above which, or below its inverse, both are doubted
 AREA_DOUBT = "the floor area is less than half or more than twice that of the footprint; check its unit"
 LIMIT = Quantity("m", 0.0, inf, "gap that parts rows", open_low=True, open_high=True, example="1 m")
 RESOLUTION = Quantity("m", 0.0, 100.0, "resolution of footprints", example="0.5 m")
@@ -110,11 +110,11 @@ class Rules:
             known_typology(self.typology)
         except PoundingError as error:
             raise PoundingError(f"--typology (typology in Python): {error}") from None
-        for name, known in (("chain", CHAINS), ("code_level", LEVELS)):
+        for name, allowed in (("chain", CHAINS), ("code_level", LEVELS)):
             value = getattr(self, name)
-            if value is not None and value not in known:
+            if value is not None and value not in allowed:
                 option = f"--{name.replace('_', '-')} ({name} in Python)"
-                raise PoundingError(f"{option}: {unknown(value, 'none', known)}")
+                raise PoundingError(f"{option}: {unknown(value, 'none', allowed)}")
         if self.code_level is not None and self.chain != "hazus":
             raise PoundingError("--code-level: is that of storeys by hazus; add --chain hazus, or leave it out")
 
@@ -184,22 +184,22 @@ class Completed:
     def __init__(self, number: int, entry: Entry, rules: Rules, notes: Notes) -> None:
         self.entry, self.values, self.rules, self.notes = entry, entry.values, rules, notes
         self.name, self.street = self.values.get("name", unnamed(number)), self.values.get("street", "")
-        self.where = f"{entry.place}, {self.name}"
+        self.place_and_name = f"{entry.place}, {self.name}"
 
     def fill(self, column: str, value: str, rule: str) -> None:
         """Note a value that a rule gave."""
         self.notes.filled.append(Filled(self.street, self.name, column, value, rule))
 
     def fault(self, words: str) -> None:
-        """Note what is wrong; ``words`` begin with the column, or with what the entry does."""
-        self.notes.faults.append(f"{self.where}{words}")
+        """Note a fault; ``words`` begin with the column, or with what the entry does."""
+        self.notes.faults.append(f"{self.place_and_name}{words}")
 
     def doubt(self, detail: str, words: str) -> None:
-        """Note what is doubtful, once for all buildings of which the same ``words`` hold."""
-        self.notes.doubts.add(f"{self.where} ({detail})" if detail else self.where, words)
+        """Note a doubt, once for all buildings with the same ``words``."""
+        self.notes.doubts.add(f"{self.place_and_name} ({detail})" if detail else self.place_and_name, words)
 
     def house(self) -> House:
-        """The building of the entry, with what its rules fill in."""
+        """The building of the entry, with the values that its rules fill in."""
         values, rules = self.values, self.rules
         by_type = ("typology",) if "hazus type" in values else ()
         unused = by_type if rules.chain == "hazus" else OF_HAZUS
@@ -208,18 +208,20 @@ class Completed:
                 self.fill(column, value, rule)
         if "name" not in values:
             self.fill("name", self.name, "its number among the buildings that were read")
-        of_type = FAMILIES[family_of(values["hazus type"])].typology if family_of(values.get("hazus type", "")) else ""
-        named = values.get("typology") or of_type or rules.typology
-        typology = "_".join(named.lower().split())  # "Concrete frame" is concrete_frame
+        type_typology = (
+            FAMILIES[family_of(values["hazus type"])].typology if family_of(values.get("hazus type", "")) else ""
+        )
+        typology_text = values.get("typology") or type_typology or rules.typology
+        typology = "_".join(typology_text.lower().split())  # "Concrete frame" is concrete_frame
         family = self._family(typology)
         height, storeys = self._size(family)
         if "typology" not in values and "hazus type" not in (values if family else ()):
-            self.fill("typology", typology, f"its hazus type {values['hazus type']}" if of_type else STATED)
+            self.fill("typology", typology, f"its hazus type {values['hazus type']}" if type_typology else STATED)
         kind = type_of(family, storeys) if family else None
         try:
-            known = known_typology(typology)
+            typology_kind = known_typology(typology)
             if "period" not in values and kind is None and not isnan(height):
-                known.period(height)
+                typology_kind.period(height)
         except PoundingError as error:
             self.fault(f", typology: {error}")
         damping = values.get("damping", kind.damping if kind else rules.damping)
@@ -241,7 +243,7 @@ class Completed:
         return House(self.name, self.street, *facts, walls, entry.footprint, entry.mapped, entry.place, storey_chain)
 
     def _generated(self, height: float, storeys: int, typology: str, mass: float) -> None:
-        """List what the scene generates from a typology: the period, and stiffnesses and strengths of storeys."""
+        """List the values that the scene generates from a typology: period, stiffnesses and strengths of storeys."""
         kind, period = known_typology(typology), self.values.get("period")
         made = generated(self.name, height=height, storeys=storeys, typology=typology, floor_mass=mass, period=period)
         if period is None:
@@ -262,8 +264,8 @@ class Completed:
         if family and type_of(family, 1) is not None:
             return family
         if hazus_type:
-            known = ", ".join(name for name in FAMILIES if type_of(name, 1))
-            self.fault(f", hazus type: {shown(hazus_type)} has no storeys here; it may be {known}")
+            types_text = ", ".join(name for name in FAMILIES if type_of(name, 1))
+            self.fault(f", hazus type: {shown(hazus_type)} has no storeys here; it may be {types_text}")
         return ""
 
     def _chain(self, kind: Type, storeys: int, mass: float) -> Chain | None:
@@ -292,26 +294,26 @@ class Completed:
 
     def _size(self, family: str) -> tuple[float, int]:
         """Height and number of storeys; where one is missing it follows from the other."""
-        values, usual = self.values, self.rules.storey_height
+        values, storey_height = self.values, self.rules.storey_height
         if "height" not in values:
             storeys = values.get("storeys", self.rules.storeys)
             if storeys is None:
                 self.fault(": gives neither height nor storeys; write one of the two, or state --storeys")
                 return nan, 1
             kind = type_of(family, storeys) if family and "storeys" in values else None
-            usual, storeys = kind.storey_height if kind else usual, round(storeys)
+            storey_height, storeys = kind.storey_height if kind else storey_height, round(storeys)
             if "storeys" not in values:
                 self.fill("storeys", str(storeys), "stated for buildings without height and storeys")
-            height = storeys * usual
-            self.fill("height", f"{height:g} m", f"its storeys at {usual:g} m each")
+            height = storeys * storey_height
+            self.fill("height", f"{height:g} m", f"its storeys at {storey_height:g} m each")
             return height, storeys
         height = values["height"]
         if "storeys" not in values:
-            storeys = max(round(height / usual), 1)
+            storeys = max(round(height / storey_height), 1)
             if storeys > MOST_STOREYS:
-                words = f"{height:g} m would be {storeys} storeys of {usual:g} m, {MOST_STOREYS} are the most"
+                words = f"{height:g} m would be {storeys} storeys of {storey_height:g} m, {MOST_STOREYS} are the most"
                 self.fault(f", height: {words}; check its unit")
-            self.fill("storeys", str(storeys), f"its height at {usual:g} m a storey")
+            self.fill("storeys", str(storeys), f"its height at {storey_height:g} m a storey")
             return height, storeys
         storeys = values["storeys"]
         if not LOWEST_STOREY <= height / storeys <= HIGHEST_STOREY:
@@ -326,21 +328,21 @@ class Completed:
                 if column in values:
                     self.doubt("", f"its {column} is not used, as its floor mass is given")
             return float(values["floor mass"])
-        size = values.get("floor area")
-        if size is None and footprint is not None:
-            size = round(footprint.area, 2)
-            self.fill("floor area", f"{size:g} m²", "that of its footprint")
-        elif size is None and area is not None:
-            size = area
-            self.fill("floor area", f"{size:g} m²", STATED)
-        elif size is None:
+        floor_area = values.get("floor area")
+        if floor_area is None and footprint is not None:
+            floor_area = round(footprint.area, 2)
+            self.fill("floor area", f"{floor_area:g} m²", "that of its footprint")
+        elif floor_area is None and area is not None:
+            floor_area = area
+            self.fill("floor area", f"{floor_area:g} m²", STATED)
+        elif floor_area is None:
             self.fault(": gives neither floor mass nor floor area; write one, or state an area for all such")
             return nan
-        elif footprint is not None and not 1.0 / UNLIKE <= size / footprint.area <= UNLIKE:
-            self.doubt(f"{size:.4g} m² over {footprint.area:.4g} m²", AREA_DOUBT)
+        elif footprint is not None and not 1.0 / UNLIKE <= floor_area / footprint.area <= UNLIKE:
+            self.doubt(f"{floor_area:.4g} m² over {footprint.area:.4g} m²", AREA_DOUBT)
         load = values.get("floor load", self.rules.floor_load)
         if "floor load" not in values:
             self.fill("floor load", f"{load / 1e3:g} kN/m²", STATED)
-        mass = float(round(size * load / STANDARD_GRAVITY))
+        mass = float(round(floor_area * load / STANDARD_GRAVITY))
         self.fill("floor mass", say(mass, units.MASS, 6), "floor area × floor load / g")
         return mass

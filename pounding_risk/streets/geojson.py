@@ -12,19 +12,19 @@ FARTHEST = 1e9  # m or degrees; no coordinate of a footprint is farther
 POLYGONS = ("Polygon", "MultiPolygon")
 
 
-def collection_of(text: str, what: str, faults: list[str], is_typed: bool = True) -> dict[str, Any]:
-    """The collection of a file, its features as tables; with none, and a fault, where it is not one of ``what``.
+def collection_of(text: str, noun: str, faults: list[str], is_typed: bool = True) -> dict[str, Any]:
+    """The collection of a file, its features as tables; without features, and with a fault, where it is none.
 
-    Where ``is_typed`` its type has to say that it is a collection.
+    ``noun`` is what it holds, for the fault. With ``is_typed`` its type has to say that it is a collection.
     """
     try:
         document = json.loads(text)
     except (ValueError, RecursionError) as error:
-        faults.append(f"is not JSON ({error}); export the {what} again as GeoJSON")
+        faults.append(f"is not JSON ({error}); export the {noun} again as GeoJSON")
         return {"features": []}
     features = document.get("features") if isinstance(document, dict) else None
     if not isinstance(features, list) or (is_typed and document.get("type") != "FeatureCollection"):
-        faults.append(f'is no GeoJSON of {what}; write {{"type": "FeatureCollection", "features": [...]}}')
+        faults.append(f'is no GeoJSON of {noun}; write {{"type": "FeatureCollection", "features": [...]}}')
         return {"features": []}
     return {**document, "features": [feature if isinstance(feature, dict) else {} for feature in features]}
 
@@ -36,7 +36,7 @@ def properties_of(feature: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def polygons_of(geometry: Any) -> list[list[list[Any]]]:
-    """The rings of each polygon of a geometry; raises ValueError with what is wrong with it.
+    """The rings of each polygon of a geometry; raises ValueError with the fault.
 
     A ring has four positions or more, of two finite numbers or more, and ends where it starts.
     """
@@ -67,7 +67,7 @@ def _check_ring(ring: Any) -> None:
 
 
 def is_position(position: Any, limits: tuple[float, float] = (FARTHEST, FARTHEST)) -> bool:
-    """True for two numbers, or more, of which the first two are within limits up and down."""
+    """True for two numbers or more, the first two of a size within ``limits``."""
     numbers = position[:2] if isinstance(position, list) else []
     return len(numbers) == 2 and all(
         type(number) in (int, float) and abs(number) <= limit for number, limit in zip(numbers, limits, strict=True)

@@ -25,7 +25,7 @@ FOOT = 0.3048  # m
 
 
 class Family(NamedTuple):
-    """A structural type of Hazus, of any height: what it is, and its typology here, "" where none comes near."""
+    """A structural type of Hazus, of any height: its name in words, and the nearest typology here, or ""."""
 
     words: str
     typology: str
@@ -57,8 +57,8 @@ HEIGHTS = ("L", "M", "H")  # behind the family: low-rise, mid-rise, high-rise
 def family_of(name: str) -> str:
     """The family of a type, "C1" of "C1M" and of "c1"; "" where it is none."""
     upper = name.strip().upper()
-    short = upper[:-1] if upper.endswith(HEIGHTS) else upper
-    return upper if upper in FAMILIES else short if short in FAMILIES else ""
+    stem = upper[:-1] if upper.endswith(HEIGHTS) else upper
+    return upper if upper in FAMILIES else stem if stem in FAMILIES else ""
 
 
 LEVELS = ("high", "moderate", "low", "pre")  # of the code that a building was designed by
@@ -70,7 +70,7 @@ OF_TYPOLOGY = {
     "concrete_walls": "C2",
     "masonry": "URM",
 }
-NO_CODE = ("S5", "C3", "URM")  # which the manual has no moderate and no high code of: those buildings stand from before
+NO_CODE = ("S5", "C3", "URM")  # without moderate and high code in the manual: such buildings are older
 # Type, typical period [s], storeys and height [ft], elastic damping [%]; then for each level of the code the yield
 # acceleration A_y [g], and the storey drift ratios [1e-4] at which the states of damage begin. Technical manual, tables
 # 5.1, 5.5, 5.7 to 5.10 and those of drift limits, as HazusData.txt of MDOF-LU repeats them; periods and heights of a
@@ -151,7 +151,7 @@ def types() -> dict[str, Type]:
     for line in TABLE.strip().splitlines():
         name, period, storeys, height, damping, *cells = line.split()
         n = int(storeys)
-        groups = [[float(cell) for cell in cells[at : at + 5]] for at in range(0, len(cells), 5)]
+        groups = [[float(cell) for cell in cells[k : k + 5]] for k in range(0, len(cells), 5)]
         levels = {
             level: Level(strength, tuple(drift / 1e4 for drift in drifts))
             for level, (strength, *drifts) in zip(LEVELS, groups, strict=True)
@@ -167,16 +167,16 @@ def type_of(family: str, storeys: int) -> Type | None:
     """
     low = 2 if family == "URM" else 3
     rise = "L" if storeys <= low else "M" if storeys <= 7 or family in ("RM1", "URM") else "H"
-    known = types()
-    return known.get(family) or known.get(family + rise)
+    by_name = types()
+    return by_name.get(family) or by_name.get(family + rise)
 
 
 def chain(kind: Type, level: str, storeys: int, floor_mass: float, period: float | None = None) -> Chain:
     """The storeys of a building of floors of this mass [kg]; ``period`` [s] stands for that of its type."""
     n, limits = storeys, kind.levels[level]
-    first = n * kind.period if period is None else period
-    half = pi / (2.0 * (2.0 * n + 1.0))
-    stiffness = pi**2 * floor_mass / (first * sin(half)) ** 2
-    base = limits.yield_acceleration * STANDARD_GRAVITY * floor_mass / (tan(half) ** 2 * (2.0 * n + 1.0))
+    first_period = n * kind.period if period is None else period
+    half_angle = pi / (2.0 * (2.0 * n + 1.0))
+    stiffness = pi**2 * floor_mass / (first_period * sin(half_angle)) ** 2
+    base = limits.yield_acceleration * STANDARD_GRAVITY * floor_mass / (tan(half_angle) ** 2 * (2.0 * n + 1.0))
     strengths = tuple(base * (1.0 - i * (i - 1) / (n * (n + 1))) for i in range(1, n + 1))
-    return Chain(kind.name, level, first, stiffness, strengths, limits.drifts)
+    return Chain(kind.name, level, first_period, stiffness, strengths, limits.drifts)

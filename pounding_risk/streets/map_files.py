@@ -68,10 +68,10 @@ class Projection(NamedTuple):
         return factor * 180.0 / pi * DEGREE if self.system.is_geographic else factor
 
 
-def system_of(given: Any) -> Any:
+def system_of(crs: Any) -> Any:
     """The horizontal coordinate reference system that a file states, None where it states none; raises ValueError."""
     try:
-        system: Any = CRS.from_user_input(given)
+        system: Any = CRS.from_user_input(crs)
     except CRSError as error:
         reason = " ".join(str(error).split())[:200]
         raise ValueError(f"its coordinate reference system cannot be read ({reason})") from None
@@ -98,7 +98,7 @@ IDS = ("id", "@id", "osm_id", "osm_way_id", "full_id")
 
 
 class Features(NamedTuple):
-    """What a file of a map holds: of each feature its place there, its properties, its geometry and its id."""
+    """The features of a file of a map: the place in the file, properties, geometry and id of each."""
 
     places: list[str]
     properties: list[dict[str, Any]]
@@ -108,8 +108,8 @@ class Features(NamedTuple):
 
     def chosen(self, wanted: Sequence[int]) -> Features:
         """Some of the features, by their numbers from 0."""
-        keep = [(self.places[at], self.properties[at], self.geometries[at], self.ids[at]) for at in wanted]
-        places, properties, geometries, ids = map(list, zip(*keep, strict=True)) if keep else ([], [], [], [])
+        rows = [(self.places[at], self.properties[at], self.geometries[at], self.ids[at]) for at in wanted]
+        places, properties, geometries, ids = map(list, zip(*rows, strict=True)) if rows else ([], [], [], [])
         return Features(places, properties, geometries, ids, self.system)
 
 
@@ -142,11 +142,11 @@ def _from_layer(path: Path, layer: str | None) -> Features:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of values that no column here has, such as dates, and of measured corners
         layers = {str(name): kind for name, kind in pyogrio.list_layers(path)}
-        own = _layer(path, layer, layers)
-        meta, fids, geometry, columns = pyogrio.raw.read(path, layer=own, return_fids=True, force_2d=False)
+        layer_name = _layer(path, layer, layers)
+        meta, fids, geometry, columns = pyogrio.raw.read(path, layer=layer_name, return_fids=True, force_2d=False)
     names = [str(name) for name in meta["fields"]]
     rows = zip(*(column.tolist() for column in columns), strict=True) if names else ((),) * len(fids)
-    properties = [dict(zip(names, map(_known, row), strict=True)) for row in rows]
+    properties = [dict(zip(names, map(_plain_cell, row), strict=True)) for row in rows]
     numbers = fids.tolist() if path.suffix.lower() == ".gpkg" else range(1, len(fids) + 1)  # as QGIS shows them
     # None where there is no geometry, or none that can be read.
     shapes = [None] * len(fids) if geometry is None else list(shapely.from_wkb(geometry, on_invalid="ignore"))
@@ -160,14 +160,14 @@ def _layer(path: Path, layer: str | None, layers: Mapping[str, Any]) -> str:
             sentence = f"has no layer {shown(layer)}{nearest(layer, layers)}; it has {', '.join(layers) or 'none'}"
             raise BlockError(str(path), [sentence])
         return layer
-    of_polygons = [name for name, kind in layers.items() if kind is not None and "Point" not in str(kind)]
-    fitting = [name for name in of_polygons if "Polygon" in str(layers[name])] or of_polygons
-    if len(fitting) != 1:
-        if not fitting:
+    polygon_layers = [name for name, kind in layers.items() if kind is not None and "Point" not in str(kind)]
+    candidates = [name for name in polygon_layers if "Polygon" in str(layers[name])] or polygon_layers
+    if len(candidates) != 1:
+        if not candidates:
             raise BlockError(str(path), ["has no layer of polygons; export the footprints again"])
-        names = ", ".join(fitting)
+        names = ", ".join(candidates)
         raise BlockError(str(path), [f"has the layers {names}; say which one with --layer (layer= in Python)"])
-    return fitting[0]
+    return candidates[0]
 
 
 def _from_parquet(path: Path) -> Features:
@@ -176,12 +176,12 @@ def _from_parquet(path: Path) -> Features:
 
     frame = geopandas.read_parquet(path)
     rows = frame.drop(columns=frame.active_geometry_name).to_dict("records")
-    properties = [{str(key): _known(cell) for key, cell in row.items()} for row in rows]
+    properties = [{str(key): _plain_cell(cell) for key, cell in row.items()} for row in rows]
     places = [f"feature {number}" for number in range(1, len(frame) + 1)]
     return Features(places, properties, list(frame.geometry.array), _ids(properties), frame.crs)
 
 
-def _known(cell: Any) -> Any:
+def _plain_cell(cell: Any) -> Any:
     """A value of a table as Python has it; None where the table has none."""
     cell = cell.item() if isinstance(cell, np.generic) else cell
     is_missing = cell is None or type(cell).__name__ in ("NAType", "NaTType") or cell != cell
@@ -190,8 +190,8 @@ def _known(cell: Any) -> Any:
 
 def _ids(properties: Sequence[Mapping[str, Any]]) -> list[str]:
     """The identifier of each feature; "" of one without."""
-    named = (next((table[key] for key in IDS if table.get(key) is not None), "") for table in properties)
-    return [str(identifier) if isinstance(identifier, str | int) else "" for identifier in named]
+    identifiers = (next((table[key] for key in IDS if table.get(key) is not None), "") for table in properties)
+    return [str(identifier) if isinstance(identifier, str | int) else "" for identifier in identifiers]
 
 
 def _from_geojson(text: str, metres: bool, faults: list[str]) -> Features:
@@ -199,8 +199,8 @@ def _from_geojson(text: str, metres: bool, faults: list[str]) -> Features:
     collection = collection_of(text, "footprints", faults)
     system = collection.get("crs", None if metres else DEGREES)
     if isinstance(system, dict):
-        named = properties_of(system)
-        system = named.get("name", named.get("code", ""))
+        crs_properties = properties_of(system)
+        system = crs_properties.get("name", crs_properties.get("code", ""))
     tables = collection["features"]
     places = [f"feature {number}" for number in range(1, len(tables) + 1)]
     properties = [dict(properties_of(table)) for table in tables]
@@ -217,7 +217,7 @@ def _from_geojson(text: str, metres: bool, faults: list[str]) -> Features:
 
 
 def _shape(geometry: Any) -> Geometry:
-    """The geometry of a feature of a GeoJSON; raises ValueError with what is wrong with it."""
+    """The geometry of a feature of a GeoJSON; raises ValueError with its fault."""
     polygons = []
     for rings in polygons_of(geometry):
         outer, *holes = [np.array([position[:2] for position in ring], dtype=np.float64) for ring in rings]

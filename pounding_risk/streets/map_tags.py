@@ -1,4 +1,4 @@
-"""Attributes of OpenStreetMap and Overture as columns of a street, and what is left out of them."""
+"""Attributes of OpenStreetMap and Overture as columns of a street, and the features that are left out."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MAPPED_FROM_IMAGES = 0.5  # m; assumed for the walls of OpenStreetMap and Overtu
 
 
 class Dialect(NamedTuple):
-    """Whose properties a file has: names of columns there, and how those of a feature are read."""
+    """The properties of a source of maps: names of its columns, and the reader of a feature's properties."""
 
     name: str = ""
     columns: Mapping[str, str] = {}
@@ -35,21 +35,21 @@ class Dialect(NamedTuple):
     note: str = ""
 
 
-def _of_osm(tags: Mapping[str, Any]) -> dict[str, Any]:
+def _osm_properties(tags: Mapping[str, Any]) -> dict[str, Any]:
     """The tags of a building, its height with its unit: a plain number is in metres, 12'6" in feet and inches."""
     facts = {key: tag for key, tag in tags.items() if key not in ("building", "building:part", "min_height")}
     text = str(tags.get("height", "")).strip()
     if feet := OSM_FEET.fullmatch(text):
         facts["height"] = f"{float(feet[1]) + float(feet[2] or 0.0) / 12.0!r} ft"
     else:
-        facts["height"] = _in_metres(tags.get("height"))
+        facts["height"] = _height_in_metres(tags.get("height"))
     levels = str(tags.get("building:levels", "")).strip()
     if re.fullmatch(r"[0-9]+\.5", levels):  # an attic
         facts["building:levels"] = ceil(float(levels))
     return facts
 
 
-def _of_overture(table: Mapping[str, Any]) -> dict[str, Any]:
+def _overture_properties(table: Mapping[str, Any]) -> dict[str, Any]:
     """The properties of a building of Overture: its heights are in metres, its name is the primary one."""
     names = table.get("names")
     if isinstance(names, str) and names.startswith("{"):
@@ -57,14 +57,14 @@ def _of_overture(table: Mapping[str, Any]) -> dict[str, Any]:
             names = json.loads(names)
         except ValueError:
             names = None
-    flat = table.get("names.primary", table.get("names_primary"))
-    primary = names.get("primary") if isinstance(names, Mapping) else flat
-    unread = ("names", "names.primary", "names_primary", "min_height")
-    facts = {key: fact for key, fact in table.items() if key not in unread}
-    return facts | {"name": table.get("name") or primary, "height": _in_metres(table.get("height"))}
+    flat_name = table.get("names.primary", table.get("names_primary"))
+    primary = names.get("primary") if isinstance(names, Mapping) else flat_name
+    unread_keys = ("names", "names.primary", "names_primary", "min_height")
+    facts = {key: fact for key, fact in table.items() if key not in unread_keys}
+    return facts | {"name": table.get("name") or primary, "height": _height_in_metres(table.get("height"))}
 
 
-def _in_metres(height: Any) -> Any:
+def _height_in_metres(height: Any) -> Any:
     is_plain = re.fullmatch(r"[0-9]+(\.[0-9]+)?", str(height).strip()) and not isinstance(height, bool)
     return f"{str(height).strip()} m" if is_plain else height
 
@@ -72,20 +72,20 @@ def _in_metres(height: Any) -> Any:
 OSM = Dialect(
     "OpenStreetMap",
     {"building:levels": "storeys"},
-    _of_osm,
+    _osm_properties,
     "tags of OpenStreetMap: a height without a unit is in metres, building:levels are the storeys, and building is a "
     "use, from which no typology follows; give typology where it is known",
 )
 OVERTURE = Dialect(
     "Overture",
     {"num_floors": "storeys"},
-    _of_overture,
+    _overture_properties,
     "properties of Overture: height is in metres, num_floors are the storeys, and no typology follows from the others",
 )
 
 
 def dialect_of(tables: Sequence[Mapping[str, Any]]) -> Dialect:
-    """Whose properties these are, by their names."""
+    """The dialect of these properties, by their names."""
     keys = {str(key) for table in tables for key in table}
     if "building" in keys or any(key.startswith("building:") for key in keys):
         return OSM
@@ -93,7 +93,7 @@ def dialect_of(tables: Sequence[Mapping[str, Any]]) -> Dialect:
 
 
 def with_other_tags(table: Mapping[str, Any]) -> dict[str, Any]:
-    """The properties of a feature; of tags that GDAL writes into one column each by itself."""
+    """The properties of a feature, with each tag that GDAL writes into one common column."""
     properties = dict(table)
     tags = properties.pop("other_tags", None)
     return dict(OTHER_TAGS.findall(tags)) | properties if isinstance(tags, str) else properties
@@ -105,19 +105,19 @@ def notes_of(dialect: Dialect, tables: Sequence[Mapping[str, Any]], places: Sequ
         return
     yield dialect.note
     hollow: dict[str, list[str]] = {}
-    raised = []
+    raised_places = []
     for place, table in zip(places, tables, strict=True):
         kind = str(table.get("building", "")).strip().lower()
         if kind in OSM_HOLLOW:
             hollow.setdefault(kind, []).append(place)
         if re.fullmatch(r"[0-9]+(\.[0-9]+)?( m)?", low := str(table.get("min_height", "")).strip()):
-            raised += [place] if float(low.removesuffix(" m")) > 0.0 and not is_part_of_building(table) else []
-    for kind, own in hollow.items():
-        their, them = ("its", "it") if len(own) == 1 else ("their", "them")
+            raised_places += [place] if float(low.removesuffix(" m")) > 0.0 and not is_part_of_building(table) else []
+    for kind, places_of_kind in hollow.items():
+        their, them = ("its", "it") if len(places_of_kind) == 1 else ("their", "them")
         repair = f"leave {them} out where nothing with floors stands there"
-        yield f'{listed(own)}: {their} tag building is "{kind}"; {repair}'
-    if raised:
-        yield f"{listed(raised)}: min_height is above 0, as of a bridge; taken from the ground up"
+        yield f'{listed(places_of_kind)}: {their} tag building is "{kind}"; {repair}'
+    if raised_places:
+        yield f"{listed(raised_places)}: min_height is above 0, as of a bridge; taken from the ground up"
 
 
 def is_part_of_building(table: Mapping[str, Any]) -> bool:
@@ -139,20 +139,20 @@ def without_parts(entries: list[Entry], tables: Mapping[str, Mapping[str, Any]])
     held = dict(zip(of.tolist(), inside.tolist(), strict=True))
     tallest: dict[int, dict[str, Any]] = {}
     for number, building in held.items():
-        own, most = parts[number].values, tallest.setdefault(building, {})
-        most |= {key: max(most.get(key, 0), own[key]) for key in ("height", "storeys") if key in own}
-    for number, most in tallest.items():
-        taken = {key: value for key, value in most.items() if key not in whole[number].values}
+        own, largest = parts[number].values, tallest.setdefault(building, {})
+        largest |= {key: max(largest.get(key, 0), own[key]) for key in ("height", "storeys") if key in own}
+    for number, largest in tallest.items():
+        taken = {key: value for key, value in largest.items() if key not in whole[number].values}
         of_part = (Derived(key, f"{value:g}{' m' if key == 'height' else ''}", OF_PART) for key, value in taken.items())
         values, derived = {**taken, **whole[number].values}, (*whole[number].derived, *of_part)
         whole[number] = whole[number]._replace(values=values, derived=derived)
-    alone = [part for number, part in enumerate(parts) if number not in held]
+    lone = [part for number, part in enumerate(parts) if number not in held]
     notes = []
     if held:
         notes.append(
             f"{listed([parts[number].place for number in held])}: parts of buildings, which stand in the outlines of "
             "those; a building without a height, or storeys, has those of its tallest part"
         )
-    if alone:
-        notes.append(f"{listed([part.place for part in alone])}: parts that stand in no building; read as buildings")
-    return [*whole, *alone], notes
+    if lone:
+        notes.append(f"{listed([part.place for part in lone])}: parts that stand in no building; read as buildings")
+    return [*whole, *lone], notes

@@ -59,18 +59,18 @@ def read_map(
     faults: list[str] = []
     features = read_features(path, layer, metres, faults)
     projection = None if faults else _projection(features, metres, faults)
-    parted: list[str] = []
+    parted_notes: list[str] = []
     if not faults and within is not None:
-        features, parted = _within(features, within, projection, limit, faults)
+        features, parted_notes = _features_within(features, within, projection, limit, faults)
     if faults:
         raise BlockError(str(path), faults)
     table = _table(features, projection, faults)
     if not faults and not table.entries:
-        inside = f" within {within}" if within is not None else ""
-        faults.append(f"has no building{inside}; export the footprints again, a feature for each")
+        area_text = f" within {within}" if within is not None else ""
+        faults.append(f"has no building{area_text}; export the footprints again, a feature for each")
     if faults:
         raise BlockError(str(path), faults)
-    return table._replace(left_out=[*table.left_out, *parted])
+    return table._replace(left_out=[*table.left_out, *parted_notes])
 
 
 def written_outlines(path: Path) -> tuple[dict[tuple[str, str], Geometry], bool]:
@@ -81,8 +81,8 @@ def written_outlines(path: Path) -> tuple[dict[tuple[str, str], Geometry], bool]
     lines = csv.DictReader(file_text(path).splitlines())
     head = next((cell for cell in lines.fieldnames or () if cell.startswith("footprint [WKT")), "")
     if not {"street", "name", head} <= set(lines.fieldnames or ()):
-        needed = "street, name and footprint [WKT, deg]"
-        raise BlockError(str(path), [f"has no columns {needed}, as buildings.csv of block has; write it again"])
+        columns_text = "street, name and footprint [WKT, deg]"
+        raise BlockError(str(path), [f"has no columns {columns_text}, as buildings.csv of block has; write it again"])
     cells = {(without_mark(line["street"]), without_mark(line["name"])): line[head] for line in lines if line[head]}
     try:
         shapes = shapely.from_wkt(list(cells.values()))
@@ -106,14 +106,14 @@ def _projection(features: Features, metres: bool, faults: list[str]) -> Projecti
     try:
         system = None if features.system is None else system_of(features.system)
     except ValueError as error:
-        if not metres:  # who says so knows of a system of the site's own what its name does not tell
+        if not metres:  # with metres the user knows the unit of a system of the site's own
             faults.append(f"{error}; export the footprints again in another one, or {METRES_HINT}")
         return None
     if metres:
         if system is not None and (unit := system.axis_info[0].unit_name) not in METRE:
-            why = f"its coordinates are in the unit {shown(unit)} ({system.name}), so they are no metres"
+            reason = f"its coordinates are in the unit {shown(unit)} ({system.name}), so they are no metres"
             repair = "set the coordinate reference system that the file really has"
-            faults.append(f"{why}; leave out --metres (metres=True in Python), or {repair}")
+            faults.append(f"{reason}; leave out --metres (metres=True in Python), or {repair}")
         return None
     if system is None:
         faults.append(
@@ -124,63 +124,65 @@ def _projection(features: Features, metres: bool, faults: list[str]) -> Projecti
     shapes = [shape for shape in features.geometries if shape is not None]
     corners = shapely.get_coordinates(shapes)
     if system.is_geographic:
-        faults += _outside(features)
+        faults += _degree_faults(features)
     finite = corners[np.isfinite(corners).all(axis=1)]
     return Projection.about(finite, system) if len(finite) and not faults else None
 
 
-def _outside(features: Features) -> list[str]:
+def _degree_faults(features: Features) -> list[str]:
     """One fault for all features with a corner that is no longitude and latitude."""
     corners, owners = shapely.get_coordinates(features.geometries, return_index=True)
-    far = (np.abs(corners) > (180.0, 90.0)).any(axis=1)
-    if not far.any():
+    is_far = (np.abs(corners) > (180.0, 90.0)).any(axis=1)
+    if not is_far.any():
         return []
-    first, places = corners[far][0], [features.places[owner] for owner in np.unique(owners[far])]
+    corner, places = corners[is_far][0], [features.places[owner] for owner in np.unique(owners[is_far])]
     repair = f"export the file in WGS 84, or {METRES_HINT}"
     if (np.abs(corners) <= (90.0, 180.0)).all() and np.ptp(corners, axis=0).max() < FARTHEST_APART / DEGREE:
         repair = "latitude stands first; write longitude before latitude"
-    return [f"{listed(places)}: [{first[0]:g}, {first[1]:g}] is no longitude and latitude in degrees; {repair}"]
+    return [f"{listed(places)}: [{corner[0]:g}, {corner[1]:g}] is no longitude and latitude in degrees; {repair}"]
 
 
-def _within(
+def _features_within(
     features: Features, within: str, projection: Projection | None, limit: float, faults: list[str]
 ) -> tuple[Features, list[str]]:
     """The features whose middle lies in a box of degrees, or in polygons of a file; a note on those close to others."""
     area = _area(within)
     if projection is None:
         if features.geometries:
-            why = "nothing ties the coordinates of this file to the Earth"
-            faults.append(f"--within is in degrees, and {why}; leave it out")
+            reason = "nothing ties the coordinates of this file to the Earth"
+            faults.append(f"--within is in degrees, and {reason}; leave it out")
         return features, []
     bounds = np.array([shapely.bounds(shape) for shape in features.geometries], dtype=float).reshape(-1, 4)
     middles = projection.degrees(0.5 * (bounds[:, :2] + bounds[:, 2:]))
-    inside = shapely.contains_xy(area, *middles.T)
+    is_inside = shapely.contains_xy(area, *middles.T)
     # The limit in units of the file, or more: a degree east, and a metre of web maps, is shorter by the cosine.
-    wide = 1.1 * limit / (projection.unit * np.cos(np.radians(np.abs(middles[inside, 1]).max(initial=0.0))))
-    boxes = shapely.box(*(bounds[inside] + (-wide, -wide, wide, wide)).T)
-    kept, others = np.flatnonzero(inside).tolist(), np.flatnonzero(~inside).tolist()
-    near = shapely.STRtree([features.geometries[at] for at in others]).query(boxes)
-    pairs = [(kept[one], others[other]) for one, other in near.T]
-    return features.chosen(kept), _parted(features, pairs, projection, limit)
+    margin = 1.1 * limit / (projection.unit * np.cos(np.radians(np.abs(middles[is_inside, 1]).max(initial=0.0))))
+    boxes = shapely.box(*(bounds[is_inside] + (-margin, -margin, margin, margin)).T)
+    inside_numbers, outside_numbers = np.flatnonzero(is_inside).tolist(), np.flatnonzero(~is_inside).tolist()
+    close_pairs = shapely.STRtree([features.geometries[number] for number in outside_numbers]).query(boxes)
+    pairs = [(inside_numbers[i], outside_numbers[j]) for i, j in close_pairs.T]
+    return features.chosen(inside_numbers), _parted_notes(features, pairs, projection, limit)
 
 
-def _parted(features: Features, pairs: Sequence[tuple[int, int]], projection: Projection, limit: float) -> list[str]:
-    """A note on those of some pairs of features, one of them left out, that are buildings closer than a limit [m]."""
+def _parted_notes(
+    features: Features, pairs: Sequence[tuple[int, int]], projection: Projection, limit: float
+) -> list[str]:
+    """A note on pairs of features, one of them left out, that are buildings closer than a limit [m]."""
     words = []
     for one, other in pairs:
-        both = [_sound(features.geometries[at])[0] for at in (one, other)]
-        tables = (map_tags.with_other_tags(features.properties[at]) for at in (one, other))
-        if None in both or any(map(map_tags.is_part_of_building, tables)):
+        shapes = [_sound_footprint(features.geometries[number])[0] for number in (one, other)]
+        tables = (map_tags.with_other_tags(features.properties[number]) for number in (one, other))
+        if None in shapes or any(map(map_tags.is_part_of_building, tables)):
             continue
-        distance = float(shapely.distance(*(shapely.transform(shape, projection.metres) for shape in both)))
+        distance = float(shapely.distance(*(shapely.transform(shape, projection.metres) for shape in shapes)))
         if distance < limit:
             words.append(f"{features.places[other]} ({say(distance, GAP, 3)} from {features.places[one]})")
-    why = f"left out by --within (within in Python), though closer than {say(limit, GAP)} to a building that is not"
-    return [f"{listed(words, PARTED)}: {why}; in no row and no table"] if words else []
+    reason = f"left out by --within (within in Python), though closer than {say(limit, GAP)} to a building that is not"
+    return [f"{listed(words, PARTED)}: {reason}; in no row and no table"] if words else []
 
 
 def _area(within: str) -> Geometry:
-    """What --within gives, in degrees of WGS 84."""
+    """The area of --within in degrees of WGS 84."""
     numbers = within.split(",")
     if len(numbers) == 4:
         try:
@@ -205,7 +207,7 @@ def read_map_outlines(path: Path) -> list[Geometry]:
     projection = None if faults else _projection(features, False, faults)
     shapes: list[Geometry] = []
     for place, shape in zip(features.places, features.geometries, strict=True):
-        sound, _, fault = _sound(shape)
+        sound, _, fault = _sound_footprint(shape)
         if fault:
             faults.append(f"{place}: {fault}")
         elif sound is not None and projection is not None:
@@ -217,8 +219,8 @@ def read_map_outlines(path: Path) -> list[Geometry]:
     return shapes
 
 
-def _sound(shape: Geometry | None) -> tuple[Geometry | None, str, str]:
-    """A footprint that has an inside; what was repaired; or what is wrong with it."""
+def _sound_footprint(shape: Geometry | None) -> tuple[Geometry | None, str, str]:
+    """A valid footprint; a sentence on its repair; or a sentence on its fault."""
     if shape is None or shape.is_empty:
         return None, "", no_polygon("")
     if shape.geom_type not in POLYGONS:
@@ -230,19 +232,19 @@ def _sound(shape: Geometry | None) -> tuple[Geometry | None, str, str]:
         return None, "", "a coordinate is no number, or is beyond any place on the Earth; draw the footprint again"
     if shapely.is_valid(flat):
         return flat, "; ".join(repairs), ""
-    sound = []
+    sound_parts = []
     for polygon in shapely.get_parts(flat):
-        whole, fault = _repaired(polygon)
+        valid, fault = _repaired_polygon(polygon)
         if fault:
             return None, "", fault
-        sound.append(whole)
-    repaired = sound[0] if len(sound) == 1 else shapely.union_all(sound)
+        sound_parts.append(valid)
+    repaired = sound_parts[0] if len(sound_parts) == 1 else shapely.union_all(sound_parts)
     repairs.append(f"its outline is repaired ({shapely.is_valid_reason(flat)})")
     return repaired, "; ".join(repairs), ""
 
 
-def _repaired(polygon: Geometry) -> tuple[Geometry | None, str]:
-    """A valid polygon, or several, of the same area; or what is wrong with it."""
+def _repaired_polygon(polygon: Geometry) -> tuple[Geometry | None, str]:
+    """A valid polygon, or several, of the same area; or a sentence on its fault."""
     if shapely.is_valid(polygon):
         return polygon, ""
     polygons = [part for part in shapely.get_parts(shapely.make_valid(polygon)) if part.geom_type in POLYGONS]
@@ -264,7 +266,7 @@ def _table(features: Features, projection: Projection | None, faults: list[str])
     """The buildings of a file whose coordinates can be read, with notes on what is not read, or repaired."""
     tables = [map_tags.with_other_tags(table) for table in features.properties]
     dialect = map_tags.dialect_of(tables)
-    raw = tables
+    raw_tables = tables
     if dialect.name:
         tables = [dialect.read(table) for table in tables]
     heads = [key for key in dict.fromkeys(key for table in tables for key in table) if key not in IDS]
@@ -277,24 +279,24 @@ def _table(features: Features, projection: Projection | None, faults: list[str])
                 faults.append(f"{place}, {column}: the footprint says where the walls are; leave the property out")
         values = values_of(place, tables[number].items(), columns, faults)
         entries.append(Entry(place, values, features.geometries[number], Mapped(features.ids[number])))
-    entries, resolution, more = _laid_flat(entries, projection, dialect, faults)
+    entries, resolution, flat_notes = _laid_flat(entries, projection, dialect, faults)
     if faults:
         return Table([], [])
-    notes = [*left_out, *map_tags.notes_of(dialect, raw, features.places), *more]
+    notes = [*left_out, *map_tags.notes_of(dialect, raw_tables, features.places), *flat_notes]
     if dialect.name:
-        entries, of_parts = map_tags.without_parts(entries, dict(zip(features.places, raw, strict=True)))
+        entries, part_notes = map_tags.without_parts(entries, dict(zip(features.places, raw_tables, strict=True)))
         # Buildings of one street that share a name, as shops do, get their place in the file beside it.
         keys = [(entry.values.get("street", ""), entry.values.get("name")) for entry in entries]
-        shared = {key for key in repeated(keys) if key[1] is not None}
+        shared_keys = {key for key in repeated(keys) if key[1] is not None}
         for number, (key, entry) in enumerate(zip(keys, entries, strict=True)):
-            if key in shared:
+            if key in shared_keys:
                 values = {**entry.values, "name": f"{key[1]} ({entry.place})"}
                 entries[number] = entry._replace(values=values)
-        notes += of_parts
+        notes += part_notes
     places: dict[str, list[str]] = {}
     for entry in entries:
         places.setdefault(entry.mapped.id if entry.mapped is not None else "", []).append(entry.place)
-    if shared_ids := [f"{own} ({listed(of)})" for own, of in places.items() if own and len(of) > 1]:
+    if shared_ids := [f"{own_id} ({listed(of)})" for own_id, of in places.items() if own_id and len(of) > 1]:
         notes.append(f"several buildings have one id, by which no inventory is joined to them: {listed(shared_ids)}")
     return Table(entries, notes, resolution)
 
@@ -307,10 +309,12 @@ def outlined_table(source: Path, entries: Sequence[Entry], notes: Sequence[str])
     faults: list[str] = []
     features = Features([entry.place for entry in entries], [], [entry.footprint for entry in entries], [], DEGREES)
     if not faults:
-        flat, resolution, more = _laid_flat(entries, _projection(features, False, faults), map_tags.Dialect(), faults)
+        flat, resolution, flat_notes = _laid_flat(
+            entries, _projection(features, False, faults), map_tags.Dialect(), faults
+        )
     if faults:
         raise BlockError(str(source), faults)
-    return Table(flat, [*notes, *more], resolution)
+    return Table(flat, [*notes, *flat_notes], resolution)
 
 
 def _laid_flat(
@@ -318,29 +322,29 @@ def _laid_flat(
 ) -> tuple[list[Entry], Resolution, list[str]]:
     """Entries with sound footprints in metres, how finely their walls are known, and notes on both."""
     repairs: dict[str, list[str]] = {}
-    sound = []
+    sound_entries = []
     for entry in entries:
-        shape, repair, fault = _sound(entry.footprint)
+        shape, repair, fault = _sound_footprint(entry.footprint)
         if fault:
             faults.append(f"{entry.place}: {fault}")
         else:
             repairs.setdefault(repair, []).append(entry.place)
-            sound.append(entry._replace(footprint=shape))
+            sound_entries.append(entry._replace(footprint=shape))
     notes = [f"{listed(places)}: {repair}" for repair, places in repairs.items() if repair]
-    if faults or not sound:
+    if faults or not sound_entries:
         return [], Resolution(), []
-    resolution, coarse = _resolution([entry.footprint for entry in sound], projection, dialect)
-    flat = _flat(sound, projection)
+    resolution, coarse_notes = _resolution([entry.footprint for entry in sound_entries], projection, dialect)
+    flat = _entries_in_metres(sound_entries, projection)
     faults += _faults_of_extent(flat, projection)
-    return flat, resolution, [*notes, *coarse]
+    return flat, resolution, [*notes, *coarse_notes]
 
 
 def _lacks_unit(head: str, column: str, unit: str, tables: Sequence[Mapping[str, Any]], faults: list[str]) -> bool:
     """True, with one fault for all features, where a property has numbers alone, and its name has no unit."""
     quantity = COLUMNS[column]
     cells = [table[head] for table in tables if table.get(head) is not None]
-    are_numbers = cells and all(isinstance(cell, int | float) and not isinstance(cell, bool) for cell in cells)
-    if quantity is None or quantity.unit == "1" or unit or not are_numbers:
+    has_numbers = cells and all(isinstance(cell, int | float) and not isinstance(cell, bool) for cell in cells)
+    if quantity is None or quantity.unit == "1" or unit or not has_numbers:
         return False
     faults.append(
         f'properties: {shown(head)} has numbers without a unit; name it "{head} [{quantity.unit}]", by the unit that '
@@ -352,7 +356,7 @@ def _lacks_unit(head: str, column: str, unit: str, tables: Sequence[Mapping[str,
 # ------------------------------------------------------------------------------------------------ metres
 
 
-def _flat(entries: list[Entry], projection: Projection | None) -> list[Entry]:
+def _entries_in_metres(entries: list[Entry], projection: Projection | None) -> list[Entry]:
     """The entries with footprints in metres about their middle, and where that is on the Earth."""
     if projection is None:
         return entries
@@ -360,11 +364,11 @@ def _flat(entries: list[Entry], projection: Projection | None) -> list[Entry]:
     flat = shapely.transform(shapes, projection.metres)
     middles = projection.degrees(shapely.get_coordinates(shapely.centroid(shapes)))
     world = shapely.transform(shapes, projection.degrees)
-    placed = []
+    placed_entries = []
     for entry, shape, (longitude, latitude), outline in zip(entries, flat, middles.tolist(), world, strict=True):
         mapped = (entry.mapped or Mapped())._replace(longitude=longitude, latitude=latitude, outline=outline)
-        placed.append(entry._replace(footprint=shape, mapped=mapped))
-    return placed
+        placed_entries.append(entry._replace(footprint=shape, mapped=mapped))
+    return placed_entries
 
 
 def _faults_of_extent(entries: Sequence[Entry], projection: Projection | None) -> list[str]:
@@ -373,26 +377,26 @@ def _faults_of_extent(entries: Sequence[Entry], projection: Projection | None) -
     if not len(bounds):
         return []
     # No building is so large, or so small.
-    across = np.hypot(bounds[:, 2] - bounds[:, 0], bounds[:, 3] - bounds[:, 1])
-    if across.max() < SMALLEST:
+    diameters = np.hypot(bounds[:, 2] - bounds[:, 0], bounds[:, 3] - bounds[:, 1])
+    if diameters.max() < SMALLEST:
         kind, repair = "as metres", "leave out --metres (metres=True in Python)"
         if projection is not None:
             kind, repair = f"as {projection.system.name}", "set the coordinate reference system that the file has"
-        words = say(float(across.max()), GAP, 2)
+        words = say(float(diameters.max()), GAP, 2)
         doubt = "the coordinates look like longitude and latitude"
         return [f"read {kind}, no footprint is more than {words} across: {doubt}; {repair}"]
-    if projection is not None and LARGEST < across.min() < inf:
+    if projection is not None and LARGEST < diameters.min() < inf:
         kind, repair = projection.system.name, "set the coordinate reference system that the file really has"
         if projection.system.is_geographic:
             kind = "longitude and latitude"
             repair = "the coordinates look like metres; say so with --metres (metres=True in Python)"
-        return [f"read as {kind}, every footprint is {say(float(across.min()), GAP, 2)} across or more: {repair}"]
-    wide = hypot(*(bounds[:, 2:].max(axis=0) - bounds[:, :2].min(axis=0)))
-    if wide <= FARTHEST_APART:
+        return [f"read as {kind}, every footprint is {say(float(diameters.min()), GAP, 2)} across or more: {repair}"]
+    diagonal = hypot(*(bounds[:, 2:].max(axis=0) - bounds[:, :2].min(axis=0)))
+    if diagonal <= FARTHEST_APART:
         return []
-    extent = f"{say(wide, GAP, 3)} apart" if isfinite(wide) else "too far apart to be laid flat"
+    extent_text = f"{say(diagonal, GAP, 3)} apart" if isfinite(diagonal) else "too far apart to be laid flat"
     return [
-        f"{entries[0].place} to {entries[-1].place}: their footprints lie {extent}, and one plane holds at most "
+        f"{entries[0].place} to {entries[-1].place}: their footprints lie {extent_text}, and one plane holds at most "
         f"{say(FARTHEST_APART, GAP)}; give a part of them (--within), or check the coordinates"
     ]
 
@@ -410,6 +414,6 @@ def _resolution(
             "no finer; give gap [mm] where it was measured"
         ]
     if dialect.name and not size > map_tags.MAPPED_FROM_IMAGES:
-        words = f"assumed of outlines of {dialect.name}, which say nothing of it"
-        return Resolution(map_tags.MAPPED_FROM_IMAGES, words), notes
+        rule = f"assumed of outlines of {dialect.name}, which say nothing of it"
+        return Resolution(map_tags.MAPPED_FROM_IMAGES, rule), notes
     return Resolution(size, "" if isnan(size) else "the last decimal of the coordinates"), notes

@@ -27,7 +27,7 @@ NEIGHBOURS = "neighbours.csv"
 ROUNDED = 6  # decimals of a metre
 FINEST_GAP = 4  # decimals of a metre: no survey resolves less than 0.1 mm
 LISTED = 5  # neighbours that a note names
-SAME = 0.95  # of the larger of two footprints, which are one building drawn twice where they have so much in common
+SAME = 0.95  # of the larger of two footprints; with more in common they are one building drawn twice
 PARTIAL = 0.5  # share of the shorter front; neighbours that face each other over less are noted
 ACROSS = "across the axis of the street"
 CORNER = "corner to corner"
@@ -62,14 +62,15 @@ def floors(one: House, other: House, tolerance: float | None = None) -> Floors:
     A ``tolerance`` of levels that meet [m] stands in place of the depths of the floors.
     """
     sides = [
-        _Levels(tuple(at * each.height / each.storeys for at in range(1, each.storeys + 1))) for each in (one, other)
+        _Levels(tuple(storey * house.height / house.storeys for storey in range(1, house.storeys + 1)))
+        for house in (one, other)
     ]
     rule = LevelRule(one.floor_depth, other.floor_depth, tolerance)
     points = automatic_points(sides[0], sides[1], rule.is_one)
     lower = min(side.levels[-1] for side in sides)
     # Without a tolerance: of all floors up to the lower roof, how far the nearest floor of the other is.
     offsets = [
-        min(abs(level - beside) for beside in there.levels)
+        min(abs(level - other_level) for other_level in there.levels)
         for here, there in (sides, sides[::-1])
         for level in here.levels
         if level <= lower + rule.largest
@@ -148,17 +149,19 @@ def neighbours_csv(
     lines: list[Iterable[Any]] = [HEADS]
 
     def add(one: House, other: House, gap: float, pair: Neighbours | ClosePair, held: str) -> None:
-        ends = [f"{end:.6g}" for end in (pair.gaps if isinstance(pair, Neighbours) else within(gap, pair.resolution))]
-        measured = ["" if isnan(length) else f"{length:.4g}" for length in (pair.faced, pair.share)]
+        gap_ends = [
+            f"{end:.6g}" for end in (pair.gaps if isinstance(pair, Neighbours) else within(gap, pair.resolution))
+        ]
+        faced_texts = ["" if isnan(length) else f"{length:.4g}" for length in (pair.faced, pair.share)]
         meet, miss, offset = floors(one, other, tolerance)
         names = one.street, one.name, other.street, other.name
-        lines.append((*names, f"{gap:.6g}", *ends, *measured, meet, miss, f"{offset:.4g}", held))
+        lines.append((*names, f"{gap:.6g}", *gap_ends, *faced_texts, meet, miss, f"{offset:.4g}", held))
 
     for name, pairs in rows:
         for pair in pairs:
             add(pair.left, pair.right, pair.gap, pair, f"neighbours in {name}")
-    for each in close:
-        add(each.one, each.other, each.distance, each, f"in no row: {each.reason}")
+    for lone in close:
+        add(lone.one, lone.other, lone.distance, lone, f"in no row: {lone.reason}")
     return csv_text(lines)
 
 
@@ -175,11 +178,11 @@ def close_pair(one: House, other: House, distance: float, reason: str, rules: Ru
 
 def between_streets(houses: Sequence[House], rules: Rules, resolution: float) -> Iterator[ClosePair]:
     """Pairs of buildings of two streets that stand closer than the limit."""
-    shaped = [house for house in houses if house.footprint is not None]
-    if shaped:
-        pairs, distances = footprints.close_pairs([house.footprint for house in shaped], rules.limit)
+    with_footprint = [house for house in houses if house.footprint is not None]
+    if with_footprint:
+        pairs, distances = footprints.close_pairs([house.footprint for house in with_footprint], rules.limit)
         for pair, distance in zip(pairs.tolist(), distances.tolist(), strict=True):
-            one, other = (shaped[at] for at in pair)
+            one, other = (with_footprint[number] for number in pair)
             if one.street != other.street and distance < rules.limit:
                 yield close_pair(one, other, distance, STREETS, rules, resolution)
 
@@ -224,22 +227,22 @@ class Street(NamedTuple):
     def lined_up(self) -> LinedUp:
         """Rows in the order of their first buildings, and the pairs that no row holds."""
         for name in repeated(house.name for house in self.houses):
-            places = [where for house, where in zip(self.houses, self.places, strict=True) if house.name == name]
+            places = [place for house, place in zip(self.houses, self.places, strict=True) if house.name == name]
             self.notes.faults.append(f"{', '.join(places)}: {shown(name)} is the name of each; tell them apart")
         shapes = [house.footprint for house in self.houses if house.footprint is not None]
         if len(shapes) < len(self.houses):
             return self._lined_up_by_walls()
         # Each group of close buildings has an axis of its own, unless one is stated.
-        near, clear = footprints.close_pairs(shapes, reach(self.rules))
-        distances = dict(zip(map(tuple, near.tolist()), clear.tolist(), strict=True))
+        near, clearances = footprints.close_pairs(shapes, reach(self.rules))
+        distances = dict(zip(map(tuple, near.tolist()), clearances.tolist(), strict=True))
         views = [self._view(shapes, pairs) for pairs in footprints.groups(len(shapes), near)]
         outlines = {number: outline for view in views for number, outline in view.outlines.items()}
         directions = {number: footprints.azimuth(view.axes[0]) for view in views for number in view.outlines}
         reasons: dict[frozenset[int], str] = {}
-        # Whether they overlap, which neighbours do not, as one reaches around the other.
+        # Whether a pair overlaps across the street, as where one building reaches around the other.
         across = {frozenset(pair[:2]): pair.gap < -self._overlap for view in views for pair in view.across}
-        along = (pair for view in views for pair in view.along)
-        adjacent = self._held(self._beside(along, outlines, across, reasons), reasons)
+        along_pairs = (pair for view in views for pair in view.along)
+        adjacent = self._adjacent(self._possible_neighbours(along_pairs, outlines, across, reasons), reasons)
         rows = list(self._rows(adjacent, directions))
         self._note_partial([each for row in rows for each in row.pairs if each.is_partial])
         self._note_given(rows)
@@ -258,22 +261,24 @@ class Street(NamedTuple):
     def _lined_up_by_walls(self) -> LinedUp:
         """Each building and the next without footprints: by their left walls, or without any as the file lists them."""
         walls = [house.walls for house in self.houses]
-        lacking = [self._named(number) for number, (left, _) in enumerate(walls) if isnan(left)]
-        order = range(len(walls)) if lacking else sorted(range(len(walls)), key=lambda number: walls[number][0])
-        if 0 < len(lacking) < len(walls):
+        without_wall = [self._label(number) for number, (left, _) in enumerate(walls) if isnan(left)]
+        order = range(len(walls)) if without_wall else sorted(range(len(walls)), key=lambda number: walls[number][0])
+        if 0 < len(without_wall) < len(walls):
             repair = "write it, or leave the walls of all buildings out"
-            self.notes.faults.append(f"{listed(lacking)}: no left wall, by which the others are in order; {repair}")
+            self.notes.faults.append(
+                f"{listed(without_wall)}: no left wall, by which the others are in order; {repair}"
+            )
             return LinedUp([], [], [])
-        beside = [Facing(left, right, walls[right][0] - walls[left][1]) for left, right in pairwise(order)]
-        return LinedUp(list(self._rows(self._held(beside, {}), {})), [], [])  # without footprints no more is known
+        facings = [Facing(left, right, walls[right][0] - walls[left][1]) for left, right in pairwise(order)]
+        return LinedUp(list(self._rows(self._adjacent(facings, {}), {})), [], [])  # without footprints no more is known
 
     @property
     def _overlap(self) -> float:
-        """The overlap [m] that is taken for buildings that touch."""
+        """The largest overlap [m] of walls that are taken to touch."""
         return self.rules.survey if isnan(self.resolution) else max(self.rules.survey, self.resolution)
 
     def _view(self, shapes: Sequence[Any], pairs: Pairs) -> View:
-        """The buildings of close pairs along the axis in which most of them face each other, or that is stated."""
+        """The buildings of close pairs along the stated axis, or the one along which most of them face each other."""
         members, local = np.unique(pairs, return_inverse=True)
         own = [shapes[member] for member in members]
         stated = self.rules.axis
@@ -285,49 +290,49 @@ class Street(NamedTuple):
             both = along, np.array([-along[1], along[0]])
         outlines = [[footprints.turned(outline, axis) for outline in plain] for axis in both]
         near, survey = local.reshape(-1, 2), self.rules.survey
-        met = [
+        facings = [
             [pair._replace(left=int(members[pair.left]), right=int(members[pair.right])) for pair in own]
             for own in (footprints.facing(seen, near, reach(self.rules), survey) for seen in outlines)
         ]
-        first = int(stated is None and len(met[1]) > len(met[0]))
+        first = int(stated is None and len(facings[1]) > len(facings[0]))
         axes, seen = (both[first], both[1 - first]), dict(zip(members.tolist(), outlines[first], strict=True))
-        return View(axes, seen, met[first], met[1 - first])
+        return View(axes, seen, facings[first], facings[1 - first])
 
     def _sides(self, views: Sequence[View]) -> list[int]:
-        """Of each building the number of its sides, left, right, front and back, on which another one is close."""
+        """The number of sides of each building, left, right, front and back, on which another one is close."""
         sides: set[tuple[int, str]] = set()
         for view in views:
-            for way, pairs in (("along", view.along), ("across", view.across)):
+            for direction, pairs in (("along", view.along), ("across", view.across)):
                 for pair in pairs:
                     if pair.gap < -self._overlap:
                         sides.update(self._walls_around(*pair[:2], view.axes))
                     elif pair.gap < self.rules.limit:
-                        sides |= {(pair.left, f"{way} +"), (pair.right, f"{way} -")}
+                        sides |= {(pair.left, f"{direction} +"), (pair.right, f"{direction} -")}
         counts = Counter(number for number, _ in sides)
         return [counts[number] for number in range(len(self.houses))]
 
     def _walls_around(self, one: int, other: int, axes: tuple[Array, Array]) -> Iterator[tuple[int, str]]:
-        """The sides of two, one of which reaches around the other, on which walls of both are close to each other."""
+        """The sides of two buildings on which their walls are close, where one reaches around the other."""
         shapes = [self.houses[number].footprint for number in (one, other)]
-        for way, axis in zip(("along", "across"), axes, strict=True):
-            seen = [footprints.turned(footprints.outline_of(shape), axis) for shape in shapes]
-            inner = int(np.prod(seen[1].high - seen[1].low) < np.prod(seen[0].high - seen[0].low))
-            (first, bottom), (last, top) = seen[inner].low, seen[inner].high
+        for direction, axis in zip(("along", "across"), axes, strict=True):
+            outlines = [footprints.turned(footprints.outline_of(shape), axis) for shape in shapes]
+            inner = int(np.prod(outlines[1].high - outlines[1].low) < np.prod(outlines[0].high - outlines[0].low))
+            (first, bottom), (last, top) = outlines[inner].low, outlines[inner].high
             limit, inset = self.rules.limit, self._overlap
-            for side, back, start in (("+", "-", last), ("-", "+", first - limit)):
-                beside = footprints.box_along(axis, (start, bottom + inset), (start + limit, top - inset))
-                if beside.intersects(shapes[1 - inner]):
-                    yield (one, other)[inner], f"{way} {side}"
-                    yield (one, other)[1 - inner], f"{way} {back}"
+            for side, other_side, start in (("+", "-", last), ("-", "+", first - limit)):
+                strip = footprints.box_along(axis, (start, bottom + inset), (start + limit, top - inset))
+                if strip.intersects(shapes[1 - inner]):
+                    yield (one, other)[inner], f"{direction} {side}"
+                    yield (one, other)[1 - inner], f"{direction} {other_side}"
 
-    def _beside(
+    def _possible_neighbours(
         self,
         pairs: Iterable[Facing],
         outlines: Mapping[int, Outline],
         across: Mapping[frozenset[int], bool],
         reasons: dict[frozenset[int], str],
     ) -> Iterator[Facing]:
-        """The pairs that may be neighbours in a row; the reason is noted for those that may not.
+        """The pairs that may be neighbours in a row; ``reasons`` gets a sentence for each that may not.
 
         ``across`` has the pairs that face each other across the street, and whether they overlap there too.
         """
@@ -335,7 +340,7 @@ class Street(NamedTuple):
             length, share, nearest = footprints.faced(outlines[pair.left], outlines[pair.right], reach(self.rules))
             key, is_overlap = frozenset((pair.left, pair.right)), pair.gap < -self._overlap
             if is_overlap and not self._lie_on_each_other(pair):
-                # Nothing overlaps: one stands in the other's corner or court, or a street bends.
+                # The footprints do not overlap: one is in the other's corner or court, or the street bends.
                 reasons[key] = INSIDE if across.get(key, True) else ACROSS
             elif not is_overlap and share < self.rules.least_facing:
                 reasons[key] = f"facing each other over {say(length, GAP, 2)} only ({percent(share)})"
@@ -344,12 +349,12 @@ class Street(NamedTuple):
                 yield pair._replace(gap=gap, faced=length, share=share)
 
     def _lie_on_each_other(self, pair: Facing) -> bool:
-        """True where two footprints have more in common than a strip that the survey explains."""
+        """True where two footprints share more than a strip as wide as the accuracy of the survey."""
         left, right = (self.houses[number].footprint for number in pair[:2])
         return not left.intersection(right).buffer(-0.5 * self._overlap).is_empty
 
     def _overlap_words(self, left: int, right: int, gap: float) -> str:
-        """What is wrong with two that overlap: one is listed twice where footprints, or else walls, are the same."""
+        """The fault of two buildings that overlap; equal footprints, or else walls, are one building listed twice."""
         one, other = self.houses[left], self.houses[right]
         if one.footprint is None or other.footprint is None:
             is_same = one.walls == other.walls
@@ -364,49 +369,49 @@ class Street(NamedTuple):
             "street of its own"
         )
 
-    def _held(self, beside: Iterable[Facing], reasons: dict[frozenset[int], str]) -> list[Facing]:
+    def _adjacent(self, facings: Iterable[Facing], reasons: dict[frozenset[int], str]) -> list[Facing]:
         """The pairs that are neighbours: at most one on each side of a building, with the gap that holds."""
-        limit, adjacent = self.rules.limit, []
+        limit, neighbours = self.rules.limit, []
         # A wall that is a rounding error beyond another does not overlap it.
-        rounded = [pair._replace(gap=round(pair.gap, FINEST_GAP) + 0.0) for pair in beside]
+        rounded = [pair._replace(gap=round(pair.gap, FINEST_GAP) + 0.0) for pair in facings]
         for left, right, gap, *_ in rounded:
             if gap < -self._overlap:
                 words = self._overlap_words(left, right, gap)
-                self.notes.faults.append(f"{self._named(left)} and {self._named(right)}: {words}")
-        for pair in _in_line(_unhidden(rounded), limit):
+                self.notes.faults.append(f"{self._label(left)} and {self._label(right)}: {words}")
+        for pair in _line_pairs(_unhidden_pairs(rounded), limit):
             gap = self._gap(pair)
             if gap < limit:
-                adjacent.append(pair._replace(gap=gap, overlap=-pair.gap if pair.gap < 0.0 else 0.0))
+                neighbours.append(pair._replace(gap=gap, overlap=-pair.gap if pair.gap < 0.0 else 0.0))
             else:
                 is_given = isfinite(self.houses[pair.left].gap)
                 words = f"{say(gap, GAP)} apart along the street"
                 reasons[frozenset(pair[:2])] = f"{words}, as given" if is_given else words
-        onward = {pair.left: pair.right for pair in adjacent}
-        before = {right: left for left, right in onward.items()}
+        right_of = {pair.left: pair.right for pair in neighbours}
+        left_of = {right: left for left, right in right_of.items()}
         for left, right, *_ in rounded:
-            if onward.get(left) == right:
+            if right_of.get(left) == right:
                 continue
             reason = "in a ring of buildings, which is no line"
-            taken = (left, onward[left]) if left in onward else (right, before[right]) if right in before else ()
-            if taken:
-                one, other = (self.houses[number].name for number in taken)
+            ends = (left, right_of[left]) if left in right_of else (right, left_of[right]) if right in left_of else ()
+            if ends:
+                one, other = (self.houses[number].name for number in ends)
                 reason = f"{one} has {other} as its neighbour on that side"
             reasons.setdefault(frozenset((left, right)), reason)
         # A gap that is given to the right of the last building of a row.
         for number, house in enumerate(self.houses):
-            if number not in onward and house.gap < limit:
+            if number not in right_of and house.gap < limit:
                 self.notes.faults.append(
-                    f"{self._named(number)}, gap: {say(house.gap, GAP)} is given, but no building stands on its right "
+                    f"{self._label(number)}, gap: {say(house.gap, GAP)} is given, but no building stands on its right "
                     f"within {say(limit, GAP)}; leave the gap out, or correct the order"
                 )
-        return adjacent
+        return neighbours
 
     def _rows(self, adjacent: Sequence[Facing], directions: Mapping[int, float]) -> Iterator[BlockRow]:
-        after = {pair.left: pair for pair in adjacent}
+        pair_of_left = {pair.left: pair for pair in adjacent}
         for first in sorted(set(range(len(self.houses))) - {pair.right for pair in adjacent}):
             pairs, last = [], first
-            while last in after:
-                left, right, gap, length, share, overlap = after[last]
+            while last in pair_of_left:
+                left, right, gap, length, share, overlap = pair_of_left[last]
                 left_house, right_house = self.houses[left], self.houses[right]
                 has_walls = left_house.footprint is not None or not isnan(right_house.walls[0] - left_house.walls[1])
                 resolution = self.resolution if has_walls and isnan(left_house.gap) else nan
@@ -419,40 +424,40 @@ class Street(NamedTuple):
 
     def _note_partial(self, pairs: Sequence[Neighbours]) -> None:
         """A note on neighbours that face each other over a part of their fronts."""
-        each = [f"{pair.left.name} and {pair.right.name} {pair.faced_words}" for pair in pairs]
-        if each:
+        texts = [f"{pair.left.name} and {pair.right.name} {pair.faced_words}" for pair in pairs]
+        if texts:
             self.notes.doubts.add(
                 "",
-                f"{_some(each)}: taken as full neighbours, though a blow beside the middle turns buildings, which a "
+                f"{_few(texts)}: taken as full neighbours, though a blow beside the middle turns buildings, which a "
                 "row leaves out; --least-facing (least_facing in Python) parts neighbours that face each other over "
                 "less",
             )
 
     def _note_given(self, rows: Sequence[BlockRow]) -> None:
-        """A note on the pairs that given gaps are taken for; a fault for a row of which the file has no order.
+        """A note on the pairs that given gaps belong to; a fault for a row that the file does not list in order.
 
         The gap of a building is that to its right, which the order of the file says where no axis is stated.
         """
         numbers = {house.place: number for number, house in enumerate(self.houses)}
-        taken = []
+        gap_words = []
         for row in rows:
             order = [numbers[house.place] for house in row.buildings]
-            given = [self._named(number) for number in order if isfinite(self.houses[number].gap)]
+            given = [self._label(number) for number in order if isfinite(self.houses[number].gap)]
             if given and self.rules.axis is None and order != sorted(order):
-                ways = f'--axis "{row.direction:.0f} deg" or "{(row.direction + 180.0) % 360.0:.0f} deg"'
+                options = f'--axis "{row.direction:.0f} deg" or "{(row.direction + 180.0) % 360.0:.0f} deg"'
                 self.notes.faults.append(
                     f"{listed(given, 1)}, gap: is that to the building on the right, and the file does not list the "
-                    f"row from left to right; list it so, or state which way is from left to right ({ways})"
+                    f"row from left to right; list it so, or state which way is from left to right ({options})"
                 )
-            taken += [
+            gap_words += [
                 f"{say(left.gap, GAP)} between {left.name} and {right.name}"
                 for left, right in pairwise(row.buildings)
                 if isfinite(left.gap)
             ]
-        if taken:
-            self.notes.doubts.add("", f"gap, as given, is that to the building on the right: {_some(taken)}")
+        if gap_words:
+            self.notes.doubts.add("", f"gap, as given, is that to the building on the right: {_few(gap_words)}")
 
-    def _named(self, number: int) -> str:
+    def _label(self, number: int) -> str:
         return f"{self.places[number]}, {self.houses[number].name}"
 
     def _gap(self, pair: Facing) -> float:
@@ -468,7 +473,7 @@ class Street(NamedTuple):
         if isfinite(left.gap):
             if abs(left.gap - pair.gap) > survey:
                 self.notes.faults.append(
-                    f"{self._named(pair.left)} and {self._named(pair.right)}: the gap is given as "
+                    f"{self._label(pair.left)} and {self._label(pair.right)}: the gap is given as "
                     f"{say(left.gap, GAP)}, but the walls are {say(pair.gap, GAP, 3)} apart; correct one of the two"
                 )
             return left.gap
@@ -479,37 +484,37 @@ class Street(NamedTuple):
         return pair.gap
 
 
-def _some(each: Sequence[str]) -> str:
+def _few(sentences: Sequence[str]) -> str:
     """The first sentences on pairs of neighbours, and how many more there are."""
-    more = f"; and {len(each) - LISTED} more ({NEIGHBOURS})" if len(each) > LISTED else ""
-    return f"{'; '.join(each[:LISTED])}{more}"
+    more_text = f"; and {len(sentences) - LISTED} more ({NEIGHBOURS})" if len(sentences) > LISTED else ""
+    return f"{'; '.join(sentences[:LISTED])}{more_text}"
 
 
-def _unhidden(pairs: Sequence[Facing]) -> list[Facing]:
-    """The pairs with the faced length that no building between them hides: less what both of them face of that one."""
+def _unhidden_pairs(pairs: Sequence[Facing]) -> list[Facing]:
+    """The pairs with their faced length less the part hidden by a building between them, which both of them face."""
     to_right: dict[int, dict[int, float]] = {}
     to_left: dict[int, set[int]] = {}
     for pair in pairs:
         to_right.setdefault(pair.left, {})[pair.right] = pair.faced
         to_left.setdefault(pair.right, set()).add(pair.left)
-    seen = []
+    unhidden = []
     for pair in pairs:
         between = to_right[pair.left].keys() & to_left[pair.right]
         hidden = max((min(to_right[pair.left][one], to_right[one][pair.right]) for one in between), default=0.0)
-        seen.append(pair._replace(faced=max(pair.faced - hidden, 0.0)) if hidden > 0.0 else pair)
-    return seen
+        unhidden.append(pair._replace(faced=max(pair.faced - hidden, 0.0)) if hidden > 0.0 else pair)
+    return unhidden
 
 
-def _in_line(pairs: Iterable[Facing], limit: float) -> list[Facing]:
-    """The pairs that make lines: one neighbour on each side, the one with the longest faced length within the limit."""
-    onward: dict[int, int] = {}
-    before: dict[int, int] = {}
-    lined = []
+def _line_pairs(pairs: Iterable[Facing], limit: float) -> list[Facing]:
+    """The pairs that make lines: on each side one neighbour, with the longest faced length within the limit."""
+    right_of: dict[int, int] = {}
+    left_of: dict[int, int] = {}
+    line_pairs = []
     for pair in sorted(pairs, key=lambda pair: (pair.gap >= limit, -pair.faced, pair.gap)):
         end = pair.right  # of the line that this pair would lengthen, or close to a ring
-        while end != pair.left and end in onward:
-            end = onward[end]
-        if pair.left not in onward and pair.right not in before and end != pair.left:
-            onward[pair.left], before[pair.right] = pair.right, pair.left
-            lined.append(pair)
-    return sorted(lined, key=lambda pair: pair[:2])
+        while end != pair.left and end in right_of:
+            end = right_of[end]
+        if pair.left not in right_of and pair.right not in left_of and end != pair.left:
+            right_of[pair.left], left_of[pair.right] = pair.right, pair.left
+            line_pairs.append(pair)
+    return sorted(line_pairs, key=lambda pair: pair[:2])

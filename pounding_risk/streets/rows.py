@@ -1,8 +1,8 @@
-"""Streets as rows: which buildings of a table stand side by side, how far apart, and what the table left open.
+"""Streets as rows: which buildings of a table stand side by side, how far apart, and which values the table lacks.
 
 A row is a chain of buildings whose gaps are below a limit. A wider gap parts it. Two buildings that stand closer than
 the limit and that a row cannot hold as neighbours are listed with the reason; a building with none near it is alone.
-What a table does not give is filled by `Rules`, and every value so filled is listed.
+Values that a table does not give are filled by `Rules`, and each is listed.
 """
 
 from __future__ import annotations
@@ -91,8 +91,8 @@ class Block(ShortRepr):
     @property
     def alone(self) -> tuple[House, ...]:
         """The buildings that stand close to no other one: along the street, and with footprints in any direction."""
-        beside = {(house.street, house.name) for pair in self.close for house in (pair.one, pair.other)}
-        return tuple(house for house in self.in_no_row if (house.street, house.name) not in beside)
+        close_names = {(house.street, house.name) for pair in self.close for house in (pair.one, pair.other)}
+        return tuple(house for house in self.in_no_row if (house.street, house.name) not in close_names)
 
     @cached_property
     def houses(self) -> tuple[House, ...]:
@@ -113,8 +113,8 @@ class Block(ShortRepr):
     def gap_words(self) -> str:
         """How well the gaps between walls are known, in words."""
         if self.resolution.size > 0.0:
-            off = say(self.resolution.size, GAP, 3)
-            return f"measured gaps are uniform within {off} of the distance of the walls ({self.resolution.words})"
+            size = say(self.resolution.size, GAP, 3)
+            return f"measured gaps are uniform within {size} of the distance of the walls ({self.resolution.words})"
         if not self.has_footprints:
             if all(isnan(house.walls[0]) for house in self.houses):
                 return "gaps are those of the table, or the stated one where it has none"
@@ -146,31 +146,33 @@ class Block(ShortRepr):
         names = [slug(row.name) for row in self.rows]
 
         def files(numbered: set[str]) -> list[str]:
-            return [f"{name}-{at}.toml" if name in numbered else f"{name}.toml" for at, name in enumerate(names, 1)]
+            return [
+                f"{name}-{number}.toml" if name in numbered else f"{name}.toml" for number, name in enumerate(names, 1)
+            ]
 
         some = files(set(repeated(names)))
         return files(set(names)) if any(repeated(some)) else some
 
     def _by_row(self) -> list[tuple[list[Filled], list[ClosePair]]]:
-        """For each row the values that were filled in for its buildings, and the pairs of `close` with one of them."""
-        row_of = {(row.street, one.name): at for at, row in enumerate(self.rows) for one in row.buildings}
-        own: list[tuple[list[Filled], list[ClosePair]]] = [([], []) for _ in self.rows]
+        """For each row the values that were filled in for its buildings, and the pairs of `close` with one of these."""
+        row_of = {(row.street, house.name): number for number, row in enumerate(self.rows) for house in row.buildings}
+        by_row: list[tuple[list[Filled], list[ClosePair]]] = [([], []) for _ in self.rows]
         for filled in self.filled:
             if (filled.street, filled.building) in row_of:
-                own[row_of[filled.street, filled.building]][0].append(filled)
+                by_row[row_of[filled.street, filled.building]][0].append(filled)
         for pair in self.close:
-            names = {(one.street, one.name) for one in (pair.one, pair.other)}
-            for at in {row_of[name] for name in names & row_of.keys()}:
-                own[at][1].append(pair)
-        return own
+            names = {(house.street, house.name) for house in (pair.one, pair.other)}
+            for number in {row_of[name] for name in names & row_of.keys()}:
+                by_row[number][1].append(pair)
+        return by_row
 
     def buildings_csv(self) -> str:
         """Every building as CSV: its row and place in it, the sides adjoined, where it is, and its footprint.
 
         A footprint is WKT in degrees of WGS 84, or in metres where nothing ties the coordinates to the Earth.
         """
-        shaped = (house.mapped for house in self.houses if house.footprint is not None)
-        in_metres = any(mapped is None or mapped.outline is None for mapped in shaped)
+        mapped_houses = (house.mapped for house in self.houses if house.footprint is not None)
+        in_metres = any(mapped is None or mapped.outline is None for mapped in mapped_houses)
         lines: list[Iterable[Any]] = [(*BUILDING_HEADS, f"footprint [WKT, {'m' if in_metres else 'deg'}]")]
 
         def add(house: House, row: str, position: str) -> None:
@@ -198,11 +200,11 @@ class Block(ShortRepr):
         words = f"no row: no two buildings stand within {say(self.rules.limit, GAP)} of each other along the street"
         if self.close:
             axis = "another direction of the street" if self.rules.axis is not None else "the direction of the street"
-            facing = " or a smaller --least-facing" if self.rules.least_facing > 0.0 else ""
+            option = " or a smaller --least-facing" if self.rules.least_facing > 0.0 else ""
             count = f"{len(self.close)} pair{'s stand' if len(self.close) > 1 else ' stands'}"
-            beside = [pair for pair in self.close if pair.reason != INSIDE]
-            words += f" as neighbours, though {count} so close, such as {(beside or self.close)[0].words}; "
-            words += f"state {axis} (--axis){facing}" if beside else NO_AXIS
+            others = [pair for pair in self.close if pair.reason != INSIDE]
+            words += f" as neighbours, though {count} so close, such as {(others or self.close)[0].words}; "
+            words += f"state {axis} (--axis){option}" if others else NO_AXIS
         else:
             words += "; check the walls and the coordinates, or write a larger limit (--limit)"
         raise BlockError(self.source, [words])
@@ -270,7 +272,7 @@ def write_block(
     pairs = neighbours_csv(((row.name, row.pairs) for row in street.rows), street.close, tolerance)
     texts = {**scenes, FILLED: filled_csv(street.filled), NEIGHBOURS: pairs, BUILDINGS: street.buildings_csv()}
 
-    def checked() -> Iterator[tuple[str, str]]:  # in the folder: from a missing one ../EventGrid.csv leads nowhere
+    def checked() -> Iterator[tuple[str, str]]:  # once the folder exists: else ../EventGrid.csv would lead nowhere
         for name, text in scenes.items():
             parse_scene(text, source=str(folder / name))
         yield from texts.items()
@@ -335,7 +337,7 @@ def read_block(
     in_no_row: list[House] = []
     close: list[ClosePair] = []
     sides: dict[tuple[str, str], int] = {}
-    every: list[House] = []
+    houses_read: list[House] = []
     streets: dict[str, list[Entry]] = {}
     for entry in table.entries:
         streets.setdefault(entry.values.get("street", ""), []).append(entry)
@@ -343,15 +345,18 @@ def read_block(
         houses = [Completed(numbers[entry.place], entry, rules, notes).house() for entry in entries]
         lined_up = Street(houses, [entry.place for entry in entries], rules, notes, resolution.size).lined_up()
         in_no_row += [row.buildings[0] for row in lined_up.rows if not row.gaps]
-        name, own = street or source.stem, [row for row in lined_up.rows if row.gaps]
-        rows += [row._replace(name=f"{name}, row {at}" if len(own) > 1 else name) for at, row in enumerate(own, 1)]
+        name, street_rows = street or source.stem, [row for row in lined_up.rows if row.gaps]
+        rows += [
+            row._replace(name=f"{name}, row {at}" if len(street_rows) > 1 else name)
+            for at, row in enumerate(street_rows, 1)
+        ]
         close += lined_up.close
         sides |= {(house.street, house.name): number for house, number in zip(houses, lined_up.sides, strict=False)}
-        every += houses
+        houses_read += houses
     if notes.faults:
         raise BlockError(str(source), notes.faults)
     if len(streets) > 1:
-        close += between_streets(every, rules, resolution.size)
+        close += between_streets(houses_read, rules, resolution.size)
     facts = tuple(notes.filled), (*table.left_out, *notes.doubts.sentences()), rules, tuple(close), sides, resolution
     return Block(source.name, tuple(rows), tuple(in_no_row), *facts)
 
@@ -364,7 +369,7 @@ def footprint_rings(path: str | Path) -> dict[tuple[str, str], tuple[Array, ...]
     The file is a map of footprints as `read_block` takes it, or the buildings.csv that `write_block` writes; raises
     PoundingError as `read_block`.
     """
-    if not _is_written(Path(path)):
+    if not _is_buildings_csv(Path(path)):
         return {key: rings(entry.footprint, with_courts=True) for key, entry in _named_entries(Path(path)).items()}
     outlines, in_degrees = footprint_outlines(path)
     shapes = list(outlines.values())
@@ -382,7 +387,7 @@ def footprint_outlines(path: str | Path) -> tuple[dict[tuple[str, str], Any], bo
     the Earth.
     """
     source = Path(path)
-    if _is_written(source):
+    if _is_buildings_csv(source):
         need_maps(str(source))
         from pounding_risk.streets.maps import written_outlines
 
@@ -394,7 +399,7 @@ def footprint_outlines(path: str | Path) -> tuple[dict[tuple[str, str], Any], bo
     return {key: entry.footprint for key, entry in entries.items()}, False
 
 
-def _is_written(source: Path) -> bool:
+def _is_buildings_csv(source: Path) -> bool:
     """True for the buildings.csv of `write_block`, under any name: no table of a street has footprints as WKT."""
     if source.name == BUILDINGS:
         return True

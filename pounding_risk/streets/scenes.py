@@ -59,7 +59,7 @@ CONCRETE = Contact()  # e of concrete as of Jankowski (2005), whose β, of block
 
 
 class Share(NamedTuple):
-    """The values of one column that one rule filled: their number, and which in words."""
+    """The values of one column that one rule filled: their number, and the values in words."""
 
     column: str
     number: int
@@ -86,8 +86,8 @@ def shares(filled: Iterable[Filled]) -> list[Share]:
     summary = []
     for (column, rule), cells in groups.items():
         distinct = list(dict.fromkeys(cells))
-        more = f", ... ({len(distinct)} values)" if len(distinct) > LISTED else ""
-        summary.append(Share(column, len(cells), f"{', '.join(distinct[:LISTED])}{more}", rule))
+        more_text = f", ... ({len(distinct)} values)" if len(distinct) > LISTED else ""
+        summary.append(Share(column, len(cells), f"{', '.join(distinct[:LISTED])}{more_text}", rule))
     return summary
 
 
@@ -121,7 +121,7 @@ def scene_text(
         if name not in SECTIONS:
             raise PoundingError(f"tables: {shown(name)} cannot be given; it may be {', '.join(SECTIONS)}")
     own_records = own_tables.get("records", {})
-    middle = _middle(row) if "sites" in own_records else {}
+    middle = _middle_of_row(row) if "sites" in own_records else {}
     # Names, where no other source is given, and both polarities.
     has_source = records is None and any(key in own_records for key in SOURCES)
     names = {} if has_source else {"names": horizontal_records() if records is None else list(records)}
@@ -144,11 +144,11 @@ def scene_text(
     if damage:
         document["effects"] = {"inelastic_storeys": {}, **document.get("effects", {})}
         document["damage"] = damage
-    return "".join(f"# {line}\n" for line in _origin(row, filled, close, source, gaps)) + "\n" + write_toml(document)
+    return "".join(f"# {line}\n" for line in _origins(row, filled, close, source, gaps)) + "\n" + write_toml(document)
 
 
 def _interface(pair: Neighbours, contact: Contact) -> dict[str, Any]:
-    """The table of an interface: its gap, and the keys of the contact that have an effect where these floors meet."""
+    """The table of an interface: its gap, and the keys of the contact with an effect where these floors meet."""
     keys = {key: value for key, value in contact._asdict().items() if value is not None}
     meet, miss, _ = floors(pair.left, pair.right, None if contact.tolerance is None else parse(contact.tolerance, GAP))
     for key, number in (("yield_force", meet), ("column_yield_force", miss)):
@@ -157,7 +157,7 @@ def _interface(pair: Neighbours, contact: Contact) -> dict[str, Any]:
     return {"gap": written(pair.gap, GAP), **keys}
 
 
-def _origin(row: BlockRow, filled: Sequence[Filled], close: Sequence[ClosePair], source: str, gaps: str) -> list[str]:
+def _origins(row: BlockRow, filled: Sequence[Filled], close: Sequence[ClosePair], source: str, gaps: str) -> list[str]:
     """Comments on the origin of a scene's numbers, and on the close buildings that it does not hold."""
     lines = [f"{len(row.buildings)} buildings of {source}, side by side; written by pounding-risk block."]
     if not isnan(row.direction):
@@ -178,34 +178,34 @@ def _origin(row: BlockRow, filled: Sequence[Filled], close: Sequence[ClosePair],
 
 
 def _uncertain(row: BlockRow, own_tables: Mapping[str, Any]) -> dict[str, Any]:
-    """The table [uncertain] of a row: its measured gaps within the resolution, beside what is given.
+    """The table [uncertain] of a row: its measured gaps within the resolution, beside the given table.
 
-    Gaps that the given tables vary themselves, by [grid] or by a distribution, are left to these.
+    Gaps that the given tables vary, by [grid] or by a distribution, are not added.
     """
-    stated = dict(own_tables.get("uncertain", {}))
-    numbers = stated.get("numbers", {})
-    varied = [*own_tables.get("grid", {}), *stated, *(numbers if isinstance(numbers, Mapping) else ())]
-    if any(key == "gap" or (key.startswith("interface") and key.endswith("gap")) for key in varied):
-        return stated
-    spreads = {}
+    given = dict(own_tables.get("uncertain", {}))
+    numbers = given.get("numbers", {})
+    varied_keys = [*own_tables.get("grid", {}), *given, *(numbers if isinstance(numbers, Mapping) else ())]
+    if any(key == "gap" or (key.startswith("interface") and key.endswith("gap")) for key in varied_keys):
+        return given
+    gap_tables = {}
     for number, pair in enumerate(row.pairs, start=1):
         if pair.resolution > 0.0 and pair.gaps[1] > 0.0:
             low, high = (written(end, GAP) for end in pair.gaps)
-            spreads[f"interface.{number}.gap"] = {"distribution": "uniform", "low": low, "high": high}
-    if spreads:
-        return {"samples": SAMPLES, **stated, **spreads}
-    return stated if set(stated) - {"samples", "method", "seed"} else {}  # no number of this row is uncertain
+            gap_tables[f"interface.{number}.gap"] = {"distribution": "uniform", "low": low, "high": high}
+    if gap_tables:
+        return {"samples": SAMPLES, **given, **gap_tables}
+    return given if set(given) - {"samples", "method", "seed"} else {}  # no number of this row is uncertain
 
 
-def _middle(row: BlockRow) -> dict[str, float]:
+def _middle_of_row(row: BlockRow) -> dict[str, float]:
     """The middle of a row in degrees, the mean of its buildings' middles; empty where it is not known."""
     mapped = [house.mapped for house in row.buildings if house.mapped is not None and not isnan(house.mapped.longitude)]
     if not mapped:
         return {}
     first = mapped[0].longitude  # across the meridian of 180 degrees longitudes go on
-    east = sum((each.longitude - first + 180.0) % 360.0 - 180.0 for each in mapped) / len(mapped)
+    east = sum((item.longitude - first + 180.0) % 360.0 - 180.0 for item in mapped) / len(mapped)
     longitude = (first + east + 180.0) % 360.0 - 180.0
-    latitude = sum(each.latitude for each in mapped) / len(mapped)
+    latitude = sum(item.latitude for item in mapped) / len(mapped)
     return {"longitude": round(longitude, DEGREE_DIGITS), "latitude": round(latitude, DEGREE_DIGITS)}
 
 
@@ -224,7 +224,7 @@ def horizontal_records() -> list[str]:
 
 def _building(house: House) -> dict[str, Any]:
     """The table of a building: of a typology, or with its storeys by Hazus."""
-    more = {"damping": house.damping, "floor_depth": written(house.floor_depth, GAP)}
+    more_keys = {"damping": house.damping, "floor_depth": written(house.floor_depth, GAP)}
     if (chain := house.chain) is not None:
         return {
             "name": house.name,
@@ -233,7 +233,7 @@ def _building(house: House) -> dict[str, Any]:
             "storey_heights": written(house.height / house.storeys, GAP),
             "storey_strengths": [written(strength, STOREY_STRENGTH) for strength in chain.strengths],
             "storeys": house.storeys,
-            **more,
+            **more_keys,
         }
     return {
         "name": house.name,
@@ -242,7 +242,7 @@ def _building(house: House) -> dict[str, Any]:
         "typology": house.typology,
         "floor_mass": written(house.floor_mass, MASS),
         **({} if house.period is None else {"period": written(house.period, PERIOD)}),
-        **more,
+        **more_keys,
     }
 
 

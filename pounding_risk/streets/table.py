@@ -51,7 +51,7 @@ COLUMNS: dict[str, Quantity | None] = {
 NOT_KNOWN = ("na", "n/a", "n.a.", "nan", "null", "none", "nil", "unknown", "?", "-", "--", "–", "—", "#n/a")
 WORDS = ("name", "street")  # columns in which any word is a value
 HEAD = "write a head such as 'name,height [m],storeys,typology,floor area [m^2],gap [mm]' and a line for each building"
-LIKE = 0.8  # from which likeness on an unknown column is taken for a misspelt one
+LIKE = 0.8  # likeness above which an unknown column is taken for a misspelt one
 
 
 MAPS = (".geojson", ".json", ".gpkg", ".fgb", ".parquet", ".geoparquet")  # files with a footprint for each building
@@ -75,14 +75,14 @@ class Mapped(NamedTuple):
 
 
 class Resolution(NamedTuple):
-    """How far off the distance of two walls may be by what a file says of it, and where that is from."""
+    """How far off the distance of two walls may be according to the file, and the origin of that number."""
 
     size: float = nan  # m; NaN where it is finer than gaps are
     words: str = ""
 
 
 class Derived(NamedTuple):
-    """A value that a file does not state in so many words: column, the value in words, and where it is from."""
+    """A value that a file does not state itself: column, the value in words, and the rule that it is from."""
 
     column: str
     value: str
@@ -100,7 +100,7 @@ class Entry(NamedTuple):
 
 
 class Table(NamedTuple):
-    """The buildings of a file, sentences about what is not read, and how finely their walls are known."""
+    """The buildings of a file, sentences on columns that are not read, and how finely their walls are known."""
 
     entries: list[Entry]
     left_out: list[str]
@@ -115,17 +115,17 @@ def read_table(path: Path) -> Table:
     entries: list[Entry] = []
     left_out: list[str] = []
     if rows:
-        at, heads = rows[0]
-        columns, left_out = columns_of(heads, f"line {at}", faults)
-        left_out += _with_mark(text.splitlines()[at:], at + 1, len(heads))
+        number, heads = rows[0]
+        columns, left_out = columns_of(heads, f"line {number}", faults)
+        left_out += _with_mark(text.splitlines()[number:], number + 1, len(heads))
         if len(columns) < 2 and not faults:
-            faults.append(f"line {at}: names no two columns of a street; {HEAD}")
-        for at, cells in rows[1:]:
-            where = f"line {at}"
+            faults.append(f"line {number}: names no two columns of a street; {HEAD}")
+        for number, cells in rows[1:]:
+            place = f"line {number}"
             if words := uneven(cells, heads):
-                faults.append(f"{where}: {words}")
+                faults.append(f"{place}: {words}")
             else:
-                entries.append(Entry(where, values_of(where, zip(heads, cells, strict=True), columns, faults)))
+                entries.append(Entry(place, values_of(place, zip(heads, cells, strict=True), columns, faults)))
     if not faults and not entries:
         faults.append(f"has no building; {HEAD}")
     if faults:
@@ -135,8 +135,8 @@ def read_table(path: Path) -> Table:
 
 def _with_mark(lines: Sequence[str], first: int, columns: int) -> list[str]:
     """A note on lines that start with #, from the ``first`` on, and have a cell for each column as buildings have."""
-    comments = [(at, line) for at, line in enumerate(lines, first) if line.startswith("#")]
-    places = [f"line {at}" for at, line in comments if line.count(",") >= columns - 1]
+    comments = [(number, line) for number, line in enumerate(lines, first) if line.startswith("#")]
+    places = [f"line {number}" for number, line in comments if line.count(",") >= columns - 1]
     repair = "put a name that starts with # in quotes"
     return [f"{', '.join(places)}: left out, as what starts with # is a comment; {repair}"] if places else []
 
@@ -161,7 +161,7 @@ def file_text(path: Path) -> str:
 
 def columns_of(
     heads: Sequence[str],
-    where: str,
+    place: str,
     faults: list[str],
     tags: Mapping[str, str] = MappingProxyType({}),
     *,
@@ -169,31 +169,31 @@ def columns_of(
 ) -> tuple[dict[str, tuple[str, str]], list[str]]:
     """Column and unit of each known head, and a note on the unknown ones; faults for heads that are nearly known.
 
-    ``tags`` are columns that have another name in the file. In one whose names are given by others (``is_foreign``)
-    none is misspelt.
+    ``tags`` are columns that have another name in the file. In a file with names of another source (``is_foreign``)
+    none is taken for misspelt.
     """
     columns: dict[str, tuple[str, str]] = {}
     left_out = []
     for head in heads:
         name, unit = split_unit(head)
         name = tags.get(name.lower()) or " ".join(name.replace("_", " ").lower().split())
-        near = nearest(name, COLUMNS, LIKE)
+        hint = nearest(name, COLUMNS, LIKE)
         if name not in COLUMNS:
-            if near and not is_foreign:
-                faults.append(f"{where}: {shown(head)} is no column{near}; it may be {', '.join(COLUMNS)}")
+            if hint and not is_foreign:
+                faults.append(f"{place}: {shown(head)} is no column{hint}; it may be {', '.join(COLUMNS)}")
             elif name:
                 left_out.append(head)
         elif name in (column for column, _ in columns.values()):
-            faults.append(f"{where}: {shown(head)} stands twice; leave one of the two out")
+            faults.append(f"{place}: {shown(head)} stands twice; leave one of the two out")
         else:
             columns[head] = name, unit
     verb = "is" if len(left_out) == 1 else "are"
     words = listed([*map(shown, left_out)], FIRST if is_foreign else len(left_out))
-    return columns, [f"{where}: {words} {verb} not read"] if left_out else []
+    return columns, [f"{place}: {words} {verb} not read"] if left_out else []
 
 
 def values_of(
-    where: str, cells: Iterable[tuple[str, Any]], columns: Mapping[str, tuple[str, str]], faults: list[str]
+    place: str, cells: Iterable[tuple[str, Any]], columns: Mapping[str, tuple[str, str]], faults: list[str]
 ) -> dict[str, Any]:
     """The values of one building: SI numbers and words by column, without blanks."""
     values = {}
@@ -207,7 +207,7 @@ def values_of(
                 raise ValueError(f"{shown(cell)} is no value; {repair}")
             values[column] = cell_value(cell, unit, COLUMNS[column])
         except ValueError as error:
-            faults.append(f"{where}, {column}: {error}")
+            faults.append(f"{place}, {column}: {error}")
     return values
 
 
@@ -218,8 +218,8 @@ def cell_value(cell: Any, unit: str, quantity: Quantity | None) -> Any:
     text = str(cell).strip()
     if quantity is None:
         words = without_mark(" ".join(text.split()))
-        if why := refused(words):
-            raise ValueError(why)
+        if fault_text := refused(words):
+            raise ValueError(fault_text)
         return words
     value = parse_cell(text, unit, quantity)
     if quantity is STOREYS:

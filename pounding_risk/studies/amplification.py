@@ -135,7 +135,7 @@ class PairsJob(Batches):
             job = PairJob(ScanInput(scene, motions))
             job.number, job.free_key, job.peaks = number, PairJob.alone_key(scene), peaks
             if self.jobs:
-                job.held, job.own_kernels = self.jobs[0].held, self.jobs[0].own_kernels
+                job.caches, job.own_kernels = self.jobs[0].caches, self.jobs[0].own_kernels
             else:
                 job.own_kernels = job.worth_kernels(len(scenes))
             self.jobs.append(job)

@@ -59,7 +59,7 @@ def test_motions_that_are_let_go_come_back_to_the_same_bits(screened, monkeypatc
     jobs = []
     monkeypatch.setattr(ensemble, "job_of", lambda order: jobs.append(row_job.RowJob(order)) or jobs[-1])
     xr.testing.assert_identical(scan(parse_scene(FOUR_IN_A_ROW), check_fraction=0.02, workers=2), screened)
-    assert len(jobs[0].held["driven"]._values) == len(jobs[0].held["cases"]._values) == 1
+    assert len(jobs[0].caches["driven"]._values) == len(jobs[0].caches["cases"]._values) == 1
 
 
 def test_contact_is_where_the_gap_is_smaller_than_the_motion_needs_or_pounding_pushes(screened):

@@ -34,13 +34,13 @@ class FolderCommands(Mapping[str, Any]):
     def __init__(self, package: str, folders: Iterable[str], plugins: str = "", questions: Mapping[str, Any] = NONE):
         self._package, self._questions = package, questions
         names = [name for _, name, _ in iter_modules(folders) if not name.startswith("_")]
-        self.registry = Registry(plugins, dict.fromkeys([*names, *questions]), _of_plugin)
+        self.registry = Registry(plugins, dict.fromkeys([*names, *questions]), _plugin_command)
 
     def __iter__(self) -> Iterator[str]:
         return iter(sorted(self.registry, key=self._order))
 
     def _order(self, name: str) -> float:
-        return self._questions[name].order if name in self._questions else getattr(self._home(name), "ORDER", inf)
+        return self._questions[name].order if name in self._questions else getattr(self._module(name), "ORDER", inf)
 
     def __len__(self) -> int:
         return len(self.registry)
@@ -60,7 +60,7 @@ class FolderCommands(Mapping[str, Any]):
         """Commands that have a name and a help text alone, for the list of them."""
         return {name: TyperCommand(name, help=self._help(name)) for name in self}
 
-    def _home(self, name: str) -> ModuleType | None:
+    def _module(self, name: str) -> ModuleType | None:
         """The module of a command of this program; None of a plug-in's."""
         return import_module(f"{self._package}.{name}") if self.registry.is_ours(name) else None
 
@@ -71,7 +71,7 @@ class FolderCommands(Mapping[str, Any]):
             from pounding_risk.cli._common.declared import command_of
 
             return command_of(self._questions[name])
-        module = self._home(name)
+        module = self._module(name)
         if module is None:
             return member
         return module.app if hasattr(module, "__path__") else getattr(module, name)
@@ -85,7 +85,7 @@ class FolderCommands(Mapping[str, Any]):
         return target.info.help if isinstance(target, typer.Typer) else getdoc(target)
 
 
-def _of_plugin(name: str, target: Any) -> Any:
+def _plugin_command(name: str, target: Any) -> Any:
     """The command that a plug-in names; raises PoundingError for what is none."""
     if not (isfunction(target) or isinstance(target, typer.Typer)):
         raise PoundingError(f"{target!r} is neither a function nor a typer application")
@@ -110,8 +110,8 @@ class FolderGroup(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of commands to the help; their parameters are not read."""
-        listed: Any = self.commands.listed()
-        TyperGroup(name=self.name, commands=listed, rich_markup_mode=None).format_commands(ctx, formatter)
+        commands: Any = self.commands.listed()
+        TyperGroup(name=self.name, commands=commands, rich_markup_mode=None).format_commands(ctx, formatter)
 
 
 def group_of(package: str, folders: Iterable[str], base: type[FolderGroup] = FolderGroup) -> type[FolderGroup]:

@@ -1,4 +1,4 @@
-"""Trouble that a command goes on in spite of, with compiled code, plug-ins and letters of figures: a sentence each."""
+"""Trouble with compiled code, plug-ins and letters of figures that does not stop a command: a sentence each."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ TROUBLES = {
 
 @contextmanager
 def report_trouble() -> Iterator[None]:
-    """Run a command, then print a sentence for each kind of trouble that it went on in spite of."""
+    """Run a command, then print a sentence for each kind of trouble that did not stop it."""
     sentences: dict[str, str] = {}
     with warnings.catch_warnings():
-        shown = warnings.showwarning
+        show_before = warnings.showwarning
 
-        def show(message: Warning | str, *where: Any) -> None:
+        def show(message: Warning | str, *place: Any) -> None:
             if isinstance(message, UntrustedCode):
-                return  # `_unusual_folder` says it of every command
+                return  # `_unusual_folder` has a sentence on it in every command
             trouble = (str(message),) * 2 if isinstance(message, PluginWarning) else _trouble(str(message))
             if trouble is None:
-                return shown(message, *where)
+                return show_before(message, *place)
             sentences.setdefault(*trouble)
 
         warnings.showwarning = show  # type: ignore[assignment]
@@ -51,13 +51,13 @@ def _trouble(warning: str) -> tuple[str, str] | None:
     if glyph := re.match(r"Glyph (\d+) \(.*\) missing from (?:font\(s\) )?(.+?)\.?$", warning):
         letter, font = chr(int(glyph[1])), glyph[2]
         return "letters", f"figures show boxes for letters such as {letter}, which {font} lacks; write names in others"
-    matched = re.match(r"(.*): a compiled kernel (cannot be \w+) \((.*)\)", warning, re.DOTALL)
-    if matched is None or matched[2] not in TROUBLES:
+    match = re.match(r"(.*): a compiled kernel (cannot be \w+) \((.*)\)", warning, re.DOTALL)
+    if match is None or match[2] not in TROUBLES:
         return None
-    folder, kind, error = matched.groups()
+    folder, kind, error = match.groups()
     quoted = re.search(r"'([^']+)'|\"([^\"]+)\"", error)
-    why = (quoted[1] or quoted[2]) if quoted else error
-    return kind, f"compiled code in {folder} {TROUBLES[kind].format(why=why)}"
+    reason = (quoted[1] or quoted[2]) if quoted else error
+    return kind, f"compiled code in {folder} {TROUBLES[kind].format(why=reason)}"
 
 
 def _unusual_folder() -> Iterator[str]:
@@ -65,16 +65,16 @@ def _unusual_folder() -> Iterator[str]:
     sources = sys.modules.get("pounding_risk._jit.sources")
     if sources is None or sources.INTERPRETED:
         return
-    if why := sources.cache_doubt():
-        yield f"compiled code is not kept, so that every start compiles again: {why}"
+    if reason := sources.cache_doubt():
+        yield f"compiled code is not kept, so that every start compiles again: {reason}"
         return
     folder = sources.compile_cache()
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     usual = Path(chosen or os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
     if folder is None:
-        where = f"NUMBA_CACHE_DIR, {chosen}," if chosen else f"neither {usual} nor the folder for temporary files"
-        is_none = "is no folder that can be written" if chosen else "can be written"
-        yield f"compiled code is not kept, since {where} {is_none}; every start compiles again; {ADVICE}"
+        folders = f"NUMBA_CACHE_DIR, {chosen}," if chosen else f"neither {usual} nor the folder for temporary files"
+        fault = "is no folder that can be written" if chosen else "can be written"
+        yield f"compiled code is not kept, since {folders} {fault}; every start compiles again; {ADVICE}"
     elif not usual.is_absolute() and not chosen:
         yield f"compiled code is kept in {folder}, since no home folder is known; to keep it elsewhere, {ADVICE}"
     elif not Path(folder).is_relative_to(usual):

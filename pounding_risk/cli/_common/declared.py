@@ -46,12 +46,12 @@ class Question:
         answer, sheet = (getattr(self.outline, name, None) for name in ("answer", "sheet"))
         functions = [function for function in (self.function, answer) if function is not None]
         if answer is not None:
-            kinds = {each.kind for each in inspect.signature(answer).parameters.values()}
+            kinds = {item.kind for item in inspect.signature(answer).parameters.values()}
             functions = functions if Parameter.VAR_KEYWORD in kinds else [answer]
         if passed := getattr(self.outline, "PASSED", ""):
             home, _, name = passed.rpartition(".")
             functions.insert(0, Outline(source_of(home))[name])
-        self.takes = {name: each for function in functions for name, each in _parameters(function).items()}
+        self.takes = {name: item for function in functions for name, item in _parameters(function).items()}
         self.sheet_takes = {} if sheet is None else dict([*_parameters(sheet).items()][1:])
         self.first = next(iter(self.takes))
         kind = f"optional {self.first}" if self.takes[self.first].default is None else self.first
@@ -60,7 +60,7 @@ class Question:
         self.options: dict[str, Option | None] = getattr(self.outline, "OPTIONS", {})
         self.files: dict[str, Any] = getattr(self.outline, "FILES", {})
         self.writes = sheet is None
-        self.texts = {name: text for each in (sheet, *functions) for name, text in parameters_of(each).items()}
+        self.texts = {name: text for item in (sheet, *functions) for name, text in parameters_of(item).items()}
 
     @property
     def summary(self) -> str:
@@ -75,10 +75,10 @@ class Question:
         fields = {} if self.subject is None else dict(self.subject.fields)
         for name, parameter in (self.takes | self.sheet_takes).items():
             if (name != self.first or self.subject is None) and self.options.get(name, Option()) is not None:
-                fields |= self._of_parameter(name, parameter.default, str(parameter.annotation))
+                fields |= self._field_of_parameter(name, parameter.default, str(parameter.annotation))
         for name, option in self.options.items():
             if option is not None and name not in fields:
-                fields |= self._of_parameter(name, None, "")
+                fields |= self._field_of_parameter(name, None, "")
         if "hazard" in fields:
             fields["site"] = (shared.Site, None)
         suffixes, out_file = self._suffixes(), self.files.get("out", File((), ""))
@@ -100,8 +100,8 @@ class Question:
             fields["strict"] = (shared.Strict, False)
         return fields
 
-    def _of_parameter(self, name: str, default: Any, annotation: str) -> Fields:
-        """The field of a parameter; none of one that the command gives itself."""
+    def _field_of_parameter(self, name: str, default: Any, annotation: str) -> Fields:
+        """The field of a parameter; none if the command gives its value itself."""
         is_needed = default is Parameter.empty
         default = None if default in (Parameter.empty, (), None, "") else default
         if name in SHARED:
@@ -115,9 +115,9 @@ class Question:
         elif default is False and kind is not bool:
             default = None
         # A number stays the function's own default: its text would lack the unit.
-        shown: Any = bool(default)
+        shown_default: Any = bool(default)
         if kind is str and isinstance(default, int | float):
-            default, shown = None, f"{default:g}"
+            default, shown_default = None, f"{default:g}"
         settings: dict[str, Any] = {"help": option.help or self.texts.get(name, "").replace("`", "")}
         if kind == list[str] and not option.is_argument and "twice" not in settings["help"]:
             settings["help"] += " Repeat for several."
@@ -129,7 +129,7 @@ class Question:
             return {name: (Annotated[kind, typer.Argument(show_default=False, **settings)], default)}
         flag = self._flag(name)
         flags = [f"{flag}/--no-{flag.removeprefix('--')}"] if kind is bool else option.flag.split() or [flag]
-        return {name: (Annotated[kind, typer.Option(*flags, show_default=shown, **settings)], default)}
+        return {name: (Annotated[kind, typer.Option(*flags, show_default=shown_default, **settings)], default)}
 
     def _suffixes(self) -> tuple[str, ...]:
         """Kinds of files that the answer can be written to."""
@@ -144,8 +144,8 @@ class Question:
 
     def run(self, options: dict[str, Any]) -> None:
         """Answer the question, write the files that are asked for, and print the sheet."""
-        chosen = {name: option for name, option in options.items() if option not in EMPTY}
-        out: Path | None = chosen.get("out")
+        given_options = {name: option for name, option in options.items() if option not in EMPTY}
+        out: Path | None = given_options.get("out")
         dataset = out if out is not None and out.suffix.lower() == ".nc" else None
         if self.writes and "out" in self.files:
             dataset = out_or(out, self.files["out"].usual.format(options[self.first].stem))
@@ -155,25 +155,28 @@ class Question:
 
             check_replaceable(dataset, self.name, None, options["new"])
         flags = {name: self._flag(name) for name in options}
-        in_words = {flags[name].removeprefix("--").replace("-", " "): flags[name] for name in chosen}
-        with _named_by_option(self.name, in_words | flags):
+        flags_by_words = {flags[name].removeprefix("--").replace("-", " "): flags[name] for name in given_options}
+        with _named_by_option(self.name, flags_by_words | flags):
             check = getattr(module, "check", lambda _: None)
-            check(chosen)
+            check(given_options)
             subject = {} if self.subject is None else {self.first: self.subject.open(options)}
-            check(chosen | subject)
+            check(given_options | subject)
             _join_site(options)
             function = getattr(module, "answer", None) or self.declared.function()
-            answer = self._answered(function, _taken(self.takes, options | {"out": dataset}) | subject)
+            answer = self._answer(function, _picked(self.takes, options | {"out": dataset}) | subject)
             if self.writes:
                 files = getattr(answer, "files", answer)
-                blocks, written = [], [files] if isinstance(files, Path) else files
+                blocks, paths = [], [files] if isinstance(files, Path) else files
             else:
-                blocks = module.sheet(answer, **_taken(self.sheet_takes, options))
-                written = [*self._files(module, answer, blocks, chosen), *self._drawn(module, answer, options)]
+                blocks = module.sheet(answer, **_picked(self.sheet_takes, options))
+                paths = [
+                    *self._write_files(module, answer, blocks, given_options),
+                    *self._draw_figures(module, answer, options),
+                ]
         from pounding_risk.render.terminal import print_sheet
 
         print_sheet(blocks)  # after the files: a reader of the first lines alone, such as `head`, ends the printing
-        announce(*written)
+        announce(*paths)
         for sentence in getattr(module, "notes", lambda _: ())(answer):
             print(sentence)
         if options.get("strict") and module.failed(answer):
@@ -181,7 +184,7 @@ class Question:
         if code := getattr(module, "status", lambda _: 0)(answer):
             raise typer.Exit(code)
 
-    def _answered(self, function: Callable[..., Any], arguments: dict[str, Any]) -> Any:
+    def _answer(self, function: Callable[..., Any], arguments: dict[str, Any]) -> Any:
         """The answer, with progress on standard error where the function reports any."""
         if "say" in self.takes:
             arguments["say"] = typer.echo
@@ -190,7 +193,7 @@ class Question:
         with ProgressDisplay(self.name, getattr(self.outline, "UNIT", "cases")) as progress:
             return function(**arguments, progress=progress)
 
-    def _files(self, module: Any, answer: Any, blocks: Any, chosen: Mapping[str, Any]) -> Iterator[Path]:
+    def _write_files(self, module: Any, answer: Any, blocks: Any, chosen: Mapping[str, Any]) -> Iterator[Path]:
         """Write the answer to the files that are given; gives each that is written."""
         files = getattr(module, "FILES", {})
         for name in dict.fromkeys(("out", *files)):
@@ -199,12 +202,12 @@ class Question:
                 continue
             with writing(target):
                 if file is not None and target.suffix.lower() in file.suffixes:
-                    (_named(file.write) if isinstance(file.write, str) else file.write)(answer, target)
+                    (_function(file.write) if isinstance(file.write, str) else file.write)(answer, target)
                 else:
-                    self._write_usual(answer, blocks, target)
+                    self._write_by_suffix(answer, blocks, target)
             yield target
 
-    def _write_usual(self, answer: Any, blocks: Any, target: Path) -> None:
+    def _write_by_suffix(self, answer: Any, blocks: Any, target: Path) -> None:
         """Write the dataset, unless the function has done so, the tables or the page of an answer, by the suffix."""
         kind = target.suffix.lower()
         if kind == ".csv":
@@ -221,17 +224,17 @@ class Question:
 
             save(answer, target)
 
-    def _drawn(self, module: Any, answer: Any, options: Mapping[str, Any]) -> Iterator[Path]:
+    def _draw_figures(self, module: Any, answer: Any, options: Mapping[str, Any]) -> Iterator[Path]:
         """Draw the figures that are asked for; gives the file of each."""
         for name, figure in getattr(module, "FIGURES", {}).items():
             target = options.get(_figure_field(name))
-            if name.startswith("-") and (first := options["figure"]) is not None:
-                target = first.with_stem(f"{first.stem}{name}")
+            if name.startswith("-") and (first_target := options["figure"]) is not None:
+                target = first_target.with_stem(f"{first_target.stem}{name}")
             drawing = figure(answer) if callable(figure) else figure
             if target is None or not drawing:
                 continue
             shown = module.drawn(answer) if hasattr(module, "drawn") else answer
-            draw(target, drawing, shown, **_taken(_parameters(_named(f"figures.{drawing}")), options), quiet=True)
+            draw(target, drawing, shown, **_picked(_parameters(_function(f"figures.{drawing}")), options), quiet=True)
             yield target
 
     def _flag(self, name: str) -> str:
@@ -241,7 +244,7 @@ class Question:
 
 @contextmanager
 def _named_by_option(name: str, flags: Mapping[str, str]) -> Iterator[None]:
-    """Errors that begin with the name of a parameter, or of its option in words, begin with that of the option."""
+    """Replace the name of a parameter, or its option in words, at the beginning of an error by the option."""
     try:
         yield
     except PoundingError as error:
@@ -285,15 +288,15 @@ def _kind(annotation: str) -> Any:
 
 def _parameters(function: Callable[..., Any]) -> dict[str, Parameter]:
     parameters = inspect.signature(function).parameters
-    return {name: each for name, each in parameters.items() if each.kind != Parameter.VAR_KEYWORD}
+    return {name: parameter for name, parameter in parameters.items() if parameter.kind != Parameter.VAR_KEYWORD}
 
 
-def _taken(parameters: Mapping[str, Parameter], options: Mapping[str, Any]) -> dict[str, Any]:
-    """Those values that are for these parameters; what is not given is left to its default."""
+def _picked(parameters: Mapping[str, Parameter], options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options for these parameters; an option that is not given is left to its default."""
     return {name: option for name, option in options.items() if name in parameters and option not in EMPTY}
 
 
-def _named(name: str) -> Callable[..., Any]:
+def _function(name: str) -> Callable[..., Any]:
     """The function of a name below `pounding_risk`, "module.function"."""
     module, _, function = name.rpartition(".")
     return getattr(import_module(f"pounding_risk.{module}"), function)
@@ -304,16 +307,16 @@ def _figure_field(name: str) -> str:
 
 
 def _join_site(options: dict[str, Any]) -> None:
-    """Put the site of ``--site`` behind the file that it is a site of."""
+    """Put the site of ``--site`` behind the name of the file that has it."""
     site = options.pop("site", None)
     if site is None:
         return
     from pounding_risk.motions.sites.places import read_site
 
     read_site(site, "--site")
-    takers = [name for name in ("gmfs", "hazard") if name in options]
-    which = next((name for name in takers if options[name] is not None), None)
-    if which is None:
-        files = " or ".join(f"--{name}" for name in reversed(takers))
+    names = [name for name in ("gmfs", "hazard") if name in options]
+    option_name = next((name for name in names if options[name] is not None), None)
+    if option_name is None:
+        files = " or ".join(f"--{name}" for name in reversed(names))
         raise PoundingError(f"--site: is the site of a file of {files}; name one, or leave --site out")
-    options[which] = Path(f"{options[which]}#{site}")
+    options[option_name] = Path(f"{options[option_name]}#{site}")

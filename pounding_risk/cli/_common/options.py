@@ -57,8 +57,8 @@ def file_option(description: str, suffixes: tuple[str, ...], *names: str, absenc
     def check(parameter: typer.CallbackParam, path: Path | None) -> Path | None:
         return writable(min(parameter.opts, key=len), path, suffixes)
 
-    *most, last = suffixes
-    kinds = f"{', '.join(most)} or {last}" if most else last
+    *first_suffixes, last = suffixes
+    kinds = f"{', '.join(first_suffixes)} or {last}" if first_suffixes else last
     return typer.Option(*names, help=f"{description} ({kinds}).", show_default=absence or True, callback=check)
 
 
@@ -133,7 +133,7 @@ def opened_results(results: Path, select: list[str]) -> Any:
 
 
 def _checked(results: Path) -> Any:
-    """The dataset of a file, checked where it is that of a scan: what is handed on does not know its file's name."""
+    """The dataset of a file, checked here if it is of a scan, as the dataset itself does not know its file's name."""
     from pounding_risk.results.check import check_scan, kind_of
     from pounding_risk.results.files import open_results
 

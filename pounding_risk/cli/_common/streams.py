@@ -52,10 +52,10 @@ def prepare_streams() -> None:
     A fault of standard output is an `OutputFull` from here on.
     """
     codecs.register_error(HANDLER, _in_plain_words)
-    for which in ("stdout", "stderr"):
-        stream = getattr(sys, which)
+    for stream_name in ("stdout", "stderr"):
+        stream = getattr(sys, stream_name)
         if stream is None:  # closed by whoever started us
-            setattr(sys, which, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 # for the whole process
+            setattr(sys, stream_name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 # for the whole process
         elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=HANDLER)
     stream = sys.stdout

@@ -1,4 +1,4 @@
-"""What a question is of: a scene, a dataset, either, or records, with the arguments and options that belong to each."""
+"""Subjects of questions: a scene, a dataset, either, or records, with the arguments and options that belong to each."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SELECT: Fields = {"select": (shared.Select, NONE)}
 
 
 class Subject(NamedTuple):
-    """Arguments and options that say what a question is of, and the function that opens it from their values."""
+    """Arguments and options that state the subject of a question, and the function that opens it from their values."""
 
     fields: Fields
     open: Any
@@ -72,11 +72,11 @@ def _records(arguments: dict[str, Any]) -> Any:
         return read_scene(source[0], overrides)
     if overrides:
         raise PoundingError("--set: changes a value of a scene, and records are named; leave it out")
-    chosen = {name: treatment[name] for name in ("window", "pga", "scale", "sa", "direction")}
-    request = options.record_request(treatment["processing"], (), **chosen)
+    scaling = {name: treatment[name] for name in ("window", "pga", "scale", "sa", "direction")}
+    request = options.record_request(treatment["processing"], (), **scaling)
     facts = options.stated_facts(treatment["unit"], treatment["dt"])
     tail = read_optional("--tail", treatment["tail"], TAIL) or 0.0
-    return _of_words(source, request._replace(unit=facts["unit"] or "", dt=facts["dt"], tail=tail))
+    return _request_of_words(source, request._replace(unit=facts["unit"] or "", dt=facts["dt"], tail=tail))
 
 
 def _refuse_beside_scene(source: Sequence[str], flags: Sequence[str]) -> None:
@@ -90,7 +90,7 @@ def _refuse_beside_scene(source: Sequence[str], flags: Sequence[str]) -> None:
         )
 
 
-def _of_words(words: Sequence[str], request: RecordRequest) -> RecordRequest:
+def _request_of_words(words: Sequence[str], request: RecordRequest) -> RecordRequest:
     """The request with the records that the words name, in both polarities."""
     from pounding_risk.motions.catalogue import entries
     from pounding_risk.motions.formats import matching

@@ -177,8 +177,8 @@ def find_sources(
     sources += [] if record_set is None else [open_source(load(member)) for member in members(record_set)]
     sources = each_once(sources)
     if not sources:
-        why = f"excluded: {left_out[0]}" if left_out else "the folder is empty"
-        raise PoundingError(f"{' '.join(words)}: holds no record; {why}")
+        reason = f"excluded: {left_out[0]}" if left_out else "the folder is empty"
+        raise PoundingError(f"{' '.join(words)}: holds no record; {reason}")
     groups = pairs(sources) if in_pairs else [(source,) for source in sources]
     return SourceGroups(tuple(groups), tuple(left_out))
 
@@ -220,8 +220,8 @@ def draw_before_and_after(target: Path, request: RecordRequest, group: tuple[Sou
 
     untreated = request._replace(processing="none", window=None, pga=None, scale=None, sa=None)
     start, start_after = (
-        read_trace(group[0], processing=way.processing, window=way.window).stats.starttime
-        for way in (untreated, request)
+        read_trace(group[0], processing=treatment.processing, window=treatment.window).stats.starttime
+        for treatment in (untreated, request)
     )
     motions = treated(untreated, group), treated(request, group)
     draw(target, "motions.processing_figure", *motions, shift=float(start_after - start))

@@ -39,7 +39,7 @@ def info(
     grid, site = split_component(source)
     if is_grid(grid):
         return print_grid(grid, site, stated_facts(unit, dt))
-    if any(known.id == source for known in entries()):
+    if any(item.id == source for item in entries()):
         print_record(entry(source))
     else:
         print_source(open_source(source, **stated_facts(unit, dt)))

@@ -58,9 +58,9 @@ def print_kinds() -> None:
 
     rows = []
     for name, kind in motion_kinds().items():
-        others = ", ".join(key for key in kind.options if key not in kind.needed)
-        needed = ", ".join(f"{key} = {kind.options[key].example}" for key in kind.needed)
-        rows.append((name, kind.words, needed, others))
+        other_keys = ", ".join(key for key in kind.options if key not in kind.needed)
+        needed_keys = ", ".join(f"{key} = {kind.options[key].example}" for key in kind.needed)
+        rows.append((name, kind.words, needed_keys, other_keys))
     print_table(("kind", "what it is", "needs", "takes"), rows, "llll")
 
 

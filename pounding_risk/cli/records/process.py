@@ -64,8 +64,8 @@ def process(
     print_left_out(sources.left_out)
     if figure is not None:
         for group in sources.groups:
-            several = len(sources.groups) > 1
-            file = figure.with_stem(f"{figure.stem}-{plain_name(group)}") if several else figure
+            has_several = len(sources.groups) > 1
+            file = figure.with_stem(f"{figure.stem}-{plain_name(group)}") if has_several else figure
             options.draw_before_and_after(file, request, group)
 
 
@@ -90,8 +90,8 @@ def motion_targets(out: Path | None, groups: Sequence[tuple[Source, ...]]) -> li
     for target in targets:
         if targets.count(target) > 1:
             raise PoundingError(f"-o: several of the records would be {target}; process them into folders of their own")
-        read = [Path(str(source.record.get("file") or "")) for group in groups for source in group]
-        if target.is_file() and any(file.is_file() and target.samefile(file) for file in read):
+        files_read = [Path(str(source.record.get("file") or "")) for group in groups for source in group]
+        if target.is_file() and any(file.is_file() and target.samefile(file) for file in files_read):
             raise PoundingError(f"-o: {target} is a record that is read; choose another name")
     return list(targets)
 

@@ -75,13 +75,13 @@ def select(
 
 def print_selection(selection: Selection) -> None:
     """Print the chosen records, closest first, each with its factor, then what was chosen from and how."""
-    known = {"magnitude": "{:.4g}", "distance_km": "{:.4g} km"}
+    formats = {"magnitude": "{:.4g}", "distance_km": "{:.4g} km"}
     rows = [
         (
             row.name,
             f"{row.factor:.3f}{' (limit)' if row.limited else ''}",
             f"{row.misfit:.3f}",
-            *("–" if row.known(key) is None else words.format(float(row.known(key))) for key, words in known.items()),
+            *("–" if row.known(key) is None else words.format(float(row.known(key))) for key, words in formats.items()),
             one_line(", ".join(str(row.known(key)) for key in ("event", "date") if row.known(key))),
         )
         for row in selection.rows

@@ -68,8 +68,8 @@ def read_study(folder: Path) -> dict[str, Any] | None:
     except OSError as error:
         raise PoundingError(f"{file}: cannot be read ({error.strerror}); check its permissions") from None
     expected = {"identity": dict, "lines": int, "width": int, "title": str, "command": str, "begun": str}
-    whole = isinstance(study, dict) and all(isinstance(study.get(key), kind) for key, kind in expected.items())
-    if whole and study.get("format") == FORMAT:
+    is_complete = isinstance(study, dict) and all(isinstance(study.get(key), kind) for key, kind in expected.items())
+    if is_complete and study.get("format") == FORMAT:
         return study
     raise PoundingError(
         f"{file}: is not a study of this version of pounding-risk; it was left as it is: move the folder "
@@ -83,9 +83,9 @@ class Checkpoint(AbstractContextManager["Checkpoint"]):
     Use it as a context manager, or `close` it. ``path`` is the folder, ``about`` has facts on the scan.
     """
 
-    def __init__(self, path: Path, lock: Lock, alone: bool, about: About, digest: str):
+    def __init__(self, path: Path, lock: Lock, is_alone: bool, about: About, digest: str):
         self.path, self.about = path, about
-        self._lock, self._alone, self._digest = lock, alone, digest
+        self._lock, self._alone, self._digest = lock, is_alone, digest
         self.again = "the same command"  # words for what continues the scan
         self.begun = ""  # time at which the scan was begun
         self._sound: dict[range, tuple[int, int]] = {}  # verified chunks: batches, size and time of the file
@@ -107,50 +107,50 @@ class Checkpoint(AbstractContextManager["Checkpoint"]):
             folder.mkdir(exist_ok=True)
             lock = Lock(folder / LOCK)
         except OSError as error:
-            raise _unwritable(folder, error, "") from None
+            raise _unwritable_error(folder, error, "") from None
         try:
-            alone = lock.take(shared)
-            checkpoint = cls(folder, lock, alone and not shared, about, digest(identity))
-            checkpoint._begin(identity, new, alone)
-            if shared and alone:
+            is_alone = lock.take(shared)
+            checkpoint = cls(folder, lock, is_alone and not shared, about, digest(identity))
+            checkpoint._begin(identity, new, is_alone)
+            if shared and is_alone:
                 lock.share()
         except BaseException as error:
             lock.close()
             if isinstance(error, Held):
-                who = " and ".join(f"{holder}, since {holder.since}" for holder in error.holders) or "another process"
+                names = " and ".join(f"{holder}, since {holder.since}" for holder in error.holders) or "another process"
                 raise PoundingError(
-                    f"{folder}: another run is writing this study: {who}; wait for it, or stop it, and run the same "
+                    f"{folder}: another run is writing this study: {names}; wait for it, or stop it, and run the same "
                     "command again"
                 ) from None
             if isinstance(error, OSError):
-                raise _unwritable(folder, error, "") from None
+                raise _unwritable_error(folder, error, "") from None
             raise
         if new:
             checkpoint.again += " without --new"
         checkpoint.log("start", shared=shared, command=about.command)
         return checkpoint
 
-    def _begin(self, identity: Mapping[str, Any], new: bool, alone: bool) -> None:
+    def _begin(self, identity: Mapping[str, Any], new: bool, is_alone: bool) -> None:
         """Prepare the folder for the scan of this identity, or raise PoundingError."""
         study = read_study(self.path)
-        same = study is not None and digest(study["identity"]) == self._digest
-        if study is not None and same and not new:
+        is_same = study is not None and digest(study["identity"]) == self._digest
+        if study is not None and is_same and not new:
             self.begun = study["begun"]
             (self.path / CHUNKS).mkdir(exist_ok=True)
             return
-        if not alone:
+        if not is_alone:
             raise PoundingError(
-                f"{self.path}: other runs are writing {'this' if same else 'another'} study here; wait for them, or "
-                "stop them, and run the same command again" + _differences(study, identity, same)
+                f"{self.path}: other runs are writing {'this' if is_same else 'another'} study here; wait for them, or "
+                "stop them, and run the same command again" + _differences(study, identity, is_same)
             )
-        if study and not new and self._files():
+        if study and not new and self._spans():
             raise PoundingError(
-                f"{self.path}: holds {_cases(self._files(), study['width'])} cases of a study that was another; "
+                f"{self.path}: holds {_cases(self._spans(), study['width'])} cases of a study that was another; "
                 "put back what differs to go on with it, write --new to discard it, or write the results under another "
-                f"name (-o):{_differences(study, identity, same)}"
+                f"name (-o):{_differences(study, identity, is_same)}"
             )
         # The files of an earlier scan, and no others.
-        for file in (self.path / STUDY, *map(self._file, self._files()), self.path / LOG):
+        for file in (self.path / STUDY, *map(self._chunk_path, self._spans()), self.path / LOG):
             file.unlink(missing_ok=True)
         self._write_study(identity)
 
@@ -167,15 +167,15 @@ class Checkpoint(AbstractContextManager["Checkpoint"]):
         self.close()
 
     def done(self) -> list[range]:
-        """The batches of which there is a sound chunk, in as few ranges as possible.
+        """The batches with a sound chunk, in as few ranges as possible.
 
-        Damaged files, and those that killed processes left aside, are removed with a line in the log, unless others
-        share the folder and may be writing them.
+        Damaged files, and those that killed processes left aside, are removed with a line in the log, unless other
+        processes share the folder and may be writing them.
         """
         if self._alone:
             self._remove_leftovers()
         sound = {}
-        for batches in self._files():
+        for batches in self._spans():
             state = self._state(batches)
             if state is not None and (self._sound.get(batches) == state or self._is_sound(batches)):
                 sound[batches] = state
@@ -192,7 +192,7 @@ class Checkpoint(AbstractContextManager["Checkpoint"]):
             write_chunk(self.path / CHUNKS, batches, chunk, self._digest)
             state = self._state(batches)
         except OSError as error:
-            raise _unwritable(self.path, error, f"{self.kept()} are kept; ", self.again) from None
+            raise _unwritable_error(self.path, error, f"{self.kept()} are kept; ", self.again) from None
         if state is not None:
             self._sound[batches] = state
         self.log("kept", start=batches.start, stop=batches.stop, seconds=round(seconds, 3))
@@ -211,7 +211,7 @@ class Checkpoint(AbstractContextManager["Checkpoint"]):
 
     def clear(self) -> None:
         """Remove the chunks when the results are in place; ``study.json`` and the log stay."""
-        for file in map(self._file, self._files()):
+        for file in map(self._chunk_path, self._spans()):
             file.unlink(missing_ok=True)
         self._sound = {}
         if self._alone:
@@ -224,24 +224,24 @@ class Checkpoint(AbstractContextManager["Checkpoint"]):
             self.log("stop")
             self._lock.close()
 
-    def _files(self) -> list[range]:
+    def _spans(self) -> list[range]:
         """The batches of every chunk file, from its name."""
         names = [entry.name for entry in entries_of(self.path / CHUNKS)]
         return [batches for name in names if (batches := batches_of(name)) is not None]
 
-    def _file(self, batches: range) -> Path:
+    def _chunk_path(self, batches: range) -> Path:
         return self.path / CHUNKS / chunk_name(batches)
 
     def _state(self, batches: range) -> tuple[int, int] | None:
         """Size and time of a chunk file, which tell whether it has changed; None where it does not exist."""
         try:
-            stat = self._file(batches).stat()
+            stat = self._chunk_path(batches).stat()
         except FileNotFoundError:
             return None
         return stat.st_size, stat.st_mtime_ns
 
     def _is_sound(self, batches: range) -> bool:
-        file = self._file(batches)
+        file = self._chunk_path(batches)
         try:
             read_chunk(file, self._digest)
         except FileNotFoundError:  # another process has removed it since
@@ -255,7 +255,7 @@ class Checkpoint(AbstractContextManager["Checkpoint"]):
         return True
 
     def _read(self, batches: range) -> Chunk:
-        file = self._file(batches)
+        file = self._chunk_path(batches)
         try:
             return read_chunk(file, self._digest)[1]
         except Damaged as damage:
@@ -276,7 +276,7 @@ class Checkpoint(AbstractContextManager["Checkpoint"]):
 
     def kept(self) -> str:
         """How many cases have a chunk, in words; from the names of the files."""
-        return f"{_cases(self._files(), self.about.width)} of {self.about.batches * self.about.width} cases"
+        return f"{_cases(self._spans(), self.about.width)} of {self.about.batches * self.about.width} cases"
 
 
 def is_begun(folder: Path, identity: Mapping[str, Any]) -> bool:
@@ -327,20 +327,20 @@ def check_ours(folder: Path) -> None:
         )
 
 
-def _differences(study: Mapping[str, Any] | None, identity: Mapping[str, Any], same: bool) -> str:
-    return "" if study is None or same else difference_lines(study["identity"], identity)
+def _differences(study: Mapping[str, Any] | None, identity: Mapping[str, Any], is_same: bool) -> str:
+    return "" if study is None or is_same else difference_lines(study["identity"], identity)
 
 
-def _unwritable(folder: Path, error: OSError, kept: str, again: str = "the same command") -> PoundingError:
-    """The error to raise where the system refuses to write; ``kept`` says what is kept."""
+def _unwritable_error(folder: Path, error: OSError, kept_text: str, command: str = "the same command") -> PoundingError:
+    """The error to raise where the system refuses to write; ``kept_text`` says what is kept."""
     if error.errno == errno.EFBIG:
-        repair = files.raised(f"{kept}free space and run {again} again")
+        repair = files.raised(f"{kept_text}free space and run {command} again")
         return PoundingError(f"{folder}: cannot be written ({error.strerror}{files.limit_words()}); {repair}")
     if error.errno in files.FULL:
         return PoundingError(
-            f"{folder}: no space is left there ({error.strerror}); {kept}free space and run {again} again"
+            f"{folder}: no space is left there ({error.strerror}); {kept_text}free space and run {command} again"
         )
-    return PoundingError(f"{folder}: cannot be written ({error.strerror}); {kept}choose another place (-o)")
+    return PoundingError(f"{folder}: cannot be written ({error.strerror}); {kept_text}choose another place (-o)")
 
 
 def write_line(path: Path, event: str, **facts: Any) -> None:
@@ -352,8 +352,8 @@ def write_line(path: Path, event: str, **facts: Any) -> None:
         try:
             size = os.fstat(handle).st_size
             # A process that was killed while it wrote may have left half a line.
-            torn = size > 0 and os.pread(handle, 1, size - 1) != b"\n" if hasattr(os, "pread") else False
-            os.write(handle, f"{chr(10) if torn else ''}{line}\n".encode())
+            is_torn = size > 0 and os.pread(handle, 1, size - 1) != b"\n" if hasattr(os, "pread") else False
+            os.write(handle, f"{chr(10) if is_torn else ''}{line}\n".encode())
         finally:
             os.close(handle)
 

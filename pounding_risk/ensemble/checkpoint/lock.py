@@ -34,12 +34,12 @@ class Holder(NamedTuple):
 
     @property
     def is_gone(self) -> bool:
-        """True where the process is known to have ended; of other machines nothing is known."""
+        """True where the process is known to have ended, which needs this machine."""
         if self.host != host() or os.name != "posix":
             return False
         try:
             os.kill(self.pid, 0)
-        except OSError as error:  # one of another user may not be asked
+        except OSError as error:  # a process of another user may not be asked
             return isinstance(error, ProcessLookupError)
         return False
 
@@ -75,16 +75,16 @@ class Lock:
         """Turn an exclusive lock into a shared one; raises Held where an exclusive one was quicker."""
         self._patiently(lambda: True if _locked(self._handle, exclusive=False) else None, PATIENCE[True])
         # The system releases the lock in between: another process that was alone then has removed our name.
-        if (host(), os.getpid()) not in [(one.host, one.pid) for one in holders(self.path)]:
-            self._sign(alone=False)
+        if (host(), os.getpid()) not in [(holder.host, holder.pid) for holder in holders(self.path)]:
+            self._sign(is_alone=False)
 
     def _take_now(self, shared: bool) -> bool | None:
         """True where the lock was taken exclusively, False where shared, None where it is not available now."""
         if _locked(self._handle, exclusive=True):
-            self._sign(alone=True)
+            self._sign(is_alone=True)
             return True
         if shared and _locked(self._handle, exclusive=False):
-            self._sign(alone=False)
+            self._sign(is_alone=False)
             return False
         return None
 
@@ -97,12 +97,12 @@ class Lock:
             time.sleep(PAUSE)
         return answer
 
-    def _sign(self, alone: bool) -> None:
+    def _sign(self, is_alone: bool) -> None:
         """Write this process to the file as a holder; earlier holders are removed where it is alone."""
-        if alone:
+        if is_alone:
             os.ftruncate(self._handle, 0)
-        me = Holder(host(), os.getpid(), datetime.now(UTC).isoformat(timespec="seconds"))
-        os.write(self._handle, f"{json.dumps(me._asdict())}\n".encode())
+        own_holder = Holder(host(), os.getpid(), datetime.now(UTC).isoformat(timespec="seconds"))
+        os.write(self._handle, f"{json.dumps(own_holder._asdict())}\n".encode())
 
     def close(self) -> None:
         """Release the lock, so that another process may write to the folder."""
@@ -113,15 +113,15 @@ class Lock:
 
 def holders(path: Path) -> list[Holder]:
     """Processes in a lock file that are not known to have ended; they need not hold the lock any more."""
-    names = []
+    live_holders = []
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
         try:
-            one = Holder(**json.loads(line))
+            holder = Holder(**json.loads(line))
         except (ValueError, TypeError):  # a line that another process is writing
             continue
-        if isinstance(one.pid, int) and not one.is_gone:
-            names.append(one)
-    return list(dict.fromkeys(names))
+        if isinstance(holder.pid, int) and not holder.is_gone:
+            live_holders.append(holder)
+    return list(dict.fromkeys(live_holders))
 
 
 def running(path: Path) -> list[Holder]:

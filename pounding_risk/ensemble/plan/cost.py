@@ -43,8 +43,8 @@ def alone(study: Scene, motions: tuple[Motion, ...]) -> Alone:
     closed, size = np.zeros((*shape, len(study.grid.gaps))), 0
     for place in np.ndindex(shape):
         motion = driven(motions[place[0]], study.records.polarities[place[1]], study.grid.amplitudes[place[2]])
-        closed[place], held = respond(motion.reaching(study.lag))
-        size = max(size, bytes_of(held))
+        closed[place], arrays = respond(motion.reaching(study.lag))
+        size = max(size, bytes_of(arrays))
     return Alone(closed, size)
 
 
@@ -76,22 +76,24 @@ def costs(study: Scene, motions: tuple[Motion, ...], closed: NDArray[np.float64]
     ``closed`` is that of `Alone`: batches differ mostly in how far they close their gap, so the sample is spread evenly
     over it. Runs of the tolerance check are left out. Raises as `job_choice.job_of`.
     """
-    few, share = thinned(study)
+    small_study, share = thinned(study)
     # The first compiles; the second is timed, without the results that the first has kept.
-    order, laws = ScanInput(few, motions), len(study.grid.contact_models)
-    first, job = job_of(order), job_of(order)
-    everywhere = np.repeat(closed[..., None, :], laws, axis=-2)
-    kinds = np.broadcast_to(np.arange(laws)[:, None], everywhere.shape)
-    kind = np.where(everywhere > 0.0, kinds, laws).reshape(-1)
+    scan_input, laws = ScanInput(small_study, motions), len(study.grid.contact_models)
+    compiling_job, job = job_of(scan_input), job_of(scan_input)
+    closings = np.repeat(closed[..., None, :], laws, axis=-2)
+    laws_of_batches = np.broadcast_to(np.arange(laws)[:, None], closings.shape)
+    groups = np.where(closings > 0.0, laws_of_batches, laws).reshape(-1)
     random = np.random.default_rng(SEED)
-    for batch in np.unique(kinds.reshape(-1), return_index=True)[1]:
-        first.solve(_one(batch), never)  # compiles, or fetches from the cache
+    for batch in np.unique(laws_of_batches.reshape(-1), return_index=True)[1]:
+        compiling_job.solve(_one_batch(batch), never)  # compiles, or fetches from the cache
     costs = []
     for group in range(laws + 1):
-        batches = np.flatnonzero(kind == group)
+        batches = np.flatnonzero(groups == group)
         if batches.size:
-            ordered = batches[np.argsort(everywhere.reshape(-1)[batches], kind="stable")]
-            cost = seconds_per_batch(job, ordered[_spread(batches.size, random.random())], SECONDS / (laws + 1))
+            sorted_batches = batches[np.argsort(closings.reshape(-1)[batches], kind="stable")]
+            cost = seconds_per_batch(
+                job, sorted_batches[_spread_order(batches.size, random.random())], SECONDS / (laws + 1)
+            )
             costs.append(cost._replace(mean=cost.mean / share, deviation=cost.deviation / share))
     return costs
 
@@ -104,8 +106,8 @@ def thinned(study: Scene) -> tuple[Scene, float]:
     forces = study.grid.yield_forces
     if len(forces) <= FEW:
         return study, 1.0
-    few = tuple(forces[place] for place in evenly(len(forces), FEW))
-    return study.updated(grid=study.grid._replace(yield_forces=few)), FEW / len(forces)
+    kept_forces = tuple(forces[place] for place in evenly(len(forces), FEW))
+    return study.updated(grid=study.grid._replace(yield_forces=kept_forces)), FEW / len(forces)
 
 
 def few_batches(study: Scene, records: int) -> tuple[Scene, float]:
@@ -115,33 +117,33 @@ def few_batches(study: Scene, records: int) -> tuple[Scene, float]:
     if runs * len(grid.gaps) * len(grid.amplitudes) <= MOST_BATCHES:
         return study, 1.0
     room = max(1, MOST_BATCHES // runs)
-    of_gaps = evenly(len(grid.gaps), max(1, room // min(len(grid.amplitudes), FEW)))
-    of_amplitudes = evenly(len(grid.amplitudes), max(1, room // len(of_gaps)))
-    gaps = tuple(grid.gaps[place] for place in of_gaps)
-    amplitudes = tuple(grid.amplitudes[place] for place in of_amplitudes)
+    gap_places = evenly(len(grid.gaps), max(1, room // min(len(grid.amplitudes), FEW)))
+    amplitude_places = evenly(len(grid.amplitudes), max(1, room // len(gap_places)))
+    gaps = tuple(grid.gaps[place] for place in gap_places)
+    amplitudes = tuple(grid.amplitudes[place] for place in amplitude_places)
     share = len(gaps) * len(amplitudes) / (len(grid.gaps) * len(grid.amplitudes))
     return study.updated(grid=grid._replace(gaps=gaps, amplitudes=amplitudes)), share
 
 
 def seconds_per_batch(job: Any, batches: NDArray[np.int64], seconds: float) -> Cost:
     """Time of these batches: as many as ``seconds`` allow, in the order given, are solved on this thread."""
-    taken: list[float] = []
+    times: list[float] = []
     for batch in batches:
-        if (len(taken) >= LEAST and sum(taken) >= seconds) or sum(taken) >= LONGEST:
+        if (len(times) >= LEAST and sum(times) >= seconds) or sum(times) >= LONGEST:
             break
         motion = np.unravel_index(batch, job.shape[:-1])[:3]
         job.free(tuple(map(int, motion)))  # which a scan computes once for all batches of a motion
         start = thread_time()
-        job.solve(_one(batch), never)
-        taken.append(thread_time() - start)
-    deviation = float(np.std(taken, ddof=1)) if len(taken) > 1 else 0.0
-    return Cost(len(batches), len(taken), float(np.mean(taken)), deviation)
+        job.solve(_one_batch(batch), never)
+        times.append(thread_time() - start)
+    deviation = float(np.std(times, ddof=1)) if len(times) > 1 else 0.0
+    return Cost(len(batches), len(times), float(np.mean(times)), deviation)
 
 
-def _one(batch: np.int64) -> range:
+def _one_batch(batch: np.int64) -> range:
     return range(int(batch), int(batch) + 1)
 
 
-def _spread(count: int, offset: float) -> NDArray[np.int64]:
-    """The numbers 0 … ``count`` − 1 in an order of which any beginning is evenly distributed over them."""
+def _spread_order(count: int, offset: float) -> NDArray[np.int64]:
+    """The numbers 0 … ``count`` − 1 in an order whose first few, however many, are evenly distributed over them."""
     return np.argsort(np.argsort((offset + GOLDEN * np.arange(count)) % 1.0))

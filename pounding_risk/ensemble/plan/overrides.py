@@ -23,10 +23,10 @@ def changes(before: Scene, after: Scene) -> tuple[str, ...]:
     keys = dict.fromkeys([*old, *new])
     lines = []
     for key in keys:
-        both = [old.get(key, NOWHERE), new.get(key, NOWHERE)]
-        words = [_shown(setting, _rounded) for setting in both]
-        if both[0] != both[1]:  # with all digits where they would read alike
-            words = words if words[0] != words[1] else [_shown(setting, str) for setting in both]
+        settings = [old.get(key, NOWHERE), new.get(key, NOWHERE)]
+        words = [_setting_words(setting, _rounded) for setting in settings]
+        if settings[0] != settings[1]:  # with all digits where they would read alike
+            words = words if words[0] != words[1] else [_setting_words(setting, str) for setting in settings]
             lines.append(f"{key}: {' -> '.join(words)}")
     return tuple(lines)
 
@@ -37,30 +37,30 @@ def marked_as_idle(changes: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(f"{line}{idle}" if line.startswith(OF_MOTIONS) else line for line in changes)
 
 
-def flat(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+def flat(tables: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Every value of nested tables by its dotted name; a table of several by its ``name``, or its number from 1.
 
     These are the names that ``--set`` takes. `identity.flattened` numbers the tables instead, so that equal names
     cannot hide a difference.
     """
     for key, setting in tables.items():
-        path = f"{above}{key}"
+        path = f"{prefix}{key}"
         if isinstance(setting, Mapping):
             yield from flat(setting, f"{path}.")
         elif isinstance(setting, list) and setting and isinstance(setting[0], Mapping):
             for number, table in enumerate(setting, start=1):
-                called = table.get("name", number)
-                yield from flat(table, f"{path}." if len(setting) == 1 else f"{path}.{called}.")
+                name = table.get("name", number)
+                yield from flat(table, f"{path}." if len(setting) == 1 else f"{path}.{name}.")
         else:
             yield path, setting
 
 
-def _shown(setting: Any, text: Callable[[str], str]) -> str:
+def _setting_words(setting: Any, text: Callable[[str], str]) -> str:
     """A value without quotes; of a long list the length, the first and the last value."""
     if isinstance(setting, str):
         return text(setting)
     if isinstance(setting, list):
-        words = [_shown(one, text) for one in setting]
+        words = [_setting_words(element, text) for element in setting]
         return ", ".join(words) if len(words) <= FEW else f"{len(words)} values from {words[0]} to {words[-1]}"
     return str(setting)
 

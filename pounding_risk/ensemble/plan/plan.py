@@ -102,12 +102,12 @@ class Plan(ShortRepr):
 
     def __str__(self) -> str:
         rows = self.summary()
-        width = max(len(what) for what, _ in rows)
+        width = max(len(label) for label, _ in rows)
         records = (
             f"{record.name}: {say(record.duration, TIME)} at {say(record.dt, TIME)}, PGA {say(record.pga, PGA)}"
             for record in self.records
         )
-        return "\n".join([*(f"{what:<{width}}  {words}" for what, words in rows), *records])
+        return "\n".join([*(f"{label:<{width}}  {words}" for label, words in rows), *records])
 
 
 def validate(scene: Scene | str | Path, overrides: Sequence[str] = ()) -> Plan:
@@ -161,11 +161,11 @@ def plan(scene: Scene | str | Path, overrides: Sequence[str] = (), *, workers: i
     RecordError
         For a record that cannot be used.
     """
-    return _timed(*_checked(scene, overrides, workers))
+    return _timed_plan(*_checked(scene, overrides, workers))
 
 
 def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int | None) -> tuple[Plan, MotionEnsemble]:
-    """The plan without what takes the compiled solver to know, and the motions; raises as `plan`."""
+    """The plan without the fields that need the compiled solver, and the motions; raises as `plan`."""
     before, study = _read(scene, overrides)
     for place in range(len(study.interface_names)):
         check_reach(study.at(place), study.grid.contact_models)
@@ -179,7 +179,7 @@ def _checked(scene: Scene | str | Path, overrides: Sequence[str], workers: int |
     flags = doubts_of(study, ensemble.motions)
     plan = Plan(
         study,
-        tuple(_planned(motion, flags[motion.name]) for motion in ensemble.motions),
+        tuple(_planned_record(motion, flags[motion.name]) for motion in ensemble.motions),
         size,
         workers or cpu_count() or 1,
         notes_along(study, ensemble.motions),
@@ -208,7 +208,7 @@ def _read(scene: Scene | str | Path, overrides: Sequence[str]) -> tuple[Scene | 
 
 
 def _changes(before: Scene | None, study: Scene, motions: tuple[Motion, ...]) -> tuple[str, ...]:
-    """What the overrides change, which of them change no motion, and how the number of cases changes."""
+    """Sentences on the values that overrides change, those without effect on motions, and the number of cases."""
     if before is None:
         return ()
     sentences = changes(before, study)
@@ -218,36 +218,36 @@ def _changes(before: Scene | None, study: Scene, motions: tuple[Motion, ...]) ->
         return sentences
     if before.records != study.records and [motion.digest for motion in were] == [motion.digest for motion in motions]:
         sentences = marked_as_idle(sentences)
-    old, new = (prod(shape_of(one, count).values()) for one, count in ((before, len(were)), (study, len(motions))))
+    old, new = (prod(shape_of(item, count).values()) for item, count in ((before, len(were)), (study, len(motions))))
     return (*sentences, f"cases: {old} -> {new}") if old != new else sentences
 
 
-def _timed(made: Plan, ensemble: MotionEnsemble) -> Plan:
-    """The plan with what takes solving to know: the motion without contact, and a sample of batches."""
+def _timed_plan(checked_plan: Plan, ensemble: MotionEnsemble) -> Plan:
+    """The plan with the fields that need the motion without contact and a sample of solved batches."""
     from pounding_risk.ensemble.plan.cost import alone, costs, few_batches
 
-    motions, count = ensemble.motions, float(count_of(made.study.axes))
-    scenes = _few_scenes(made.study)
+    motions, count = ensemble.motions, float(count_of(checked_plan.study.axes))
+    scenes = _few_scenes(checked_plan.study)
     touching, size, sampled, seconds, errors = 0, 0, 0, [], []
     for scene in scenes:
-        few, share = few_batches(scene, len(motions))
-        free = alone(few, motions)
-        touching += round(int((free.closed > 0.0).sum()) * made.shape["contact_model"] / share)
+        small_study, share = few_batches(scene, len(motions))
+        free = alone(small_study, motions)
+        touching += round(int((free.closed > 0.0).sum()) * checked_plan.shape["contact_model"] / share)
         size = max(size, free.size)
-        samples = costs(few, motions, free.closed)
-        seconds.append(sum(cost.seconds for cost in samples) / made.threads / share)
-        errors.append(sqrt(sum(cost.error**2 for cost in samples)) / made.threads / share)
+        samples = costs(small_study, motions, free.closed)
+        seconds.append(sum(cost.seconds for cost in samples) / checked_plan.threads / share)
+        errors.append(sqrt(sum(cost.error**2 for cost in samples)) / checked_plan.threads / share)
         sampled += sum(cost.sampled for cost in samples)
-    if is_drawn(made.study):
-        count = count / (len(motions) * len(made.study.records.polarities))  # those of which each runs under one motion
-    times = count / len(scenes)  # scenes that each of these stands for
+    if is_drawn(checked_plan.study):
+        count = count / (len(motions) * len(checked_plan.study.records.polarities))  # each scene runs under one motion
+    scenes_each = count / len(scenes)  # scenes for each of these
     return replace(
-        made,
-        memory=memory(made.study, made.shape, made.threads, motions, size),
-        screened=made.batches - round(times * touching),
-        share=share / times,
-        seconds=times * sum(seconds),
-        error=hypot(times * hypot(*errors), count * _scatter(seconds, count)),
+        checked_plan,
+        memory=memory(checked_plan.study, checked_plan.shape, checked_plan.threads, motions, size),
+        screened=checked_plan.batches - round(scenes_each * touching),
+        share=share / scenes_each,
+        seconds=scenes_each * sum(seconds),
+        error=hypot(scenes_each * hypot(*errors), count * _scatter(seconds, count)),
         sampled=sampled,
     )
 
@@ -257,8 +257,8 @@ def _few_scenes(study: Scene) -> list[Scene]:
     if not study.axes:
         return [study]
     variants = Variants(study)
-    few = min(variants.count, FEW_SCENES)
-    return [variants.scene((2 * number + 1) * variants.count // (2 * few)) for number in range(few)]
+    count = min(variants.count, FEW_SCENES)
+    return [variants.scene((2 * number + 1) * variants.count // (2 * count)) for number in range(count)]
 
 
 def _scatter(seconds: Sequence[float], count: float) -> float:
@@ -266,13 +266,13 @@ def _scatter(seconds: Sequence[float], count: float) -> float:
     return stdev(seconds) * sqrt(max(1.0 - len(seconds) / count, 0.0) / len(seconds)) if len(seconds) > 1 else 0.0
 
 
-def _planned(motion: Motion, flags: tuple[str, ...]) -> PlannedRecord:
+def _planned_record(motion: Motion, flags: tuple[str, ...]) -> PlannedRecord:
     event, state = (str(motion.record.get(key, "")) for key in ("event", "state"))
     return PlannedRecord(motion.name, event, state, motion.duration, motion.dt, motion.pga, flags, motion.processing)
 
 
 def _run_words(plan: Plan) -> Iterator[tuple[str, str]]:
-    """What is to be run and what that takes: (what, words)."""
+    """Cases, batches, size and time of the scan: (label, words) of each row."""
     names = {axis: f"{axis.replace('_', ' ')}s" for axis in AXES}
     names |= {"polarity": "polarities", LEVEL_AXIS: f"levels of {plan.study.grid.measure.words}"}
     factors = [f"{count} {names.get(name, f'of {name}')}" for name, count in plan.shape.items() if count > 1]
@@ -284,14 +284,16 @@ def _run_words(plan: Plan) -> Iterator[tuple[str, str]]:
         words += f"; how many of them touch is not known yet, {HERE} finds it"
     else:
         share = 100.0 * plan.screened / plan.batches
-        about = "" if plan.share == 1.0 else "about "
-        words += f"; {about}{plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
+        about_text = "" if plan.share == 1.0 else "about "
+        words += (
+            f"; {about_text}{plan.screened} ({share:.0f} %) close no gap and are known from the motion without contact"
+        )
     yield "batches", words
 
     folder = plan.study.folder if plan.study.folder.is_dir() else Path()
     free = disk_usage(folder).free
-    room = "" if plan.bytes <= free else f", more than the {size_words(free)} that are free in {folder.resolve()}"
-    yield "dataset", f"{size_words(plan.bytes)} before compression{room}"
+    room_text = "" if plan.bytes <= free else f", more than the {size_words(free)} that are free in {folder.resolve()}"
+    yield "dataset", f"{size_words(plan.bytes)} before compression{room_text}"
     if plan.memory is not None:
         yield "memory", f"about {size_words(plan.memory)}"
     if plan.seconds is None:

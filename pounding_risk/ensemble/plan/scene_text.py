@@ -23,7 +23,7 @@ from pounding_risk.motions.request import RecordRequest, Spectral
 from pounding_risk.scene.building_tables import ACROSS, GYRATION
 from pounding_risk.scene.interfaces import known_law, said_restitution
 from pounding_risk.scene.motions import request_of
-from pounding_risk.scene.notes import Given, given_keys, level_notes
+from pounding_risk.scene.notes import GivenKeys, given_keys, level_notes
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.tables import Effect
 from pounding_risk.scene.values import OF_EACH_INTERFACE
@@ -33,7 +33,7 @@ FEW = 4  # aftershocks that are named
 
 
 def scene_words(study: Scene, records: int) -> list[tuple[str, str]]:
-    """The scene in words: (what, words) by line of a table."""
+    """The scene in words: (label, words) of each row of a table."""
     stated_keys = given_keys(study)
     return [
         ("scene", study.name),
@@ -53,36 +53,36 @@ def _places(study: Scene) -> list[tuple[str, str]]:
     """
     yielding, several = "inelastic_storeys" in dict(study.effects), len(study.interfaces) > 1
     sides = ["building"] * len(study.buildings) if several else ["left building", "right building"]
-    words = [_standing(building, yielding) + _ground(building.support) for building in study.buildings]
+    words = [_building_words(building, yielding) + _ground_words(building.support) for building in study.buildings]
     rows = list(zip(sides, words, strict=True))
     for place, name in enumerate(study.interface_names):
-        here = study.at(place)
-        words = [f"{name}: " * several + f"gap {say(here.gap, units.GAP)}"]
-        words += [f"bumpers of {say(length, units.GAP)} in it" for length in here.bumpers if length]
+        scene = study.at(place)
+        words = [f"{name}: " * several + f"gap {say(scene.gap, units.GAP)}"]
+        words += [f"bumpers of {say(length, units.GAP)} in it" for length in scene.bumpers if length]
         if several:
-            words += [*_stiffness(here), f"restitution {_restitution(here)}"]
-        if not _has_floors(here):
-            words.append(_strength(here.yield_force))
-        rows += [("interface", ", ".join(words)), *_points(here), *_links(here)]
+            words += [*_stiffness(scene), f"restitution {_restitution(scene)}"]
+        if not _has_floors(scene):
+            words.append(_strength(scene.yield_force))
+        rows += [("interface", ", ".join(words)), *_points(scene), *_links(scene)]
     rows += [("contact model", words) for words in _laws(study)]
     rows += [] if several else [("restitution", _restitution(study))]
     return rows + [("note", f"{name}: {note}") for name, note in level_notes(study).items()]
 
 
-def _stiffness(here: Scene) -> list[str]:
-    if here.stiffness is None:
+def _stiffness(scene: Scene) -> list[str]:
+    if scene.stiffness is None:
         return []
-    return [f"stiffness {say(here.stiffness, stiffness_quantity(known_law(here.stiff_name)))}"]
+    return [f"stiffness {say(scene.stiffness, stiffness_quantity(known_law(scene.stiff_name)))}"]
 
 
 def _strength(force: float) -> str:
     return "no yielding" if force == inf else f"yield force {say(force, units.YIELD_FORCE)}"
 
 
-def _has_floors(here: Scene) -> bool:
+def _has_floors(scene: Scene) -> bool:
     """True where two neighbours do not just meet mass to mass."""
-    has_storeys = any(isinstance(building, Storeys) for building in here.buildings)
-    return has_storeys or bool(here.interfaces[0].contact) or any(point.kind == COLUMN for point in here.points)
+    has_storeys = any(isinstance(building, Storeys) for building in scene.buildings)
+    return has_storeys or bool(scene.interfaces[0].contact) or any(point.kind == COLUMN for point in scene.points)
 
 
 def _levels(rule: LevelRule) -> str:
@@ -93,13 +93,13 @@ def _levels(rule: LevelRule) -> str:
     return f"floors {' and '.join(depths)} deep are one where they overlap in height, by floor_depth"
 
 
-def _points(here: Scene) -> list[tuple[str, str]]:
+def _points(scene: Scene) -> list[tuple[str, str]]:
     """The rule of levels, and contact points by kind with the yield force of each; nothing of two masses."""
-    if not _has_floors(here):
+    if not _has_floors(scene):
         return []
-    (interface,), (left, right) = here.interfaces, here.buildings
+    (interface,), (left, right) = scene.interfaces, scene.buildings
     rows = [] if interface.contact else [("levels", _levels(interface.levels))]
-    meetings = [(point.kind, force) for point, force in zip(interface.points, here.point_yield_forces(), strict=True)]
+    meetings = [(point.kind, force) for point, force in zip(interface.points, scene.point_yield_forces(), strict=True)]
     for kind, force in sorted(dict.fromkeys(meetings), key=lambda one: one[0] == COLUMN):
         places = [
             f"{_place(point.left_floor)} of {left.name}, {_place(point.right_floor)} of {right.name}"
@@ -112,29 +112,29 @@ def _points(here: Scene) -> list[tuple[str, str]]:
     return rows
 
 
-def _links(here: Scene) -> list[tuple[str, str]]:
-    """The links of an interface, of which spring and dashpot are the same at every place."""
-    left, right = here.buildings
-    links = here.links
-    places = [f"{_place(one.left_floor)} of {left.name}, {_place(one.right_floor)} of {right.name}" for one in links]
+def _links(scene: Scene) -> list[tuple[str, str]]:
+    """The links of an interface; spring and dashpot are the same at every place."""
+    left, right = scene.buildings
+    links = scene.links
+    places = [f"{_place(link.left_floor)} of {left.name}, {_place(link.right_floor)} of {right.name}" for link in links]
     if not places:
         return []
-    one = here.links[0]
-    slips = f", slips at {say(one.strength, units.LINK_STRENGTH)}" if one.strength < inf else ""
-    hooks = f", pulls past a slack of {say(one.slack, units.LINK_SLACK)}" if one.slack > -inf else ""
-    breaks = f", breaks at {say(one.breaking, units.LINK_BREAKING_FORCE)}" if one.breaking < inf else ""
-    spring = f"{say(one.stiffness, units.LINK_STIFFNESS)}{slips}{hooks}{breaks}"
-    power = f" at 1 m/s, by the power {one.exponent:g} of the speed" if one.exponent else ""
-    brace = f" on a brace of {say(one.brace, units.LINK_BRACE)}" if one.is_braced else ""
-    return [("link", f"{spring} and {say(one.damping, units.LINK_DAMPING)}{power}{brace}: {'; '.join(places)}")]
+    link = scene.links[0]
+    slips = f", slips at {say(link.strength, units.LINK_STRENGTH)}" if link.strength < inf else ""
+    hooks = f", pulls past a slack of {say(link.slack, units.LINK_SLACK)}" if link.slack > -inf else ""
+    breaks = f", breaks at {say(link.breaking, units.LINK_BREAKING_FORCE)}" if link.breaking < inf else ""
+    spring = f"{say(link.stiffness, units.LINK_STIFFNESS)}{slips}{hooks}{breaks}"
+    power = f" at 1 m/s, by the power {link.exponent:g} of the speed" if link.exponent else ""
+    brace = f" on a brace of {say(link.brace, units.LINK_BRACE)}" if link.is_braced else ""
+    return [("link", f"{spring} and {say(link.damping, units.LINK_DAMPING)}{power}{brace}: {'; '.join(places)}")]
 
 
 def _place(floor: float) -> str:
     return f"storey {int(floor)}" if floor == int(floor) else f"column {int(floor) + 1}"
 
 
-def _ground(support: Support) -> str:
-    """What a building stands on; nothing of one on the records as they are."""
+def _ground_words(support: Support) -> str:
+    """The ground of a building in words; nothing where it has the records as they are."""
     words = [f"record {', '.join(support.records)}"] if support.records else []
     words += [f"the motion times {say(support.factor, units.GROUND_FACTOR)}"] if support.factor != 1.0 else []
     words += [f"{say(support.delay, units.GROUND_DELAY)} later"] if support.delay else []
@@ -144,42 +144,44 @@ def _ground(support: Support) -> str:
     return f"; stands on {', '.join(words)}" if words else ""
 
 
-def _standing(building: Building | Storeys, yielding: bool) -> str:
-    """A building without what it stands on; ``yielding`` where an effect lets storeys yield."""
+def _building_words(building: Building | Storeys, yielding: bool) -> str:
+    """A building in words, without its ground; ``yielding`` where an effect lets storeys yield."""
     if isinstance(building, Storeys):
         count = len(building.masses)
-        yields = ""
+        yield_text = ""
         if building.strengths:
             law = f", {building.hysteresis.rule} hysteresis" if building.hysteresis else ""
-            yields = f", with yield shears{law}" if yielding else ", elastic (yield shears act under inelastic_storeys)"
+            yield_text = (
+                f", with yield shears{law}" if yielding else ", elastic (yield shears act under inelastic_storeys)"
+            )
         matrices = "mass and stiffness matrices" if building.mass_matrix else "a stiffness matrix"
-        joined = f", joined by {matrices}" if building.stiffness_matrix else ""
+        matrix_text = f", joined by {matrices}" if building.stiffness_matrix else ""
         interior = len(building.interior_masses)
-        joined += f" with {counted(interior, 'interior mode')}" if interior else ""
+        matrix_text += f" with {counted(interior, 'interior mode')}" if interior else ""
         return (
-            f"{building.name}: {count} storey{'s' * (count != 1)}{joined}, "
+            f"{building.name}: {count} storey{'s' * (count != 1)}{matrix_text}, "
             f"{say(building.height, units.STOREY_HEIGHT)}, {say(building.mass, units.MASS)}, "
             f"period {say(building.period, units.PERIOD)}, damping ratio {say(building.damping, units.DAMPING)} "
-            f"({building.damping_rule}){yields}{_special(building)}"
-            + _beginning(building.initial_displacement, building.initial_velocity)
+            f"({building.damping_rule}){yield_text}{_special_words(building)}"
+            + _initial_state_words(building.initial_displacement, building.initial_velocity)
         )
     height = f", height {say(building.height, units.HEIGHT)}" if building.height else ""
     mass = say(building.mass, units.MASS) if building.mass < inf else "any mass"
     if building.is_rigid:
         return f"{building.name}: {mass}, rigid (moves with the ground){height}"
-    floor = ""
+    floor_text = ""
     if building.floor_length:
         length, speed = say(building.floor_length, units.FLOOR_LENGTH), say(building.wave_speed, units.WAVE_SPEED)
-        floor = f", floor {length} at {speed}"
+        floor_text = f", floor {length} at {speed}"
     return (
         f"{building.name}: {mass}, period {say(building.period, units.PERIOD)}, "
-        f"damping ratio {say(building.damping, units.DAMPING)}{floor}{height}"
-        + _beginning((building.initial_displacement,), (building.initial_velocity,))
+        f"damping ratio {say(building.damping, units.DAMPING)}{floor_text}{height}"
+        + _initial_state_words((building.initial_displacement,), (building.initial_velocity,))
     )
 
 
-def _special(building: Storeys) -> str:
-    """What lets floors rotate, or the isolators with the period while they yield; nothing of other buildings."""
+def _special_words(building: Storeys) -> str:
+    """Plans of floors that rotate, or isolators with the period while they yield; nothing for other buildings."""
     if building.plans:
         words = [f"{_floors_of(building.plans, plan)}{_plan(plan)}" for plan in dict.fromkeys(building.plans)]
         return f", floors that rotate: {'; '.join(words)}"
@@ -195,11 +197,11 @@ def _special(building: Storeys) -> str:
 
 def _plan(plan: Plan) -> str:
     along = plan.eccentricity_along
-    second = "" if along is None else f" across and {say(along, ACROSS)} along the row, both components of motion"
+    second_text = "" if along is None else f" across and {say(along, ACROSS)} along the row, both components of motion"
     ratio = "" if along is None else f", frequency across {plan.across_ratio:g} of that along"
     centre = f", centre of mass at {say(plan.centre_along, ACROSS)} along the row" if plan.centre_along else ""
     return (
-        f"eccentricity {say(plan.eccentricity, ACROSS)}{second}, radius of gyration "
+        f"eccentricity {say(plan.eccentricity, ACROSS)}{second_text}, radius of gyration "
         f"{say(plan.gyration, GYRATION)}, torsional ratio {plan.torsional_ratio:g}{ratio}, faces from "
         f"{say(plan.face[0], ACROSS)} to {say(plan.face[1], ACROSS)}{centre}"
     )
@@ -207,12 +209,12 @@ def _plan(plan: Plan) -> str:
 
 def _floors_of(plans: Sequence[Plan], plan: Plan) -> str:
     """The floors that have a plan, such as "floors 1, 2: "; "" where all have it."""
-    floors = [str(number) for number, one in enumerate(plans, 1) if one == plan]
+    floors = [str(number) for number, item in enumerate(plans, 1) if item == plan]
     return "" if len(floors) == len(plans) else f"floor{'s' * (len(floors) > 1)} {', '.join(floors)}: "
 
 
-def _beginning(displacement: tuple[float, ...], velocity: tuple[float, ...]) -> str:
-    """How a building begins, each quantity by its largest value; nothing of one at rest."""
+def _initial_state_words(displacement: tuple[float, ...], velocity: tuple[float, ...]) -> str:
+    """The initial state of a building, each quantity by its largest value; nothing at rest."""
     words = []
     if any(displacement):
         words.append(f"displaced by {say(max(displacement, key=abs), units.INITIAL_DISPLACEMENT)}")
@@ -231,7 +233,7 @@ def _laws(study: Scene) -> list[str]:
     for name in study.grid.contact_models:
         if name == OF_EACH_INTERFACE:
             pairs = zip(study.interface_names, study.interfaces, strict=True)
-            name = ", ".join(f"{between.contact_model} at {interface}" for interface, between in pairs)
+            name = ", ".join(f"{item.contact_model} at {interface}" for interface, item in pairs)
             stiffness = "stiffness of each interface" if study.stiffness is not None else JUMPS
         elif is_instant(known_law(name)) or study.stiffness is None:
             stiffness = JUMPS
@@ -242,58 +244,58 @@ def _laws(study: Scene) -> list[str]:
         else:
             (stiffness,) = _stiffness(study)
         tables = dict.fromkeys(one.table.words() for one in study.interfaces if one.table is not None)
-        read = f", {'; '.join(tables)}" if TABULATED in study.models_of(name) else ""
-        models.append(f"{name}, {stiffness}{read}")
+        tables_text = f", {'; '.join(tables)}" if TABULATED in study.models_of(name) else ""
+        models.append(f"{name}, {stiffness}{tables_text}")
     return models
 
 
 def _restitution(study: Scene) -> str:
     rule = study.restitution
-    exact = "" if study.relation == AS_PUBLISHED else ", returned exactly by an impact alone"
+    exact_text = "" if study.relation == AS_PUBLISHED else ", returned exactly by an impact alone"
     if rule.c1 == rule.c2 == rule.c3 == 0.0:
-        return f"{said_restitution(study.restitution_words)}{exact}"
-    held = f", held beyond {rule.fastest:g} m/s" if rule.fastest < inf else ""
-    return f"{study.restitution_words}: falls with the approach speed{held}{exact}"
+        return f"{said_restitution(study.restitution_words)}{exact_text}"
+    held_text = f", held beyond {rule.fastest:g} m/s" if rule.fastest < inf else ""
+    return f"{study.restitution_words}: falls with the approach speed{held_text}{exact_text}"
 
 
-def _effect(effect: Effect, written: Given) -> str:
+def _effect(effect: Effect, given: GivenKeys) -> str:
     """An effect with its options; defaults are marked."""
     kind = EFFECTS[effect.name]
     values = {key: option_words(kind.options[key], value) for key, value in effect.options}
     values |= {key: words for key, words in kind.absent.items() if key not in values}
     values = {key: words for key, words in values.items() if not words.startswith("none")}
-    stated = {key for key in values if ("effects", effect.name, key) in written}
-    options = ", ".join(f"{key} {value}{' (default)' * (key not in stated)}" for key, value in values.items())
+    set_keys = {key for key in values if ("effects", effect.name, key) in given}
+    options = ", ".join(f"{key} {value}{' (default)' * (key not in set_keys)}" for key, value in values.items())
     return f"{effect.name}: {options}" if options else effect.name
 
 
 def _amplitude(study: Scene, count: int) -> str:
     request, grid = study.records, study.grid
-    scaled = "as recorded" if request.scale is None else f"times {request.scale:g}"
+    scaling = "as recorded" if request.scale is None else f"times {request.scale:g}"
     if request.manifest:
-        common = "" if request.scale is None else f", then all times {request.scale:g}"
-        scaled = f"each times its factor of {request.manifest}{common}"
+        common_text = "" if request.scale is None else f", then all times {request.scale:g}"
+        scaling = f"each times its factor of {request.manifest}{common_text}"
     if request.sa is not None and request.sa.value is not None:
-        scaled = f"each scaled to {_spectral(request.sa)} of {say(request.sa.value, units.PGA)}"
+        scaling = f"each scaled to {_spectral(request.sa)} of {say(request.sa.value, units.PGA)}"
     if request.to_median is not None:
         measure = request.to_median.upper() if isinstance(request.to_median, str) else _spectral(request.to_median)
-        common = "" if request.scale is None else f", then all times {request.scale:g}"
-        scaled = f"each scaled to the median {measure}{common}"
+        common_text = "" if request.scale is None else f", then all times {request.scale:g}"
+        scaling = f"each scaled to the median {measure}{common_text}"
     if grid.amplitudes != (None,):
         levels = _span([level for level in grid.levels if level is not None], grid.measure.quantity)
         relation = f" ({grid.measure.relation})" if grid.measure.relation else ""
-        of = "" if grid.measure == PEAK else f"{grid.measure.words}{relation} of "
+        measure_text = "" if grid.measure == PEAK else f"{grid.measure.words}{relation} of "
         is_factor = grid.measure.name == FACTOR
-        scaled = f"{scaled}, then times {levels}" if is_factor else f"each scaled to {of}{levels}"
+        scaling = f"{scaling}, then times {levels}" if is_factor else f"each scaled to {measure_text}{levels}"
     window = f", {request.window[0]:g} s to {request.window[1]:g} s" if request.window else ""
     tail = (
         f", at least {say(request.tail, units.TAIL)} of free vibration after (whole time steps)" if request.tail else ""
     )
     if study.lag:
         tail += f", {say(study.lag, units.GROUND_DELAY)} longer for the building that is reached last"
-    turned = "" if request.direction is None else f", in the direction {request.direction:g}° from north"
-    turned += ", and across it" * request_of(study).both
-    return f"{count}{turned}{window}, {scaled}{tail}{_aftershock(request)}"
+    direction = "" if request.direction is None else f", in the direction {request.direction:g}° from north"
+    direction += ", and across it" * request_of(study).both
+    return f"{count}{direction}{window}, {scaling}{tail}{_aftershock(request)}"
 
 
 def _aftershock(request: RecordRequest) -> str:
@@ -304,8 +306,8 @@ def _aftershock(request: RecordRequest) -> str:
     return f", followed after {say(request.pause, units.TIME)} by {short_list(request.aftershock, FEW)} {size}"
 
 
-def _spectral(asked: Spectral) -> str:
-    return f"Sa({asked.period:g} s, {100.0 * asked.damping:g} %)"
+def _spectral(spectral: Spectral) -> str:
+    return f"Sa({spectral.period:g} s, {100.0 * spectral.damping:g} %)"
 
 
 def _grid(study: Scene) -> list[tuple[str, str]]:
@@ -313,9 +315,9 @@ def _grid(study: Scene) -> list[tuple[str, str]]:
     gaps = f"gaps of {study.gridded_interface}" if study.gridded_interface else "gaps"
     axes = {gaps: (study.grid.gaps, units.GAP), "yield forces": (study.grid.yield_forces, units.YIELD_FORCE)}
     rows = [(name, _span(labels, quantity)) for name, (labels, quantity) in axes.items() if len(labels) > 1]
-    of_numbers = (("axis", f"{', '.join(axis.keys)}: {axis.words()}") for axis in study.axes if not axis.dimension)
-    drawn = () if study.uncertain is None else study.uncertain.described()
-    return [*of_numbers, *drawn, *rows]
+    axis_rows = (("axis", f"{', '.join(axis.keys)}: {axis.words()}") for axis in study.axes if not axis.dimension)
+    drawn_rows = () if study.uncertain is None else study.uncertain.described()
+    return [*axis_rows, *drawn_rows, *rows]
 
 
 def _span(labels: Sequence[float], quantity: Quantity) -> str:

@@ -35,8 +35,10 @@ def shape_of(study: Scene, records: int) -> dict[str, int]:
     grid = study.grid
     motions = (1, 1) if is_drawn(study) else (records, len(study.records.polarities))
     lengths = (*motions, *map(len, (grid.amplitudes, grid.contact_models)))
-    of_grid = dict(zip(axes_by(grid.measure.axis), (*lengths, len(grid.gaps), len(grid.yield_forces)), strict=True))
-    return {axis.name: axis.size for axis in study.axes} | of_grid
+    grid_lengths = dict(
+        zip(axes_by(grid.measure.axis), (*lengths, len(grid.gaps), len(grid.yield_forces)), strict=True)
+    )
+    return {axis.name: axis.size for axis in study.axes} | grid_lengths
 
 
 def is_drawn(study: Scene) -> bool:
@@ -58,13 +60,13 @@ def memory(study: Scene, shape: Mapping[str, int], threads: int, motions: Iterab
     motions_axes = axes_by(study.grid.measure.axis)[: AMPLITUDE + 1]
     # Where a motion is drawn with each sample, so many are driven one after the other.
     responses = prod(shape[axis] for axis in motions_axes) * (shape[SAMPLE] if is_drawn(study) else 1)
-    held = job_kind(study).held_bytes(responses, free)
+    caches = job_kind(study).held_bytes(responses, free)
     per_case, cases = sizes(study), prod(shape.values())
     chunk = min(CHUNK_BYTES, per_case.chunk * cases)
     # A block is in memory as chunks and as variables.
     block = min(BLOCK_BYTES, per_case.of(shape)) * (1.0 + per_case.chunk / per_case.case)
     records = sum(motion.acceleration.nbytes for motion in motions)
-    return int(resident() + WRITER_BYTES + records + held + block + CHUNKS_IN_FLIGHT * threads * chunk)
+    return int(resident() + WRITER_BYTES + records + caches + block + CHUNKS_IN_FLIGHT * threads * chunk)
 
 
 def resident() -> int:

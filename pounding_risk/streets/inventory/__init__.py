@@ -72,8 +72,8 @@ def read_inventory(path: str | Path) -> Inventory:
     text = file_text(file)
     module = inventory_format(file, text)
     if module is None:
-        known = "; ".join(module.WORDS for module in formats().values())
-        raise BlockError(str(file), [f"its head is that of no inventory; known are {known}"])
+        formats_text = "; ".join(module.WORDS for module in formats().values())
+        raise BlockError(str(file), [f"its head is that of no inventory; known are {formats_text}"])
     faults: list[str] = []
     notes = Notes()
     sheet = metadata_sheet(file, text, faults) if file.suffix.lower() == METADATA else sheet_of(file, text, faults)
@@ -86,9 +86,9 @@ def read_inventory(path: str | Path) -> Inventory:
 
 
 def inventory_table(path: Path, metres: bool = False) -> Table | None:
-    """The buildings of an inventory as a table of a street; None where the file is none.
+    """The buildings of an inventory as a table of a street; None where the file is no inventory.
 
-    Raises BlockError where it does not say who stands beside whom.
+    Raises BlockError where it does not say which buildings are neighbours.
     """
     if path.suffix.lower() not in ENDINGS or not path.is_file() or inventory_format(path, file_text(path)) is None:
         return None

@@ -1,4 +1,4 @@
-"""Lines of an inventory, and what a format takes from one: numbers with their range, points, outlines, own columns."""
+"""Lines of an inventory, and the readers of their cells: numbers with their range, points, outlines, own columns."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ class Line(NamedTuple):
     def of(cls, place: str, cells: Iterable[tuple[str, Any]], geometry: Any = None) -> Line:
         """A line from all its cells by head."""
         texts = ((key_of(head), json.dumps(cell) if isinstance(cell, dict) else str(cell)) for head, cell in cells)
-        known = {key: text for key, text in texts if text.strip() and text.strip().lower() not in NOT_KNOWN}
-        return cls(place, known, geometry)
+        known_cells = {key: text for key, text in texts if text.strip() and text.strip().lower() not in NOT_KNOWN}
+        return cls(place, known_cells, geometry)
 
 
 class Sheet(NamedTuple):
@@ -57,24 +57,24 @@ class Sheet(NamedTuple):
 
     def unit(self, head: str) -> str:
         """The unit in brackets behind a head, "" where it has none."""
-        units = (split_unit(each)[1] for each in self.heads if key_of(each) == head.lower())
+        units = (split_unit(head_text)[1] for head_text in self.heads if key_of(head_text) == head.lower())
         return next(filter(None, units), "")
 
-    def own(self, claimed: Iterable[str], notes: Notes, prefix: str = "") -> dict[str, tuple[str, str]]:
-        """Column and unit, by key, of columns of a street's table that stand beside the ``claimed`` ones of a format.
+    def own(self, format_heads: Iterable[str], notes: Notes, prefix: str = "") -> dict[str, tuple[str, str]]:
+        """Column and unit, by key, of columns of a street's table beside the ``format_heads``.
 
-        Tags of others may have such names too: the head has a unit, as "gap [mm]", or the format's prefix for columns
-        that the standard does not have. Of the others those that hold something are noted: they are not read.
+        Foreign columns may have such names too, so a head needs a unit, as "gap [mm]", or the format's prefix for
+        columns of its users. A note lists the other columns with cells, which are not read.
         """
-        taken = {head.lower() for head in claimed}
+        format_keys = {head.lower() for head in format_heads}
         columns = {}
         for key in map(key_of, self.heads):
             name = " ".join(key.removeprefix(prefix).replace("_", " ").split())
             is_own = self.unit(key) or name == "street" or (prefix and key.startswith(prefix))
-            if key not in taken and name in COLUMNS and is_own:
+            if key not in format_keys and name in COLUMNS and is_own:
                 columns[key] = name, self.unit(key)
-        held = {key for line in self.lines for key in line.cells} - taken - set(columns)
-        unread = [shown(head) for head in self.heads if key_of(head) in held]
+        used_keys = {key for line in self.lines for key in line.cells} - format_keys - set(columns)
+        unread = [shown(head) for head in self.heads if key_of(head) in used_keys]
         if unread:
             notes.add("", f"head: {listed(unread, SAID)} {'is' if len(unread) == 1 else 'are'} not read")
         return columns
@@ -102,7 +102,7 @@ class Building(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """What a code of a format says of a building: family of Hazus, typology, both "" where none fits, and words."""
+    """The meaning of a code of a format: family of Hazus and typology, "" where none fits, and words."""
 
     hazus: str
     typology: str
@@ -110,7 +110,7 @@ class Kind(NamedTuple):
 
     @classmethod
     def of_hazus(cls, family: str) -> Kind:
-        """That of a family of Hazus."""
+        """The kind of a family of Hazus."""
         return cls(family, FAMILIES[family].typology, FAMILIES[family].words)
 
 
@@ -127,8 +127,8 @@ class Notes:
     def sentences(self) -> Iterator[str]:
         """Each sentence behind its first line and the number of others."""
         for words, places in self._places.items():
-            others = f" and {counted(len(places) - 1, 'other')}" if len(places) > 1 else ""
-            yield f"{places[0]}{others}: {words}" if places[0] else words
+            others_text = f" and {counted(len(places) - 1, 'other')}" if len(places) > 1 else ""
+            yield f"{places[0]}{others_text}: {words}" if places[0] else words
 
 
 class Draft:
@@ -140,20 +140,20 @@ class Draft:
         self.derived: list[Derived] = []
 
     def fault(self, head: str, words: str) -> None:
-        """Note what is wrong with a cell."""
+        """Note a fault of a cell."""
         self.faults.append(f"{self.line.place}, {head}: {words}")
 
     def note(self, words: str) -> None:
-        """Note what is doubtful, or not read, in this line."""
+        """Note a doubt, or a cell that is not read, in this line."""
         self.notes.add(self.line.place, words)
 
     def text(self, head: str) -> str:
         """Words of a cell; "" where it has none."""
         words = " ".join(self.line.cells.get(head.lower(), "").split())
-        why = refused(words)
-        if why:
-            self.fault(head, why)
-        return "" if why else words
+        fault_text = refused(words)
+        if fault_text:
+            self.fault(head, fault_text)
+        return "" if fault_text else words
 
     def number(self, head: str, low: float = -inf, high: float = inf) -> float | None:
         """The number of a cell from ``low`` to ``high``; None where it has none, with a fault where it is wrong."""
@@ -164,8 +164,8 @@ class Draft:
         if isfinite(parsed) and low <= parsed <= high:
             return parsed
         least, most = (f"{bound:g}" if isfinite(bound) else "" for bound in (low, high))
-        allowed = " to ".join(filter(None, (least, most))) if most else f"{least} or more" if least else ""
-        self.fault(head, f"{shown(text)} is not a number{allowed and f' from {allowed}'}; correct it or leave it empty")
+        span = " to ".join(filter(None, (least, most))) if most else f"{least} or more" if least else ""
+        self.fault(head, f"{shown(text)} is not a number{span and f' from {span}'}; correct it or leave it empty")
         return None
 
     def whole(self, head: str, low: float = -inf, high: float = inf) -> int | None:
@@ -179,19 +179,19 @@ class Draft:
     def put(self, column: str, value: Any, words: str = "", rule: str = "") -> None:
         """Set a column; with a rule it is listed as derived, ``words`` being the value."""
         self.values[column] = value
-        self.derived = [each for each in self.derived if each.column != column]
+        self.derived = [item for item in self.derived if item.column != column]
         if rule:
             self.derived.append(Derived(column, words or str(value), rule))
 
-    def kind(self, kind: Kind, said: str) -> None:
-        """Set typology and family from a code; ``said`` is where it stands, "its ConstructionCode 5153"."""
-        rule = f"{said}, {kind.words}"
+    def kind(self, kind: Kind, source_text: str) -> None:
+        """Set typology and family from a code; ``source_text`` names it, "ConstructionCode 5153"."""
+        rule = f"{source_text}, {kind.words}"
         if kind.typology:
             self.put("typology", kind.typology, rule=rule)
         else:
-            others = ", unless storeys are made by Hazus" if kind.hazus else ""
-            taken = "one that a column or the map gives is taken, or else the one stated for buildings without one"
-            self.note(f"{rule}, has no typology here; {taken}{others}")
+            exception_text = ", unless storeys are made by Hazus" if kind.hazus else ""
+            fallback = "one that a column or the map gives is taken, or else the one stated for buildings without one"
+            self.note(f"{rule}, has no typology here; {fallback}{exception_text}")
         if kind.hazus:
             self.put("hazus type", kind.hazus, rule=rule)
 
@@ -217,8 +217,8 @@ class Draft:
         east, north = self.number(longitude, -180.0, 180.0), self.number(latitude, -90.0, 90.0)
         cells = self.line.cells
         if (longitude.lower() in cells) != (latitude.lower() in cells):
-            missing, stated = (longitude, latitude) if latitude.lower() in cells else (latitude, longitude)
-            self.fault(missing, f"missing beside {stated}; write both or neither")
+            missing, given = (longitude, latitude) if latitude.lower() in cells else (latitude, longitude)
+            self.fault(missing, f"missing beside {given}; write both or neither")
         return (nan, nan) if east is None or north is None else (east, north)
 
     def place_of(self, position: Any) -> tuple[float, float]:
@@ -229,7 +229,7 @@ class Draft:
         return nan, nan
 
     def outline(self, head: str, geometry: Any) -> str:
-        """The outline of a GeoJSON geometry as well-known text; "" for a point, with a fault for what is none."""
+        """The outline of a GeoJSON geometry as well-known text; "" for a point, and with a fault for any other."""
         if not isinstance(geometry, dict) or geometry.get("type") == "Point":
             return ""
         try:
@@ -246,13 +246,13 @@ class Draft:
         try:
             return outline_json(text)
         except (ValueError, RecursionError) as error:
-            known = f": {error}" if str(error).startswith("SRID") else f"; {WKT_HELP}"
-            self.fault(head, f"{shown(text[:60])} is no well-known text of a polygon{known}")
+            detail = f": {error}" if str(error).startswith("SRID") else f"; {WKT_HELP}"
+            self.fault(head, f"{shown(text[:60])} is no well-known text of a polygon{detail}")
             return None
 
-    def own_columns(self, own: Mapping[str, tuple[str, str]]) -> None:
+    def own_columns(self, columns: Mapping[str, tuple[str, str]]) -> None:
         """Read the columns of a street's table that stand beside those of the format, as `Sheet.own` gives them."""
-        for key, (name, unit) in own.items():
+        for key, (name, unit) in columns.items():
             cell = self.line.cells.get(key)
             if cell is not None:
                 try:
@@ -266,19 +266,19 @@ class Draft:
 
 
 def outline_json(text: str) -> Mapping[str, Any]:
-    """Well-known text as a geometry of GeoJSON; raises ValueError where it is none in degrees of WGS 84."""
+    """Well-known text as a geometry of GeoJSON; raises ValueError where it is not one in degrees of WGS 84."""
     match = WKT.fullmatch(text)
     if match is None:
         raise ValueError(text)
     if (match[1] or WGS84) != WGS84:
         raise ValueError(f"SRID {match[1]} is not longitude and latitude on WGS 84 ({WGS84}); write it in degrees")
-    numbers = re.sub(r"[^(),]+", lambda each: _position(each[0]), match[3])
+    numbers = re.sub(r"[^(),]+", lambda match_text: _position(match_text[0]), match[3])
     shape = json.loads(numbers.replace("(", "[").replace(")", "]"))
     return {"type": SHAPES[match[2].upper()], "coordinates": shape}
 
 
 def outline_text(geometry: Mapping[str, Any]) -> str:
-    """A polygon or several in well-known text; raises ValueError with what is wrong with a geometry that is none."""
+    """A polygon or several in well-known text; raises ValueError with the fault of any other geometry."""
     if geometry.get("type") not in POLYGONS:
         raise ValueError(f"{shown(geometry.get('type'))} is no outline; a footprint is a Polygon or a MultiPolygon")
     texts = [f"({', '.join(map(_ring_text, polygon))})" for polygon in polygons_of(geometry)]
@@ -333,21 +333,21 @@ def sheet_of(path: Path, text: str, faults: list[str]) -> Sheet:
     return Sheet(path, heads, lines)
 
 
-def csv_sheet(path: Path, text: str, faults: list[str], named: str = "") -> Sheet:
-    """The lines of a CSV table; ``named`` stands before their numbers where a file has several tables."""
+def csv_sheet(path: Path, text: str, faults: list[str], prefix: str = "") -> Sheet:
+    """The lines of a CSV table; ``prefix`` stands before their numbers where a file has several tables."""
     rows = csv_rows(text, faults, HEAD)
     if not rows:
         return Sheet(path, (), [])
     at, heads = rows[0][0], tuple(head.strip() for head in rows[0][1])
     keys = [key_of(head) for head in heads]
-    twice = sorted({head for head in heads if head and keys.count(key_of(head)) > 1})
-    if twice:
-        faults.append(f"{named}line {at}: {', '.join(map(shown, twice))} stands twice; leave one of the two out")
+    repeats = sorted({head for head in heads if head and keys.count(key_of(head)) > 1})
+    if repeats:
+        faults.append(f"{prefix}line {at}: {', '.join(map(shown, repeats))} stands twice; leave one of the two out")
         return Sheet(path, heads, [])
     lines = []
     for at, cells in rows[1:]:
         if words := uneven(cells, heads):
-            faults.append(f"{named}line {at}: {words}")
+            faults.append(f"{prefix}line {at}: {words}")
         else:
-            lines.append(Line.of(f"{named}line {at}", zip(heads, cells, strict=True)))
+            lines.append(Line.of(f"{prefix}line {at}", zip(heads, cells, strict=True)))
     return Sheet(path, heads, lines)

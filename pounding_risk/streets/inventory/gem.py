@@ -1,4 +1,4 @@
-"""Strings of the GEM Building Taxonomy 3.3: read for typology and storeys, and written with what was found.
+"""Strings of the GEM Building Taxonomy 3.3: read for typology and storeys, and written with position and pounding.
 
 Atoms and their titles are those of json/taxonomy3.3_standard.json of gem/gem_taxonomy. Read are material, lateral
 system, level of the code, height and year; the rest is kept as it is written. Of version 2, HEX and HBET are read too.
@@ -25,7 +25,7 @@ DEEPEST = 4  # brackets in brackets; the standard has two
 LONGEST = 500  # characters
 TOKEN = re.compile(r"[A-Z][A-Z0-9]*|[()/+;]|:[A-Za-z0-9<>-][A-Za-z0-9.,-]*")
 EXAMPLE = "CR/LFM+CDM/H:6"
-# Atoms that begin the attributes that stand before the position within a block, in the standard's order.
+# First atoms of the attributes before the position within a block, in the standard's order.
 MATERIALS = ("C", "CU", "CR", "SRC", "S", "ME", "M", "MUR", "MCF", "MR", "E", "EU", "ER", "W")
 CONCRETE, STEEL, MASONRY = ("C", "CU", "CR", "SRC"), ("S", "ME"), ("M", "MUR", "MCF", "MR", "E", "EU", "ER")
 SYSTEMS = ("LN", "LFM", "LFINF", "LFBR", "LPB", "LWAL", "LDUAL", "LFLS", "LFLSINF", "LO")
@@ -91,38 +91,38 @@ def read_taxonomy(text: str) -> tuple[Attribute, ...]:
     return attributes
 
 
-def _attributes(tokens: list[str], at: int, sign: str, depth: int) -> tuple[tuple[Attribute, ...], int]:
+def _attributes(tokens: list[str], index: int, sign: str, depth: int) -> tuple[tuple[Attribute, ...], int]:
     """Attributes joined by a sign from a token on, and where they end."""
     attributes = []
     while True:
-        atoms, at = _atoms(tokens, at, depth)
+        atoms, index = _atoms(tokens, index, depth)
         attributes.append(Attribute(atoms))
-        if at == len(tokens) or tokens[at] != sign:
-            return tuple(attributes), at
-        at += 1
+        if index == len(tokens) or tokens[index] != sign:
+            return tuple(attributes), index
+        index += 1
 
 
-def _atoms(tokens: list[str], at: int, depth: int) -> tuple[tuple[Atom, ...], int]:
+def _atoms(tokens: list[str], index: int, depth: int) -> tuple[tuple[Atom, ...], int]:
     atoms: list[Atom] = []
     while True:
-        if at == len(tokens) or not tokens[at][0].isalpha() or depth > DEEPEST:
+        if index == len(tokens) or not tokens[index][0].isalpha() or depth > DEEPEST:
             raise PoundingError(f'{shown("".join(tokens))}: a word is missing; write as "{EXAMPLE}"')
-        name = tokens[at]
+        name = tokens[index]
         arguments: tuple[Attribute, ...] = ()
-        at += 1
-        if at < len(tokens) and tokens[at] == "(":
-            arguments, at = _attributes(tokens, at + 1, ";", depth + 1)
-            if at == len(tokens) or tokens[at] != ")":
+        index += 1
+        if index < len(tokens) and tokens[index] == "(":
+            arguments, index = _attributes(tokens, index + 1, ";", depth + 1)
+            if index == len(tokens) or tokens[index] != ")":
                 raise PoundingError(f'{shown("".join(tokens))}: a bracket is not closed; write as "LFINF(MUR)"')
-            at += 1
+            index += 1
         parameters = []
-        while at < len(tokens) and tokens[at][0] == ":":
-            parameters.append(tokens[at][1:])
-            at += 1
+        while index < len(tokens) and tokens[index][0] == ":":
+            parameters.append(tokens[index][1:])
+            index += 1
         atoms.append(Atom(name, arguments, tuple(parameters)))
-        if at == len(tokens) or tokens[at] != "+":
-            return tuple(atoms), at
-        at += 1
+        if index == len(tokens) or tokens[index] != "+":
+            return tuple(atoms), index
+        index += 1
 
 
 def with_found(text: str, position: str, has_pounding: bool) -> str:
@@ -131,19 +131,19 @@ def with_found(text: str, position: str, has_pounding: bool) -> str:
     Without a position, "", that of the string is kept, and a POP that it has is kept in any case.
     """
     attributes = list(read_taxonomy(text)) if text else []
-    shape = next((each for each in attributes if each.atoms[0].name.startswith(("PLF", "BP"))), None)
-    irregular = next((each for each in attributes if each.atoms[0].name in (REGULAR, IRREGULAR)), None)
-    attributes = [each for each in attributes if each not in (shape, irregular)]
-    last = max((n for n, each in enumerate(attributes, 1) if each.atoms[0].name in BEFORE), default=0)
+    shape = next((item for item in attributes if item.atoms[0].name.startswith(("PLF", "BP"))), None)
+    irregular = next((item for item in attributes if item.atoms[0].name in (REGULAR, IRREGULAR)), None)
+    attributes = [item for item in attributes if item not in (shape, irregular)]
+    last = max((n for n, item in enumerate(attributes, 1) if item.atoms[0].name in BEFORE), default=0)
     other_atoms = tuple(atom for atom in (shape.atoms if shape else ()) if not position or atom.name not in POSITIONS)
     written = [Attribute((*other_atoms, *((Atom(position),) if position else ())))] if other_atoms or position else []
     if has_pounding:
         atoms = irregular.atoms if irregular else ()
         vertical = next((atom for atom in atoms if atom.name == VERTICAL), Atom(VERTICAL))
-        others = (atom for atom in atoms if atom.name not in (REGULAR, IRREGULAR, VERTICAL))
-        added = Attribute((Atom(POUNDING),))
-        arguments = vertical.arguments if added in vertical.arguments else (*vertical.arguments, added)
-        written.append(Attribute((Atom(IRREGULAR), *others, Atom(VERTICAL, arguments))))
+        other_names = (atom for atom in atoms if atom.name not in (REGULAR, IRREGULAR, VERTICAL))
+        pounding = Attribute((Atom(POUNDING),))
+        arguments = vertical.arguments if pounding in vertical.arguments else (*vertical.arguments, pounding)
+        written.append(Attribute((Atom(IRREGULAR), *other_names, Atom(VERTICAL, arguments))))
     elif irregular:
         written.append(irregular)
     return "/".join(map(str, [*attributes[:last], *written, *attributes[last:]])) or UNKNOWN
@@ -151,7 +151,7 @@ def with_found(text: str, position: str, has_pounding: bool) -> str:
 
 def kind_of(attributes: tuple[Attribute, ...]) -> Kind | None:
     """Typology and family of material and lateral system; None where the string says neither."""
-    names = [atom.name for each in attributes for atom in each.atoms]
+    names = [atom.name for attribute in attributes for atom in attribute.atoms]
     material = next((name for name in names if name in MATERIALS), "")
     system = next((name for name in names if name in SYSTEMS), "")
     if not material:
@@ -160,15 +160,15 @@ def kind_of(attributes: tuple[Attribute, ...]) -> Kind | None:
     if material in MASONRY:
         family = "URM" if material in ("MUR", "E", "EU") else ""
         return Kind(family, "masonry", FAMILIES[family].words if family else f"{taxonomy_words}, masonry")
-    of = "concrete" if material in CONCRETE else "steel" if material in STEEL else "wood"
-    family = FRAMES.get((of, system), "")
+    material_name = "concrete" if material in CONCRETE else "steel" if material in STEEL else "wood"
+    family = FRAMES.get((material_name, system), "")
     if not family:
-        return Kind("", "", f"{taxonomy_words}, {of} of an unknown system")
+        return Kind("", "", f"{taxonomy_words}, {material_name} of an unknown system")
     return Kind.of_hazus(family)
 
 
 def put_taxonomy(draft: Draft, text: str, head: str) -> str:
-    """Set what a string says of a building, and give it back; "" with a fault where it is none."""
+    """Set the columns that follow from a string, and return it; "" with a fault where it is no taxonomy."""
     try:
         attributes = read_taxonomy(text)
     except PoundingError as error:
@@ -178,7 +178,7 @@ def put_taxonomy(draft: Draft, text: str, head: str) -> str:
     if kind is not None:
         draft.kind(kind, f"{head} {text}")
     # The height of a storey counts with the number of storeys, wherever that stands.
-    for atom in sorted((atom for each in attributes for atom in each.atoms), key=lambda atom: atom.name == "HHI"):
+    for atom in sorted((atom for item in attributes for atom in item.atoms), key=lambda atom: atom.name == "HHI"):
         if atom.name in LEVELS:
             draft.put("code level", LEVELS[atom.name], rule=f"its {head}, {atom.name}")
         elif atom.name in ("H", "HEX", "HAPP", "HBET") and "storeys" not in draft.values:
@@ -196,7 +196,7 @@ def put_taxonomy(draft: Draft, text: str, head: str) -> str:
 
 def _put_storeys(draft: Draft, atom: Atom, head: str) -> None:
     """The storeys of an atom: a number, or the middle of a range, rounded up."""
-    numbers = [int(each) for each in re.findall(r"\d{1,6}", atom.parameters[0] if atom.parameters else "")]
+    numbers = [int(number) for number in re.findall(r"\d{1,6}", atom.parameters[0] if atom.parameters else "")]
     if not 1 <= len(numbers) <= 2 or not 1 <= max(numbers) <= MOST_STOREYS:
         draft.fault(head, f"{atom} gives no storeys from 1 to {MOST_STOREYS}; write H:6")
     elif re.search("[<>]", atom.parameters[0]):

@@ -47,7 +47,7 @@ CODES = MappingProxyType(
         5207: "S4",
     }
 )
-# Codes that are of no one family, or have a typology all the same.
+# Codes without a single family, some of which have a typology.
 OTHERS = MappingProxyType(
     {
         5100: Kind("", "masonry", "masonry"),
@@ -74,8 +74,8 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
         faults.append(f"head: {head} has a unit in brackets, which OED says by a code; write {head}Unit, and its code")
     columns, name = sheet.own(READ, notes, OWN), sheet.name_head("LocName", "LocNumber")
     for line in sheet.lines:
-        known = {key: cell for key, cell in line.cells.items() if cell.strip() not in BLANK}
-        draft = Draft(line._replace(cells=known), faults, notes)
+        known_cells = {key: cell for key, cell in line.cells.items() if cell.strip() not in BLANK}
+        draft = Draft(line._replace(cells=known_cells), faults, notes)
         identifiers = [draft.text(head) for head in ((name,) if name else ("PortNumber", "AccNumber", "LocNumber"))]
         if "-".join(filter(None, identifiers)):
             draft.put("name", "-".join(filter(None, identifiers)))
@@ -138,5 +138,5 @@ def _kind(draft: Draft) -> None:
     if not FIRST_CODE <= code <= LAST_CODE:
         draft.fault("ConstructionCode", f"{code} is no code of OED, {FIRST_CODE} to {LAST_CODE}; correct it")
         return
-    unread = OTHERS.get(code, Kind("", "", "a code that is not among those read"))
-    draft.kind(Kind.of_hazus(CODES[code]) if code in CODES else unread, f"ConstructionCode {code}")
+    other_kind = OTHERS.get(code, Kind("", "", "a code that is not among those read"))
+    draft.kind(Kind.of_hazus(CODES[code]) if code in CODES else other_kind, f"ConstructionCode {code}")

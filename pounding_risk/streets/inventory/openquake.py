@@ -57,13 +57,13 @@ def buildings(sheet: Sheet, faults: list[str], notes: Notes) -> Iterator[Buildin
 
 def _heads(sheet: Sheet) -> Mapping[str, str]:
     """The head of each field in this table."""
-    spelt = {SPELLINGS.get(head.lower(), head.lower()): head for head in sheet.heads}
+    head_by_field = {SPELLINGS.get(head.lower(), head.lower()): head for head in sheet.heads}
     fields: Mapping[str, str] = sheet.facts.get("fields", {})
-    return {field: fields.get(field) or spelt.get(field, field) for field in FIELDS}
+    return {field: fields.get(field) or head_by_field.get(field, field) for field in FIELDS}
 
 
 def _taxonomy(draft: Draft, head: str) -> str:
-    """The string of an asset, with what it says set: of GEM, or of Hazus types."""
+    """The string of an asset, of GEM or of Hazus types; the columns that follow from it are set."""
     text = draft.text(head)
     hazus = OF_HAZUS.fullmatch(text)
     family = family_of(hazus[1]) if hazus else ""
@@ -87,8 +87,8 @@ def _area(draft: Draft, head: str, unit: str) -> None:
     if not area:
         return
     if unit.lower() not in AREAS:
-        which = f"the unit {shown(unit)} is not known" if unit else "no metadata say its unit"
-        draft.note(f'{head} is not read, as {which}; give metadata (.xml) with <area type="per_asset" unit="SQM" />')
+        reason = f"the unit {shown(unit)} is not known" if unit else "no metadata say its unit"
+        draft.note(f'{head} is not read, as {reason}; give metadata (.xml) with <area type="per_asset" unit="SQM" />')
     elif "storeys" not in draft.values:
         draft.note(f"{head} is taken for that of all floors, whose number is missing; it is not read")
     else:
@@ -102,22 +102,22 @@ def metadata_sheet(path: Path, text: str, faults: list[str]) -> Sheet:
     if model is None:
         return Sheet(path, (), [])
     facts: dict[str, Any] = {"fields": {}}  # unit of areas and names of fields
-    for each in model.iter():
-        if _tag(each) == "area" and "unit" in each.attrib:
-            facts["area unit"] = each.attrib["unit"]
-        elif _tag(each) == "field" and each.get("oq") in FIELDS:
-            if not each.get("input"):
-                faults.append(f'exposureFields: the field "{each.get("oq")}" has no input; write the column\'s name')
-            facts["fields"][each.get("oq")] = each.get("input", "")
-    assets = next((each for each in model if _tag(each) == "assets"), None)
+    for element in model.iter():
+        if _tag(element) == "area" and "unit" in element.attrib:
+            facts["area unit"] = element.attrib["unit"]
+        elif _tag(element) == "field" and element.get("oq") in FIELDS:
+            if not element.get("input"):
+                faults.append(f'exposureFields: the field "{element.get("oq")}" has no input; write the column\'s name')
+            facts["fields"][element.get("oq")] = element.get("input", "")
+    assets = next((element for element in model if _tag(element) == "assets"), None)
     if assets is None:
         faults.append("has no <assets>; name the tables in it, or write an <asset> for each building")
         return Sheet(path, (), [])
     if len(assets):
         lines = []
-        for number, each in enumerate(assets, 1):
-            place = next((child for child in each if _tag(child) == "location"), each)
-            lines.append(Line.of(f"asset {number}", {**each.attrib, **place.attrib}.items()))
+        for number, element in enumerate(assets, 1):
+            place = next((child for child in element if _tag(child) == "location"), element)
+            lines.append(Line.of(f"asset {number}", {**element.attrib, **place.attrib}.items()))
         return Sheet(path, FIELDS, lines, {**facts, "fields": {}})  # other names are those of tables
     heads: list[str] = []
     lines = []
@@ -133,9 +133,9 @@ def metadata_sheet(path: Path, text: str, faults: list[str]) -> Sheet:
     if not lines and not faults:
         faults.append("<assets> names no table with a line; write the names of CSV files beside it")
     sheet = Sheet(path, tuple(heads), lines, facts)
-    known = {key_of(head) for head in heads}
+    known_keys = {key_of(head) for head in heads}
     for field, head in _heads(sheet).items():
-        if heads and head.lower() not in known and (field in NEEDED or field in facts["fields"]):
+        if heads and head.lower() not in known_keys and (field in NEEDED or field in facts["fields"]):
             faults.append(f'no table has the column {shown(head)} for "{field}"; write its name into exposureFields')
     return sheet
 
@@ -150,7 +150,7 @@ def _model(text: str, faults: list[str]) -> ET.Element | None:
     except (ET.ParseError, ValueError) as error:
         faults.append(f"is not XML ({error}); export the exposure again")
         return None
-    model = next((each for each in root.iter() if _tag(each) == "exposureModel"), None)
+    model = next((element for element in root.iter() if _tag(element) == "exposureModel"), None)
     if model is None:
         faults.append(f"<{_tag(root)}> holds no <exposureModel>; give the metadata of an exposure")
     return model

@@ -68,7 +68,7 @@ def _run_unit(path: Path) -> tuple[str, str]:
     return "", ""
 
 
-def _measure(draft: Draft, sheet: Sheet, head: str, column: str, length: str, said: str) -> None:
+def _measure(draft: Draft, sheet: Sheet, head: str, column: str, length: str, source_text: str) -> None:
     """A length or an area in the unit of its head, or of the run; not read where neither says one."""
     measure = draft.number(head, 0.0)
     if not measure:
@@ -76,8 +76,8 @@ def _measure(draft: Draft, sheet: Sheet, head: str, column: str, length: str, sa
     quantity, example = (AREA, "ft^2") if column == "floor area" else (HEIGHT, "ft")
     unit = sheet.unit(head) or (f"{length}{example[2:]}" if length else "")
     if not unit:
-        why = f"neither its head nor an {RUN} beside the table says its unit"
-        draft.note(f"{head} is not read, as {why}; write {head} [{example}] into the head")
+        reason = f"neither its head nor an {RUN} beside the table says its unit"
+        draft.note(f"{head} is not read, as {reason}; write {head} [{example}] into the head")
         return
     try:
         size = parse(f"{measure!r} {unit}", quantity)
@@ -85,7 +85,7 @@ def _measure(draft: Draft, sheet: Sheet, head: str, column: str, length: str, sa
         draft.fault(head, str(error))
         return
     words = f"{size:.5g} m²" if quantity is AREA else f"{size:.4g} m"
-    draft.put(column, size, words, "" if sheet.unit(head) else f"its {head} {said}")
+    draft.put(column, size, words, "" if sheet.unit(head) else f"its {head} {source_text}")
 
 
 def _kind(draft: Draft) -> None:
