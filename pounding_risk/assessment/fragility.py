@@ -61,6 +61,7 @@ class Fragility:
     stripes: tuple[Stripe, ...] = field(default=(), repr=False)
     factor: float = np.nan
     independent: float = np.nan
+    recordings: int = 0
 
     @property
     def unit(self) -> str:
@@ -74,8 +75,21 @@ class Fragility:
         return larger, max(self.se_dispersion, self.se_dispersion_recordings)
 
     def draws(self) -> tuple[Array, Array]:
-        """Medians and dispersions that the motions leave possible, as `statistics.hazard.draws` has them."""
-        return draws((self.median, self.dispersion), self.errors, self.correlation, self.independent)
+        """Medians and dispersions that the motions leave possible, as `statistics.hazard.draws` has them; else empty.
+
+        Of scaled motions the capacities are a sample of n ``independent`` ones. Of other fits the error of β gives the
+        degrees of freedom ν = β²/(2 se²), no more than one less than the ``recordings``.
+        """
+        median_error, dispersion_error = self.errors
+        if not np.isfinite(self.errors).all():
+            return np.empty(0), np.empty(0)
+        if self.independent > 1.0:
+            median_error, degrees = self.dispersion / np.sqrt(self.independent), self.independent - 1.0
+        else:
+            with np.errstate(divide="ignore"):
+                by_error = 0.5 * np.square(np.divide(self.dispersion, dispersion_error))
+            degrees = max(min(float(by_error), self.recordings - 1.0), 1.0)
+        return draws((self.median, self.dispersion), median_error, degrees)
 
     def probability(self, im: Array) -> Array:
         """P(failure) at these intensities; NaN where nothing could be fitted."""

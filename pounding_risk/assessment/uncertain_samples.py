@@ -436,9 +436,13 @@ def sampled_scene(
 
     uncertain = scene.uncertain
     assert uncertain is not None, "checked when the scene was opened"
+    count = uncertain.samples if samples is None else samples
+    if isinstance(count, bool) or not isinstance(count, int) or not LEAST_SAMPLES <= count <= MOST_SAMPLES:
+        raise PoundingError(
+            f"samples: {shown(count)} is no whole number from {LEAST_SAMPLES} to {MOST_SAMPLES}; one sample does not "
+            "show what the numbers mean"
+        )
     if samples is not None:
-        if isinstance(samples, bool) or not isinstance(samples, int) or not LEAST_SAMPLES <= samples <= MOST_SAMPLES:
-            raise PoundingError(f"samples: {shown(samples)} is no whole number from {LEAST_SAMPLES} to {MOST_SAMPLES}")
         if uncertain.given:
             raise PoundingError("samples: the scene gives its points, one a sample; leave samples out, or the points")
         uncertain = replace(uncertain, samples=samples)

@@ -125,7 +125,7 @@ def parts_words(interface: xr.Dataset) -> str:
     if not np.isfinite(share["motions"]):
         if "interaction" not in share:
             return "No motion was drawn twice, or all are of one recording: draw more samples for the motions' share."
-        return "One recording, or one sample, does not show what motions and parameters contribute."
+        return "One recording does not show what motions and parameters contribute."
     is_of_closing = str(interface["chosen_output"].item()) in OUTPUT_WORDS
     scatter = gap_scatter(interface) > 0.0
     whose = ("ln (closing less the scatter of the gap)" if scatter else "ln closing") if is_of_closing else "the output"
@@ -162,8 +162,6 @@ def words_of_number(interface: xr.Dataset, criterion: Criterion) -> str:
     first, low, high = (indices[f"first_order{ending}"].values for ending in ("", "_low", "_high"))
     names = [str(name) for name in interface["uncertain_number"].values]
     if not np.isfinite(first).any():
-        if interface.sizes["sample"] < 2:
-            return f"One sample does not show whether {words} depends on any number: draw more."
         if float(indices["output_deviation"]) > 0.0:
             samples = counted(interface.sizes["sample"], "sample")
             return f"On which number {words} depends most is not known from {samples}."

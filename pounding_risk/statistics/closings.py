@@ -37,7 +37,7 @@ from pounding_risk.statistics.crossed import (
     outcome_shares,
 )
 from pounding_risk.statistics.proportions import exact_bounds, likeness, logs_of, numbered
-from pounding_risk.statistics.required_gap import RequiredGap, between_levels, lognormal_percentiles
+from pounding_risk.statistics.required_gap import RequiredGap, between_levels
 
 Array = NDArray[np.float64]
 
@@ -138,8 +138,6 @@ class CrossedClosings:
         """Percentiles of the lognormal distribution of mean and total variance; NaN where one closes nothing."""
         from scipy.special import ndtri
 
-        if len(self.closing) == 1:
-            return lognormal_percentiles(self.closing[0], percentiles)
         if not (self.closing.min() > 0.0 and np.isfinite(self.closing).all()):
             return np.full(percentiles.shape, np.nan)
         deviation = np.sqrt(max(self.components.total, 0.0)) if np.isfinite(self.components.total) else np.nan
@@ -152,8 +150,6 @@ class CrossedClosings:
 
     def _independent(self, levels: Array, share: Array, counted: Counted) -> Array:
         """The number of independent outcomes at each level, by what the outcomes there have in common."""
-        if len(self.closing) == 1:
-            return counted.independent(share)
         rows = self.closing[:: -(-len(self.closing) // MOST_SAMPLES)]
         blocks = min(-(-levels.size * rows.size // AT_ONCE), levels.size)
         parts = [

@@ -221,8 +221,6 @@ class Counted(NamedTuple):
         values with the correlations ``like_samples`` and ``like_motions``, at the ``share`` that is contact, or those
         of the outcomes themselves, ``samples`` and ``motions``, where these are larger.
         """
-        if self.samples == 1:
-            return np.full(np.shape(share), self.motions)
         alike_samples = np.maximum(samples, outcome_correlation(share, self.like_samples))
         alike_motions = np.maximum(motions, outcome_correlation(share, self.like_motions))
         unlike = np.maximum(1.0 - alike_samples - alike_motions, 0.0)
@@ -230,9 +228,8 @@ class Counted(NamedTuple):
         return np.asarray(1.0 / inverse)
 
     def times(self, samples: int, recordings: int) -> Counted:
-        """So many times the samples and the recordings, all like these; one sample stays one."""
-        sample_count = self.samples * samples if self.samples > 1 else 1
-        return self._replace(samples=sample_count, motions=self.motions * recordings)
+        """So many times the samples and the recordings, all like these."""
+        return self._replace(samples=self.samples * samples, motions=self.motions * recordings)
 
     def variance_of_mean(self, components: Components) -> float:
         """The variance of the mean over samples and motions; a component below 0 counts as none."""
@@ -242,7 +239,7 @@ class Counted(NamedTuple):
     @property
     def without_contact(self) -> float:
         """Independent outcomes where all are the same, which does not show what they have in common."""
-        return self.motions if self.samples == 1 else min(self.motions, float(self.samples))
+        return min(self.motions, float(self.samples))
 
 
 def outcome_correlation(share: Array, correlation: float) -> Array:

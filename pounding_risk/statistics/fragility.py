@@ -53,7 +53,8 @@ class Fit:
 
     ``se_median`` is that of ln θ, a share of the median; ``se_dispersion`` that of β. Both are from the observed
     information, as if motions were independent; those ``_recordings`` hold for recordings whose motions are not (the
-    sandwich of Huber and White, by recording). ``correlation`` is that of the estimates of ln θ and β, by recording.
+    sandwich of Huber and White, by recording). ``correlation`` is that of the estimates of ln θ and β, by recording, of
+    which there are ``recordings``.
     """
 
     median: float = nan
@@ -64,6 +65,7 @@ class Fit:
     se_dispersion_recordings: float = nan
     correlation: float = nan
     fault: str = ""
+    recordings: int = 0
 
     @property
     def errors(self) -> tuple[float, float]:
@@ -241,4 +243,5 @@ def fit_of(log_median: float, dispersion: float, covariance: Array, root: Array)
         se_median_recordings=float(recording_errors[0]),
         se_dispersion_recordings=float(recording_errors[1]),
         correlation=float(by_cluster[0, 1] / recording_errors.prod()) if recording_errors.prod() > 0.0 else nan,
+        recordings=root.shape[1],
     )

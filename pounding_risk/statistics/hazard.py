@@ -124,34 +124,22 @@ def median_at_rate(hazard: Curve, dispersion: Array | float, rate: float, halvin
         return np.asarray(np.exp(0.5 * (low + high)))
 
 
-def draws(
-    estimates: tuple[float, float], errors: tuple[float, float], correlation: float, independent: float = np.nan
-) -> tuple[Array, Array]:
-    """Medians and dispersions that the motions leave possible, (draws,) each; empty without standard errors.
+def draws(estimates: tuple[float, float], median_error: float, degrees: float) -> tuple[Array, Array]:
+    """Medians and dispersions that the motions leave possible, (draws,) each.
 
-    Where the capacities of the motions are known, with n ``independent`` ones, these are the pivots of a
-    normal sample: β² n/χ²(n − 1) for the dispersion, and ln θ normal about its estimate with that dispersion over √n
-    (Krishnamoorthy and Mathew 2003). Few recordings bound a dispersion badly, and a rate grows with its square: normal
-    errors of ln β would miss that. Elsewhere (ln θ, ln β) are normal with the larger standard errors.
+    Those of a normal sample whose deviation has so many ``degrees`` of freedom ν: β² (ν + 1)/χ²(ν) for the dispersion,
+    the estimate being that of maximum likelihood, and ln θ normal about its own with ``median_error`` times the drawn
+    dispersion over the estimate (Krishnamoorthy and Mathew 2003). Few recordings bound a dispersion badly, and a rate
+    grows with exp(β²): normal errors of ln β would miss that.
     """
-    log_errors = np.array([errors[0], errors[1] / estimates[1]])
-    if not np.isfinite([*log_errors, correlation]).all():
-        return np.empty(0), np.empty(0)
     from scipy.special import gammaincinv, ndtri
 
-    logs = np.log(estimates)
+    middle = np.log(estimates)
     abscissa, ordinate = _hammersley()
-    if independent > 1.0:
-        count = independent
-        dispersion = logs[1] + 0.5 * np.log(count / (2.0 * gammaincinv(0.5 * (count - 1.0), abscissa)))
-        median = logs[0] + np.exp(dispersion) / np.sqrt(count) * ndtri(ordinate)
-    else:
-        first, second = ndtri(abscissa), ndtri(ordinate)
-        median = logs[0] + log_errors[0] * first
-        dispersion = logs[1] + log_errors[1] * (correlation * first + np.sqrt(max(1.0 - correlation**2, 0.0)) * second)
-    pairs = np.stack([median, dispersion], axis=1)
-    pairs = np.exp(np.clip(pairs, logs - WIDEST, logs + WIDEST))
-    return pairs[:, 0], pairs[:, 1]
+    wider = 0.5 * np.log((degrees + 1.0) / (2.0 * gammaincinv(0.5 * degrees, abscissa)))
+    drawn = middle + np.stack([median_error * np.exp(wider) * ndtri(ordinate), wider], axis=1)
+    drawn = np.exp(np.clip(drawn, middle - WIDEST, middle + WIDEST))
+    return drawn[:, 0], drawn[:, 1]
 
 
 def _hammersley() -> tuple[Array, Array]:

@@ -7,12 +7,14 @@ from pathlib import Path
 from pounding_risk.assessment.fragility import Fragility
 
 
-def fragility(median: float = 3.0, dispersion: float = 0.4, **more: float) -> Fragility:
-    """A curve of contact at a gap of 20 mm; ``more`` are other errors than the usual ones."""
+def fragility(median: float = 3.0, dispersion: float = 0.4, recordings: int = 10**6, **more: float) -> Fragility:
+    """A curve of contact at a gap of 20 mm from so many recordings; ``more`` are other errors than the usual ones."""
     errors = {"se_median": 0.1, "se_dispersion": 0.05} | more
     by_recording = {f"{name}_recordings": value for name, value in errors.items()}
     about = ("contact", 0.02, None, None, "pga", "multiple stripes", median, dispersion)
-    return Fragility(*about, **errors, **by_recording, correlation=0.0, fault="", note="", stripes=())
+    return Fragility(
+        *about, **errors, **by_recording, correlation=0.0, fault="", note="", stripes=(), recordings=recordings
+    )
 
 
 def site_file(folder: Path, *lines: str) -> Path:
