@@ -19,6 +19,7 @@ from pounding_risk.units import QuantityError, share, shown
 USUAL_PERCENTILE = 84.0  # %
 USUAL_CONFIDENCE = 0.95
 HALF = 0.5  # of the motions: the most that a target accepts, the least that a gap is required for, or bounds hold
+SUREST = 0.999999  # a confidence is smaller: sentences have six digits of it
 LEAST = 1e-9  # a target, or what a percentile leaves, is larger
 SAME = 1e-10  # two shares that differ by less are one, rounded apart
 NO_LOWER, NO_UPPER, PUSHED = "–", "*", "†"  # marks of a required gap's bounds that are none
@@ -75,7 +76,7 @@ def read_criterion(
         gap_percentile = percentile_of(percentile, f"{prefix}percentile")
     else:
         gap_percentile = USUAL_PERCENTILE if target_share is None else percentile_for(target_share)
-    level = share(confidence, f"{prefix}confidence", low=HALF)
+    level = share(confidence, f"{prefix}confidence", low=HALF, high=SUREST)
     return Criterion(target_left_by(gap_percentile) if target_share is None else target_share, gap_percentile, level)
 
 
@@ -96,7 +97,7 @@ def percentile_for(target: float) -> float:
 
 def percent_words(fraction: float) -> str:
     """A fraction in %, in full: 0.1 is "10 %", 0.0025 is "0.25 %"."""
-    return f"{round(100.0 * fraction, DIGITS):.6g} %"
+    return f"{round(100.0 * fraction, DIGITS):.12g} %"
 
 
 def _read_target(value: Any, name: str) -> float:

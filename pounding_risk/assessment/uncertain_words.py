@@ -11,7 +11,7 @@ import xarray as xr
 from pounding_risk._common.counted import counted
 from pounding_risk.assessment.options import Criterion, percent_words
 from pounding_risk.assessment.uncertain_samples import Samples
-from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE, share_words
+from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE, bound_words, share_words
 from pounding_risk.statistics.closings import CrossedClosings
 from pounding_risk.statistics.proportions import least_upper_bound, motions_to_show
 from pounding_risk.statistics.sobol import LEAST_SAMPLES, power_of_two
@@ -96,7 +96,7 @@ def of_few(closings: CrossedClosings, criterion: Criterion) -> Iterator[str]:
         yield (
             f"Few: the motions count as {closings.counted.motions:.3g} independent ones, beside "
             f"{counted(closings.counted.samples, 'sample')}. Even without any contact these could only show P(contact) "
-            f"< {share_words(least_bound)}; the target of {percent_words(criterion.target)} takes {needed_motions} "
+            f"< {bound_words(least_bound)}; the target of {percent_words(criterion.target)} takes {needed_motions} "
             f"{unit_text}."
         )
 

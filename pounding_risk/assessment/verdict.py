@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import inf, nan
+from math import ceil, inf, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -247,7 +247,10 @@ def _evidence(
 def _margin(basis: Basis, required: RequiredGap) -> str:
     finite_text = " with a finite response" if basis.lost else ""
     amount = "at least" if required.at_least else "no more than"
-    needs_text = f"{required.percentile:g} % of the motions{finite_text} need {amount} {say(required.provided, GAP, 3)}"
+    is_all = (1.0 - required.percentile / 100.0) * basis.motions < 1.0
+    share = f"{required.percentile:g} % of the motions"
+    who = f"All of {counted(basis.motions, 'motion')} ({share} are no fewer)" if is_all else share
+    needs_text = f"{who}{finite_text} need {amount} {say(required.provided, GAP, 3)}"
     needs_text += f", or {say(required.enough, GAP, 3)} where neighbours push" if required.is_between else ""
     low, high = say(required.low, GAP, 3), say(rounded_up(required.high), GAP, 3)
     if required.low > 0.0:
@@ -270,7 +273,7 @@ def sample_size(basis: Basis) -> str:
     motions_text = "1 motion" if worth_text == "1" else f"{worth_text} motions"
     needed_motions = motions_to_show(basis.criterion.target, basis.criterion.confidence)
     sample_text = f"{counted(basis.motions, 'motion')} from {counted(basis.recordings, 'recording')}"
-    can_text = f"Even with no contact at all, {motions_text} could only show P(contact) < {share_words(least_bound)}"
+    can_text = f"Even with no contact at all, {motions_text} could only show P(contact) < {bound_words(least_bound)}"
     takes_text = f"showing {basis.target} takes at least {needed_motions} independent motions"
     recordings = recordings_to_settle(basis.without_contact)
     takes_text += f", those of {recordings} such recordings" if recordings and recordings != needed_motions else ""
@@ -292,6 +295,11 @@ def _contact_elsewhere(contact: Contact) -> str:
         f"prevents it in {losses}, which the required gaps count all the same" if losses else "",
     ]
     return f"{text}; contact elsewhere {' and '.join(filter(None, effects))}."
+
+
+def bound_words(share: float) -> str:
+    """An upper bound as `share_words` has it, rounded up."""
+    return share_words(ceil(100.0 * share) / 100.0 if share >= 0.1 else ceil(1e5 * share) / 1e5)
 
 
 def share_words(share: float) -> str:

@@ -210,7 +210,10 @@ def fragilities(assessment: Assessment, pair: InterfaceAssessment) -> list[Block
     keep = of_gap(pair, curves)
     return [
         table(caption, heads, rows, keep=keep, note=OF_GAP),
-        paragraph("Standard errors (s.e.) are those for independent motions, then those by recording."),
+        paragraph(
+            "Standard errors (s.e.) are those for independent motions, then those by recording. From few recordings "
+            "both are too small, and so is the dispersion; bounds of rates count that."
+        ),
         *_not_fitted(pair),
     ]
 

@@ -6,6 +6,7 @@ itself describes, and the amplitudes of the motions. `files.open_scan` opens, ch
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isclose, isfinite
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pounding_risk._common.counted import counted
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import DIGITS, FACTOR, LEVEL_AXIS, PEAK, USUAL_DAMPING, Level, Measure, sa_at
 from pounding_risk.motions.processing.signals import LEAST_SHAKING
@@ -40,6 +42,7 @@ from pounding_risk.units import DAMPING, GAP, LINK_DAMPING, LINK_STIFFNESS, PERI
 if TYPE_CHECKING:
     import xarray as xr
 
+CROWDED = 3  # recordings of its own earthquake, with itself, that the mean recording has where a note says so
 WITH_CASES = ("scan", "compare", "effects", "histories")
 
 
@@ -71,7 +74,23 @@ class Results:
         Raises PoundingError where the attributes with these notes, or with the scene, are damaged.
         """
         of_input = tuple(map(str, read_attribute(self.dataset, "notes", [])))
-        return (*of_input, *self.nearest_notes, *contact_notes.of_scan(self.dataset, self.scene))
+        return (*of_input, *self.nearest_notes, *self.event_notes, *contact_notes.of_scan(self.dataset, self.scene))
+
+    @property
+    def event_notes(self) -> tuple[str, ...]:
+        """A note where many recordings are of one earthquake: bounds by recording take them to be independent."""
+        events = self.dataset.variables.get("record_event")
+        if events is None or events.dims != ("record",):
+            return ()
+        pairs = set(zip(self.recordings.tolist(), map(str, events.values), strict=True))
+        counts = Counter(event for _, event in pairs if event)
+        if not counts or sum(count**2 for count in counts.values()) < CROWDED * counts.total():
+            return ()
+        (event, most), earthquakes = counts.most_common(1)[0], counted(len(counts), "earthquake")
+        return (
+            f"{counts.total()} recordings are of {earthquakes}, {most} of them of {event}: bounds take recordings to "
+            "be independent, and are too narrow where those of one earthquake are alike",
+        )
 
     @property
     def nearest_notes(self) -> tuple[str, ...]:

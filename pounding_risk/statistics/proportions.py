@@ -128,8 +128,9 @@ def likeness(values: Array, recordings: NDArray[np.int64]) -> float:
 def independent_motions(values: Array, recordings: NDArray[np.int64]) -> float:
     """Effective number of independent motions: N over the design effect 1 + (Σm²/N − 1) ρ.
 
-    ``values`` show how alike motions of a recording are, such as the logarithm of the closing: the outcomes, yes or
-    no, that follow from them are no more alike. Between the number of recordings and that of motions.
+    ``values`` show how alike motions of a recording are, such as the logarithm of the closing. Outcomes, yes or no, of
+    values that are normal are no more alike; those of a few recordings that close far more in all their motions are.
+    Between the number of recordings and that of motions.
     """
     sizes = np.bincount(recordings)
     total = float(values.size)
