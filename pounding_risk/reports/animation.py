@@ -95,8 +95,8 @@ def frames(run: xr.Dataset, rate: float) -> Frames:
     """
     time = run["time"].values
     force = np.nan_to_num(run["contact_force"].transpose("time", "contact_point").values)
-    moved = run["displacement"].transpose("time", "building", "storey").values
-    floors = moved[:, np.isfinite(moved).any(axis=0)]
+    displacements = run["displacement"].transpose("time", "building", "storey").values
+    floors = displacements[:, np.isfinite(displacements).any(axis=0)]
     count = max(2, int(np.ceil((time[-1] - time[0]) * rate)) + 1)
     ends = np.minimum(time[0] + np.arange(count) / rate, time[-1])
     # The frame that each instant belongs to; one a rounding error past a frame's end belongs to it.
@@ -113,30 +113,30 @@ def frames(run: xr.Dataset, rate: float) -> Frames:
     return Frames(at, shown, peaks, rate)
 
 
-def _model(run: xr.Dataset, shown: Frames) -> dict[str, Any]:
+def _model(run: xr.Dataset, motion: Frames) -> dict[str, Any]:
     """The data of the page; numbers of frames are differences to the frame before, packed."""
-    largest = float(np.abs(shown.displacement).max(initial=0.0)) or 1.0
-    peak = float(shown.force.max(initial=0.0))
-    steps = np.rint(shown.displacement / largest * STEPS).astype(np.int16)
-    forces = np.rint(shown.force / (peak or 1.0) * FORCES).astype(np.int16)
+    largest = float(np.abs(motion.displacement).max(initial=0.0)) or 1.0
+    peak = float(motion.force.max(initial=0.0))
+    steps = np.rint(motion.displacement / largest * STEPS).astype(np.int16)
+    forces = np.rint(motion.force / (peak or 1.0) * FORCES).astype(np.int16)
     has_floors = np.isfinite(run["displacement"].transpose("time", "building", "storey").values).any(axis=0)
     points = [run[f"contact_point_{name}"].values for name in ("interface", "left_floor", "right_floor", "kind")]
     return {
         "title": str(run.attrs.get("title") or "A run"),
-        "facts": _facts(run, shown),
+        "facts": _facts(run, motion),
         "buildings": [
-            {"name": shape.name, "levels": shape.levels, "rigid": shape.is_rigid, "floors": int(has_floors[at].sum())}
-            for at, shape in enumerate(building_shapes(run))
+            {"name": shape.name, "levels": shape.levels, "rigid": shape.is_rigid, "floors": int(has_floors[k].sum())}
+            for k, shape in enumerate(building_shapes(run))
         ],
         "gaps": _gaps(run),
         "bumpers": bumper_lengths(run),
         "points": [
-            {"interface": int(at), "left": float(left), "right": float(right), "kind": str(kind), "label": str(label)}
-            for at, left, right, kind, label in zip(*points, run["contact_point"].values, strict=True)
+            {"interface": int(k), "left": float(left), "right": float(right), "kind": str(kind), "label": str(label)}
+            for k, left, right, kind, label in zip(*points, run["contact_point"].values, strict=True)
         ],
-        "frames": len(shown.time),
-        "rate": shown.rate,
-        "time": [round(float(instant), 4) for instant in shown.time],
+        "frames": len(motion.time),
+        "rate": motion.rate,
+        "time": [round(float(instant), 4) for instant in motion.time],
         "largest": largest / STEPS,
         "strongest": peak / FORCES,
         "displacement": packed(np.diff(steps, axis=0, prepend=0), "i2"),
@@ -150,7 +150,7 @@ def _gaps(run: xr.Dataset) -> list[float]:
     return [float(run.attrs["gap"])] * (run.sizes["building"] - 1)
 
 
-def _facts(run: xr.Dataset, shown: Frames) -> str:
+def _facts(run: xr.Dataset, motion: Frames) -> str:
     """Sentences on the run, and on the contacts that the animation shows."""
     facts = [law_words(str(run.attrs[name])) for name in HEAD_ATTRIBUTES if name in run.attrs]
     if "pga" in run.attrs:
@@ -164,14 +164,14 @@ def _facts(run: xr.Dataset, shown: Frames) -> str:
         facts.append("springs or dampers between neighbours not drawn")
     is_known = np.isfinite(run["building_height"].values)
     if not is_known.all():
-        whose = " and ".join(map(str, run["building"].values[~is_known]))
-        facts.append(f"no height is given of {whose}: the one drawn is nominal")
+        names_text = " and ".join(map(str, run["building"].values[~is_known]))
+        facts.append(f"no height is given of {names_text}: the one drawn is nominal")
     if "floor_rotation" in run:
         facts.append("floors that rotate drawn at their centres of mass")
     if "ground_widening" in run:
         facts.append("each building relative to the ground under it")
-    peak = float(shown.force.max(initial=0.0))
-    touched = int((shown.force > 0.0).any(axis=0).sum())
-    points = counted(shown.force.shape[1], "contact point")
-    ends = f"{touched} of {points} touch{'es' * (touched == 1)}, with up to {force_text(peak)}"
-    return f"{', '.join(facts)}. {ends if touched else 'Nothing touches'}."
+    peak = float(motion.force.max(initial=0.0))
+    touch_count = int((motion.force > 0.0).any(axis=0).sum())
+    points = counted(motion.force.shape[1], "contact point")
+    touch_text = f"{touch_count} of {points} touch{'es' * (touch_count == 1)}, with up to {force_text(peak)}"
+    return f"{', '.join(facts)}. {touch_text if touch_count else 'Nothing touches'}."

@@ -173,37 +173,37 @@ def opened(results: xr.Dataset | str | Path, options: Mapping[str, Any]) -> tupl
     With several places along them the dataset is of one, which its title names; ``options`` are those of `assess`.
     Raises PoundingError for a file that cannot be read and for what is no dataset of `scan`.
     """
-    whole, source = opened_or_given(results, "the dataset")
+    scan, source = opened_or_given(results, "the dataset")
     along = None
-    if kind_of(whole) == "scan" and is_drawn_along(whole):
-        check_scan(whole, source)
-        known = ("gap", "confidence", "percentile", "target", "pga", "intensity_level")
-        assessed = assess_along(whole, **{name: option for name, option in options.items() if name in known})
+    if kind_of(scan) == "scan" and is_drawn_along(scan):
+        check_scan(scan, source)
+        option_names = ("gap", "confidence", "percentile", "target", "pga", "intensity_level")
+        assessed = assess_along(scan, **{name: option for name, option in options.items() if name in option_names})
         along = Along(assessed, usual_place(assessed))
-        whole = whole.isel({axis: [place] for axis, place in along.place.places.items()})
-    dataset = with_axes(whole, source)
+        scan = scan.isel({axis: [place] for axis, place in along.place.places.items()})
+    dataset = with_axes(scan, source)
     if along is not None:
         dataset = dataset.assign_attrs(title=f"{dataset.attrs.get('title', '')} ({along.place.words})")
     _check(dataset, source)
     return dataset, checksum(Path(results)) if isinstance(results, str | Path) else "", along
 
 
-def _check(dataset: xr.Dataset, whose: str) -> None:
+def _check(dataset: xr.Dataset, source: str) -> None:
     """Raise PoundingError for what is no dataset of `scan`, for one of an older version, and for a damaged one."""
     missing = [name for name in NEEDED if name not in dataset]
     if missing or "scene_resolved" not in dataset.attrs:
-        what, repair = f"a dataset without {', '.join(missing) or 'scene'}", ""
+        fault, repair = f"a dataset without {', '.join(missing) or 'scene'}", ""
         if (kind := kind_of(dataset)) in BESIDE:
-            what = f"a dataset of `pounding-risk {kind}`"
-            repair = f": name the scan first, and this one with --with {whose}"
-        raise PoundingError(f"{whose}: is {what}; a report is written from what `pounding-risk scan` writes{repair}")
+            fault = f"a dataset of `pounding-risk {kind}`"
+            repair = f": name the scan first, and this one with --with {source}"
+        raise PoundingError(f"{source}: is {fault}; a report is written from what `pounding-risk scan` writes{repair}")
     late = [name for name in ADDED if name not in dataset.variables]
     if late:
         raise PoundingError(
-            f"{whose}: has no {', '.join(late)}: it was written by an older version, or damaged; run the scan again"
+            f"{source}: has no {', '.join(late)}: it was written by an older version, or damaged; run the scan again"
         )
     attributes = ("records", "processing", "versions", "rtol", "scene", "restitution")
-    check_scan(dataset, whose, names=(*AXES_OF_CASES, *USED), attrs=attributes)
+    check_scan(dataset, source, names=(*AXES_OF_CASES, *USED), attrs=attributes)
 
 
 def companions(also: Iterable[xr.Dataset | str | Path]) -> dict[str, xr.Dataset]:
@@ -211,14 +211,14 @@ def companions(also: Iterable[xr.Dataset | str | Path]) -> dict[str, xr.Dataset]
     datasets: dict[str, xr.Dataset] = {}
     for other in also:
         if isinstance(other, str | Path):
-            whose = str(other)
-            dataset = open_results(other).assign_attrs(file=whose, sha256=checksum(Path(other)))
+            source = str(other)
+            dataset = open_results(other).assign_attrs(file=source, sha256=checksum(Path(other)))
         else:
-            whose, dataset = "a dataset", other
+            source, dataset = "a dataset", other
         kind = kind_of(dataset)
         if kind not in BESIDE:
-            raise PoundingError(f"{whose}: was written by none of {', '.join(BESIDE)}; leave it out")
+            raise PoundingError(f"{source}: was written by none of {', '.join(BESIDE)}; leave it out")
         if kind in datasets:
-            raise PoundingError(f"{whose}: is the second dataset of `pounding-risk {kind}`; name one of each kind")
+            raise PoundingError(f"{source}: is the second dataset of `pounding-risk {kind}`; name one of each kind")
         datasets[kind] = dataset
     return datasets

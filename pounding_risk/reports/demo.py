@@ -44,14 +44,14 @@ def demo(folder: str | Path = "pounding-demo", say: Callable[[str], None] = prin
     ensemble = runs.scan(runs.scene("ensemble"))
     for line in runs.ensemble_findings(ensemble):
         say(line)
-    drawn = {
+    pictures = {
         "paper.png": figures.comparison_figure([elastic, plastic], note=assumed.replace("F_E", "$F_E$")),
         "impacts.png": figures.impact_figure(runs.figure_4(), note=runs.STRIKER_NOTE),
         "yield_force.png": figures.scan_figure(window.searched, note=f"{damping} damping assumed"),
         "map.png": figures.scan_figure(ensemble, note=f"{damping} damping assumed"),
         "ratio.png": figures.ratio_figure(ensemble, note=f"{damping} damping assumed"),
     }
-    written = {name: figures.write(figure, target / name) for name, figure in drawn.items()}
+    written = {name: figures.write(figure, target / name) for name, figure in pictures.items()}
     for name, dataset in {"paper.nc": plastic, "yield_force.nc": window.searched, "ensemble.nc": ensemble}.items():
         written[name] = save(dataset, target / name)
     written["report.html"] = report(written["ensemble.nc"], target / "report.html")

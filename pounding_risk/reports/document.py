@@ -82,8 +82,8 @@ def _shortened(blocks: Iterable[Block]) -> list[Block]:
             continue
         anchor = f"whole-{len(full_tables) + 1}"
         full_tables.append({**block, "anchor": anchor, "whole": True})
-        which = f": {block['note']}" if block["note"] else ""
-        rows = f"{len(block['keep'])} of {len(block['rows'])} rows{which}; all stand under {APPENDIX}."
+        note = f": {block['note']}" if block["note"] else ""
+        rows = f"{len(block['keep'])} of {len(block['rows'])} rows{note}; all stand under {APPENDIX}."
         block["more"] = {"anchor": anchor, "text": rows}
         block["rows"] = [block["rows"][index] for index in block["keep"]]
     return full_tables

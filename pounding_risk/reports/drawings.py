@@ -79,17 +79,17 @@ def draw(
     named = {name: check_target(path, FIGURES) for name, path in _files_by_name(figure).items()}
     if not targets and not named and moving is None:
         raise PoundingError("nothing to draw; name a file for elevation, plan, profiles, animation or a figure")
-    listed = [results] if isinstance(results, str | Path) or not isinstance(results, Sequence) else list(results)
-    if len(listed) > 1 and (set(targets) != {"plan"} or named or moving is not None):
-        raise PoundingError(f"{len(listed)} datasets are given: only a plan shows several rows; name one dataset")
+    sources = [results] if isinstance(results, str | Path) or not isinstance(results, Sequence) else list(results)
+    if len(sources) > 1 and (set(targets) != {"plan"} or named or moving is not None):
+        raise PoundingError(f"{len(sources)} datasets are given: only a plan shows several rows; name one dataset")
     written = []
     if named:
-        dataset = open_results(listed[0]) if isinstance(listed[0], str | Path) else listed[0]
+        dataset = open_results(sources[0]) if isinstance(sources[0], str | Path) else sources[0]
         pictures = {name: figures.results_figure(dataset, name) for name in named}
         written = [figures.write(pictures[name], target) for name, target in named.items()]
     if not targets and moving is None:
         return tuple(written)
-    opened = [open_with_axes(dataset).dataset for dataset in listed]
+    opened = [open_with_axes(dataset).dataset for dataset in sources]
     if moving is not None:
         from pounding_risk.reports.animation import animate
 
@@ -121,8 +121,8 @@ def _draw_rows(
         "plan": lambda: figures.plan_figure(cases, footprints),
         "profiles": lambda: figures.profiles_figure(cases[0], names),
     }
-    drawn = {name: drawing[name]() for name in targets}
-    return [figures.write(drawn[name], target) for name, target in targets.items()]
+    pictures = {name: drawing[name]() for name in targets}
+    return [figures.write(pictures[name], target) for name, target in targets.items()]
 
 
 def footprints_of(street: str | Path, cases: Sequence[RowCase]) -> dict[Any, tuple[Any, ...]]:
@@ -142,11 +142,11 @@ def footprints_of(street: str | Path, cases: Sequence[RowCase]) -> dict[Any, tup
     by_name = {name: rings for (_, name), rings in footprints.items()}
     if len(by_name) == len(footprints):
         return by_name
-    drawn: dict[Any, tuple[Any, ...]] = {}
+    placed: dict[Any, tuple[Any, ...]] = {}
     for number, case in enumerate(cases):
         names = [building.name for building in case.buildings]
         rings_of_row = of_row(footprints, str(case.results.attrs["title"]), names, Path(street))
-        drawn |= {(number, name): rings for name, rings in zip(names, rings_of_row, strict=True)}
-    shown = {id(rings) for rings in drawn.values()}
-    undrawn = {f"{of} {name}": rings for (of, name), rings in footprints.items() if id(rings) not in shown}
-    return drawn | undrawn
+        placed |= {(number, name): rings for name, rings in zip(names, rings_of_row, strict=True)}
+    drawn_ids = {id(rings) for rings in placed.values()}
+    undrawn = {f"{of} {name}": rings for (of, name), rings in footprints.items() if id(rings) not in drawn_ids}
+    return placed | undrawn

@@ -108,10 +108,10 @@ def view(
         )
     name = "pgas" if pgas else "intensity_levels"
     levels = [si(level, amplitudes.measure.quantity, name) for level in (*pgas, *intensity_levels)]
-    shown = chosen(dataset, {"record": records, "contact_model": contact_models, amplitudes.axis: levels}, source)
-    _check_size(shown, source)
+    part = chosen(dataset, {"record": records, "contact_model": contact_models, amplitudes.axis: levels}, source)
+    _check_size(part, source)
     plotly = _plotly()
-    page = script_page("explorer_page", page_model(shown), plotly, plotly=plotly, pictures=row_pictures(shown))
+    page = script_page("explorer_page", page_model(part), plotly, plotly=plotly, pictures=row_pictures(part))
     return write_file(target, page)
 
 
@@ -161,19 +161,19 @@ def _check_size(dataset: xr.Dataset, source: str) -> None:
     cases = left = dataset["status"].size * dataset.sizes.get("interface", 1)
     if cases <= MOST_CASES:
         return
-    several = {axis: option for axis, option in OPTIONS.items() if dataset.sizes.get(axis, 1) > 1}
+    long_axes = {axis: option for axis, option in OPTIONS.items() if dataset.sizes.get(axis, 1) > 1}
     selection = []
-    for axis, option in several.items():
+    for axis, option in long_axes.items():
         if left > MOST_CASES:
             label = label_words(Results(dataset).axis_name(axis), dataset[axis].values[0])
             selection.append(f'{option} "{label}"' if " " in label else f"{option} {label}")
             left //= dataset.sizes[axis]
     hint = "choose a place along an axis with --select" if open_axes(dataset) else "scan fewer gaps or yield forces"
     if left <= MOST_CASES:
-        hint = f"choose a part with {' or '.join(several.values())}, such as {' '.join(selection)} ({left:,} cases)"
-    of_all = " of all interfaces" if dataset.sizes.get("interface", 1) > 1 else ""
+        hint = f"choose a part with {' or '.join(long_axes.values())}, such as {' '.join(selection)} ({left:,} cases)"
+    scope = " of all interfaces" if dataset.sizes.get("interface", 1) > 1 else ""
     raise PoundingError(
-        f"{source}: {cases:,} cases{of_all} are more than the {MOST_CASES:,} that a page can hold; {hint}"
+        f"{source}: {cases:,} cases{scope} are more than the {MOST_CASES:,} that a page can hold; {hint}"
     )
 
 
@@ -209,11 +209,11 @@ def _profiles(dataset: xr.Dataset, axes: Sequence[str]) -> dict[str, Any] | None
     points = zip(dataset["contact_point_interface"].values, dataset["contact_point_level"].values, strict=True)
     return {
         "levels": levels,
-        "points": [[int(at), float(level)] for at, level in points if np.isfinite(level)],
+        "points": [[int(index), float(level)] for index, level in points if np.isfinite(level)],
         "quantities": [
-            {"of_storey": of_storey}
+            {"of_storey": storey_name}
             | {kind: _variable(dataset[name + ending], deep) for kind, ending in (("struck", ""), ("free", "_free"))}
-            for name, of_storey in PROFILES.items()
+            for name, storey_name in PROFILES.items()
             if name in dataset and f"{name}_free" in dataset
         ],
         "storeys": dataset.sizes["storey"],
@@ -237,18 +237,18 @@ def _prepared(dataset: xr.Dataset) -> xr.Dataset:
     if dataset.sizes.get("interface") == 1 and not any(name in dataset for name in PROFILES):
         dataset = dataset.squeeze("interface", drop=True)
     count = dataset["impact_count"]
-    touched = count.where(count < 0, count > 0).astype(np.int8)
-    touched.attrs = {"units": "1", "long_name": "whether the buildings touch"}
-    needed = gaps_needed(dataset).assign_attrs(dataset["peak_closing_free"].attrs)
-    return dataset.assign(contact=touched, peak_closing_free=needed)
+    touches = count.where(count < 0, count > 0).astype(np.int8)
+    touches.attrs = {"units": "1", "long_name": "whether the buildings touch"}
+    gaps = gaps_needed(dataset).assign_attrs(dataset["peak_closing_free"].attrs)
+    return dataset.assign(contact=touches, peak_closing_free=gaps)
 
 
 def _outputs(dataset: xr.Dataset, axes: Sequence[str]) -> list[str]:
     """Outputs of each case, whether there was contact first; then those of each motion without contact."""
     dims = {str(name): set(variable.dims) for name, variable in dataset.data_vars.items()}
-    of_cases = [name for name, of in dims.items() if set(MAP) <= of <= set(axes)]
-    without = [name for name, of in dims.items() if name.endswith("_free") and of and of <= set(axes) - set(NO_CASE)]
-    return ["contact", *(name for name in of_cases if name not in ("contact", *STATES)), *without]
+    names = [name for name, own in dims.items() if set(MAP) <= own <= set(axes)]
+    without = [name for name, own in dims.items() if name.endswith("_free") and own and own <= set(axes) - set(NO_CASE)]
+    return ["contact", *(name for name in names if name not in ("contact", *STATES)), *without]
 
 
 def _variable(variable: xr.DataArray, axes: Sequence[str]) -> dict[str, Any]:
@@ -271,11 +271,11 @@ def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
     labels = dataset[axis].values if axis in dataset.coords else np.arange(dataset.sizes[axis])
     units = {"gap": "mm", "yield_force": "kN"}
     words = [label_words(Results(dataset).axis_name(axis), label) for label in labels]
-    if axis in (of_scene := axes_by_name(dataset)):  # with the values that move with it
+    if axis in (scene_axes := axes_by_name(dataset)):  # with the values that move with it
         # The first is named by the axis; samples by their number.
         moving = [
             [label if key == axis else f"{key} {label}" for label in written_values(dataset, key)]
-            for key in of_scene[axis].keys
+            for key in scene_axes[axis].keys
         ]
         words = [", ".join(row) for row in zip(*([words] if axis == SAMPLE else []), *moving, strict=True)]
     if axis == "yield_force" and np.isinf(finite_forces(dataset)).any():
@@ -284,7 +284,7 @@ def _axis(dataset: xr.Dataset, axis: str) -> dict[str, Any]:
     return {
         "name": axis,
         "title": Results(dataset).measure.words if axis == LEVEL_AXIS else TITLES.get(axis, axis.replace("_", " ")),
-        "is_number": axis in of_scene,
+        "is_number": axis in scene_axes,
         "unit": units.get(axis, ""),
         "labels": words,
         "notes": [str(note) for note in dataset["record_event"].values] if has_notes else [],
@@ -322,8 +322,8 @@ def _facts(dataset: xr.Dataset) -> list[str]:
     if "rtol" in dataset.attrs:
         facts.append(f"Each case to a relative tolerance of {rounded(float(dataset.attrs['rtol']))}.")
     if "sensitive" in dataset:
-        again, moved = int((dataset["sensitive"] >= 0).sum()), int((dataset["sensitive"] == 1).sum())
-        facts.append(f"{again:,} recomputed at a tighter tolerance, {moved:,} of them sensitive to it.")
+        checked, sensitive = int((dataset["sensitive"] >= 0).sum()), int((dataset["sensitive"] == 1).sum())
+        facts.append(f"{checked:,} recomputed at a tighter tolerance, {sensitive:,} of them sensitive to it.")
     if "interface_bumper" in dataset.variables:
         facts.append(
             f"Closings and gaps required count the {bumper_words(np.unique(dataset['interface_bumper']).tolist())}."
@@ -340,18 +340,18 @@ def _facts(dataset: xr.Dataset) -> list[str]:
 
 def _facts_of_places(dataset: xr.Dataset) -> list[str]:
     sentences = []
-    of_gap = dataset.get("interface_gap")
-    drawn = [dim for dim in axes_by_name(dataset) if of_gap is not None and dim in of_gap.dims]
-    if drawn:
-        whose = "those of the scene"
+    gap_array = dataset.get("interface_gap")
+    drawn_dims = [dim for dim in axes_by_name(dataset) if gap_array is not None and dim in gap_array.dims]
+    if drawn_dims:
+        origin = "those of the scene"
         if "interface" in dataset.dims:
-            whose = f"the scene's own of {dataset['interface'].values[Results(dataset).varied_interface]}"
-        sentences.append(f"Each place along {', '.join(drawn)} has gaps of its own; the axis gap has {whose}.")
-    elif of_gap is not None:
-        gaps = of_gap.transpose("gap", "interface").values
+            origin = f"the scene's own of {dataset['interface'].values[Results(dataset).varied_interface]}"
+        sentences.append(f"Each place along {', '.join(drawn_dims)} has gaps of its own; the axis gap has {origin}.")
+    elif gap_array is not None:
+        gaps = gap_array.transpose("gap", "interface").values
         varied = [str(name) for name in dataset["interface"].values[np.ptp(gaps, axis=0) > 0.0]]
-        whose = f"that of {varied[0]}; the others keep" if varied else "that of the first interface; each keeps"
-        sentences.append(f"The gap is {whose} {'their' if varied else 'its'} own.")
+        origin = f"that of {varied[0]}; the others keep" if varied else "that of the first interface; each keeps"
+        sentences.append(f"The gap is {origin} {'their' if varied else 'its'} own.")
     if "column" in dataset.get("contact_point_kind", np.empty(0)):
         sentences.append("The yield force is that of contacts between floors; those with a column have the column's.")
     sentences += isolated_notes(dataset)

@@ -62,10 +62,10 @@ def script_page(folder: str, model: Mapping[str, Any], library: str = "", **part
     # In a script element only "<" could end the data.
     data = json.dumps(model, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     digests = [sha256(text.encode("utf-8")).digest() for text in (library, script) if text]
-    allowed = " ".join(f"'sha256-{base64.b64encode(digest).decode('ascii')}'" for digest in digests)
-    parts |= {"title": escape(str(model["title"])), "allowed": allowed, "style": style, "data": data, "script": script}
-    before, *pieces = html.split("{{")
-    return before + "".join(parts[key] + after for key, _, after in (piece.partition("}}") for piece in pieces))
+    hashes = " ".join(f"'sha256-{base64.b64encode(digest).decode('ascii')}'" for digest in digests)
+    parts |= {"title": escape(str(model["title"])), "allowed": hashes, "style": style, "data": data, "script": script}
+    start, *pieces = html.split("{{")
+    return start + "".join(parts[key] + rest for key, _, rest in (piece.partition("}}") for piece in pieces))
 
 
 def packed(array: np.ndarray, kind: str) -> str:
@@ -74,8 +74,8 @@ def packed(array: np.ndarray, kind: str) -> str:
     Bytes of the same significance are alike, so that the sorted ones take a half to a tenth of the room.
     """
     with np.errstate(over="ignore"):  # a number of a damaged file that is too large is infinite
-        plain = np.ascontiguousarray(array, dtype=f"<{kind}").reshape(-1)
-    sorted_bytes = plain.view(np.uint8).reshape(-1, plain.itemsize).T.tobytes()
+        flat = np.ascontiguousarray(array, dtype=f"<{kind}").reshape(-1)
+    sorted_bytes = flat.view(np.uint8).reshape(-1, flat.itemsize).T.tobytes()
     return base64.b64encode(zlib.compress(sorted_bytes, 9)).decode("ascii")
 
 

@@ -74,11 +74,11 @@ def _checked(name: str, module: Any) -> Any:
 
 def known_format(name: str) -> Any:
     """The format of a name; raises PoundingError for another word."""
-    known = formats()
-    if name not in known:
-        listed = "; ".join(f"{key} ({module.WORDS})" for key, module in known.items())
-        raise PoundingError(f"--to: {shown(name)} is no format{nearest(name, known)}; it may be {listed}")
-    return known[name]
+    known_formats = formats()
+    if name not in known_formats:
+        choices = "; ".join(f"{key} ({module.WORDS})" for key, module in known_formats.items())
+        raise PoundingError(f"--to: {shown(name)} is no format{nearest(name, known_formats)}; it may be {choices}")
+    return known_formats[name]
 
 
 def export(
@@ -153,25 +153,25 @@ def export(
     options = Options(
         of, metres, peak, intensity_level, intensity, discrete, without, outlines, list_of_buildings, method
     )
-    stated = [name for name, option in options._asdict().items() if option not in (None, False)]
-    if refused := [name for name in stated if name not in module.TAKES]:
+    stated_options = [name for name, option in options._asdict().items() if option not in (None, False)]
+    if refused := [name for name in stated_options if name not in module.TAKES]:
         raise PoundingError(f"--{refused[0].replace('_', '-')}: has no effect on {to} ({module.WORDS}); leave it out")
-    listed = list(source) if isinstance(source, Sequence) and not isinstance(source, str) else [source]
-    several = getattr(module, "SEVERAL", False)
-    if several and not listed:
+    sources = list(source) if isinstance(source, Sequence) and not isinstance(source, str) else [source]
+    takes_several = getattr(module, "SEVERAL", False)
+    if takes_several and not sources:
         raise PoundingError(f"{to} is written from results, and none are given")
-    if not several and len(listed) != 1:
-        raise PoundingError(f"{to} is written from one source, and {len(listed)} are given; name one")
-    opened = [_opened(one, to, module) for one in listed]
-    return module.write(opened if several else opened[0], file, options)
+    if not takes_several and len(sources) != 1:
+        raise PoundingError(f"{to} is written from one source, and {len(sources)} are given; name one")
+    opened = [_opened(item, to, module) for item in sources]
+    return module.write(opened if takes_several else opened[0], file, options)
 
 
 def _opened(source: Any, to: str, module: Any) -> Any:
     """The dataset, or the scene, that a format is made of; raises PoundingError for the other one."""
     if module.SOURCE == "scene":
         if (isinstance(source, str | Path) and Path(source).suffix in RESULTS) or hasattr(source, "data_vars"):
-            named = str(source) if isinstance(source, str | Path) else "the dataset"
-            raise PoundingError(f"{to} is written from a scene, and {named} holds results; name the TOML file")
+            source_name = str(source) if isinstance(source, str | Path) else "the dataset"
+            raise PoundingError(f"{to} is written from a scene, and {source_name} holds results; name the TOML file")
         study = as_scene(source)
         check_computed(study, to)
         return study

@@ -103,15 +103,15 @@ def fragilities_of(results: xr.Dataset, options: Options) -> Fragilities:
         results, gap=options.gap, pga=options.pga, intensity_level=options.intensity_level, intensity=options.intensity
     )
     measure = intensity_of(assessment.intensity)
-    every = list(_at_assessed_gaps(assessment, kind))
-    left_out = tuple(f"{identifier}: no curve, {one.fault}" for identifier, one in every if one.fault)
-    fitted = [(identifier, one) for identifier, one in every if not one.fault]
+    curves = list(_at_assessed_gaps(assessment, kind))
+    left_out = tuple(f"{identifier}: no curve, {curve.fault}" for identifier, curve in curves if curve.fault)
+    fitted = [(identifier, curve) for identifier, curve in curves if not curve.fault]
     if not fitted:
-        none = "no contact of them yields" if kind == "yield" else "no gap was assessed"
-        why = "; ".join(dict.fromkeys(one.fault for _, one in every)) or none
-        raise PoundingError(f"the results hold no fragility of {kind}: {why}")
+        default = "no contact of them yields" if kind == "yield" else "no gap was assessed"
+        cause = "; ".join(dict.fromkeys(curve.fault for _, curve in curves)) or default
+        raise PoundingError(f"the results hold no fragility of {kind}: {cause}")
     names = distinct(identifier for identifier, _ in fitted)
-    functions = (Function(name, (_curve(one, measure),)) for name, (_, one) in zip(names, fitted, strict=True))
+    functions = (Function(name, (_curve(curve, measure),)) for name, (_, curve) in zip(names, fitted, strict=True))
     return Fragilities(measure, (Model(STATES[kind], (STATES[kind],), tuple(functions)),), assessment.title, left_out)
 
 
@@ -124,11 +124,11 @@ def _at_assessed_gaps(assessment: Assessment, kind: str) -> Iterator[tuple[str, 
                 yield identifier_of(interface.name, f"gap {say(one.gap, GAP)}", one.contact_model or "", force), one
 
 
-def _curve(one: Fragility, measure: Intensity) -> Curve:
-    where = "" if one.yield_force is None else f" under {one.contact_model} at F_E {say(one.yield_force, YIELD_FORCE)}"
-    words = f"{one.what} at a gap of {say(one.gap, GAP)}{where}, {one.method}"
-    runs = sum(stripe.runs for stripe in one.stripes)
-    return Curve(STATES[one.what], words, one.median / measure.size, one.dispersion, one.errors, runs)
+def _curve(fit: Fragility, measure: Intensity) -> Curve:
+    model = "" if fit.yield_force is None else f" under {fit.contact_model} at F_E {say(fit.yield_force, YIELD_FORCE)}"
+    words = f"{fit.what} at a gap of {say(fit.gap, GAP)}{model}, {fit.method}"
+    runs = sum(stripe.runs for stripe in fit.stripes)
+    return Curve(STATES[fit.what], words, fit.median / measure.size, fit.dispersion, fit.errors, runs)
 
 
 def identifier_of(*texts: str) -> str:
@@ -139,15 +139,15 @@ def identifier_of(*texts: str) -> str:
 
 def distinct(names: Iterable[str], otherwise: str = "") -> list[str]:
     """The names, each another: a number follows one that stood before, and ``otherwise`` where nothing is left."""
-    taken: list[str] = []
+    used_names: list[str] = []
     for name in names:
         name, number = name or otherwise, 1
         numbered = name
-        while numbered in taken or not numbered:
+        while numbered in used_names or not numbered:
             number += 1
             numbered = f"{name[: LONGEST - 4]}-{number}"
-        taken.append(numbered)
-    return taken
+        used_names.append(numbered)
+    return used_names
 
 
 def intensity_of(word: str) -> Intensity:
@@ -184,19 +184,19 @@ def _of_damage(results: xr.Dataset, options: Options) -> Fragilities:
         .sel(pounding=side)
         .sum([dim for dim in dataset["runs"].dims if dim not in ("state", "pounding")])
     )
-    for state, of_state in zip(dataset["state"].values.tolist(), runs.values.tolist(), strict=True):
-        if of_state < runs.max():
-            left_out = f"{int(runs.max() - of_state)} of {int(runs.max())} runs"
+    for state, state_runs in zip(dataset["state"].values.tolist(), runs.values.tolist(), strict=True):
+        if state_runs < runs.max():
+            left_out = f"{int(runs.max() - state_runs)} of {int(runs.max())} runs"
             notes.append(f"{state}, {side} pounding: {left_out} failed, or have no such demand, and are left out")
     names = distinct((identifier_of(words) for words in groups), "damage")
     for name, states in zip(names, groups.values(), strict=True):
         fitted = []
         for _, state in sorted(states):
-            one = dataset.sel(state=state, pounding=side)
-            if fault := str(one["fault"].item()):
+            part = dataset.sel(state=state, pounding=side)
+            if fault := str(part["fault"].item()):
                 notes.append(f"{state}, {side} pounding: no curve, {fault}")
             else:
-                fitted.append(one)
+                fitted.append(part)
         if not fitted:
             continue
         function = Function(name, _damage_curves(fitted, dataset, measure))
@@ -210,8 +210,8 @@ def _of_damage(results: xr.Dataset, options: Options) -> Fragilities:
     if not models:
         raise PoundingError(f"the results hold no fragility of damage: {'; '.join(notes)}")
     method = str(dataset.attrs["method"])
-    about = f"curves of damage states: {method}, {METHODS[method].words}"
-    return Fragilities(measure, tuple(models), str(dataset.attrs.get("title", "")), (about, *notes))
+    basis = f"curves of damage states: {method}, {METHODS[method].words}"
+    return Fragilities(measure, tuple(models), str(dataset.attrs.get("title", "")), (basis, *notes))
 
 
 def damage_dataset(results: xr.Dataset, options: Options) -> xr.Dataset:
@@ -239,16 +239,16 @@ def _damage_curves(states: Sequence[Any], dataset: xr.Dataset, measure: Intensit
     """The curves of states, each at one side, in the unit of the intensity."""
     from pounding_risk.assessment.damage_words import case_words
 
-    names = distinct((identifier_of(str(one["state"].item()))[:LONGEST_STATE] for one in states), "state")
-    about = case_words(dataset)  # "gap 10 mm, jankowski; 44 motions ..."; gap and contact are of pounding alone
+    names = distinct((identifier_of(str(state["state"].item()))[:LONGEST_STATE] for state in states), "state")
+    case_text = case_words(dataset)  # "gap 10 mm, jankowski; 44 motions ..."; gap and contact are of pounding alone
     curves = []
-    for name, one in zip(names, states, strict=True):
-        side = str(one["pounding"].item())
-        of_side = about if side == POUNDING[0] else about.partition("; ")[2]
-        words = f"{one['state_words'].item()}, {side} pounding, {of_side}, {dataset.attrs['method']}"
-        errors = float(one["median_error"]), float(one["dispersion_error"])
-        median, dispersion = float(one["median"]) / measure.size, float(one["dispersion"])
-        curves.append(Curve(name, words, median, dispersion, errors, int(one["runs"].sum())))
+    for name, state in zip(names, states, strict=True):
+        side = str(state["pounding"].item())
+        side_text = case_text if side == POUNDING[0] else case_text.partition("; ")[2]
+        words = f"{state['state_words'].item()}, {side} pounding, {side_text}, {dataset.attrs['method']}"
+        errors = float(state["median_error"]), float(state["dispersion_error"])
+        median, dispersion = float(state["median"]) / measure.size, float(state["dispersion"])
+        curves.append(Curve(name, words, median, dispersion, errors, int(state["runs"].sum())))
     return tuple(curves)
 
 

@@ -45,7 +45,7 @@ class Column(NamedTuple):
 
 def _with_bounds(name: str, words: str) -> dict[str, Column]:
     ends = {"": words, "_low": f"lower bound of {name}", "_high": f"upper bound of {name}"}
-    return {f"{name}{ending}": Column("1", said) for ending, said in ends.items()}
+    return {f"{name}{ending}": Column("1", text) for ending, text in ends.items()}
 
 
 def _required() -> dict[str, Column]:
@@ -131,13 +131,13 @@ class Row(NamedTuple):
         """Names of the buildings, from left to right."""
         return [building.name for building in self.case.buildings]
 
-    def beside(self, at: int) -> list[int]:
+    def beside(self, index: int) -> list[int]:
         """The interfaces of a building."""
-        return [k for k in (at - 1, at) if 0 <= k < len(self.assessment.interfaces)]
+        return [k for k in (index - 1, index) if 0 <= k < len(self.assessment.interfaces)]
 
-    def is_run(self, at: int) -> bool:
+    def is_run(self, index: int) -> bool:
         """Whether the runs are at the assessed gap of an interface."""
-        return abs(self.assessment.interfaces[at].gap - self.case.gaps[at]) <= SAME_GAP
+        return abs(self.assessment.interfaces[index].gap - self.case.gaps[index]) <= SAME_GAP
 
 
 def layers_of(datasets: Sequence[xr.Dataset], options: Options) -> Layers:
@@ -152,17 +152,17 @@ def layers_of(datasets: Sequence[xr.Dataset], options: Options) -> Layers:
             f"{building} of {title} is in two of the results; name those of each row once, and give each scene a name"
         )
     places: Places = nominal_places(members) if options.street is None else street_places(options.street, members)
-    chosen: dict[str, Any] = {"gap": options.gap, "pga": options.pga, "intensity_level": options.intensity_level}
+    case_options: dict[str, Any] = {"gap": options.gap, "pga": options.pga, "intensity_level": options.intensity_level}
     rows = []
     for results in datasets:
-        assessment = assess(results, **chosen)
+        assessment = assess(results, **case_options)
         closing = closing_motions(results, assessment)
-        rows.append(Row(assessment.title, row_case(results, **chosen), assessment, closing))
-    buildings = [_building(row, at) for row in rows for at in range(len(row.buildings))]
-    between = [_interface(row, at) for row in rows for at in range(len(row.buildings) - 1)]
+        rows.append(Row(assessment.title, row_case(results, **case_options), assessment, closing))
+    buildings = [_building(row, index) for row in rows for index in range(len(row.buildings))]
+    interfaces = [_interface(row, index) for row in rows for index in range(len(row.buildings) - 1)]
     return Layers(
         Layer("buildings", BUILDING, buildings, places.buildings),
-        Layer("interfaces", INTERFACE, between, places.interfaces),
+        Layer("interfaces", INTERFACE, interfaces, places.interfaces),
         places.crs,
         (*places.notes, *dict.fromkeys(sentence for row in rows for sentence in _notes(row))),
     )
@@ -174,10 +174,10 @@ def closing_motions(results: xr.Dataset, assessment: Assessment) -> Array:
     (2, interfaces, motions), as `touching` has both.
     """
     closes = []
-    for (_, interface), one in zip(Results(results).interfaces, assessment.interfaces, strict=True):
+    for (_, interface), assessed in zip(Results(results).interfaces, assessment.interfaces, strict=True):
         motions = motions_of(interface)
-        level = motions.amplitudes.index(one.amplitude)
-        touches = touching(interface, motions, one.gap)[:, :, level]
+        level = motions.amplitudes.index(assessed.amplitude)
+        touches = touching(interface, motions, assessed.gap)[:, :, level]
         closes.append(np.where(motions.finite[:, level] & ~np.isnan(touches[0]), touches, nan))
     return np.stack(closes, axis=1)
 
@@ -204,73 +204,73 @@ def share_of_building(closes: Array, weight: float, confidence: float) -> tuple[
     return share.probability, share.low_recordings, share.high_recordings
 
 
-def _building(row: Row, at: int) -> dict[str, Any]:
+def _building(row: Row, index: int) -> dict[str, Any]:
     """The values of a building, in the order of `BUILDING`."""
-    shape = row.case.buildings[at]
-    verdicts = [row.assessment.interfaces[k].verdict for k in row.beside(at)]
-    weight = min(one.independent / one.motions for one in verdicts)
-    closes = row.closes[:, row.beside(at)]
-    is_run = all(map(row.is_run, row.beside(at)))
-    yields = any_of_building(row.case, "yield_exceedance", at)
-    known = np.isfinite(row.case.results["building_height"].values[at])
+    shape = row.case.buildings[index]
+    verdicts = [row.assessment.interfaces[k].verdict for k in row.beside(index)]
+    weight = min(verdict.independent / verdict.motions for verdict in verdicts)
+    closes = row.closes[:, row.beside(index)]
+    is_run = all(map(row.is_run, row.beside(index)))
+    yields = any_of_building(row.case, "yield_exceedance", index)
+    has_height = np.isfinite(row.case.results["building_height"].values[index])
     cells = [
         *(row.title, shape.name, shape.position, 0 if shape.is_rigid else len(shape.levels)),
-        shape.height if known else nan,
-        min((one.word for one in verdicts), key=WORST_FIRST.index),
+        shape.height if has_height else nan,
+        min((verdict.word for verdict in verdicts), key=WORST_FIRST.index),
         *share_of_building(closes, weight, row.assessment.confidence),
         *_share(yields if is_run else np.empty(0), weight, row.assessment.confidence),
-        *(_raised(row, at, names) if is_run else nan for names in (DRIFTS, ACCELERATIONS)),
+        *(_raised(row, index, names) if is_run else nan for names in (DRIFTS, ACCELERATIONS)),
         closes.shape[-1],
         Results(row.case.results).amplitude_words(),
     ]
     return dict(zip(BUILDING, cells, strict=True))
 
 
-def _raised(row: Row, at: int, names: Sequence[str]) -> float:
+def _raised(row: Row, index: int, names: Sequence[str]) -> float:
     """With contact over without, of the first of these outputs that a dataset has; NaN of one that has none."""
     from pounding_risk.figures.row import amplification
 
-    known = [name for name in names if {name, f"{name}_free"} <= set(row.case.results.data_vars)]
-    return amplification(row.case, at, known[0]) if known else nan
+    known_names = [name for name in names if {name, f"{name}_free"} <= set(row.case.results.data_vars)]
+    return amplification(row.case, index, known_names[0]) if known_names else nan
 
 
 def _share(answers: Any, weight: float, confidence: float) -> tuple[float, float, float]:
     """The share of answers that are 1, with exact bounds of as many independent motions as they stand for."""
-    known = answers[np.isfinite(answers)]
-    if not known.size:
+    known_answers = answers[np.isfinite(answers)]
+    if not known_answers.size:
         return nan, nan, nan
-    low, high = exact_bounds(known.sum() * weight, known.size * weight, confidence)
-    return float(known.mean()), float(low), float(high)
+    low, high = exact_bounds(known_answers.sum() * weight, known_answers.size * weight, confidence)
+    return float(known_answers.mean()), float(low), float(high)
 
 
-def _interface(row: Row, at: int) -> dict[str, Any]:
+def _interface(row: Row, index: int) -> dict[str, Any]:
     """The values of an interface, in the order of `INTERFACE`."""
-    one = row.assessment.interfaces[at]
-    touch, force, is_run = row.case.touches[at], one.own_force, row.is_run(at)
-    weight, confidence = one.verdict.independent / one.verdict.motions, row.assessment.confidence
-    closing = np.pad(np.array(one.closing), (0, int(np.isnan(row.closes[0, at]).sum())), constant_values=inf)
+    assessed = row.assessment.interfaces[index]
+    touch, force, is_run = row.case.touches[index], assessed.own_force, row.is_run(index)
+    weight, confidence = assessed.verdict.independent / assessed.verdict.motions, row.assessment.confidence
+    closing = np.pad(np.array(assessed.closing), (0, int(np.isnan(row.closes[0, index]).sum())), constant_values=inf)
     required = required_gaps(closing, weight, tuple(map(float, PERCENTILES)), confidence)
     cells = [
-        *(row.title, one.name, row.buildings[at], row.buildings[at + 1], one.gap),
-        *(one.verdict.word, one.verdict.sentence),
-        *share_of_building(row.closes[:, [at]], weight, confidence),
-        *(_yielding(one, force) if is_run else [nan] * 3),
+        *(row.title, assessed.name, row.buildings[index], row.buildings[index + 1], assessed.gap),
+        *(assessed.verdict.word, assessed.verdict.sentence),
+        *share_of_building(row.closes[:, [index]], weight, confidence),
+        *(_yielding(assessed, force) if is_run else [nan] * 3),
         *(
-            at if isfinite(at) else nan
-            for gap in (need.in_row(one.run) for need in required)
-            for at in (gap.shown, gap.low, gap.high if gap.bounded else nan)
+            width if isfinite(width) else nan
+            for gap in (need.in_row(assessed.run) for need in required)
+            for width in (gap.shown, gap.low, gap.high if gap.bounded else nan)
         ),
-        *(one.own_model, force if isfinite(force) else nan),
+        *(assessed.own_model, force if isfinite(force) else nan),
         *((touch.impacts, touch.force) if is_run else (nan, nan)),
-        *(closing.size, one.verdict.recordings, one.at),
+        *(closing.size, assessed.verdict.recordings, assessed.at),
     ]
     return dict(zip(INTERFACE, cells, strict=True))
 
 
-def _yielding(one: InterfaceAssessment, force: float) -> tuple[float, float, float]:
+def _yielding(assessed: InterfaceAssessment, force: float) -> tuple[float, float, float]:
     """The share of the motions that reach F_E, with bounds by recording; NaN where F_E is infinite."""
-    for share in one.yielding:
-        if (share.gap, share.yield_force, share.contact_model) == (one.yield_gap, force, one.own_model):
+    for share in assessed.yielding:
+        if (share.gap, share.yield_force, share.contact_model) == (assessed.yield_gap, force, assessed.own_model):
             return share.probability, share.low_recordings, share.high_recordings
     return nan, nan, nan
 
@@ -282,8 +282,8 @@ def _notes(row: Row) -> list[str]:
         f"motions {Results(row.case.results).amplitude_words()}; {of.asked[0].lower()}{of.asked[1:]}".rstrip("."),
         "probabilities are shares of the motions of the scan, of no hazard and no period of time",
     ]
-    if lost := int(np.isnan(row.closes[0]).any(axis=0).sum()):
-        notes.append(f"{row.title}: {lost_words(lost, row.closes.shape[-1])}")
+    if count := int(np.isnan(row.closes[0]).any(axis=0).sum()):
+        notes.append(f"{row.title}: {lost_words(count, row.closes.shape[-1])}")
     notes += not_run_words(of)
     notes += [
         f"{one.name}: required gaps wider than {say(one.run.widest, GAP, 3)} are lower bounds: the row was run at none"
@@ -292,12 +292,12 @@ def _notes(row: Row) -> list[str]:
     ]
     failed = row.case.motions - min(touch.runs for touch in row.case.touches)
     if failed:
-        why = NOT_RUN if Results(row.case.results).unpushed else "failed"
-        notes.append(f"{row.title}: {counted(failed, 'run')} {why}, and count in no share that only runs can tell")
+        cause = NOT_RUN if Results(row.case.results).unpushed else "failed"
+        notes.append(f"{row.title}: {counted(failed, 'run')} {cause}, and count in no share that only runs can tell")
     notes += [
-        f"{interface.name}: no run is at {say(interface.gap, GAP)}, the nearest are at {say(row.case.gaps[at], GAP)}: "
+        f"{interface.name}: no run is at {say(interface.gap, GAP)}, the nearest are at {say(row.case.gaps[k], GAP)}: "
         "yielding, impacts, forces and amplifications are left empty"
-        for at, interface in enumerate(of.interfaces)
-        if not row.is_run(at)
+        for k, interface in enumerate(of.interfaces)
+        if not row.is_run(k)
     ]
     return notes

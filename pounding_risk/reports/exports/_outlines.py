@@ -35,8 +35,8 @@ def nominal_places(rows: Rows) -> Places:
     buildings, interfaces = [], []
     for number, (_, names) in enumerate(rows):
         low = -ACROSS * number
-        buildings += [Point(ALONG * at, low) for at in range(len(names))]
-        middles = (ALONG * (at + 0.5) for at in range(len(names) - 1))
+        buildings += [Point(ALONG * k, low) for k in range(len(names))]
+        middles = (ALONG * (k + 0.5) for k in range(len(names) - 1))
         interfaces += [LineString([(middle, low - HALF), (middle, low + HALF)]) for middle in middles]
     notes = (
         f"not georeferenced: buildings are points {ALONG:g} m apart in the order of the row, whatever their widths; "
@@ -59,10 +59,10 @@ def street_places(street: Path, rows: Rows) -> Places:
         buildings += shapes
         interfaces += [face_of(left, right, is_degrees) for left, right in pairwise(shapes)]
     notes = [f"footprints are those of {street.name}, in {crs or 'metres of no known reference system'}"]
-    others = len(outlines) - len(buildings)
-    if others > 0:
-        named = counted(others, "footprint")
-        notes.append(f"{named} of it without a building of the results: in no layer")
+    other_count = len(outlines) - len(buildings)
+    if other_count > 0:
+        count_text = counted(other_count, "footprint")
+        notes.append(f"{count_text} of it without a building of the results: in no layer")
     return Places(buildings, interfaces, crs, tuple(notes))
 
 
@@ -73,19 +73,19 @@ def of_row(outlines: Mapping[tuple[str, str], Any], title: str, names: Sequence[
         for street in dict.fromkeys(street for street, _ in outlines)
         if all((street, name) in outlines for name in names)
     ]
-    of_title = [street for street in streets if street and title.startswith(street)]
-    if len(streets) == 1 or of_title:
-        street = max(of_title or streets, key=len)
+    title_streets = [street for street in streets if street and title.startswith(street)]
+    if len(streets) == 1 or title_streets:
+        street = max(title_streets or streets, key=len)
         return [outlines[street, name] for name in names]
     if streets:
         raise PoundingError(
             f"{source}: {len(streets)} streets have buildings with the names of {title}: {', '.join(streets)}; begin "
             "the scene's title with the name of its street"
         )
-    known = {name for _, name in outlines}
-    missing = [name for name in names if name not in known]
-    if missing:
-        raise PoundingError(f"{source}: has no footprint of {', '.join(missing)} of {title}; name it there")
+    outline_names = {name for _, name in outlines}
+    missing_names = [name for name in names if name not in outline_names]
+    if missing_names:
+        raise PoundingError(f"{source}: has no footprint of {', '.join(missing_names)} of {title}; name it there")
     raise PoundingError(f"{source}: the buildings of {title} are of several streets there; a row is of one")
 
 
@@ -99,7 +99,7 @@ def face_of(left: Any, right: Any, is_degrees: bool) -> Any:
 
     origin = union_all([left, right]).centroid
     across, along = (DEGREE * cos(radians(origin.y)), DEGREE) if is_degrees else (1.0, 1.0)
-    one, other = (scale(shape, across, along, origin=origin) for shape in (left, right))
-    face = one.boundary.intersection(other.buffer(one.distance(other) + REACH))
+    left_shape, right_shape = (scale(shape, across, along, origin=origin) for shape in (left, right))
+    face = left_shape.boundary.intersection(right_shape.buffer(left_shape.distance(right_shape) + REACH))
     merged = line_merge(face) if face.geom_type.startswith("Multi") else face
     return scale(merged, 1.0 / across, 1.0 / along, origin=origin)

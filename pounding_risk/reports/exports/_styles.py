@@ -41,8 +41,8 @@ def style(kind: str, label: str) -> str:
     rules = Xml.SubElement(renderer, "rules", {"key": _key(kind)})
     symbols = Xml.SubElement(renderer, "symbols")
     for number, one in enumerate(CLASSES):
-        about = {"key": _key(f"{kind} {number}"), "symbol": str(number), "label": one.words, "filter": one.passes}
-        Xml.SubElement(rules, "rule", about)
+        facts = {"key": _key(f"{kind} {number}"), "symbol": str(number), "label": one.words, "filter": one.passes}
+        Xml.SubElement(rules, "rule", facts)
         _add_symbol(symbols, kind, number, one.colour)
     labeling = Xml.SubElement(root, "labeling", {"type": "simple"})
     settings = Xml.SubElement(labeling, "settings", {"calloutType": "simple"})
@@ -66,13 +66,13 @@ def _key(words: str) -> str:
 
 def _colour(colour: str) -> str:
     """Red, green, blue and opacity, as QGIS writes them."""
-    return ",".join(str(int(colour[at : at + 2], 16)) for at in (1, 3, 5)) + ",255"
+    return ",".join(str(int(colour[k : k + 2], 16)) for k in (1, 3, 5)) + ",255"
 
 
 def _add_symbol(symbols: Xml.Element, kind: str, number: int, colour: str) -> None:
     """The symbol of a class; a line has a dark one below it, on which light colours are seen."""
-    about = {"type": kind, "name": str(number), "alpha": "1", "clip_to_extent": "1", "force_rhr": "0"}
-    symbol = Xml.SubElement(symbols, "symbol", about)
+    attributes = {"type": kind, "name": str(number), "alpha": "1", "clip_to_extent": "1", "force_rhr": "0"}
+    symbol = Xml.SubElement(symbols, "symbol", attributes)
     if kind == "line":
         for shade, width in ((INK, "2.2"), (colour, "1.6")):
             options = {"line_color": _colour(shade), "line_width": width, "line_width_unit": "MM"}

@@ -59,32 +59,32 @@ def table(results: xr.Dataset, names: list[str]) -> str:
     first = results[names[0]]
     dims = [str(dim) for dim in first.dims]
     # The gap of the grid is that of one interface: each row has its own.
-    of_places = [str(name) for name, coordinate in results.coords.items() if _is_of_places(coordinate, dims)]
-    units = ((name, str(results[name].attrs.get("units", "1"))) for name in (*dims, *of_places, *names))
+    places = [str(name) for name, coordinate in results.coords.items() if _is_of_places(coordinate, dims)]
+    units = ((name, str(results[name].attrs.get("units", "1"))) for name in (*dims, *places, *names))
     rows: list[list[Any]] = [[name if unit == "1" else f"{name} [{unit}]" for name, unit in units]]
     labels = [results[dim].values.tolist() for dim in dims]
-    columns = [results[name].broadcast_like(first).transpose(*dims).values.reshape(-1) for name in (*of_places, *names)]
-    flags = [flags_of(results[name]) for name in (*of_places, *names)]
+    columns = [results[name].broadcast_like(first).transpose(*dims).values.reshape(-1) for name in (*places, *names)]
+    flags = [flags_of(results[name]) for name in (*places, *names)]
     is_there = _places_there(first, [results[name].transpose(*dims).values for name in names])
-    for row, where in enumerate(np.ndindex(*first.shape)):
+    for row, place in enumerate(np.ndindex(*first.shape)):
         if is_there[row]:
-            numbers = [_cell(column[row], known) for column, known in zip(columns, flags, strict=True)]
-            rows.append([*(label[at] for label, at in zip(labels, where, strict=True)), *numbers])
+            numbers = [_cell(column[row], is_known) for column, is_known in zip(columns, flags, strict=True)]
+            rows.append([*(label[k] for label, k in zip(labels, place, strict=True)), *numbers])
     return csv_text(rows)
 
 
 def _is_of_places(coordinate: xr.DataArray, dims: list[str]) -> bool:
     """True for what the places of a table's rows have of their own, such as the gap of an interface; not for labels."""
-    of, places = set(coordinate.dims), set(dims) & set(PLACES)
-    return coordinate.name not in dims and bool(places) and places <= of <= set(dims)
+    own_dims, places = set(coordinate.dims), set(dims) & set(PLACES)
+    return coordinate.name not in dims and bool(places) and places <= own_dims <= set(dims)
 
 
-def _places_there(of: xr.DataArray, columns: list[Any]) -> Any:
+def _places_there(array: xr.DataArray, columns: list[Any]) -> Any:
     """By row, whether its place is there: any of the columns has a value at it in some case. A storey may be none."""
-    known = [np.isfinite(column) if column.dtype.kind == "f" else np.ones(column.shape, bool) for column in columns]
-    cases = tuple(at for at, dim in enumerate(of.dims) if dim not in PLACES)
-    is_there = np.any(known, axis=0).any(axis=cases, keepdims=True)
-    return np.broadcast_to(is_there, of.shape).ravel()
+    is_known = [np.isfinite(column) if column.dtype.kind == "f" else np.ones(column.shape, bool) for column in columns]
+    cases = tuple(k for k, dim in enumerate(array.dims) if dim not in PLACES)
+    is_there = np.any(is_known, axis=0).any(axis=cases, keepdims=True)
+    return np.broadcast_to(is_there, array.shape).ravel()
 
 
 def _cell(number: Any, meanings: dict[int, str]) -> str:

@@ -69,9 +69,9 @@ def need(names: Iterable[str], what: str) -> None:
     """Raise PoundingError where a library of the extra [maps] is not installed."""
     from importlib.util import find_spec
 
-    missing = [name for name in names if find_spec(name) is None]
-    if missing:
-        raise PoundingError(f"{what} needs {', '.join(missing)}, not installed; pip install 'pounding-risk[maps]'")
+    absent = [name for name in names if find_spec(name) is None]
+    if absent:
+        raise PoundingError(f"{what} needs {', '.join(absent)}, not installed; pip install 'pounding-risk[maps]'")
 
 
 def frame_of(layer: Layer, crs: str | None) -> Any:
@@ -86,7 +86,7 @@ def _write(file: Path, layers: Iterable[Layer], crs: str | None, notes: Iterable
     from pyogrio import write_dataframe
 
     words = "; ".join(notes)
-    when = f"{now().partition('+')[0]}.000Z"
+    time_text = f"{now().partition('+')[0]}.000Z"
     kinds = {}
     for layer in layers:
         options = {"DESCRIPTION": words} | ({"SRID": NO_SYSTEM} if crs is None else {})
@@ -100,8 +100,8 @@ def _write(file: Path, layers: Iterable[Layer], crs: str | None, notes: Iterable
         connection.execute(COLUMNS)
         connection.execute(STYLES)
         connection.execute("INSERT INTO gpkg_extensions VALUES (?, ?, ?, ?, ?)", SCHEMA)
-        about: dict[str, Any] = {"table_name": "layer_styles", "data_type": "attributes", "identifier": "layer_styles"}
-        _insert(connection, "gpkg_contents", about | {"description": "styles of the layers, for QGIS", "srs_id": 0})
+        facts: dict[str, Any] = {"table_name": "layer_styles", "data_type": "attributes", "identifier": "layer_styles"}
+        _insert(connection, "gpkg_contents", facts | {"description": "styles of the layers, for QGIS", "srs_id": 0})
         for layer in layers:
             for name, column in layer.columns.items():
                 unit = f" [{column.unit}]" if column.unit not in ("", "1") else ""
@@ -111,9 +111,9 @@ def _write(file: Path, layers: Iterable[Layer], crs: str | None, notes: Iterable
             place |= {"f_geometry_column": "geom", "styleName": layer.name}
             qml = style(kinds[layer.name], LABELS[layer.name])
             look: dict[str, Any] = {"styleQML": qml, "styleSLD": "", "useAsDefault": 1}
-            look |= {"description": "classes of P(contact)", "owner": "", "update_time": when}
+            look |= {"description": "classes of P(contact)", "owner": "", "update_time": time_text}
             _insert(connection, "layer_styles", place | look)
-        connection.execute("UPDATE gpkg_contents SET last_change = ?", (when,))
+        connection.execute("UPDATE gpkg_contents SET last_change = ?", (time_text,))
 
 
 def _insert(connection: sqlite3.Connection, table: str, columns: dict[str, Any]) -> None:

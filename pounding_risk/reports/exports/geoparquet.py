@@ -33,15 +33,15 @@ def parquet_of(layer: Layer, crs: str | None) -> bytes:
     """The bytes of a layer's file; each column has ``units`` and ``long_name`` in its metadata, as in a dataset."""
     from pyarrow import parquet
 
-    plain = BytesIO()
-    frame_of(layer, crs).to_parquet(plain, index=False)
-    plain.seek(0)
-    table = parquet.read_table(plain)
+    plain_file = BytesIO()
+    frame_of(layer, crs).to_parquet(plain_file, index=False)
+    plain_file.seek(0)
+    table = parquet.read_table(plain_file)
     schema = table.schema
     for name, column in layer.columns.items():
-        at = schema.get_field_index(name)
-        about = {"long_name": column.words} | ({"units": column.unit} if column.unit else {})
-        schema = schema.set(at, schema.field(at).with_metadata(about))
-    whole = BytesIO()
-    parquet.write_table(table.cast(schema), whole)
-    return whole.getvalue()
+        index = schema.get_field_index(name)
+        metadata = {"long_name": column.words} | ({"units": column.unit} if column.unit else {})
+        schema = schema.set(index, schema.field(index).with_metadata(metadata))
+    file = BytesIO()
+    parquet.write_table(table.cast(schema), file)
+    return file.getvalue()

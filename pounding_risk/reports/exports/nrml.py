@@ -41,19 +41,19 @@ def write(results: xr.Dataset, target: Path, options: Options) -> Written:
         notes.append("OpenQuake takes one model from a file, with the same limit states for all its functions")
     side = " without pounding" if options.without else ""
     documents = (document(fragilities, model, side, options.discrete) for model in fragilities.models)
-    written = write_files(zip(files, documents, strict=True))
+    paths = write_files(zip(files, documents, strict=True))
     notes += [
         "probabilities are those of the fitted lognormal; its standard errors are in the description",
         "the curves count no uncertainty of the buildings",
     ]
-    return Written(written, tuple(notes))
+    return Written(paths, tuple(notes))
 
 
 def document(fragilities: Fragilities, model: Model, side: str, discrete: bool) -> str:
     """The text of a fragility model."""
     root = Xml.Element("nrml", xmlns=NAMESPACE)
-    about = {"id": f"pounding_{model.identifier}"[:LONGEST_MODEL], "assetCategory": "buildings"}
-    element = Xml.SubElement(root, "fragilityModel", about | {"lossCategory": "structural"})
+    attributes = {"id": f"pounding_{model.identifier}"[:LONGEST_MODEL], "assetCategory": "buildings"}
+    element = Xml.SubElement(root, "fragilityModel", attributes | {"lossCategory": "structural"})
     Xml.SubElement(element, "description").text = _description(fragilities, model, side)
     Xml.SubElement(element, "limitStates").text = " ".join(model.states)
     for function in model.functions:
@@ -82,20 +82,20 @@ def _add_discrete(element: Xml.Element, function: Function, imt: str) -> None:
     low, high = function.ends
     narrowest = min(curve.dispersion for curve in function.curves)
     count = ceil((LEVELS - 1) * log(high / low) / (2.0 * TAIL * narrowest) - 1e-9) + 1
-    written = [f"{level:.6g}" for level in np.geomspace(low, high, min(count, MOST_LEVELS))]
-    Xml.SubElement(element, "imls", {"imt": imt}).text = " ".join(written)
+    level_texts = [f"{level:.6g}" for level in np.geomspace(low, high, min(count, MOST_LEVELS))]
+    Xml.SubElement(element, "imls", {"imt": imt}).text = " ".join(level_texts)
     for curve in function.curves:
-        shares = fragility_curve(np.array(written, dtype=float), curve.median, curve.dispersion)
+        shares = fragility_curve(np.array(level_texts, dtype=float), curve.median, curve.dispersion)
         Xml.SubElement(element, "poes", {"ls": curve.state}).text = " ".join(f"{share:.8g}" for share in shares)
 
 
 def _description(fragilities: Fragilities, model: Model, side: str) -> str:
     """What the curves are, each with its median and dispersion, and the motions that they are from."""
-    each = "; ".join(
+    texts = "; ".join(
         f"{function.identifier}, {curve.state}: {curve.words}, median {curve.median:.4g} {fragilities.measure.unit} "
         f"(standard error of its logarithm {curve.errors[0]:.2g}), dispersion {curve.dispersion:.3g} "
         f"({curve.errors[1]:.2g}), {curve.runs} runs"
         for function in model.functions
         for curve in function.curves
     )
-    return f"{fragilities.title}{side}. {each}. {created('pounding_risk.export')['history']}"
+    return f"{fragilities.title}{side}. {texts}. {created('pounding_risk.export')['history']}"

@@ -281,29 +281,29 @@ def _script(study: Scene, bench: Bench) -> Script:
     from pounding_risk.lab import accuracy_opensees as opensees
 
     case = next(bench.point_cases())
-    why = opensees.unsaid_laws(bench)
-    why = why or (opensees.ON_SPRINGS if any(chain.foundations for chain in bench.chains) else "")
-    why = why or ("" if opensees.has_constant_restitution(case.rules) else opensees.FALLS)
+    fault = opensees.unsaid_laws(bench)
+    fault = fault or (opensees.ON_SPRINGS if any(chain.foundations for chain in bench.chains) else "")
+    fault = fault or ("" if opensees.has_constant_restitution(case.rules) else opensees.FALLS)
     computed: dict[int, PowerLaw] = {}
     loose = [link for link in study.links if link.left_floor % 1.0 or link.right_floor % 1.0]
-    why = why or ("a link part-way up a column has no node to join" if loose else "")
-    for k, point in bench.contact_points.items() if not why else ():
+    fault = fault or ("a link part-way up a column has no node to join" if loose else "")
+    for k, point in bench.contact_points.items() if not fault else ():
         law, is_at_floors = case.laws[k], all(f == int(f) for _, f in opensees.sides_of(bench.chains, point))
         has_element = is_at_floors and not isfinite(point.across)
         has_material = type(law).__name__ in opensees.MATERIALS and not opensees.divides_by_rest(law, case.gaps[k])
         if has_element and has_material:
             continue
-        read = opensees.power_law(law, case.rules[k].c0, bench.at_rest.striking[k], case.yield_forces[k])
-        if read is None:
-            why = (
+        numbers = opensees.power_law(law, case.rules[k].c0, bench.at_rest.striking[k], case.yield_forces[k])
+        if numbers is None:
+            fault = (
                 f"it has no material for {opensees.name_of(law)}, whose force is no sum of two powers of the "
                 "penetration that a script could compute; take one of jankowski, hertz_damp, kelvin_voigt or "
                 "viscous_elastoplastic (--set interface.contact_model=...)"
             )
             break
-        computed[k] = read
-    if why:
-        raise SceneError(study.source, [f"OpenSees cannot say this scene: {why}"])
+        computed[k] = numbers
+    if fault:
+        raise SceneError(study.source, [f"OpenSees cannot say this scene: {fault}"])
     return Script(bench, case, [building.name for building in study.buildings], computed)
 
 
@@ -323,8 +323,8 @@ def _parts(script: Script) -> dict[str, Any]:
         return [(name, int(floor)) if name in moving else None for name, floor in sides]
 
     for k, point in bench.contact_points.items():
-        between = " | ".join(names[point.interface : point.interface + 2])
-        label = f"{between}, floors {point.left_floor:g} and {point.right_floor:g}"
+        interface = " | ".join(names[point.interface : point.interface + 2])
+        label = f"{interface}, floors {point.left_floor:g} and {point.right_floor:g}"
         label += f" at {point.across:g} m" if isfinite(point.across) else ""
         if k in script.computed:
             computed[label] = {"ends": script.ends(k), "gap": _plain(case.gaps[k])} | script.computed[k]._asdict()

@@ -122,20 +122,20 @@ def _demand_tables(
         unit = "mps" if measure.imt == "PGV" else "mps2"
         intensity.append(Demand(_demand_name(measure), unit, intensities(Results(results), measure.word)[:, level]))
     for place, building in enumerate(map(str, runs["building"].values)):
-        one = runs.isel(building=place)
-        heights = _storey_heights(one)
+        part = runs.isel(building=place)
+        heights = _storey_heights(part)
         if heights is None:
             yield f"{building}: no storey drift ratios, as the scene gives it no heights"
         for ending, word in (("", "with"), ("_free", "without")):
             if not ending and Results(runs).unpushed:
                 continue  # of the motions that do not collide alone
-            columns = [*_demands(one, ending, heights), *intensity]
+            columns = [*_demands(part, ending, heights), *intensity]
             # Rows are numbered as the motions of the scan are.
             tables[f"{identifier_of(building)}-{word}-contact.csv"] = csv_text(
                 [
                     ["", *(column.name for column in columns)],
                     ["Units", *(column.unit for column in columns)],
-                    *([at, *(repr(float(each.values[at])) for each in columns)] for at in np.flatnonzero(is_known)),
+                    *([k, *(repr(float(each.values[k])) for each in columns)] for k in np.flatnonzero(is_known)),
                 ]
             )
 
@@ -143,9 +143,9 @@ def _demand_tables(
 def _case_words(runs: xr.Dataset) -> str:
     """Gaps of all interfaces, contact model and yield force of one case."""
     gaps = runs["interface_gap" if "interface_gap" in runs.variables else "gap"].values
-    ends = " to ".join(f"{1e3 * gap:.6g}" for gap in dict.fromkeys((gaps.min(), gaps.max())))
-    where = f"{'a gap' if gaps.min() == gaps.max() else 'gaps'} of {ends} mm, {runs['contact_model'].item()}"
-    return f"{where}, {yield_force_words(runs)}"
+    span = " to ".join(f"{1e3 * gap:.6g}" for gap in dict.fromkeys((gaps.min(), gaps.max())))
+    words = f"{'a gap' if gaps.min() == gaps.max() else 'gaps'} of {span} mm, {runs['contact_model'].item()}"
+    return f"{words}, {yield_force_words(runs)}"
 
 
 def _by_motion(cases: xr.DataArray) -> Array:
@@ -153,26 +153,26 @@ def _by_motion(cases: xr.DataArray) -> Array:
     return np.asarray(cases.transpose("record", "polarity", ...).values.reshape(-1, *cases.shape[2:]))
 
 
-def _storey_heights(one: xr.Dataset) -> Array | None:
+def _storey_heights(part: xr.Dataset) -> Array | None:
     """Height of each storey of a building [m]; None where its floors have no levels."""
-    name = next((name for name in ("floor_level", "building_height") if name in one.variables), None)
-    levels = np.empty(0) if name is None else np.atleast_1d(one[name].values)
+    name = next((name for name in ("floor_level", "building_height") if name in part.variables), None)
+    levels = np.empty(0) if name is None else np.atleast_1d(part[name].values)
     levels = levels[np.isfinite(levels)]
     return np.diff(levels, prepend=0.0) if levels.size else None
 
 
-def _demands(one: xr.Dataset, ending: str, heights: Array | None) -> Iterator[Demand]:
+def _demands(part: xr.Dataset, ending: str, heights: Array | None) -> Iterator[Demand]:
     """The demands of a building: accelerations of the ground and its floors, drift ratios of its storeys."""
-    peaks = next((name for name in ("record_pga_felt", "record_pga") if name in one.variables), None)
+    peaks = next((name for name in ("record_pga_felt", "record_pga") if name in part.variables), None)
     if peaks is None:
         raise PoundingError("the dataset has no peak ground accelerations of its records; scan the scene again")
-    ground = np.repeat(np.asarray(one[peaks].values, dtype=float), one.sizes["polarity"])
+    ground = np.repeat(np.asarray(part[peaks].values, dtype=float), part.sizes["polarity"])
     yield Demand("1-PFA-0-1", "mps2", ground)
-    several = "storey" in one.sizes and f"storey_acceleration{ending}" in one
+    several = "storey" in part.sizes and f"storey_acceleration{ending}" in part
     accelerations, drifts = (
-        _by_motion(one[f"{name}{ending}"]).reshape(ground.size, -1) for name in (STOREYS if several else SINGLE_MASS)
+        _by_motion(part[f"{name}{ending}"]).reshape(ground.size, -1) for name in (STOREYS if several else SINGLE_MASS)
     )
-    floors = int(one["building_storeys"])
+    floors = int(part["building_storeys"])
     for floor in range(floors):
         yield Demand(f"1-PFA-{floor + 1}-1", "mps2", accelerations[:, floor])
     if heights is not None:
@@ -189,11 +189,11 @@ def _components(results: xr.Dataset, options: Options) -> tuple[Intensity | None
     They go by identifier, against one intensity. Raises PoundingError for an intensity that pelicun does not know, and
     where the one kind has none.
     """
-    of_damage = kind_of(results) == "damage"
-    has_states = of_damage or bool(Results(results).scene.get("damage"))
+    is_damage = kind_of(results) == "damage"
+    has_states = is_damage or bool(Results(results).scene.get("damage"))
     kinds: Sequence[str] = fragilities.KINDS if has_states else fragilities.KINDS[:2]
-    kinds = (options.of,) if options.of else kinds[2:] if of_damage else kinds
-    if options.intensity is not None and not of_damage:
+    kinds = (options.of,) if options.of else kinds[2:] if is_damage else kinds
+    if options.intensity is not None and not is_damage:
         fragilities.intensity_of(resolved_intensity(Results(results), options.intensity))
     measure, named, notes = None, [], []
     faults: list[PoundingError] = []

@@ -63,13 +63,13 @@ def write(results: xr.Dataset, target: Path, options: Options) -> Written:
     assessment = assess(results, gap=options.gap, pga=options.pga, intensity_level=options.intensity_level)
     names = [str(name) for name in results["building"].values]
     strings, without = _strings(results, names, options.inventory)
-    stated = results["building_height"].values if "building_height" in results.variables else np.full(len(names), nan)
-    heights = [float(height) if height > 0.0 else nan for height in stated]
+    column = results["building_height"].values if "building_height" in results.variables else np.full(len(names), nan)
+    heights = [float(height) if height > 0.0 else nan for height in column]
     rows, closes = [], closing_motions(results, assessment)
     for number, name in enumerate(names):
-        beside = [(other, min(other, number)) for other in (number - 1, number + 1) if 0 <= other < len(names)]
-        sides = tuple(Side(names[other], heights[other], assessment.interfaces[at]) for other, at in beside)
-        rows.append(_row(name, heights[number], sides, strings[name], closes[:, [at for _, at in beside]], assessment))
+        pairs = [(other, min(other, number)) for other in (number - 1, number + 1) if 0 <= other < len(names)]
+        sides = tuple(Side(names[other], heights[other], assessment.interfaces[k]) for other, k in pairs)
+        rows.append(_row(name, heights[number], sides, strings[name], closes[:, [k for _, k in pairs]], assessment))
     notes = [
         "positions are those in the row; what stands in front of a building and behind it is not in the results, so "
         "that BP3 is never written",
@@ -77,8 +77,8 @@ def write(results: xr.Dataset, target: Path, options: Options) -> Written:
         *not_run_words(assessment),
         *without,
     ]
-    if lost := int(np.isnan(closes[0]).any(axis=0).sum()):
-        notes.append(lost_words(lost, closes.shape[-1]))
+    if lost_count := int(np.isnan(closes[0]).any(axis=0).sum()):
+        notes.append(lost_words(lost_count, closes.shape[-1]))
     unknown = [row[0] for row in rows if not row[2]]
     if unknown:
         notes.append(f"no position of {', '.join(unknown)}: the scene gives no height; write height in [[building]]")
@@ -91,9 +91,9 @@ def _row(
 ) -> tuple[Any, ...]:
     """The cells of a building; ``closes`` as `closing_motions`, of its interfaces."""
     position, rule = _position(height, sides)
-    most = max(sides, key=lambda side: side.interface.contact_at_gap().probability)
+    governing = max(sides, key=lambda side: side.interface.contact_at_gap().probability)
     verdicts = [side.interface.verdict for side in sides]
-    weight = min(one.independent / one.motions for one in verdicts)
+    weight = min(verdict.independent / verdict.motions for verdict in verdicts)
     share, low, high = share_of_building(closes, weight, assessment.confidence)
     has_pounding = share > assessment.target
     may_pound = np.nan_to_num(closes[1], nan=1.0).max(axis=0).mean() > assessment.target
@@ -109,8 +109,8 @@ def _row(
         f"{gap:.6g}",
         closest.neighbour,
         *(f"{share:.6g}" for share in (share, low, high)),
-        most.neighbour,
-        most.interface.at,
+        governing.neighbour,
+        governing.interface.at,
         string[1],
         rule,
         f"written where more than {target} of the motions close a gap; {round(share * closes.shape[-1])} of "
@@ -149,12 +149,12 @@ def _strings(
     typologies = {
         str(table.get("name", "")): table.get("typology", "") for table in tables_of(written).get("building", [])
     }
-    own = {
+    own_strings = {
         name: _of_scene(table, str(typologies.get(name, "")))
         for table in stated.get("building", [])
         if (name := str(table.get("name", "")))
     }
-    by_name = {name: (own.get(name, ""), "the scene") for name in names}
+    by_name = {name: (own_strings.get(name, ""), "the scene") for name in names}
     if inventory is None:
         return by_name, []
     # Without names of its own it may have been joined to a map, which numbers buildings in another order.
@@ -169,8 +169,8 @@ def _strings(
             by_name[name] = known[name], inventory.name
         except PoundingError:
             without.append(name)
-    about = f"{counted(len(without), 'building')} without a GEM string in {inventory.name}: {', '.join(without)}"
-    return by_name, [f"{about}; what the scene says is written"] if without else []
+    note = f"{counted(len(without), 'building')} without a GEM string in {inventory.name}: {', '.join(without)}"
+    return by_name, [f"{note}; what the scene says is written"] if without else []
 
 
 def _of_scene(table: Mapping[str, Any], typology: str) -> str:

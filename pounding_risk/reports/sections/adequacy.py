@@ -53,14 +53,14 @@ def _contact(data: ReportData, pair: Pair) -> list[Block]:
     assessment, one = data.assessment, pair.assessed
     required = one.required_at(assessment.criterion.target_percentile)
     target, gap = number(assessment.target, "%")["text"], question.need(required, unit=True)["text"]
-    known = "every gap"
+    gaps = "every gap"
     if one.run.steps:
-        known = "the gaps of the grid"
+        gaps = "the gaps of the grid"
     elif not isinf(one.run.widest):
-        known = f"gaps of up to {amount(one.run.widest, 'm')['text']}, the widest that was run"
+        gaps = f"gaps of up to {amount(one.run.widest, 'm')['text']}, the widest that was run"
     sentence = (
         f"{pair.name}: probability of contact against the gap{pair.at}: a step down at what each of the "
-        f"{counted(len(one.closing), 'motion')} closes, known at {known}; its bounds by recording; the target of "
+        f"{counted(len(one.closing), 'motion')} closes, known at {gaps}; its bounds by recording; the target of "
         f"{target} % and the gap required by {required.percentile:g} % of the motions, {gap}"
     )
     alt = f"{sentence}; {question.share_cells(one.contact_at_gap())[2]['text']} % at the assessed gap."
@@ -70,30 +70,30 @@ def _contact(data: ReportData, pair: Pair) -> list[Block]:
 
 def _codes(data: ReportData, pair: Pair) -> list[Block]:
     """Figure and table of what each rule requires, motion by motion, over the gap that the motion needs."""
-    one, blocks = pair.assessed, question.rules(data.assessment.percentile, pair.assessed)
-    compared = [rule for rule in one.separations if rule.ratio_median is not None]
+    assessed, blocks = pair.assessed, question.rules(data.assessment.percentile, pair.assessed)
+    compared = [rule for rule in assessed.separations if rule.ratio_median is not None]
     if compared:
-        motions = sum(closing > 0.0 for closing in one.closing)
+        motions = sum(closing > 0.0 for closing in assessed.closing)
         caption = (
             f"{pair.name}: what rules require over the gap that the same motion needs: median and middle 68 % of "
             f"{counted(motions, 'motion')}; safe right of 1; {RULE_MARKS_WORDS}"
         )
         drawing = partial(panel, draw_rules, compared, motions, height=1.1 + 0.22 * len(compared))
-        alt = f"{caption}. {short_in(one.separations, motions)}."
+        alt = f"{caption}. {short_in(assessed.separations, motions)}."
         blocks.insert(1, figure(f"{pair.anchor}-rules", drawing, f"{caption}.", alt))
     return blocks
 
 
 def _yielding(data: ReportData, pair: Pair) -> list[Block]:
     """Figure of P(yield) against the gap, where it is known at several, and table of it by F_E and contact model."""
-    one = pair.assessed
-    blocks = question.yielding(data.assessment, one) if one.yielding else []
-    shares = [share for share in one.yielding if share.contact_model == data.law]
+    assessed = pair.assessed
+    blocks = question.yielding(data.assessment, assessed) if assessed.yielding else []
+    shares = [share for share in assessed.yielding if share.contact_model == data.law]
     if len({share.gap for share in shares if share.runs}) < 2:
         return blocks
     caption = f"{pair.name}: probability that the contact force reaches F_E{pair.at}, under {name_of(data.law)}"
     alt = f"{caption}, against the gap, for {len(drawn_forces(shares))} yield forces; the table has one gap's numbers."
-    drawing = partial(panel, draw_yielding, shares, one.gap)
+    drawing = partial(panel, draw_yielding, shares, assessed.gap)
     return [figure(f"{pair.anchor}-yielding", drawing, f"{caption}.", alt), *blocks]
 
 

@@ -25,10 +25,10 @@ def _along(data: ReportData) -> list[Block]:
     if data.along is None:
         return []
     assessed, place = data.along
-    where = f"The other sections are of one place, {place.words}: {place.why}."
+    place_text = f"The other sections are of one place, {place.words}: {place.why}."
     alt = f"P(contact) and the gap required along the axes. {along_finding(assessed)}. The table has the numbers."
     return [
-        paragraph(" ".join([*along.findings(assessed), where])),
+        paragraph(" ".join([*along.findings(assessed), place_text])),
         figure("along-axes", partial(along_figure, assessed, titled=False), f"{along_caption(assessed)}.", alt),
         along.places(assessed),
     ]
@@ -61,12 +61,12 @@ def _rates(data: ReportData) -> list[Block]:
     assessment, blocks = data.assessment, []
     for pair in data.pairs:
         verdict = pair.assessed.rate_verdict
-        of_pair = [] if verdict is None else [paragraph(sentence) for sentence in verdict.conclusion]
-        of_pair += [*_gaps_for_rates(data, pair), *rates.annual_rates(assessment, pair.assessed)]
-        of_pair += rates.scenario(assessment, pair.assessed)
-        if of_pair and len(data.pairs) > 1:
+        paragraphs = [] if verdict is None else [paragraph(sentence) for sentence in verdict.conclusion]
+        paragraphs += [*_gaps_for_rates(data, pair), *rates.annual_rates(assessment, pair.assessed)]
+        paragraphs += rates.scenario(assessment, pair.assessed)
+        if paragraphs and len(data.pairs) > 1:
             blocks.append(heading(pair.name, f"{pair.anchor}-how-often"))
-        blocks += of_pair
+        blocks += paragraphs
     reading = assessment.hazard_reading
     return [paragraph(reading), *blocks] if blocks and reading else blocks
 
@@ -75,14 +75,14 @@ def _gaps_for_rates(data: ReportData, pair: Pair) -> list[Block]:
     """Figure of the rate of contact against the gap, and table of the gaps that keep it to usual rates."""
     assessment, one = data.assessment, pair.assessed
     blocks = rates.gaps_for_rates(assessment, one)
-    known = [gap for gap in one.gaps_for_rates if not gap.fault]
-    if not known:
+    valid = [gap for gap in one.gaps_for_rates if not gap.fault]
+    if not valid:
         return blocks
     sentence = (
         f"{pair.name}: annual rate of contact against the gap under {assessment.hazard}; its "
         f"{100.0 * assessment.confidence:g} % bounds carry nothing of the curve's own uncertainty"
     )
-    alt = f"{sentence}; {known[-1].words} needs {enough(known[-1].gap, unit=True)['text']}."
+    alt = f"{sentence}; {valid[-1].words} needs {enough(valid[-1].gap, unit=True)['text']}."
     return [figure(f"{pair.anchor}-rates", partial(panel, draw_rates, assessment, one), f"{sentence}.", alt), *blocks]
 
 

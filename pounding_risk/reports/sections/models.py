@@ -40,26 +40,26 @@ def write(data: ReportData) -> list[sheet.Block]:
 
 
 def _by_model(data: ReportData, pair: Pair) -> list[sheet.Block]:
-    here = pair.results.sel(gap=pair.grid_gap, yield_force=pair.assessed.own_force)
+    part = pair.results.sel(gap=pair.grid_gap, yield_force=pair.assessed.own_force)
     # A count of −1 is none: the run failed.
-    touching = here["impact_count"] > 0
-    where = f"at a gap of {sheet.amount(pair.grid_gap, 'm')['text']}, {force_words(pair.assessed.own_force)}{pair.at}"
+    touching = part["impact_count"] > 0
+    place = f"at a gap of {sheet.amount(pair.grid_gap, 'm')['text']}, {force_words(pair.assessed.own_force)}{pair.at}"
     heads = ["contact model", "cases", "with contact", "reach F_E"]
     heads += [f"{sheet.head(words, unit)}: median (16 to 84 %)" for words, unit in BY_MODEL.values()]
     rows: list[sheet.Row] = []
     spreads: dict[str, list[tuple[float, float, float]]] = {output: [] for output in BY_MODEL}
     for law in data.laws:
-        of_law, touched = here.sel(contact_model=law), touching.sel(contact_model=law).values
-        complete = of_law["impact_count"].values >= 0
-        cells: sheet.Row = [sheet.name_of(law), sheet.count(complete.sum()), sheet.count(touched.sum())]
+        law_part, is_touched = part.sel(contact_model=law), touching.sel(contact_model=law).values
+        complete = law_part["impact_count"].values >= 0
+        cells: sheet.Row = [sheet.name_of(law), sheet.count(complete.sum()), sheet.count(is_touched.sum())]
         # An instant jump has no force that could reach F_E or not.
-        reached = of_law["yield_exceedance"].values
+        reached = law_part["yield_exceedance"].values
         cells.append(sheet.count((reached == 1).sum()) if (reached >= 0).any() else sheet.number(np.nan))
         for output, (_, unit) in BY_MODEL.items():
-            spreads[output].append(sheet.percentiles(finite(of_law, output).values[touched]))
+            spreads[output].append(sheet.percentiles(finite(law_part, output).values[is_touched]))
             cells.append(sheet.middle(spreads[output][-1], unit))
         rows.append(cells)
-    note = f"All motions {where}; the spread is over those with contact."
+    note = f"All motions {place}; the spread is over those with contact."
     blocks = [sheet.table(f"{pair.name}: outputs by contact model. {note}", heads, rows)]
     panels = {
         sheet.head(words, unit): SHOWN[unit][1] * np.array(spreads[output])
@@ -69,6 +69,6 @@ def _by_model(data: ReportData, pair: Pair) -> list[sheet.Block]:
     if panels and len(rows) > 1:
         caption = f"{pair.name}: median and middle 68 % of {', '.join(panels)} under {len(rows)} contact models"
         drawing = partial(draw_models, list(map(sheet.name_of, data.laws)), panels)
-        alt = f"{caption}, {where}; the table above has the numbers."
-        blocks.append(sheet.figure(f"{pair.anchor}-models", drawing, f"{caption}, {where}.", alt))
+        alt = f"{caption}, {place}; the table above has the numbers."
+        blocks.append(sheet.figure(f"{pair.anchor}-models", drawing, f"{caption}, {place}.", alt))
     return blocks

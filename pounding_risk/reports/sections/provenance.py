@@ -26,9 +26,9 @@ def write(data: ReportData) -> list[Block]:
     attributes = data.results.attrs
     names = {"scene_sha256": "the scene, every value stated: sha256", "kernels_digest": "the solver's source"}
     digests = [(words, str(attributes[name])) for name, words in names.items() if name in attributes]
-    of_files = ("file", "format", "sha256")
-    heads = ["record", *of_files]
-    files = [[name, *(str(record.get(key) or MISSING) for key in of_files)] for name, record in data.records.items()]
+    file_keys = ("file", "format", "sha256")
+    heads = ["record", *file_keys]
+    files = [[name, *(str(record.get(key) or MISSING) for key in file_keys)] for name, record in data.records.items()]
     origins: dict[str, list[str]] = {}  # records from one place, and those treated alike, share a line
     for name, record in data.records.items():
         origin = "; ".join(str(record[key]) for key in ("origin", "terms") if record.get(key))
@@ -56,9 +56,9 @@ def write(data: ReportData) -> list[Block]:
     ]
     written_from = [("results file, sha256", data.checksum)] if data.checksum else []
     written_from += [
-        (f"{kind}: {other.attrs['file']}, sha256", str(other.attrs["sha256"]))
-        for kind, other in data.others.items()
-        if "file" in other.attrs
+        (f"{kind}: {companion.attrs['file']}, sha256", str(companion.attrs["sha256"]))
+        for kind, companion in data.others.items()
+        if "file" in companion.attrs
     ]
     source_files = [facts("This report was written from", written_from)] if written_from else []
     return [*blocks, *_hazard_curve(data.assessment), *source_files]
@@ -81,12 +81,12 @@ def _commands(data: ReportData) -> list[str]:
     if attributes.get("command"):
         scan = str(attributes["command"])
     else:
-        changed = "".join(f" --set '{override}'" for override in data.facts("overrides", []))
-        scan = f"pounding-risk scan scene.toml -o results.nc{changed}"
+        overrides = "".join(f" --set '{override}'" for override in data.facts("overrides", []))
+        scan = f"pounding-risk scan scene.toml -o results.nc{overrides}"
     words = shlex.split(scan)
-    indices = [at + 1 for at, word in enumerate(words[:-1]) if word in ("-o", "--out")]
-    joined = [word.removeprefix("--out=") for word in words if word.startswith("--out=")]
-    target = words[indices[-1]] if indices else joined[-1] if joined else "results.nc"
+    indices = [k + 1 for k, word in enumerate(words[:-1]) if word in ("-o", "--out")]
+    out_names = [word.removeprefix("--out=") for word in words if word.startswith("--out=")]
+    target = words[indices[-1]] if indices else out_names[-1] if out_names else "results.nc"
     return [scan, shlex.join(["pounding-risk", "report", target, "-o", f"report{data.suffix}", *_asked(data)])]
 
 
@@ -96,7 +96,7 @@ def _asked(data: ReportData) -> list[str]:
     amplitudes = results.amplitudes
     level = "--pga" if amplitudes.measure == PEAK else "--intensity-level"
     own_level = amplitudes.values[results.scene_level] if len(amplitudes.values) > 1 else interface.amplitude
-    asked = (  # each with its usual value, and how it is written
+    asked_options = (  # each with its usual value, and how it is written
         ("--gap", interface.gap, results.scene_gap(0), lambda gap: exact(gap, GAP)),
         ("--percentile", assessment.percentile, USUAL_PERCENTILE, "{:.15g}".format),
         ("--confidence", assessment.confidence, USUAL_CONFIDENCE, repr),
@@ -105,12 +105,12 @@ def _asked(data: ReportData) -> list[str]:
         (level, interface.amplitude, own_level, lambda at: exact(at or 0.0, amplitudes.measure.quantity)),
     )
     options = []
-    for option, value, usual, written in asked:
-        options += [option, str(written(value))] if value != usual else []
+    for option, value, usual, write_value in asked_options:
+        options += [option, str(write_value(value))] if value != usual else []
     for name, words in data.signature.lines:
         options += [f"--{name}", words]
-    for other in data.others.values():
-        options += ["--with", str(other.attrs["file"])] if "file" in other.attrs else []
+    for companion in data.others.values():
+        options += ["--with", str(companion.attrs["file"])] if "file" in companion.attrs else []
     if assessment.hazard:
         options += ["--hazard", assessment.hazard]
     if assessment.target_rate is not None:
@@ -124,8 +124,8 @@ def _by_record(groups: dict[str, list[str]], data: ReportData, attribute: str) -
     """What is said of records, alike ones together; of very many groups the first, and where the others stand."""
     lines = [f"{_who(names, data)}: {words}" for words, names in groups.items()]
     left = len(lines) - MOST_GROUPS
-    others = [f"{left} more: the attribute {attribute} of the dataset has them."] if left > 0 else []
-    return lines[:MOST_GROUPS] + others
+    rest = [f"{left} more: the attribute {attribute} of the dataset has them."] if left > 0 else []
+    return lines[:MOST_GROUPS] + rest
 
 
 def _who(names: list[str], data: ReportData) -> str:

@@ -31,15 +31,15 @@ def write(data: ReportData) -> list[Block]:
     if is_felt:
         spectra = spectra * _at_assessed(data, "record_pga_felt") / results["record_pga"]
     values, periods = spectra.transpose("record", "period").values, results["period"].values
-    named = zip(results["building"].values, results["building_period"].values, strict=True)
-    of_buildings = [(str(name), float(period)) for name, period in named if np.isfinite(period)]
+    pairs = zip(results["building"].values, results["building_period"].values, strict=True)
+    building_periods = [(str(name), float(period)) for name, period in pairs if np.isfinite(period)]
     medians = []
-    for _, period in of_buildings:
+    for _, period in building_periods:
         nearest = values[:, int(np.abs(np.log(periods / period)).argmin())]
         medians.append(f"{rounded(float(np.median(nearest)) / STANDARD_GRAVITY)} g at {period:.3g} s")
     alt = f"Spectral acceleration against period of {len(values)} records, with their median and the periods of the "
     alt += f"buildings. The median is {' and '.join(medians)}." if medians else "buildings."
-    drawing = partial(panel, draw_spectra, periods, values, (16.0, 84.0), of_buildings)
+    drawing = partial(panel, draw_spectra, periods, values, (16.0, 84.0), building_periods)
     blocks = [
         figure("spectra", drawing, f"Response spectra, damping 5 %, {as_felt}.", alt),
         _records_table(data, is_felt, as_felt),
@@ -72,20 +72,20 @@ def _felt_words(data: ReportData) -> str:
 
 def _records_table(data: ReportData, is_felt: bool, as_felt: str) -> Block:
     results, amplitudes = data.results, Results(data.results).amplitudes
-    needed = gaps_needed(results).max("interface")
-    at = ""
-    if amplitudes.axis in needed.dims:
-        needed = at_amplitude(needed, data.assessment.interfaces[0].amplitude)
+    gaps = gaps_needed(results).max("interface")
+    amplitude = ""
+    if amplitudes.axis in gaps.dims:
+        gaps = at_amplitude(gaps, data.assessment.interfaces[0].amplitude)
         measured = "" if amplitudes.measure == PEAK else f"{amplitudes.measure.words} of "
-        at = f" at {measured}{amount(needed[amplitudes.axis], amplitudes.measure.unit)['text']}"
+        amplitude = f" at {measured}{amount(gaps[amplitudes.axis], amplitudes.measure.unit)['text']}"
     polarities = list(map(str, results["polarity"].values))
-    of_records = [data.records.get(str(name), {}) for name in results["record"].values]
-    is_sequence = any(facts.get(AFTERSHOCK) for facts in of_records)
+    records = [data.records.get(str(name), {}) for name in results["record"].values]
+    is_sequence = any(facts.get(AFTERSHOCK) for facts in records)
     heads = ["record", *["aftershock"] * is_sequence, "earthquake", "date", "M", "station", "as found", "dt [s]"]
     heads += ["factor"] if is_felt else []
     heads += [head("PGA", "m/s2"), *(f"gap needed, {words} [mm]" for words in polarities)]
     rows: list[list[Cell | str]] = []
-    for name, facts in zip(map(str, results["record"].values), of_records, strict=True):
+    for name, facts in zip(map(str, results["record"].values), records, strict=True):
         event, date, station, state = (str(facts.get(key) or MISSING) for key in ("event", "date", "station", "state"))
         behind = [str(facts.get(AFTERSHOCK, {}).get("name", MISSING))] * is_sequence
         row: list[Cell | str] = [name, *behind, event, date, number(facts.get("magnitude") or np.nan), station, state]
@@ -94,12 +94,12 @@ def _records_table(data: ReportData, is_felt: bool, as_felt: str) -> Block:
             row.append(number(_at_assessed(data, "record_scale_factor").sel(record=name)))
         peak = _at_assessed(data, "record_pga_felt") if is_felt else results["record_pga"]
         row.append(number(peak.sel(record=name), "m/s2"))
-        rows.append([*row, *(number(needed.sel(record=name, polarity=polarity), "m") for polarity in polarities)])
+        rows.append([*row, *(number(gaps.sel(record=name, polarity=polarity), "m") for polarity in polarities)])
     factor = "; factor is what the processed record was multiplied by" * is_felt
     widest_of = "; of a row the widest that any two neighbours need" * data.several
     caption = f"Records. PGA is that {as_felt}{factor}; a smaller gap than the one needed leads to contact"
     first = "; earthquake, date, M, station and as found are those of the record before its aftershock" * is_sequence
-    lost = "; – without a finite response, for which no gap is wide enough" * bool(needed.isnull().any())
-    caption += f"{at}{widest_of}{first}{lost}."
-    keep = sorted(map(int, np.argsort(-needed.fillna(np.inf).max("polarity").values, kind="stable")[:KEPT]))
+    lost_note = "; – without a finite response, for which no gap is wide enough" * bool(gaps.isnull().any())
+    caption += f"{amplitude}{widest_of}{first}{lost_note}."
+    keep = sorted(map(int, np.argsort(-gaps.fillna(np.inf).max("polarity").values, kind="stable")[:KEPT]))
     return table(caption, heads, rows, keep=keep, note="the records that need the widest gaps")

@@ -35,27 +35,27 @@ def write(data: ReportData) -> list[sheet.Block]:
 
 def _buildings(data: ReportData, pair: Pair) -> list[sheet.Block]:
     case = {"gap": pair.grid_gap, "yield_force": pair.assessed.own_force, "contact_model": data.law}
-    here = pair.results.sel(case)
-    touching = (here["impact_count"] > 0).transpose("record", "polarity").values
+    part = pair.results.sel(case)
+    touching = (part["impact_count"] > 0).transpose("record", "polarity").values
     columns_yield = any(share.yield_force == np.inf for share in pair.assessed.yielding)
     law = f"{sheet.name_of(data.law)}, {force_words(pair.assessed.own_force, columns_yield)}"
-    where = f"at a gap of {sheet.amount(pair.grid_gap, 'm')['text']}{pair.at}, under {law}"
+    place = f"at a gap of {sheet.amount(pair.grid_gap, 'm')['text']}{pair.at}, under {law}"
     if not touching.any():
         return [
-            sheet.paragraph(f"{pair.name}: no motion brings contact {where}; the buildings move as without contact.")
+            sheet.paragraph(f"{pair.name}: no motion brings contact {place}; the buildings move as without contact.")
         ]
     rows: list[sheet.Row] = []
-    isolated = isolated_of(here)
-    for building, (output, words, unit, of) in product(map(str, pair.results["building"].values), OUTPUTS):
-        if output not in here:
+    isolated = isolated_of(part)
+    for building, (output, words, unit, read) in product(map(str, pair.results["building"].values), OUTPUTS):
+        if output not in part:
             continue
-        if building in isolated and (output == "peak_drift" or of is of_storeys):
+        if building in isolated and (output == "peak_drift" or read is of_storeys):
             words += " above the isolators"
-        both = (of(pair.results, f"{output}_free"), of(here, output))
+        both = (read(pair.results, f"{output}_free"), read(part, output))
         free, struck = (one.sel(building=building).transpose("record", "polarity").values[touching] for one in both)
         is_known = np.isfinite(free) & np.isfinite(struck)
         free, struck = free[is_known], struck[is_known]
-        if not free.size and of in OF_SOME:
+        if not free.size and read in OF_SOME:
             continue
         if not free.size:
             rows.append([building, words, *[sheet.number(np.nan)] * 4, sheet.MISSING])
@@ -67,4 +67,4 @@ def _buildings(data: ReportData, pair: Pair) -> list[sheet.Block]:
         rows.append([building, sheet.head(words, unit), *spreads, raised, sheet.count(free.size)])
     heads = ["building", "output", "without contact: median (16 to 84 %)", "with contact: median (16 to 84 %)"]
     heads += ["with over without: median (16 to 84 %)", "raised in", "motions"]
-    return [sheet.table(f"{pair.name}: peaks of the buildings in the motions with contact, {where}.", heads, rows)]
+    return [sheet.table(f"{pair.name}: peaks of the buildings in the motions with contact, {place}.", heads, rows)]

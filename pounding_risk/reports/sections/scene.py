@@ -45,13 +45,13 @@ def write(data: ReportData) -> list[sheet.Block]:
         rows.append(row)
         rigid += [name] if np.isnan(building["building_period"]) else []
     interfaces = data.scene["interface"]
-    of_pairs = [interfaces[min(index, len(interfaces) - 1)] for index in range(len(data.pairs))]
+    pair_tables = [interfaces[min(index, len(interfaces) - 1)] for index in range(len(data.pairs))]
     return [
         sheet.table("Buildings, left to right.", heads, rows),
         *([sheet.paragraph(f"{' and '.join(rigid)}: rigid, moves with the ground.")] if rigid else []),
         *(
             sheet.facts(f"Between {pair.name.replace(' | ', ' and ')}.", _interface_rows(pair, keys))
-            for pair, keys in zip(data.pairs, of_pairs, strict=True)
+            for pair, keys in zip(data.pairs, pair_tables, strict=True)
         ),
         sheet.facts("The grid of cases.", _grid(data)),
         sheet.heading("Assumptions", "assumptions"),
@@ -66,18 +66,18 @@ def _interface_rows(pair: Pair, keys: Mapping[str, Any]) -> Iterator[tuple[str, 
     """
     struck = struck_columns(Results(pair.results), 0, pair.assessed.gap)
     only_columns = len(struck) == pair.results.sizes.get("contact_point", 1)
-    for key, stated in keys.items():
+    for key, value in keys.items():
         if key == "gap":
-            yield "gap", sheet.amount(float(stated.split()[0]), "m")
+            yield "gap", sheet.amount(float(value.split()[0]), "m")
         elif key == "yield_force" and not only_columns:
-            yield "yield force F_E", _force(float(str(stated).split()[0]), "none: never yields")
+            yield "yield force F_E", _force(float(str(value).split()[0]), "none: never yields")
         elif key not in ("yield_force", "column_yield_force"):
-            yield key.replace("_", " "), _value_words(stated)
-    alike: dict[tuple[str, float], list[str]] = {}
+            yield key.replace("_", " "), _value_words(value)
+    by_value: dict[tuple[str, float], list[str]] = {}
     for column in struck:
         storey, _, building = column.column.removeprefix("storey ").partition(" of ")
-        alike.setdefault((building, column.strength), []).append(storey)
-    for (building, strength), storeys in alike.items():
+        by_value.setdefault((building, column.strength), []).append(storey)
+    for (building, strength), storeys in by_value.items():
         yield f"strength of columns of {building}, storey {', '.join(storeys)}", _force(strength, "none given")
 
 
@@ -108,27 +108,27 @@ def _grid(data: ReportData) -> list[tuple[str, sheet.Cell | str]]:
     amplitudes = Results(results).amplitudes
     if amplitudes.axis not in results.coords:
         rows.append(("amplitude", Results(results).amplitude_words()))
-    whose = "gap of the interface that varies, or of the first" if "interface_gap" in results.variables else "gap"
+    gap_words = "gap of the interface that varies, or of the first" if "interface_gap" in results.variables else "gap"
     amplitude = amplitudes.axis, f"amplitude ({amplitudes.measure.words})", amplitudes.measure.unit
-    for name, words, unit in (amplitude, ("gap", whose, "m"), ("yield_force", "F_E", "N")):
+    for name, words, unit in (amplitude, ("gap", gap_words, "m"), ("yield_force", "F_E", "N")):
         if name not in results.coords:
             continue
         labels = np.atleast_1d(results[name].values)
-        own = name == "yield_force" and np.isinf(labels).all() and "contact_point_yield_force" in results.variables
-        rows.append((words, "that of the columns" if own else _span(labels, unit)))
+        is_own = name == "yield_force" and np.isinf(labels).all() and "contact_point_yield_force" in results.variables
+        rows.append((words, "that of the columns" if is_own else _span(labels, unit)))
     rows.append(("contact models", ", ".join(map(sheet.name_of, data.laws))))
     return rows
 
 
 def _span(labels: Any, unit: str) -> sheet.Cell:
     finite = labels[np.isfinite(labels)]
-    ends = [sheet.amount(end, unit) for end in dict.fromkeys((finite.min(), finite.max()))] if finite.size else []
-    text = " to ".join(end["text"] for end in ends)
+    cells = [sheet.amount(end, unit) for end in dict.fromkeys((finite.min(), finite.max()))] if finite.size else []
+    text = " to ".join(end["text"] for end in cells)
     if len(finite) > 1:
         text += f", {len(finite)} values"
     if len(finite) < len(labels):
         text = f"{text}, and never yielding" if text else "never yields"
-    return {"text": text, "parts": [end["raw"] for end in ends]}
+    return {"text": text, "parts": [end["raw"] for end in cells]}
 
 
 def _of_storeys(scene: Mapping[str, Any]) -> Iterator[str]:
@@ -160,10 +160,10 @@ def _of_storeys(scene: Mapping[str, Any]) -> Iterator[str]:
         yield f"{isolated}: on isolators, a bilinear spring with viscous damping below the slab."
     if "inelastic_storeys" in scene.get("effects", {}):
         rules = {str(one["name"]): one["hysteresis"]["rule"] for one in scene["building"] if "hysteresis" in one}
-        own = "".join(f", those of {name} by the rule {rule}" for name, rule in rules.items())
-        yield f"Storeys with a strength yield{own}, and others stay elastic."
-    if known := named("displacement_history"):
-        yield f"{known}: moves as its files say, and contacts are not run."
+        rule_text = "".join(f", those of {name} by the rule {rule}" for name, rule in rules.items())
+        yield f"Storeys with a strength yield{rule_text}, and others stay elastic."
+    if names := named("displacement_history"):
+        yield f"{names}: moves as its files say, and contacts are not run."
 
 
 def _assumed(data: ReportData) -> list[str]:
@@ -175,7 +175,7 @@ def _assumed(data: ReportData) -> list[str]:
     elif "wave_passage" not in effects:
         sentences.append("Buildings stand on unlike grounds, as their keys ground_ say; peaks are relative to these.")
     results = Results(data.results)
-    if linked := [pair.name.replace(" | ", " and ") for at, pair in enumerate(data.pairs) if results.has_link(at)]:
+    if linked := [pair.name.replace(" | ", " and ") for k, pair in enumerate(data.pairs) if results.has_link(k)]:
         sentences.append(
             f"Springs or dampers without mass join {', '.join(linked)}; what is called without contact has them too."
         )

@@ -30,25 +30,25 @@ def write(data: ReportData) -> list[Block]:
 
 
 def _numbers(data: ReportData, pair: Pair) -> list[tuple[str, Cell | str]]:
-    one, assessment = pair.assessed, data.assessment
-    here, bounds = one.contact_at_gap(), f"{100 * assessment.confidence:g} % bounds"
+    assessed, assessment = pair.assessed, data.assessment
+    share, bounds = assessed.contact_at_gap(), f"{100 * assessment.confidence:g} % bounds"
     rows: list[tuple[str, Cell | str]] = [
-        ("gap assessed", amount(one.gap, "m")),
-        ("motions with contact", count(here.count)),
-        ("motions", count(here.runs)),
-        ("probability of contact [%]", number(here.probability, "%", 3)),
-        (f"its {bounds} by recording [%]", between(here.low_recordings, here.high_recordings, "%", 3)),
-        (f"its {bounds}, were all motions independent [%]", between(here.low, here.high, "%", 3)),
+        ("gap assessed", amount(assessed.gap, "m")),
+        ("motions with contact", count(share.count)),
+        ("motions", count(share.runs)),
+        ("probability of contact [%]", number(share.probability, "%", 3)),
+        (f"its {bounds} by recording [%]", between(share.low_recordings, share.high_recordings, "%", 3)),
+        (f"its {bounds}, were all motions independent [%]", between(share.low, share.high, "%", 3)),
         ("probability allowed [%]", number(assessment.target, "%", 3)),
     ]
     for percentile in dict.fromkeys((assessment.percentile, assessment.criterion.target_percentile)):
-        required = one.required_at(percentile)
-        ratio = one.gap / required.gap if required.gap > 0.0 else float("nan")
+        required = assessed.required_at(percentile)
+        ratio = assessed.gap / required.gap if required.gap > 0.0 else float("nan")
         no_bound = "" if required.bounded else " (* the largest seen, no bound)"
         no_bound = f" ({PUSHED} the row was not run so wide, no bound)" if required.is_pushed else no_bound
         rows.append((f"gap that {percentile:g} % of the motions need", need(required, unit=True)))
         rows += [(f"its bounds [mm]{no_bound}", bounds_cell(required)), ("gap over that", number(ratio, digits=3))]
-    if (by_rate := one.rate_verdict) is not None:
+    if (by_rate := assessed.rate_verdict) is not None:
         gap = by_rate.required
         rows += [
             ("contacts a year at the gap assessed", number(by_rate.annual, digits=3)),
@@ -57,11 +57,11 @@ def _numbers(data: ReportData, pair: Pair) -> list[tuple[str, Cell | str]]:
             (f"gap for {by_rate.words}{', at least' if gap.at_least else ''}", amount(gap.gap, "m")),
             ("its bounds [mm]", between(gap.low, gap.high, "m")),
         ]
-    governing = [(motion, amount(motion.closing, "m")) for motion in one.verdict.governing]
-    most = ", ".join(f"{motion.record} {motion.polarity} ({cell['text']})" for motion, cell in governing)
+    governing = [(motion, amount(motion.closing, "m")) for motion in assessed.verdict.governing]
+    motions_text = ", ".join(f"{motion.record} {motion.polarity} ({cell['text']})" for motion, cell in governing)
     return [
         *rows,
-        ("motions that need most", {"text": most, "parts": [cell["raw"] for _, cell in governing]}),
+        ("motions that need most", {"text": motions_text, "parts": [cell["raw"] for _, cell in governing]}),
         ("cases of the dataset", count(assessment.cases)),
         ("of these failed, excluded from what contact does", count(assessment.failed)),
         ("recomputed at a tighter tolerance", count(assessment.checked)),
