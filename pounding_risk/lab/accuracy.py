@@ -135,19 +135,19 @@ def accuracy(
     bench = bench_of(study, cases)
     left_out = [f"fixed steps and SciPy: they know no {bench.event_only}"] if bench.event_only else []
     optional = set(GENERAL) if scipy else set()
-    if why := hindrance(bench):
-        left_out.append(f"{OPENSEES}: {why}")
+    if reason := hindrance(bench):
+        left_out.append(f"{OPENSEES}: {reason}")
     else:
         optional.add(OPENSEES)
-    begun = process_time()
+    start = process_time()
     bench.warm_up()
-    compile_time = process_time() - begun
+    compile_time = process_time() - start
     reference = bench.event(REFERENCE).values
-    if capped := int(_capped(bench, reference).any(axis=1).sum()):
+    if capped_count := int(_capped(bench, reference).any(axis=1).sum()):
         words = "the law caps it at F_E, which every method finds"
-        left_out.append(f"peak contact force of {capped} of {bench.size} cases: {words}")
-    if lost := int(np.isnan(reference[..., REACH]).any(axis=1).sum()):
-        left_out.append(f"{lost} of {bench.size} cases: the reference ends before the record, as storeys collapse")
+        left_out.append(f"peak contact force of {capped_count} of {bench.size} cases: {words}")
+    if collapsed := int(np.isnan(reference[..., REACH]).any(axis=1).sum()):
+        left_out.append(f"{collapsed} of {bench.size} cases: the reference ends before the record, as storeys collapse")
     outcomes = run_settings(
         bench, reference, budget, optional, left_out, progress or (lambda done, total: None), say or (lambda text: None)
     )
@@ -172,16 +172,16 @@ def run_settings(
     begun = process_time()
     for number, (setting, call) in enumerate(runs.items()):
         progress(number, len(runs))
-        before, seconds = last.get(setting.method, (setting, 0.0))
+        previous, seconds = last.get(setting.method, (setting, 0.0))
         if number == len(RTOLS):
             say(_time_words(bench, process_time() - begun, budget, len(runs) - number, bool(optional & set(GENERAL))))
-        expected = seconds * (before.value / setting.value if setting.method in STEPPED else 1.0)
+        expected = seconds * (previous.value / setting.value if setting.method in STEPPED else 1.0)
         if expected > budget and setting != CONFIRMING:
             time = computing_time(expected)["text"]
             left_out.append(f"{setting.words}: would take about {time}, more than the budget of {budget:g} s")
             continue
-        if before in outcomes and (why := _far_behind(bench, reference, outcomes, before)):
-            left_out.append(f"{setting.words}: not run: {why}")
+        if previous in outcomes and (cause := _far_behind(bench, reference, outcomes, previous)):
+            left_out.append(f"{setting.words}: not run: {cause}")
             continue
         start = process_time()
         try:
@@ -191,20 +191,20 @@ def run_settings(
             continue
         last[setting.method] = setting, process_time() - start
     longest = FAR * outcomes[TIGHTEST][0].seconds if TIGHTEST in outcomes else inf
-    brief = [
+    quick_settings = [
         setting
         for setting, (first,) in outcomes.items()
         if first.seconds * bench.size < BRIEF and first.seconds <= longest and setting.method not in GENERAL
     ]
     for _ in range(REPEATS - 1):
-        for setting in brief:
+        for setting in quick_settings:
             outcomes[setting].append(runs[setting]())
     progress(len(runs), len(runs))
-    middle = {}
-    for setting, repeated in outcomes.items():
-        times = {key: median(getattr(outcome, key) for outcome in repeated) for key in ("seconds", "free_seconds")}
-        middle[setting] = repeated[0]._replace(**times)
-    return middle
+    medians = {}
+    for setting, repeats in outcomes.items():
+        times = {key: median(getattr(outcome, key) for outcome in repeats) for key in ("seconds", "free_seconds")}
+        medians[setting] = repeats[0]._replace(**times)
+    return medians
 
 
 def _time_words(bench: Bench, seconds: float, budget: float, others: int, has_scipy: bool) -> str:
@@ -224,9 +224,9 @@ def _far_behind(bench: Bench, reference: np.ndarray, outcomes: dict[Setting, lis
     ratio = outcomes[setting][0].seconds / outcomes[TIGHTEST][0].seconds if TIGHTEST in outcomes else 0.0
     if setting.method in (EVENT, CHECK) or ratio < FAR:
         return ""
-    errors = (_errors(bench, one, outcomes[one][0], reference) for one in (setting, TIGHTEST))
-    reached, best = (np.fmax.reduce(of_cases, axis=0) for of_cases in errors)
-    if (reached < best).any():  # false for NaN, an output that the method does not have
+    errors = (_errors(bench, item, outcomes[item][0], reference) for item in (setting, TIGHTEST))
+    largest, least = (np.fmax.reduce(case_errors, axis=0) for case_errors in errors)
+    if (largest < least).any():  # false for NaN, an output that the method does not have
         return ""
     return f"{setting.words} takes {ratio:.0f} times as long as {TIGHTEST.words}, with no smaller error in any output"
 
@@ -249,7 +249,7 @@ def _settings(bench: Bench, optional: set[str]) -> Iterator[tuple[Setting, Calla
 
 def _dataset(study: Scene, bench: Bench, by_setting: dict[Setting, Outcome], reference: np.ndarray) -> xr.Dataset:
     settings, outcomes = list(by_setting), list(by_setting.values())
-    errors = np.stack([_errors(bench, one, outcome, reference) for one, outcome in by_setting.items()])
+    errors = np.stack([_errors(bench, item, outcome, reference) for item, outcome in by_setting.items()])
     times = np.array([[o.seconds] * GAP + [o.free_seconds] for o in outcomes])
     coords: dict[str, Any] = {
         "setting": [setting.words for setting in settings],
@@ -261,15 +261,15 @@ def _dataset(study: Scene, bench: Bench, by_setting: dict[Setting, Outcome], ref
         "level": ("level", list(LEVELS), {"long_name": "error level"}),
         "solver": list(dict.fromkeys(setting.method for setting in settings)),
     }
-    of_error = described("1", "error against the reference, the largest of the interfaces")
-    of_residual = described("1", "largest energy residual of a run; NaN where the method keeps no account")
+    error_attrs = described("1", "error against the reference, the largest of the interfaces")
+    residual_attrs = described("1", "largest energy residual of a run; NaN where the method keeps no account")
     variables = {
-        "error": (("setting", "case", "output"), errors, of_error),
+        "error": (("setting", "case", "output"), errors, error_attrs),
         "value": (("setting", *ANSWER), np.stack([o.values for o in outcomes]), {"long_name": "answer"}),
         "reference": (ANSWER, reference, {"long_name": f"event-driven solver at rtol {REFERENCE:g}"}),
         "time": (("setting", "output"), times, described("s", "processor time per run")),
         "steps_per_contact": ("setting", [o.steps for o in outcomes], described("1", "steps per contact")),
-        "energy_residual": ("setting", [o.residual for o in outcomes], of_residual),
+        "energy_residual": ("setting", [o.residual for o in outcomes], residual_attrs),
     }
     dataset = xr.Dataset(variables, coords=coords)
     reach = [[findings.times_to_reach(dataset, name, output) for output in OUTPUTS] for name in coords["solver"]]
@@ -303,7 +303,7 @@ def _errors(bench: Bench, setting: Setting, outcome: Outcome, reference: np.ndar
 def _capped(bench: Bench, reference: np.ndarray) -> np.ndarray:
     """True where the peak force is a yield force, (cases, interfaces): it is so by any method, however inaccurate."""
     pairs = zip(reference[..., FORCE, None], (case.yield_forces for case in bench.point_cases()), strict=True)
-    return np.array([np.isclose(forces, own, rtol=AT_CAP, atol=0.0).any(axis=1) for forces, own in pairs])
+    return np.array([np.isclose(forces, own_forces, rtol=AT_CAP, atol=0.0).any(axis=1) for forces, own_forces in pairs])
 
 
 def _reference_words(dataset: xr.Dataset) -> str:
@@ -314,15 +314,15 @@ def _reference_words(dataset: xr.Dataset) -> str:
         name = Setting(CHECK, rtol).words
         if name in dataset["setting"].values:
             errors = dataset["error"].sel(setting=name).values
-            run = ~np.isnan(errors[:, REACH])
-            counts = int((errors[run, COUNT] > 0.0).sum())
-            sentences.append((float(np.nanmax(errors[run][:, [REACH, FORCE]])), name, int(run.sum()), counts))
+            is_run = ~np.isnan(errors[:, REACH])
+            counts = int((errors[is_run, COUNT] > 0.0).sum())
+            sentences.append((float(np.nanmax(errors[is_run][:, [REACH, FORCE]])), name, int(is_run.sum()), counts))
     if not sentences:
         return words
     difference, name, runs, counts = sentences[0]
     words += f"; {name} differs from it by {difference:.0e} at most in displacement and force ({runs} runs)"
     nearest = min(sentences)
     if nearest[0] < NEARER * difference and difference > VISIBLE:
-        why = f"it counts other impacts in {counts} of them" if counts else "with the same impacts"
-        words += f": {why}, and {nearest[1]} differs by {nearest[0]:.0e}, so that the former is SciPy's own error"
+        reason = f"it counts other impacts in {counts} of them" if counts else "with the same impacts"
+        words += f": {reason}, and {nearest[1]} differs by {nearest[0]:.0e}, so that the former is SciPy's own error"
     return words

@@ -116,12 +116,12 @@ class Bench:
     def _words(self) -> Iterator[str]:
         """Gap and yield force of each case; of a row whose interfaces keep their own gaps that of one."""
         names, grid = self.study.interface_names, self.study.grid
-        named = self.study.gridded_interface or ("" if len(grid.gaps) > 1 else names[0])
-        of = f" of {named}" if named and len(names) > 1 else ""
+        interface_name = self.study.gridded_interface or ("" if len(grid.gaps) > 1 else names[0])
+        gap_of = f" of {interface_name}" if interface_name and len(names) > 1 else ""
         has_force = self.has_one_force or len(grid.yield_forces) > 1
         for gap, force in product(self.gaps, self.yield_forces):
-            forced = "no yielding" if force == inf else f"F_E {say(force, YIELD_FORCE)}"
-            yield f"gap{of} {say(gap, GAP)}" + (f", {forced}" if has_force else "")
+            force_text = "no yielding" if force == inf else f"F_E {say(force, YIELD_FORCE)}"
+            yield f"gap{gap_of} {say(gap, GAP)}" + (f", {force_text}" if has_force else "")
 
     # ------------------------------------------------------------------------------ as the solver of the scene has it
     def limits_at(self, gap: int, force: int) -> Limits:
@@ -151,28 +151,28 @@ class Bench:
 
         P-Δ and soil are in the matrices of the buildings, which every method takes.
         """
-        study, only = self.study, []
+        study, names = self.study, []
         if any(np.isfinite(chain.strength).any() for chain in self.chains):
             inelastic = ["inelastic_storeys"] if "inelastic_storeys" in dict(study.effects) else []
-            only += inelastic + ["isolation"] * any(getattr(one, "isolators", None) for one in study.buildings)
-        only += [LAWS_OF_LINKS] if any(link.law for link in study.links) else []
-        only += ["floors that rotate"] if any(chain.twists for chain in self.chains) else []
-        return ", ".join(filter(None, [*only, self.opensees_lacks]))
+            names += inelastic + ["isolation"] * any(getattr(one, "isolators", None) for one in study.buildings)
+        names += [LAWS_OF_LINKS] if any(link.law for link in study.links) else []
+        names += ["floors that rotate"] if any(chain.twists for chain in self.chains) else []
+        return ", ".join(filter(None, [*names, self.opensees_lacks]))
 
     @property
     def opensees_lacks(self) -> str:
         """As `event_only` of OpenSees, which has materials for storeys, isolators and links that yield."""
         study = self.study
-        only = [effect.name for effect in study.effects if not acts_on_buildings(effect.name)]
+        names = [effect.name for effect in study.effects if not acts_on_buildings(effect.name)]
         laws = {name: known_law(name) for name in study.model_names}
-        only += [name for name, law in laws.items() if is_path_dependent(law) or is_instant(law)]
-        of_buildings = {
+        names += [name for name, law in laws.items() if is_path_dependent(law) or is_instant(law)]
+        building_facts = {
             "initial displacement or velocity": any(np.any(chain.initial) for chain in self.chains),
             "floors that move across the row": any(chain.moves_across for chain in self.chains),
             "mass_matrix": any(chain.inertia.size for chain in self.chains),
             "ground of a building's own": any(building.support != SHARED for building in study.buildings),
         }
-        return ", ".join([*only, *(words for words, is_there in of_buildings.items() if is_there)])
+        return ", ".join([*names, *(words for words, is_present in building_facts.items() if is_present)])
 
     @property
     def size(self) -> int:
@@ -193,8 +193,8 @@ class Bench:
     @property
     def closed_at_rest(self) -> NDArray[np.bool_]:
         """True where the gap is closed at rest, (cases, interfaces)."""
-        closed = [self.of_interfaces(np.minimum, limits.gaps) == 0.0 for limits in self.limits]
-        return np.tile(np.array(closed), (len(self.batches), 1))
+        is_closed = [self.of_interfaces(np.minimum, limits.gaps) == 0.0 for limits in self.limits]
+        return np.tile(np.array(is_closed), (len(self.batches), 1))
 
     def of_interfaces(self, gather: Any, at_points: Any) -> Array:
         """Values of the interfaces from those of their contact points, along the last axis."""
@@ -229,10 +229,10 @@ class Bench:
 
     def fixed(self, method: str, dt: float) -> Outcome:
         """A fixed-step method over all cases in steps of about ``dt`` [s], a whole number of them a sample."""
-        far = np.full(len(self.points), inf)
+        infinite = np.full(len(self.points), inf)
 
         def required(each: Driven) -> Timed:
-            raw, seconds = self.run_fixed(method, each, 0, [Limits(far, far, far)], dt)
+            raw, seconds = self.run_fixed(method, each, 0, [Limits(infinite, infinite, infinite)], dt)
             gaps = np.where(raw[0, :, fixed_step.UNSTABLE] != 0.0, nan, raw[0, :, fixed_step.CLOSING])
             return self.of_interfaces(np.maximum, gaps), seconds
 
@@ -256,20 +256,20 @@ class Bench:
         """SciPy over one case of each of the first motions, the first gap with the largest yield force."""
         table = np.full((self.size, self.points[-1].interface + 1, len(OUTPUTS)), nan)
         contacts, steps, durations = 0.0, 0.0, []
-        at, (laws, rules) = len(self.yield_forces) - 1, self.models(0)
-        case_contacts = Contacts(self.limits[at].gaps, laws, rules, self.limits[at].yield_forces)
+        index, (laws, rules) = len(self.yield_forces) - 1, self.models(0)
+        case_contacts = Contacts(self.limits[index].gaps, laws, rules, self.limits[index].yield_forces)
         open_contacts = case_contacts._replace(gaps=np.full(len(laws), OPEN))
-        for number, each in enumerate(self.driven[: self.most_general]):
-            ground, begun = (each.motion.acceleration, each.motion.dt), process_time()
+        for number, item in enumerate(self.driven[: self.most_general]):
+            ground, begun = (item.motion.acceleration, item.motion.dt), process_time()
             run = solve_general(solver, self.matrices, case_contacts, ground, rtol)
             middle = process_time()
-            alone = solve_general(solver, self.matrices, open_contacts, ground, rtol)
+            free_run = solve_general(solver, self.matrices, open_contacts, ground, rtol)
             durations.append((middle - begun, process_time() - middle))
             contacts, steps = contacts + run.impact_count.sum(), steps + run.steps
             by_name = run._asdict() | {"yield_exceedance": run.uncapped_force >= case_contacts.yield_forces}
-            of_motion = number * self.size // len(self.motions)
-            required = self.of_interfaces(np.maximum, alone.peak_closing)
-            table[of_motion + at] = np.column_stack([self._gathered(by_name), required])
+            start = number * self.size // len(self.motions)
+            required = self.of_interfaces(np.maximum, free_run.peak_closing)
+            table[start + index] = np.column_stack([self._gathered(by_name), required])
         seconds, free_seconds = np.mean(durations, axis=0)
         return Outcome(table, steps / max(contacts, 1.0), nan, float(seconds), float(free_seconds))
 
@@ -283,12 +283,12 @@ class Bench:
         """The outcome of all batches, each motion without contact once, before its runs."""
         required: dict[tuple[int, int, int], Array] = {}
         tables, contacts, steps, residual, seconds, free_seconds = [], 0.0, 0.0, nan, 0.0, 0.0
-        for each, law in self.batches:
-            if each.place not in required:
-                required[each.place], own_seconds = free(each)
+        for item, law in self.batches:
+            if item.place not in required:
+                required[item.place], own_seconds = free(item)
                 free_seconds += own_seconds
-            batch = runs(each, law)
-            gaps = np.broadcast_to(required[each.place], batch.values.shape[:2])[..., None]
+            batch = runs(item, law)
+            gaps = np.broadcast_to(required[item.place], batch.values.shape[:2])[..., None]
             failed = np.isnan(batch.values[..., :1])
             tables.append(np.concatenate([batch.values, np.where(failed, nan, gaps)], axis=-1))
             contacts, steps, seconds = contacts + batch.contacts, steps + batch.steps, seconds + batch.seconds
@@ -320,7 +320,7 @@ class PairBench(Bench):
 
     def _grid(self, limits: Sequence[Limits]) -> tuple[Array, Array, Any]:
         """The gaps and yield forces of cases that are all of both, and restitution, as the kernels take them."""
-        gaps, forces = ([float(each[axis][0]) for each in limits] for axis in (0, 1))
+        gaps, forces = ([float(limit[axis][0]) for limit in limits] for axis in (0, 1))
         return np.unique(gaps), np.unique(forces), self.study.restitution
 
     def free_event(self, driven: Driven) -> Timed:
@@ -374,22 +374,22 @@ class RowBench(Bench):
 
     def free_event(self, driven: Driven) -> Timed:
         motion, begun = driven.motion, process_time()
-        under = self.model.under(motion.drive, motion.own_grounds)
-        free = rows.free_row(self.model.row(motion.dt, self.model.has_many(motion.own_grounds)), under)
+        ground = self.model.under(motion.drive, motion.own_grounds)
+        free = rows.free_row(self.model.row(motion.dt, self.model.has_many(motion.own_grounds)), ground)
         seconds = process_time() - begun
         return np.maximum(closing(free, self.job.grid.frame)[1], 0.0), seconds
 
     def run_event(self, driven: Driven, law: int, limits: Sequence[Limits], rtol: float) -> Runs:
         cases, peaks = self.job.cases(driven.place, law, rtol), peaks_under(self.study, driven.motion)
         tables, steps, residual, seconds = [], 0, 0.0, 0.0
-        for each in limits:
+        for limit in limits:
             begun = process_time()
-            run = cases.whole(each)
+            run = cases.whole(limit)
             seconds += process_time() - begun
-            named = outputs(run, each.yield_forces, peaks, self.job.grid.frame)
-            tables.append(np.column_stack([named[name] for name in NAMES]))
+            by_name = outputs(run, limit.yield_forces, peaks, self.job.grid.frame)
+            tables.append(np.column_stack([by_name[name] for name in NAMES]))
             tables[-1][run.status != tally.COMPLETE] = nan
-            residual, steps = max(residual, float(np.fmax.reduce(named["energy_residual"]))), steps + run.steps
+            residual, steps = max(residual, float(np.fmax.reduce(by_name["energy_residual"]))), steps + run.steps
         contacts = float(np.nansum(np.array(tables)[..., NAMES.index("impact_count")]))
         return Runs(np.array(tables), contacts, steps, residual, seconds)
 
@@ -413,20 +413,20 @@ def bench_of(study: Scene, cases: int) -> Bench:
 
 def driven_motions(study: Scene) -> list[Driven]:
     """The motions of a study in each polarity and amplitude."""
-    listed = []
+    motions_driven = []
     axes = (motions_of(study), study.records.polarities, study.grid.amplitudes)
     for indices in np.ndindex(tuple(len(axis) for axis in axes)):
         motion, sense, level = (axis[index] for axis, index in zip(axes, indices, strict=True))
-        at = "" if level is None else f" at {level.words}"
+        level_text = "" if level is None else f" at {level.words}"
         place = indices[0], indices[1], indices[2]
-        listed.append(Driven(place, driven(motion, sense, level), f"{motion.name} {sense}{at}"))
-    return listed
+        motions_driven.append(Driven(place, driven(motion, sense, level), f"{motion.name} {sense}{level_text}"))
+    return motions_driven
 
 
 def thinned_grid(study: Scene, cases: int, motions: int) -> tuple[list[int], list[int]]:
     """Indices of as many gaps and yield forces as fit into so many cases, evenly spaced; of one alone the scene's."""
-    grid, varied = study.grid, study.gridded_interface
-    interface = study.interfaces[study.interface_names.index(varied) if varied else 0]
+    grid, interface_name = study.grid, study.gridded_interface
+    interface = study.interfaces[study.interface_names.index(interface_name) if interface_name else 0]
     most = max(1, cases // (motions * len(grid.contact_models)))
     forces = _thinned(grid.yield_forces, max(1, int(most**0.5)) if len(grid.gaps) > 1 else most, interface.yield_force)
     return _thinned(grid.gaps, max(1, most // len(forces)), interface.gap), forces

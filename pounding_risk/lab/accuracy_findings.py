@@ -30,8 +30,8 @@ def errors_of(outputs: np.ndarray, reference: np.ndarray) -> np.ndarray:
     scale[..., YIELDS] = 1.0
     scale[scale == 0.0] = 1.0
     errors = np.abs(outputs - reference) / scale
-    neither = np.isnan(outputs[..., FIRST]) & np.isnan(reference[..., FIRST]) & np.isfinite(outputs[..., REACH])
-    errors[neither, FIRST] = 0.0
+    no_touch = np.isnan(outputs[..., FIRST]) & np.isnan(reference[..., FIRST]) & np.isfinite(outputs[..., REACH])
+    errors[no_touch, FIRST] = 0.0
     return np.where(np.isnan(errors), inf, errors)
 
 
@@ -76,32 +76,32 @@ def holds_digits(outputs: np.ndarray, reference: np.ndarray) -> bool:
     with np.errstate(divide="ignore", invalid="ignore"):
         unit = 10.0 ** (np.floor(np.log10(np.abs(reference))) - (DIGITS - 1))
     unit[..., [COUNT, YIELDS]] = 1.0
-    same = np.abs(outputs - reference) <= 0.5 * np.where(np.isfinite(unit), unit, 0.0)
-    same |= np.isnan(outputs) & np.isnan(reference)
+    is_same = np.abs(outputs - reference) <= 0.5 * np.where(np.isfinite(unit), unit, 0.0)
+    is_same |= np.isnan(outputs) & np.isnan(reference)
     # No digit of a first touch from rest means anything; see `_dataset`.
-    same[reference[..., FIRST] < RESTING, FIRST] = True
-    return bool(same.all())
+    is_same[reference[..., FIRST] < RESTING, FIRST] = True
+    return bool(is_same.all())
 
 
 def finding(dataset: xr.Dataset) -> str:
     """One sentence: the cheapest setting whose printed digits no longer change, and the runner-up."""
     reference, times = dataset["reference"].values, dataset["time"].isel(output=REACH).values
     names, methods = dataset["setting"].values, dataset["method"].values
-    good = [index for index in range(len(names)) if holds_digits(dataset["value"].values[index], reference)]
+    exact_settings = [index for index in range(len(names)) if holds_digits(dataset["value"].values[index], reference)]
     touched = int((reference[..., COUNT] > 0.0).reshape(len(reference), -1).any(axis=1).sum())
     count = f"{counted(len(reference), 'case')}, {touched or 'none'} of them with contact"
-    if not good:
+    if not exact_settings:
         return f"No setting keeps all {DIGITS} printed digits of every output in all of {count}."
-    best = min(good, key=times.__getitem__)
+    best = min(exact_settings, key=times.__getitem__)
     sentence = f"{names[best]} is the cheapest setting whose {DIGITS} printed digits no longer change in {count}: "
     sentence += f"{computing_time(times[best])['text']} a run"
-    others = [index for index in good if methods[index] != methods[best]]
-    if others:
-        second = min(others, key=times.__getitem__)
+    other_settings = [index for index in exact_settings if methods[index] != methods[best]]
+    if other_settings:
+        second = min(other_settings, key=times.__getitem__)
         sentence += f"; the next method, {names[second]}, takes {times[second] / times[best]:.3g} times as long"
     elif methods[best] == EVENT:
-        alone = set(methods) == {EVENT}
-        sentence += "; no other method was run" if alone else "; no setting of another method gets there"
+        is_alone = set(methods) == {EVENT}
+        sentence += "; no other method was run" if is_alone else "; no setting of another method gets there"
     return sentence + "."
 
 
@@ -113,14 +113,14 @@ def beaten_at(dataset: xr.Dataset) -> list[str]:
     lines = []
     reach = dataset["time_to_reach"]
     for output in (REACH, FORCE, FIRST, GAP):
-        ours = reach.sel(solver=EVENT).values[output]
+        own_times = reach.sel(solver=EVENT).values[output]
         faster = []
         for solver in (name for name in reach["solver"].values if name != EVENT):
-            ratios = ours / reach.sel(solver=solver).values[output]
-            at = [(level, ratio) for level, ratio in zip(LEVELS, ratios.tolist(), strict=True) if ratio > 1.0]
-            if at:
-                most = max(ratio for _, ratio in at)
-                faster.append(f"{solver} for errors down to {at[-1][0]:.0e} ({most:.2g} times at most)")
+            ratios = own_times / reach.sel(solver=solver).values[output]
+            levels_ahead = [(level, ratio) for level, ratio in zip(LEVELS, ratios.tolist(), strict=True) if ratio > 1.0]
+            if levels_ahead:
+                largest = max(ratio for _, ratio in levels_ahead)
+                faster.append(f"{solver} for errors down to {levels_ahead[-1][0]:.0e} ({largest:.2g} times at most)")
         if faster:
             lines.append(f"{list(OUTPUTS.values())[output]}: {'; '.join(faster)}")
     return lines

@@ -175,12 +175,12 @@ def impact_material(chains: Sequence[Chain], point: Point, contact: tuple[float,
     gap, law, rule = contact
     masses = [chains[building].mass[int(floor) - 1] for building, floor in sides_of(chains, point)]
     mass, e = float(1.0 / sum(1.0 / mass for mass in masses)), rule.c0
-    opened = -max(float(gap), NEAREST)
+    open_gap = -max(float(gap), NEAREST)
     if isinstance(law, Jankowski):
-        return "JankowskiImpact", law.stiffness, jankowski_ratio(e), mass, opened, 1.5
+        return "JankowskiImpact", law.stiffness, jankowski_ratio(e), mass, open_gap, 1.5
     if isinstance(law, HertzDamp):
-        return "Hertzdamp", law.stiffness, law.begin(e, 1.0, mass), opened, 1.5
-    return "ViscoelasticGap", law.stiffness, law.begin(e, 1.0, mass), opened
+        return "Hertzdamp", law.stiffness, law.begin(e, 1.0, mass), open_gap, 1.5
+    return "ViscoelasticGap", law.stiffness, law.begin(e, 1.0, mass), open_gap
 
 
 def divides_by_rest(law: Any, gap: float) -> bool:
@@ -204,8 +204,8 @@ def storey_material(
     if rule == "kinematic" and not points:
         return "Steel01", strength, stiffness, hardening
     if rule == "kinematic":
-        far = 1e3 * points[-1][0], points[-1][1]
-        return "MultiLinear", *(number for point in ((limit, strength), *points, far) for number in point)
+        last_point = 1e3 * points[-1][0], points[-1][1]
+        return "MultiLinear", *(number for point in ((limit, strength), *points, last_point) for number in point)
     if rule == "isotropic" and not points:
         return "Hardening", stiffness, strength, stiffness * hardening / (1.0 - hardening), 0.0
     if law is not None and rule == "bouc_wen":
@@ -213,8 +213,8 @@ def storey_material(
         losses = (loss / (strength * limit) for loss in (law.delta_a, law.delta_nu, law.delta_eta))
         return "BoucWen", hardening, stiffness, law.exponent, gamma, beta, 1.0, *losses, 1e-10, 100
     # Three points; past the last one OpenSees goes on, unless it falls.
-    is_alike = len(points) == 2 and points[1][1] < points[0][1] and law is not None and law.energy_capacity == inf
-    if rule != "peak_oriented" or law is None or not is_alike:
+    is_trilinear = len(points) == 2 and points[1][1] < points[0][1] and law is not None and law.energy_capacity == inf
+    if rule != "peak_oriented" or law is None or not is_trilinear:
         return None
     envelope = [number for drift, shear in ((limit, strength), *points) for number in (shear, drift)]
     pinching = law.pinching_drift, law.pinching_force
@@ -314,9 +314,9 @@ class _Model:
         for floor, material in materials.items():
             self.join((self.nodes[building, floor - 1], self.nodes[building, floor]), material, *UNDAMPED)
         springs = {(floor, floor + 1): spring for floor, spring in enumerate(beside(chain, materials))}
-        dashpots, others = joins(chain.damping), joins(chain.coupling)
-        for pair in {**springs, **others, **dashpots}:
-            spring = springs.get(pair, 0.0) + others.get(pair, 0.0)
+        dashpots, couplings = joins(chain.damping), joins(chain.coupling)
+        for pair in {**springs, **couplings, **dashpots}:
+            spring = springs.get(pair, 0.0) + couplings.get(pair, 0.0)
             nodes = [self.nodes[building, floor] for floor in pair]
             self.join(nodes, ("Elastic", spring, dashpots.get(pair, 0.0)), *UNDAMPED)
 
@@ -371,8 +371,8 @@ def solve(bench: Bench, case: PointCase, h: float) -> Peaks:
 
     Raises PoundingError where openseespy cannot be loaded or cannot say the same, or a step does not converge.
     """
-    if why := unsaid(bench.chains, bench.points, case):
-        raise PoundingError(why)
+    if reason := unsaid(bench.chains, bench.points, case):
+        raise PoundingError(reason)
     ops, motion = load(), bench.motions[case.motion]
     duration = (len(motion.acceleration) - 1) * motion.dt
     with TemporaryDirectory() as folder, silenced():
@@ -384,12 +384,12 @@ def solve(bench: Bench, case: PointCase, h: float) -> Peaks:
         begun = process_time()
         failed = ops.analyze(round(duration / h), h)
         seconds = process_time() - begun
-        reached = ops.getTime()
+        end_time = ops.getTime()
         ops.wipe()  # closes the recorders' files
         # Rows: smallest, largest, largest in size.
         reach, force = (np.loadtxt(Path(file), ndmin=2) for file in files)
     if failed:
-        raise PoundingError(f"no convergence in {ITERATIONS} iterations at {reached:.4g} s of {duration:g} s")
+        raise PoundingError(f"no convergence in {ITERATIONS} iterations at {end_time:.4g} s of {duration:g} s")
     # The deformation is that of the right node beyond the left one.
     peaks = np.zeros((3, len(bench.points)))
     peaks[:, list(bench.contact_points)] = np.abs(reach).max(axis=0), np.maximum(-reach[0], 0.0), -force[0]
@@ -398,11 +398,11 @@ def solve(bench: Bench, case: PointCase, h: float) -> Peaks:
 
 def hindrance(bench: Bench) -> str:
     """Why OpenSees cannot run the cases of a bench; "" where it can."""
-    if why := unsaid_laws(bench):
-        return why
+    if reason := unsaid_laws(bench):
+        return reason
     for case in bench.point_cases():
-        if why := unsaid(bench.chains, bench.points, case):
-            return why
+        if reason := unsaid(bench.chains, bench.points, case):
+            return reason
     try:
         load()
     except PoundingError as error:

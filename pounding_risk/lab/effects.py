@@ -170,9 +170,9 @@ def _dataset(scenes: list[tuple[str, Scene]], scans: list[xr.Dataset], times: np
     dataset = dataset.assign_coords(effects=("effects", names, {"long_name": "effects that act"}))
     medians = np.array([median(row) for row in times])
     dataset["time"] = ("effects", medians, described("s", "processor time of one run"))
-    everywhere = [any(not acts_on_law(effect.name) for effect in scene.effects) for _, scene in scenes]
+    acts_on_all = [any(not acts_on_law(effect.name) for effect in scene.effects) for _, scene in scenes]
     words = "1 where the effects act on cases that do not yield, too"
-    dataset["acts_on_all"] = ("effects", np.array(everywhere, dtype=np.int8), described("1", words))
+    dataset["acts_on_all"] = ("effects", np.array(acts_on_all, dtype=np.int8), described("1", words))
     words = "time of one run over that without effects"
     dataset["time_ratio"] = ("effects", medians / medians[0], described("1", words))
     dataset.attrs = {key: attribute for key, attribute in scans[0].attrs.items() if key != "scene_resolved"}

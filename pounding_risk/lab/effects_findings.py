@@ -29,14 +29,14 @@ def changes(dataset: xr.Dataset, name: str, output: str) -> np.ndarray:
     acted = acted_on(dataset, name)
     before = dataset[output].sel(effects=NONE).values.astype(float)[acted]
     after = dataset[output].sel(effects=name).values.astype(float)[acted]
-    both = np.isfinite(before) & np.isfinite(after)
+    is_finite = np.isfinite(before) & np.isfinite(after)
     if dataset[output].dtype.kind == "i":
-        both &= (before >= 0) & (after >= 0)  # −1 is the count of a run that failed
-    before, after = before[both], after[both]
+        is_finite &= (before >= 0) & (after >= 0)  # −1 is the count of a run that failed
+    before, after = before[is_finite], after[is_finite]
     with np.errstate(divide="ignore", invalid="ignore"):
         change = (after - before) / np.abs(before)
-    same = np.isclose(after, before, rtol=ROUNDING, atol=0.0)
-    return np.where(same, 0.0, np.where(before == 0.0, inf, change))
+    is_same = np.isclose(after, before, rtol=ROUNDING, atol=0.0)
+    return np.where(is_same, 0.0, np.where(before == 0.0, inf, change))
 
 
 def acted_on(dataset: xr.Dataset, name: str) -> np.ndarray:
@@ -46,35 +46,35 @@ def acted_on(dataset: xr.Dataset, name: str) -> np.ndarray:
 
 def changed_cases(dataset: xr.Dataset, name: str) -> int:
     """In how many cases these effects change a reported digit of any output."""
-    altered = np.zeros(dataset["status"].sel(effects=NONE).shape, dtype=bool)
+    is_altered = np.zeros(dataset["status"].sel(effects=NONE).shape, dtype=bool)
     for output in COMPARED:
-        before, after = (dataset[output].sel(effects=which).values for which in (NONE, name))
+        before, after = (dataset[output].sel(effects=label).values for label in (NONE, name))
         pairs = zip(before.ravel(), after.ravel(), strict=True)
         printed = [f"{one:.{DIGITS}g}" != f"{other:.{DIGITS}g}" for one, other in pairs]
-        differs = np.reshape(printed, before.shape)
-        altered |= differs.any(axis=-1) if differs.ndim > altered.ndim else differs
-    return int(altered.sum())
+        is_different = np.reshape(printed, before.shape)
+        is_altered |= is_different.any(axis=-1) if is_different.ndim > is_altered.ndim else is_different
+    return int(is_altered.sum())
 
 
 def finding(dataset: xr.Dataset) -> str:
     """One sentence: which effect changes most, what the effects cost, and which change no reported digit."""
     names = [str(name) for name in dataset["effects"].values[1:]]
-    without = [name for name in names if changed_cases(dataset, name) == 0]
+    idle_names = [name for name in names if changed_cases(dataset, name) == 0]
     cases = counted(int(dataset["status"].sel(effects=NONE).size), "case")
-    most = float(dataset["time_ratio"].max())
-    cost = f"a run takes {most:.2f} times as long at most" if most > 1.0 else "none takes time"
-    if len(without) == len(names):
+    largest_ratio = float(dataset["time_ratio"].max())
+    cost = f"a run takes {largest_ratio:.2f} times as long at most" if largest_ratio > 1.0 else "none takes time"
+    if len(idle_names) == len(names):
         return f"No effect changes a reported digit of any of the {cases}; {cost}."
     output, words = next(iter(COMPARED.items()))
     # All together is no effect of its own: it is named where no single one stands beside it.
-    single = [name for name in names if name not in without and name != ALL] or [ALL]
-    spreads = {name: np.abs(changes(dataset, name, output)) for name in single}
+    single_names = [name for name in names if name not in idle_names and name != ALL] or [ALL]
+    spreads = {name: np.abs(changes(dataset, name, output)) for name in single_names}
     spreads = {name: spread for name, spread in spreads.items() if spread.size}
     if not spreads:
         return f"No change of the {words} is known in any of the {cases}: runs fail, or none yields; {cost}."
     strongest = max(spreads, key=lambda name: float(np.mean(spreads[name])))
     change = changes(dataset, strongest, output)
-    idle_words = f"; {' and '.join(without)} change no reported digit" if without else ""
+    idle_words = f"; {' and '.join(idle_names)} change no reported digit" if idle_names else ""
     return (
         f"{strongest} changes the {words} most: by {signed_percent(change.min())} to {signed_percent(change.max())} %, "
         f"in {changed_cases(dataset, strongest)} of {cases} ({yielding(dataset)} yield); {cost}{idle_words}."
@@ -95,10 +95,10 @@ def yielding_cases(dataset: xr.Dataset) -> np.ndarray:
 def rows(dataset: xr.Dataset) -> Iterator[tuple[str, int, float, float, dict[str, tuple[float, float, float]]]]:
     """For every line but the first: effects, cases changed, time, ratio, and smallest, median, largest change."""
     for name in map(str, dataset["effects"].values):
-        of_effects = dataset.sel(effects=name)
+        results = dataset.sel(effects=name)
         spread = {}
         for output in COMPARED:
             change = changes(dataset, name, output)
             low, middle, high = (change.min(), float(np.median(change)), change.max()) if change.size else (0.0,) * 3
             spread[output] = (low, middle, high)
-        yield name, changed_cases(dataset, name), float(of_effects["time"]), float(of_effects["time_ratio"]), spread
+        yield name, changed_cases(dataset, name), float(results["time"]), float(results["time_ratio"]), spread

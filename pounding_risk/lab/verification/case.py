@@ -350,14 +350,14 @@ class _Reader:
             self.of_scene += error.faults
         return None
 
-    def _path(self, at: int, name: Any) -> Any:
+    def _path(self, index: int, name: Any) -> Any:
         if not isinstance(name, str) or not name.startswith(OF_PACKAGE):
             return name
         package, _, file = name.removeprefix(OF_PACKAGE).partition("/")
         spec = find_spec(package) if package.isidentifier() else None
         if spec is None or not spec.submodule_search_locations:
             sentence = f"{shown(name)}: no package {shown(package)} is installed; install it, or name a file"
-            self._fault(sentence, "records", "files", at)
+            self._fault(sentence, "records", "files", index)
             return name
         return str(Path(spec.submodule_search_locations[0]) / file)
 
@@ -402,8 +402,8 @@ class _Reader:
                 yield value
 
     def _value(self, keys: Section, name: str, measure: Measure, kind: str) -> Published | None:
-        at = {key: keys.get(key) for key in SELECTORS if key in keys}
-        for key in at:
+        selectors = {key: keys.get(key) for key in SELECTORS if key in keys}
+        for key in selectors:
             if key not in measure.takes:
                 words = f"takes {', '.join(measure.takes)}" if measure.takes else "is one number"
                 self._fault(f"{name} has none: it {words}; remove {key}", *keys.path, key)
@@ -417,8 +417,8 @@ class _Reader:
         if value is None:
             return None
         scatter, origin = (amount.value if amount else 0.0 for amount in (uncertainty, offset))
-        own = keys.get("kind", kind), scatter, keys.get("factor", 1.0), origin
-        return Published(name, measure, value, *own, at, keys.get("note", ""))
+        factors = keys.get("kind", kind), scatter, keys.get("factor", 1.0), origin
+        return Published(name, measure, value, *factors, selectors, keys.get("note", ""))
 
     def _amount(self, keys: Section, key: str, measure: Measure) -> Printed | None:
         """The value of a key in the unit of the quantity; None where it is absent, or a fault."""

@@ -60,12 +60,12 @@ def instant_impacts() -> dict[str, tuple[float, float]]:
     Bars of one section, of 10 and 20 m, part when the wave is back in the shorter one: e is the ratio of their lengths.
     """
     newton = INSTANT_LAWS["stereomechanical"]()
-    struck = {
+    pairs = {
         "stereomechanical": (SPECIFIED, impact(newton, SPEED, STRIKER, STRUCK, restitution=SPECIFIED)),
         "merged": (0.0, impact(INSTANT_LAWS["merged"](), SPEED, STRIKER, STRUCK)),
         "distributed_mass": (0.5, impact(INSTANT_LAWS["distributed_mass"](10.0, 20.0), SPEED, STRIKER, 2.0 * STRIKER)),
     }
-    return {name: (known, one.restitution) for name, (known, one) in struck.items()}
+    return {name: (known, one.restitution) for name, (known, one) in pairs.items()}
 
 
 def restitutions() -> dict[str, float]:
@@ -94,16 +94,16 @@ def isolated_impacts() -> Property:
     mass = STRIKER * STRUCK / (STRIKER + STRUCK)
     known = restitutions()
     readings = []
-    for name, one in runs.items():
+    for name, run in runs.items():
         if name in known:
-            readings.append(near(f"{name}: restitution", known[name], one.restitution, SHARP, OF_IMPACTS))
-        energy = one.energy_lost / (0.5 * mass * SPEED**2) + one.restitution**2
+            readings.append(near(f"{name}: restitution", known[name], run.restitution, SHARP, OF_IMPACTS))
+        energy = run.energy_lost / (0.5 * mass * SPEED**2) + run.restitution**2
         readings.append(near(f"{name}: work of the force over m v²/2, and e²", 1.0, energy, SHARP, OF_IMPACTS))
     for name, (e, ours) in instant_impacts().items():
         readings.append(near(f"{name}: restitution", e, ours, SHARP, OF_IMPACTS))
-    time = tuple(series(name, one.time * 1e3, one.force * 1e-3) for name, one in runs.items())
-    depth = tuple(series(name, one.penetration * 1e3, one.force * 1e-3) for name, one in runs.items())
-    es = [one.restitution for one in runs.values()]
+    time = tuple(series(name, run.time * 1e3, run.force * 1e-3) for name, run in runs.items())
+    depth = tuple(series(name, run.penetration * 1e3, run.force * 1e-3) for name, run in runs.items())
+    es = [run.restitution for run in runs.values()]
     return Property(
         "isolated_impacts",
         "One impact of two floors under every law",
@@ -154,7 +154,7 @@ def twin_runs(law: str) -> tuple[xr.Dataset, xr.Dataset]:
 
 def twins_and_wall() -> Property:
     """Histories of twins, and of one of them in front of a wall."""
-    readings, drawn = [], None
+    readings, first_runs = [], None
     for law in TWIN_STIFFNESS:
         twins, wall = twin_runs(law)
         at = np.intersect1d(twins["time"].values, wall["time"].values)  # nodes of both, where no curve is laid between
@@ -168,9 +168,9 @@ def twins_and_wall() -> Property:
         readings.append(near(f"{law}: peak contact force over that at the wall", 1.0, force, MARGIN, OF_RUNS))
         ours, at_wall = (float(run["impact_count"].item()) for run in (twins, wall))
         readings.append(near(f"{law}: number of contacts", at_wall, ours, 0.0, "a count"))
-        drawn = drawn or (twins, wall)
-    assert drawn is not None
-    twins, wall = drawn
+        first_runs = first_runs or (twins, wall)
+    assert first_runs is not None
+    twins, wall = first_runs
     fine, few = np.linspace(0.0, 0.4, 801), np.linspace(0.0, 0.4, 41)
     moved = (
         series("one building before a wall", fine, 1e3 * _displacement(wall, "left", fine)),
@@ -206,8 +206,8 @@ def _displacement(run: xr.Dataset, building: str, at: Any) -> Any:
     from scipy.interpolate import CubicHermiteSpline
 
     values = run[["displacement", "velocity"]].sel(building=building).isel(storey=0)
-    times, first = np.unique(run["time"].values, return_index=True)
-    return CubicHermiteSpline(times, values["displacement"].values[first], values["velocity"].values[first])(at)
+    times, indices = np.unique(run["time"].values, return_index=True)
+    return CubicHermiteSpline(times, values["displacement"].values[indices], values["velocity"].values[indices])(at)
 
 
 # ----------------------------------------------------------------------------------------- two Kelvin-Voigt laws
@@ -233,12 +233,12 @@ def drop(is_cut: bool) -> Drop:
     touch = (-START + sqrt(START**2 + 2.0 * GRAVITY * DROP)) / GRAVITY
     speed, rate = START + GRAVITY * touch, 0.5 * DASHPOT / MASS
     omega, sag = sqrt(SPRING / MASS - rate**2), MASS * GRAVITY / SPRING
-    other = (speed - rate * sag) / omega
+    sine_part = (speed - rate * sag) / omega
 
     def state(time: float) -> tuple[float, float]:
         turn, decay = omega * time, exp(-rate * time)
-        swing = -sag * cos(turn) + other * sin(turn)
-        slope = omega * (sag * sin(turn) + other * cos(turn))
+        swing = -sag * cos(turn) + sine_part * sin(turn)
+        slope = omega * (sag * sin(turn) + sine_part * cos(turn))
         return sag + decay * swing, decay * (slope - rate * swing)
 
     def ends(time: float) -> float:
@@ -256,8 +256,8 @@ def kelvin_voigt_laws() -> Property:
     case = read_case(shipped()[DROP_CASE])
     scene: Any = case.subject
     runs = {law: simulate(scene.updated(rtol=RTOL), law=law) for law in (WHOLE, CUT)}
-    printed = [one for one in case.published if one.quantity == "displacement" and one.kind == "closed form"]
-    points = {value.at["time"]: value.printed.value for value in printed}
+    closed_forms = [one for one in case.published if one.quantity == "displacement" and one.kind == "closed form"]
+    points = {value.at["time"]: value.printed.value for value in closed_forms}
     published = points[HEIGHT_AT]
     heights = {law: -float(_displacement(run, "mass", HEIGHT_AT)) for law, run in runs.items()}
     forces = {law: run["contact_force"].squeeze(drop=True) for law, run in runs.items()}

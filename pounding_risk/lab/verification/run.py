@@ -169,8 +169,8 @@ class Verification(ShortRepr):
         yield "values", self.finding()
         for check in self.unacceptable:
             yield check.case, f"{check.quantity}: published {check.printed}, ours {said(check)}"
-        for one in self.failing:
-            yield one.name, "; ".join(reading.quantity for reading in one.readings if not reading.holds)
+        for item in self.failing:
+            yield item.name, "; ".join(reading.quantity for reading in item.readings if not reading.holds)
 
 
 def said(check: Check) -> str:
@@ -232,10 +232,10 @@ def verify(cases: str | Path | Iterable[str | Path] | None = None, *, progress: 
     report, total = progress or (lambda done, total: None), len(files) + len(names)
     for done, case in enumerate(read, start=1):
         try:
-            of_case, drawn = compared(case)
+            case_checks, drawn = compared(case)
         except PoundingError as error:
             raise PoundingError(f"{case.file}: {error}") from None
-        checks += of_case
+        checks += case_checks
         curves += drawn
         report(done, total)
     for name in names:
@@ -327,9 +327,9 @@ def _check(case: Case, value: Published, moved: tuple[float, ...]) -> Check:
     within, margin = max(printed.half, half), max(limit * abs(published), value.uncertainty)
     difference = abs(ours - published)
     word = EXACT if difference <= within else ACCEPTABLE if difference <= margin else UNACCEPTABLE
-    of_case = case.name, case.about.title, case.about.source, value.kind, _words(value), value.measure.unit
-    of_source = printed.text, published, printed.unit, printed.size, within, value.uncertainty
-    return Check(*of_case, *of_source, ours, moved if len(moved) > 1 else (), word, limit, value.note)
+    case_facts = case.name, case.about.title, case.about.source, value.kind, _words(value), value.measure.unit
+    source_facts = printed.text, published, printed.unit, printed.size, within, value.uncertainty
+    return Check(*case_facts, *source_facts, ours, moved if len(moved) > 1 else (), word, limit, value.note)
 
 
 def _words(value: Published) -> str:

@@ -38,17 +38,17 @@ def from_behind(scene: TrialScene) -> TrialScene:
 
 def swapped(outputs: dict[str, float]) -> dict[str, float]:
     """Outputs with those of the left building under the names of the right one, and the reverse."""
-    others = {"left": "right", "right": "left"}
-    return {re.sub("(left|right)$", lambda side: others[side[0]], name): output for name, output in outputs.items()}
+    opposite = {"left": "right", "right": "left"}
+    return {re.sub("(left|right)$", lambda side: opposite[side[0]], name): output for name, output in outputs.items()}
 
 
 def scaled(outputs: dict[str, float], factors: dict[str, float]) -> dict[str, float]:
     """Outputs times the factor of the first key that stands in their name; what only counts stays as it is."""
-    wanted = {}
+    scaled_outputs = {}
     for name, output in outputs.items():
         factor = next((size for word, size in factors.items() if word in name), 1.0)
-        wanted[name] = output if name.endswith(UNCHANGED) else factor * output
-    return wanted
+        scaled_outputs[name] = output if name.endswith(UNCHANGED) else factor * output
+    return scaled_outputs
 
 
 def factors(*, length: float = 1.0, time: float = 1.0, force: float = 1.0) -> dict[str, float]:
@@ -86,8 +86,8 @@ def larger(scene: TrialScene, power: int) -> TrialScene:
     And not times 4: the fourth root of a penetration, in Jankowski's dashpot, then doubles.
     """
     factor = 16.0**power
-    moved = scene._replace(gap=factor * scene.gap, ground=factor * scene.ground)
-    return moved._replace(hertz=scene.hertz / 4.0**power, yield_force=factor * scene.yield_force)
+    scaled_scene = scene._replace(gap=factor * scene.gap, ground=factor * scene.ground)
+    return scaled_scene._replace(hertz=scene.hertz / 4.0**power, yield_force=factor * scene.yield_force)
 
 
 # Periods and dt times 16; a_g, k, β and F_E divided by 256.
@@ -150,8 +150,8 @@ def pruned(trial: Trial) -> float:
     gaps = np.append(np.linspace(0.0, 0.9 * closing, 5), [closing, 2.0 * closing])
     forces = np.array([1e5, 1.5e6, 1e9, inf])
     (screened, few), (whole, many) = (grid_of(trial, TrialScene(), free, gaps, forces, one) for one in (True, False))
-    same = (screened == whole) | (np.isnan(screened) & np.isnan(whole))
-    return inf if few >= many else float(np.count_nonzero(~same))
+    is_same = (screened == whole) | (np.isnan(screened) & np.isnan(whole))
+    return inf if few >= many else float(np.count_nonzero(~is_same))
 
 
 def grid_of(
@@ -159,8 +159,8 @@ def grid_of(
 ) -> tuple[Ground, int]:
     """Every column but that of the steps of a pair's grid, and how many of its cases were simulated."""
     out = np.zeros((len(gaps), len(forces), COLUMNS))
-    how = np.zeros(out.shape[:2], dtype=np.int8)
+    simulated = np.zeros(out.shape[:2], dtype=np.int8)
     pair, grid = oscillators(scene.left, scene.right), (gaps, forces, scene.restitution)
-    solve_grid(pair, free, trial.law(scene), grid, trial.rtol, screening, make_workspace(), out, how)
+    solve_grid(pair, free, trial.law(scene), grid, trial.rtol, screening, make_workspace(), out, simulated)
     trial.steps += int(out[..., STEPS].sum())
-    return np.delete(out, STEPS, axis=-1), int(how.sum())
+    return np.delete(out, STEPS, axis=-1), int(simulated.sum())

@@ -122,10 +122,10 @@ def nearly_critical(trial: Trial) -> float:
 def minutes(count: int) -> tuple[TrialScene, Free]:
     """So many minutes, each with 5 s of the same shaking at its start and then quiet, and their free response."""
     dt = 0.005
-    one = np.zeros(round(60.0 / dt))
+    minute = np.zeros(round(60.0 / dt))
     burst = shaking(4.0, dt)
-    one[: len(burst)] = burst
-    scene = TrialScene(gap=0.005, ground=np.append(np.tile(one, count), 0.0), dt=dt)
+    minute[: len(burst)] = burst
+    scene = TrialScene(gap=0.005, ground=np.append(np.tile(minute, count), 0.0), dt=dt)
     return scene, free_response(oscillators(scene.left, scene.right), scene.ground, dt)
 
 

@@ -85,8 +85,8 @@ def faster_than_the_fit(trial: Trial) -> float:
     """A run with approaches past 7.1 m/s, where the published cubic is negative: energy; inf where none is held."""
     long, short = Building("long", 5e5, 3.0, 0.05), Building("short", 8e5, 0.5, 0.05)
     outputs = trial.solve(TrialScene(long, short, gap=0.3, restitution=CONCRETE, ground=shaking(60.0, duration=10.0)))
-    fast = outputs["peak_approach_speed"] > 7.2 and outputs["restitution_held"] > 0.0
-    return trial.unsound(outputs) if fast else inf
+    is_fast = outputs["peak_approach_speed"] > 7.2 and outputs["restitution_held"] > 0.0
+    return trial.unsound(outputs) if is_fast else inf
 
 
 @GROUP.case("14", "F_E = 1e-9 N", "the motion without contact", GHOSTS, CAPPED)
@@ -154,9 +154,9 @@ def force_of_stiffness(trial: Trial) -> float:
     """β and 1024 β, up to 1e13: the peak force of a free impact grows by 1024^(2/5) = 16, of a linear law by 32."""
     power = 32.0 if trial.is_linear else 16.0
     soft = TrialScene(hertz=1e13 / 1024.0, linear=1e13 / 1024.0)
-    one = trial.collide(soft, SPEED, STIFF.mass, SOFT.mass)
-    other = trial.collide(soft._replace(hertz=1e13, linear=1e13), SPEED, STIFF.mass, SOFT.mass)
-    return abs(other.peak_force / one.peak_force / power - 1.0)
+    soft_impact = trial.collide(soft, SPEED, STIFF.mass, SOFT.mass)
+    stiff_impact = trial.collide(soft._replace(hertz=1e13, linear=1e13), SPEED, STIFF.mass, SOFT.mass)
+    return abs(stiff_impact.peak_force / soft_impact.peak_force / power - 1.0)
 
 
 @GROUP.case("19a", "two free masses, 1 : 1e6", "momentum", ROUNDING, ratio=1e6)

@@ -136,15 +136,15 @@ def pushed_past_yielding(trial: Trial) -> float:
 @GROUP.case("18", "shaken on the plateau, approach and retreat in turn", ON_PLATEAU, LEDGER, CAPPED)
 def shaken_on_the_plateau(trial: Trial) -> float:
     """The same shaken, so that approach and retreat change within the plateau: energy; inf where F leaves F_E."""
-    held = TrialScene(LEANING, PROP, ground=push(LEVEL, 1.0, 8.0))
-    strength = static_solution(trial, held, LEVEL).force / 3.0
-    ground = held.ground.copy()
+    pushed = TrialScene(LEANING, PROP, ground=push(LEVEL, 1.0, 8.0))
+    strength = static_solution(trial, pushed, LEVEL).force / 3.0
+    ground = pushed.ground.copy()
     ground[300:801] += shaking(0.5)
-    scene = held._replace(yield_force=strength, ground=ground)
+    scene = pushed._replace(yield_force=strength, ground=ground)
     steps = trial.follow(scene).steps
-    shaken = steps[(steps[:, 0] > 3.1) & (steps[:, 0] < 7.9)]
-    turns = np.count_nonzero(np.diff(np.sign(shaken[:, 3] - shaken[:, 4])))
-    if turns < 5 or np.any(shaken[:, 5] != strength):
+    on_plateau = steps[(steps[:, 0] > 3.1) & (steps[:, 0] < 7.9)]
+    turns = np.count_nonzero(np.diff(np.sign(on_plateau[:, 3] - on_plateau[:, 4])))
+    if turns < 5 or np.any(on_plateau[:, 5] != strength):
         return inf
     outputs = trial.solve(scene)
     return inf if outputs["peak_contact_force"] != strength else trial.unsound(outputs)

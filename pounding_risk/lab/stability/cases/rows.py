@@ -64,9 +64,9 @@ class Wave(NamedTuple):
 
 def struck(trial: Trial) -> Wave:
     """Masses at rest in a row that touch, the first of which moves: one run under the law of the trial."""
-    still = Building("", MASS, PERIOD, 0.0)
-    chains = [chain_of(still._replace(initial_velocity=SPEED)), *[chain_of(still)] * (MASSES - 1)]
-    run = trial.solve_row(row_of(chains, *((at, 1.0, 1.0) for at in range(MASSES - 1))), STILL)
+    building = Building("", MASS, PERIOD, 0.0)
+    chains = [chain_of(building._replace(initial_velocity=SPEED)), *[chain_of(building)] * (MASSES - 1)]
+    run = trial.solve_row(row_of(chains, *((number, 1.0, 1.0) for number in range(MASSES - 1))), STILL)
     return Wave(run.states[-1, 1] / SPEED, abs(run.residual) / run.energy)
 
 
