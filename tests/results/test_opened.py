@@ -3,6 +3,8 @@
 xarray itself is the oracle of axes: ``isel(gap=[0])`` keeps the axis that ``isel(gap=0)`` takes away.
 """
 
+import json
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -186,3 +188,24 @@ def test_an_amplitude_that_the_grid_has_not_is_none():
     assert Results(grid("0 mm", "inf", 'pga = "2.0 m/s^2"')).scene_amplitude == 2.0
     assert Results(grid("0 mm", "inf", 'pga = "2.5 m/s^2"')).scene_amplitude is None
     assert Results(grid("0 mm", "inf", "")).scene_amplitude is None
+
+
+@pytest.mark.parametrize(
+    ("events", "words"),
+    [
+        (["E", "E", "E", "F", "F", "F"], "6 recordings are of 2 earthquakes, 3 of them of E: bounds take"),
+        (["E", "E", "E", "", "", ""], "3 recordings are of 1 earthquake, 3 of them of E: bounds take"),
+        (["E", "E", "F", "F", "G", "G"], ""),  # as in the far-field set of FEMA P-695: bounds hold (docs/theory/gap.md)
+        ([""] * 6, ""),  # not known
+    ],
+)
+def test_recordings_of_one_earthquake_are_noted(events, words):
+    labels = {"record": [f"R{index}" for index in range(6)], "record_event": ("record", events)}
+    notes = Results(xr.Dataset(coords=labels)).event_notes
+    assert len(notes) == bool(words) and all(words in note and "too narrow" in note for note in notes)
+
+
+def test_components_of_one_recording_are_no_recordings_of_one_earthquake():
+    facts = [{"name": f"R{index}", "event": "E", "date": "2011-03-14", "station": "S"} for index in range(6)]
+    labels = {"record": [fact["name"] for fact in facts], "record_event": ("record", ["E"] * 6)}
+    assert Results(xr.Dataset(coords=labels, attrs={"records": json.dumps(facts)})).event_notes == ()
