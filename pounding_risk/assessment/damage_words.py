@@ -103,7 +103,7 @@ def _clause(state: xr.Dataset) -> str:
 def _ratio_words(state: xr.Dataset, name: str) -> str:
     """A ratio with its bounds, "0.94 (0.80 to 1.10)", or that it has none."""
     low, high = float(state[f"{name}_low"]), float(state[f"{name}_high"])
-    return f"{float(state[name]):.2f}" + (" (without bounds)" if isnan(low) else f" ({low:.2f} to {high:.2f})")
+    return f"{float(state[name]):.2f}" + (" without bounds" if isnan(low) else f" ({low:.2f} to {high:.2f})")
 
 
 def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, results: Results) -> Iterator[str]:

@@ -247,10 +247,12 @@ def _evidence(
 def _margin(basis: Basis, required: RequiredGap) -> str:
     finite_text = " with a finite response" if basis.lost else ""
     amount = "at least" if required.at_least else "no more than"
-    is_all = (1.0 - required.percentile / 100.0) * basis.motions < 1.0
-    share = f"{required.percentile:g} % of the motions"
-    who = f"All of {counted(basis.motions, 'motion')} ({share} are no fewer)" if is_all else share
-    needs_text = f"{who}{finite_text} need {amount} {say(required.provided, GAP, 3)}"
+    who, count = f"{required.percentile:g} % of the motions", basis.motions
+    if (1.0 - required.percentile / 100.0) * count < 1.0:
+        motions = "The one motion" if count == 1 else f"All {count} motions"
+        who = f"{motions} ({required.percentile:g} % of {count}, rounded up)"
+    verb = "needs" if count == 1 else "need"
+    needs_text = f"{who}{finite_text} {verb} {amount} {say(required.provided, GAP, 3)}"
     needs_text += f", or {say(required.enough, GAP, 3)} where neighbours push" if required.is_between else ""
     low, high = say(required.low, GAP, 3), say(rounded_up(required.high), GAP, 3)
     if required.low > 0.0:
