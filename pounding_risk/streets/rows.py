@@ -112,12 +112,13 @@ class Block(ShortRepr):
     @property
     def gap_words(self) -> str:
         """How well the gaps between walls are known, in words."""
+        if not self.has_footprints and all(isnan(house.walls[0]) for house in self.houses):
+            text = "gaps are those of the table, or the stated one where it has none"
+            return f"{text}; --resolution changes none, as no walls are known" if self.resolution.size > 0.0 else text
         if self.resolution.size > 0.0:
             size = say(self.resolution.size, GAP, 3)
             return f"measured gaps are uniform within {size} of the distance of the walls ({self.resolution.words})"
         if not self.has_footprints:
-            if all(isnan(house.walls[0]) for house in self.houses):
-                return "gaps are those of the table, or the stated one where it has none"
             return "gaps are those of the table or the distances of its walls, or the stated one where it has neither"
         if self.resolution.size == 0.0:
             return "gaps are the distances of the walls, which are taken for known (as stated)"

@@ -726,6 +726,12 @@ def test_walls_that_overlap_leave_what_their_resolution_does(tmp_path):
     assert row.gaps == (0.0, 0.0, 0.6)
 
 
+def test_a_resolution_of_walls_that_no_building_has_is_told_to_change_nothing(tmp_path):
+    block = read(tmp_path, HEAD + "A,9,3,,80,20\nB,9,3,,80,\n", resolution=0.5)
+    assert block.rows[0].pairs[0].gaps == (0.02, 0.02)
+    assert "--resolution changes none" in block.gap_words and "uniform" not in block.gap_words
+
+
 def test_a_thinner_building_between_two_is_the_neighbour_of_both(tmp_path):
     """9.5 m of the fronts of 10 m are behind it: what they see of each other beside it is no row."""
     sides = [("A", 0.0, 10.0, 10.0), ("B", 10.1, 14.1, 9.5), ("C", 14.2, 24.0, 10.0)]
