@@ -381,7 +381,7 @@ def _after_steps(motion: Motion, chain: Sequence[Step]) -> Motion:
         return motion  # the checks look for faults of instruments
     if "interpolation_error" in motion.record:  # which is that of the formula, before any step
         motion = replace(motion, record={k: v for k, v in motion.record.items() if k != "interpolation_error"})
-    motion = motion.doubted(failed(quality(samples, motion.dt, checks=LASTING)))
+    motion = motion.doubted(failed(quality(samples, motion.dt, state=motion.record["state"], checks=LASTING)))
     for step in chain:
         motion = motion.after(step.apply(motion.acceleration.copy(), motion.dt))  # a step may write to its samples
     flags: list[str] = []

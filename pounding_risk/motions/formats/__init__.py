@@ -239,7 +239,7 @@ def single_trace(stream: Stream | list[Trace], name: str) -> Trace:
     if len(traces) > 1:
         raise RecordError(
             f"{name}: is in {len(traces)} pieces, with gaps or overlaps between them, the first at "
-            f"{traces[0].stats.endtime}; cut the piece you want, or fill the gaps yourself"
+            f"{traces[0].stats.endtime}; cut the piece you want: zeros or a held value in a gap are no motion"
         )
     return traces[0]
 
