@@ -82,7 +82,8 @@ def write_columns(source: Motion | Trace, path: str | Path) -> Path:
     Returns
     -------
     Path
-        The file written. Its head states unit, time step, state, number of samples and what is known of the recording.
+        The file written. Its head states unit, time step, state, number of samples, their peak and what is known of
+        the recording.
 
     Raises
     ------
@@ -93,6 +94,7 @@ def write_columns(source: Motion | Trace, path: str | Path) -> Path:
 
     samples, dt, stated, history = _of_motion(source) if hasattr(source, "acceleration") else _of_trace(source)
     lines = ["# ground acceleration", "# unit = m/s^2", f"# dt = {dt!r} s", f"# samples = {len(samples)}"]
+    lines += [f"# peak = {max(map(abs, samples))!r} m/s^2"]
     facts = {key: stated.get(key) for key in ("state", "starttime", *FACTS, "source")}
     lines += [f"# {key} = {_one_line(value)}" for key, value in facts.items() if value not in (None, "")]
     lines += [f"# processing: {_one_line(step)}" for step in history]

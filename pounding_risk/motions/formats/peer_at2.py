@@ -105,6 +105,7 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     if not headonly:
         numbers = _text.free_numbers(name, lines[header.lines :], header.lines, "-.1234567E-02")
         _text.check_count(f"{name}, line {header.lines}", header.npts, len(numbers), "NPTS")
+        _text.check_last(name, text, [word for line in lines[header.lines :] for word in line.split()])
     named = {"station": facts["station"], "channel": facts["component"], "peer_at2": AttribDict(at2)}
     samples = header.npts if headonly else numbers
     return Stream([_text.trace_of(samples, STANDARD_GRAVITY, header.dt, record, day, **named)])

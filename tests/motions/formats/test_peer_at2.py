@@ -112,6 +112,15 @@ BAD = {
 }
 
 
+def test_a_file_that_is_cut_within_its_last_number_is_refused():
+    """By three characters, which turn .9E-03 g into 9 g; one that lacks the last line end alone is whole."""
+    whole = EL_CENTRO.rstrip()
+    assert np.array_equal(_read_at2(BytesIO(whole))[0].data, _read_at2(BytesIO(EL_CENTRO))[0].data)
+    for lost in (1, 4, 6):
+        with pytest.raises(RecordError, match=r'ends within a line, with ".*the last number is cut'):
+            _read_at2(BytesIO(whole[:-lost]))
+
+
 def test_a_unit_given_for_a_file_that_states_its_own_is_told(tmp_path):
     """The file is believed, and the history of the motion says so."""
     (tmp_path / "x.at2").write_text(GOOD)
