@@ -1,5 +1,6 @@
 """PEER AT2: every header in use, titles of the older database, and texts with faults."""
 
+from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
@@ -10,7 +11,9 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
 from pounding_risk.motions.formats import read_file
 from pounding_risk.motions.formats.peer_at2 import _is_at2, _read_at2
+from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.record import is_vertical
+from pounding_risk.motions.write import write_motion
 
 G = 9.80665
 EL_CENTRO = catalogue.read_bytes("RSN6-180")
@@ -60,6 +63,47 @@ def test_titles_of_the_older_database(title, event, station, component, azimuth)
     assert (record.event, record.date, record.station) == (event, "1989-10-18", station)
     assert (record.component, record.azimuth) == (component, azimuth)
     assert is_vertical(record) == (component == "UP")
+
+
+@pytest.mark.parametrize(
+    ("step", "dt"),
+    [
+        ("NPTS=  5372, DT= 10.0 MSEC", 0.01),
+        ("NPTS=  5372, DT= 0.5 msec,", 0.0005),
+        ("NPTS=  5372, DT= .0100 Seconds", 0.01),
+        ("NPTS=  5372, DT= .0100 SEC, (100 Hz)", 0.01),
+        ("DT= .0100 NPTS=  5372", 0.01),
+        (" 5372 5.0 NPTS, DT (MS)", 0.005),
+        (" 5372 .005 NPTS, DT (SEC)", 0.005),
+    ],
+)
+def test_the_unit_of_the_time_step_is_read(step, dt):
+    assert _read_at2(BytesIO(with_header([*OLD[:3], step])))[0].stats.delta == dt
+
+
+def test_a_time_step_in_another_unit_is_refused():
+    with pytest.raises(RecordError, match=r'line 4: DT is in "MIN"; write it in seconds, such as "DT= \.0100 SEC"'):
+        _read_at2(BytesIO(with_header([*OLD[:3], "NPTS=  5372, DT= .0100 MIN"])), name="x.at2")
+
+
+@pytest.mark.parametrize(("digits", "year"), [("33", 1933), ("99", 1999), ("00", 2000), ("14", 2014), ("32", 2032)])
+def test_two_digits_of_a_year_are_of_the_years_of_accelerographs(digits, year):
+    """The first accelerograms are of Long Beach, 10 March 1933."""
+    title = OLD[1].replace("/40", f"/{digits}")
+    trace = _read_at2(BytesIO(with_header([OLD[0], title, *OLD[2:]])))[0]
+    assert trace.stats.record.date == f"{year}-05-19"
+
+
+@pytest.mark.parametrize("azimuth", [None, 0.0, 37.5, 270.0])
+@pytest.mark.parametrize("component", ["HN1", "N", "090", "W", ""])
+def test_a_written_motion_keeps_its_corners_and_its_azimuth(tmp_path, azimuth, component):
+    motion = read_motion("RSN6-180")
+    facts = {"component": component, "azimuth": azimuth, "low_corner": 0.0811862938, "high_corner": 37.5}
+    write_motion(replace(motion, record={**motion.record, **facts}), tmp_path / "x.at2")
+    back = read_motion(tmp_path / "x.at2").record
+    assert (back["low_corner"], back["high_corner"]) == (0.0811862938, 37.5)
+    assert azimuth is None or back["azimuth"] == azimuth
+    assert (back["station"], back["date"]) == (motion.record["station"], motion.record["date"])
 
 
 def test_a_title_of_a_megabyte_is_no_title():
