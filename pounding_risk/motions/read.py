@@ -197,7 +197,8 @@ def _checked(source: Source, unit: str | None, dt: float | None) -> Source:
     sentence = None if unit is None else formats.unit_sentence(unit, formats.size_of_unit(unit, "unit"))
     if sentence is not None and not source.units.startswith(sentence):
         stated = source.units.partition(";")[0].removeprefix("units: ")
-        doubts.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({stated})')
+        repair = "; where its samples are no counts, take that StationXML away" if stated.startswith("counts, ") else ""
+        doubts.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({stated}){repair}')
     if dt is not None and dt != stats.delta:
         words = f"changes nothing: the record states its own ({stats.delta:g} s)"
         doubts.append(f"the time step {dt:g} s that is given {words}")

@@ -223,6 +223,9 @@ def test_miniseed_takes_its_unit_from_the_user(tmp_path):
     trace.write(str(copy), format="MSEED", encoding="FLOAT64")
     fractions = read_file(copy, unit="m/s^2")
     assert fractions.state == "processed"
+    shutil.copy(catalogue.records_folder() / "CI.CCC.xml", tmp_path)
+    told = read_motion(copy, unit="m/s^2").flags[0]
+    assert told.endswith("(CI.CCC.xml)); where its samples are no counts, take that StationXML away")
     assert np.array_equal(fractions.trace.data, trace.data)
     # Where a StationXML file says what a count is, it is believed.
     shutil.copy(catalogue.path("CCC-HN1"), copy)

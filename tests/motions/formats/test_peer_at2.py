@@ -1,5 +1,6 @@
 """PEER AT2: every header in use, titles of the older database, and texts with faults."""
 
+import gzip
 from dataclasses import replace
 from io import BytesIO
 
@@ -193,4 +194,19 @@ def test_a_pickle_is_never_read(tmp_path):
     path = tmp_path / "x.mseed"
     path.write_bytes(b"\x80\x04\x95obspy.core.stream")
     with pytest.raises(RecordError, match="is a Python pickle, which can run code and is never read"):
+        read_file(path)
+
+
+@pytest.mark.parametrize(
+    ("raw", "words"),
+    [
+        (gzip.compress(EL_CENTRO), "is compressed by gzip; unpack it, and take the file that comes out"),
+        (EL_CENTRO.decode().encode("utf-16"), "save it as text in UTF-8, in Excel as the type CSV UTF-8"),
+    ],
+)
+@pytest.mark.parametrize("suffix", [".AT2", ".csv", ".AT2.gz"])
+def test_a_packed_file_and_one_in_utf_16_are_named_as_such(tmp_path, raw, words, suffix):
+    path = tmp_path / f"x{suffix}"
+    path.write_bytes(raw)
+    with pytest.raises(RecordError, match=words):
         read_file(path)
