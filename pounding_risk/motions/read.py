@@ -197,7 +197,8 @@ def _checked(source: Source, unit: str | None, dt: float | None) -> Source:
     sentence = None if unit is None else formats.unit_sentence(unit, formats.size_of_unit(unit, "unit"))
     if sentence is not None and not source.units.startswith(sentence):
         stated = source.units.partition(";")[0].removeprefix("units: ")
-        doubts.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({stated})')
+        repair = "; where its samples are no counts, take that StationXML away" if stated.startswith("counts, ") else ""
+        doubts.append(f'the unit "{unit}" that is given changes nothing: the record states its own ({stated}){repair}')
     if dt is not None and dt != stats.delta:
         words = f"changes nothing: the record states its own ({stats.delta:g} s)"
         doubts.append(f"the time step {dt:g} s that is given {words}")
@@ -381,7 +382,7 @@ def _after_steps(motion: Motion, chain: Sequence[Step]) -> Motion:
         return motion  # the checks look for faults of instruments
     if "interpolation_error" in motion.record:  # which is that of the formula, before any step
         motion = replace(motion, record={k: v for k, v in motion.record.items() if k != "interpolation_error"})
-    motion = motion.doubted(failed(quality(samples, motion.dt, checks=LASTING)))
+    motion = motion.doubted(failed(quality(samples, motion.dt, state=motion.record["state"], checks=LASTING)))
     for step in chain:
         motion = motion.after(step.apply(motion.acceleration.copy(), motion.dt))  # a step may write to its samples
     flags: list[str] = []

@@ -37,7 +37,8 @@ def write_motion(motion: Motion, path: str | Path) -> Path:
     path : str or Path
         ``.csv``: columns of time [s] and acceleration [m/s²] with every digit, below the facts and the processing
         steps, so that the same samples are read again. ``.at2``: acceleration in g with eight digits, as PEER writes
-        it; it is read again as a processed record.
+        it, with the filter's corners; a component whose name says no azimuth is called by that. It is read again as a
+        processed record.
 
     Returns
     -------
@@ -52,16 +53,24 @@ def write_motion(motion: Motion, path: str | Path) -> Path:
     target = check_target(path, SUFFIXES)
     if target.suffix.lower() == ".csv":
         return write_columns(motion, target)
+    from pounding_risk.motions.formats.peer_at2 import azimuth_of  # imports ObsPy
+
     record, day = motion.record, str(motion.record.get("date") or "")
     with suppress(ValueError):  # month/day/year, as PEER writes a date; text that is no ISO date stays as it is
         iso = date.fromisoformat(day)
         day = f"{iso.month}/{iso.day}/{iso.year}"
-    title = (record.get("event"), day, record.get("station"), record.get("component"))
+    component, azimuth = str(record.get("component") or ""), record.get("azimuth")
+    if azimuth is not None and azimuth_of(component) != azimuth:
+        component = f"{azimuth:03g} ({component})"  # what stands in brackets is no part of the name
+    title = (record.get("event"), day, record.get("station"), component)
+    corners = [
+        f"{name}={record[key]!r} Hz" for name, key in (("HP", "low_corner"), ("LP", "high_corner")) if record.get(key)
+    ]
     values = motion.acceleration / STANDARD_GRAVITY
     lines = [
         "PEER AT2 RECORD, WRITTEN BY POUNDING_RISK",
         ", ".join(" ".join(str(part or "").split()) for part in title),
-        "ACCELERATION TIME SERIES IN UNITS OF G",
+        " ".join(["ACCELERATION TIME SERIES IN UNITS OF G" + (". FILTER POINTS:" if corners else ""), *corners]),
         f"NPTS= {len(values)}, DT= {motion.dt!r} SEC",
     ]
     for start in range(0, len(values), AT2_COLUMNS):
@@ -82,7 +91,8 @@ def write_columns(source: Motion | Trace, path: str | Path) -> Path:
     Returns
     -------
     Path
-        The file written. Its head states unit, time step, state, number of samples and what is known of the recording.
+        The file written. Its head states unit, time step, state, number of samples, their peak and what is known of
+        the recording.
 
     Raises
     ------
@@ -93,6 +103,7 @@ def write_columns(source: Motion | Trace, path: str | Path) -> Path:
 
     samples, dt, stated, history = _of_motion(source) if hasattr(source, "acceleration") else _of_trace(source)
     lines = ["# ground acceleration", "# unit = m/s^2", f"# dt = {dt!r} s", f"# samples = {len(samples)}"]
+    lines += [f"# peak = {max(map(abs, samples))!r} m/s^2"]
     facts = {key: stated.get(key) for key in ("state", "starttime", *FACTS, "source")}
     lines += [f"# {key} = {_one_line(value)}" for key, value in facts.items() if value not in (None, "")]
     lines += [f"# processing: {_one_line(step)}" for step in history]

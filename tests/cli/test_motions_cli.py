@@ -387,6 +387,7 @@ plot RSN6-180 --spectra --damping 1 --figure f.png
 plot RSN6-180 --target asce7:sds=1 --figure f.png
 plot RSN6-180 --target none.csv --figure f.png
 plot RSN6-180 --target asce7:sds=1,sd1=0.6,tl=8 --damping 2% --figure f.png
+plot RSN6-180 --target 'ec8:ag=0.25 g,ground=B,type=1' --damping 2% --figure f.png
 process RSN6-180 --sa 0.5g 1
 process --set fema-p695
 select RSN6-180 --target {CODE} --range 0.2s 20s

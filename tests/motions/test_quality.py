@@ -46,6 +46,33 @@ def spiked(a):
     return a
 
 
+def glitch(place, count):
+    """The record with ``count`` samples moved by its PGA."""
+
+    def damage(a):
+        a[place : (place + count) or None] += np.abs(a).max()
+        return a
+
+    return damage
+
+
+def clipped_with_noise(a):
+    """Counts of a 16-bit digitiser, of which the noise after the clipping moves the plateau by 3."""
+    counts = clipped(a) / np.abs(a).max() * 2**15
+    return np.round(counts) + np.random.default_rng(1).integers(-3, 4, len(a))
+
+
+def held(share, seconds=0.5, dt=0.01):
+    """The record with its value where a share of the energy is reached held for some time."""
+
+    def damage(a):
+        start = np.searchsorted(np.cumsum((a - a.mean()) ** 2), share * np.sum((a - a.mean()) ** 2))
+        a[start : start + round(seconds / dt)] = a[start]
+        return a
+
+    return damage
+
+
 def noisy(a):
     """White noise as strong as the shaking at 0.3 Hz: 12 % of PGA."""
     return a + np.random.default_rng(0).normal(0.0, 0.12 * np.abs(a).max(), len(a))
@@ -65,7 +92,16 @@ DAMAGES = [
     ("clipping", "RSN6-180", clipped, 0.01, {}),
     ("clipping", "NAPA-HNZ", clipped, 0.005, {"state": "raw"}),
     ("clipping", "RSN77-DWN", clipped, 0.01, {}),
+    ("clipping", "RSN6-180", clipped_with_noise, 0.01, {}),
+    ("clipping", "CCC-HN1", clipped_with_noise, 0.01, {"state": "raw"}),
     ("spikes", "RSN6-180", spiked, 0.01, {}),
+    ("spikes", "RSN6-180", glitch(0, 1), 0.01, {}),
+    ("spikes", "RSN6-180", glitch(-1, 1), 0.01, {}),
+    ("spikes", "RSN6-180", glitch(2000, 2), 0.01, {}),
+    ("spikes", "CCC-HN1", glitch(7000, 3), 0.01, {"state": "raw"}),
+    ("held values", "RSN6-180", held(0.3), 0.01, {}),
+    ("held values", "CCC-HN1", held(0.5), 0.01, {"state": "raw"}),
+    ("held values", "NAPA-HNN", held(0.9, dt=0.005), 0.005, {"state": "raw"}),
     ("spikes", "CCC-HNZ", spiked, 0.01, {"state": "raw"}),
     ("offset", "RSN6-180", with_a_level(0.06), 0.01, {}),
     ("late trigger", "RSN6-180", lambda a: a[213:], 0.01, {}),
@@ -120,10 +156,57 @@ def test_a_spike_is_found_wherever_it_is(place, side, size):
     assert found.found == f"a single sample sticks out at {place * dt:.4g} s"
 
 
+@settings(max_examples=40)
+@given(st.integers(0, 5300), st.sampled_from([-1.0, 1.0]), st.floats(2.0, 50.0), st.sampled_from([2, 3]))
+@pytest.mark.complete
+def test_a_glitch_of_two_or_three_samples_is_found_wherever_it_is(place, side, size, count):
+    """From twice the record's PGA on, as the shaking at its peak bends by half of it in two samples."""
+    a, dt = samples()
+    a[place : place + count] += side * size * np.abs(a).max()
+    (found,) = quality(a, dt, checks=("spikes",))
+    assert found.found.startswith("two or three samples stick out at ")
+    assert place * dt <= float(found.found.split()[-2]) + 0.01 < (place + count + 1) * dt
+
+
+@settings(max_examples=40)
+@given(st.integers(175, 3400), st.integers(10, 60))
+@pytest.mark.complete
+def test_a_held_value_is_found_wherever_the_ground_shakes(place, count):
+    """Samples 175 to 3492 hold 1 to 99 % of the energy."""
+    a, dt = samples()
+    a[place : place + count] = a[place]
+    assert fails(quality(a, dt, checks=("held values",))) == {"held values"}
+
+
+def test_what_is_no_held_value():
+    """Quiet before, between and after two earthquakes, and digits so coarse that the ground moves by few of them."""
+    a, dt = samples()
+    quiet = np.zeros(2000)
+    coarse = np.round(a / np.abs(a).max() * 20.0)
+    for good in (np.concatenate([quiet, a, quiet, a, quiet]), coarse):
+        assert fails(quality(good, dt, checks=("held values",))) == set()
+
+
+def test_a_record_that_starts_and_ends_in_motion_has_no_spike_there():
+    """A cosine of 1 Hz from its steepest place or its top: 100 samples a period, as smooth as they come."""
+    for phase in (0.0, 0.25, 0.6):
+        wave = np.cos(2.0 * np.pi * (np.arange(1001) * 0.01 + phase))
+        assert fails(quality(wave, 0.01, checks=("spikes",))) == set()
+
+
 # --- flags of a motion ------------------------------------------------------------------------------------
 
 
-HARMS = {"clipped": clipped, "spiked": spiked, "level": with_a_level(0.002), "cut": lambda a: a[:1000]}
+HARMS = {
+    "clipped": clipped,
+    "spiked": spiked,
+    "first": glitch(0, 1),
+    "two": glitch(2000, 2),
+    "held": held(0.5),
+    "plateau": clipped_with_noise,
+    "level": with_a_level(0.002),
+    "cut": lambda a: a[:1000],
+}
 
 
 @pytest.mark.parametrize("words", HARMS)
@@ -131,6 +214,12 @@ def test_what_fails_is_a_flag_of_the_motion(words, says):
     trace = catalogue.load("RSN6-180")[0]
     trace.data = HARMS[words](trace.data.astype(float))
     says(read_motion(trace).flags)
+
+
+def test_a_generated_motion_has_no_fault_of_an_instrument():
+    """A constant acceleration is clipped and held by its formula, and as short as is wanted, whatever steps follow."""
+    flags = read_motion("constant_acceleration: pga=0.2 g, duration=2 s", processing=[{"step": "taper"}]).flags
+    assert not {flag.partition(":")[0] for flag in flags} & set(LASTING)
 
 
 def test_a_flag_is_about_the_record_and_not_about_a_window_of_it():

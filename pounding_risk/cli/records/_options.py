@@ -134,9 +134,11 @@ def target_spectrum(text: str, damping: float, poe: str | None = None) -> Target
         raise PoundingError(f"--poe: is of a conditional spectrum of OpenQuake, and {text} is none; leave it out")
     target = read_target(text if poe is None else f"{text}#{poe}", damping=damping)
     if target.damping != damping:
+        shape, _, _ = target.name.partition(",damping=")
+        other = f'--target "{shape},damping={damping:g}"' if shape.startswith("ec8:") else "another target"
         raise PoundingError(
             f"--damping: {100.0 * damping:g} % is asked for, and {target.name} is for {100.0 * target.damping:g} %; "
-            f"write --damping {target.damping:g}, or another target"
+            f"write --damping {target.damping:g}, or {other}"
         )
     return target
 

@@ -239,7 +239,7 @@ def single_trace(stream: Stream | list[Trace], name: str) -> Trace:
     if len(traces) > 1:
         raise RecordError(
             f"{name}: is in {len(traces)} pieces, with gaps or overlaps between them, the first at "
-            f"{traces[0].stats.endtime}; cut the piece you want, or fill the gaps yourself"
+            f"{traces[0].stats.endtime}; cut the piece you want: zeros or a held value in a gap are no motion"
         )
     return traces[0]
 
@@ -283,6 +283,10 @@ def _format(path: Path, raw: bytes, stated: bool) -> Format:
     start = raw[:512].lstrip().lower()
     if start.startswith((b"<!doctype html", b"<html")):
         raise RecordError(f"{path}: is a web page, not a record; the download failed: fetch the record again")
+    if raw.startswith(b"\x1f\x8b"):
+        raise RecordError(f"{path}: is compressed by gzip; unpack it, and take the file that comes out")
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise RecordError(f"{path}: is text in UTF-16; save it as text in UTF-8, in Excel as the type CSV UTF-8")
     if raw[:1] == b"\x80" or b"obspy.core.stream" in raw[:100]:
         raise RecordError(f"{path}: is a Python pickle, which can run code and is never read; {readable()} are read")
     kind = next((candidate for candidate in formats() if candidate.recognises(BytesIO(raw))), None)

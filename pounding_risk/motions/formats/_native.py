@@ -19,6 +19,7 @@ from pounding_risk.motions.formats import TO_GIVE, known_unit, size_of_unit, uni
 from pounding_risk.motions.formats._text import check_step, record_facts, text_of
 
 LONGEST_REASON = 200  # characters of what ObsPy says
+STAGES_APART = 0.05  # of the total; stages may state their gains at other frequencies than the total
 LEVEL = 45.0  # degrees of dip; a channel above is vertical
 BY_NAME = {"N": 0.0, "E": 90.0}  # azimuths [degrees], by the last letter of a channel
 
@@ -132,7 +133,10 @@ def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str, float | None, 
     stats = trace.stats
     try:
         inventory = obspy.read_inventory(str(beside), format="STATIONXML")
-        sensitivity = inventory.get_response(trace.id, stats.starttime).instrument_sensitivity
+        response = inventory.get_response(trace.id, stats.starttime)
+        sensitivity = response.instrument_sensitivity
+        if sensitivity is None or sensitivity.value is None:
+            raise ValueError("its response states no total sensitivity")
         counts, unit = float(sensitivity.value), str(sensitivity.input_units).upper()
         output = str(sensitivity.output_units or "counts")
         placed = inventory.get_channel_metadata(trace.id, stats.starttime)
@@ -154,8 +158,26 @@ def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str, float | None, 
             "an accelerometer's channel (such as HN or BN)"
         )
     per_si = counts / size
+    _check_stages(f"{beside}: {trace.id}", response, per_si)
     # A vertical has no azimuth, and its dip may be left out.
     azimuth, upright = _placed(trace)
     upright = upright or abs(placed["dip"] or 0.0) > LEVEL
     azimuth = None if upright else azimuth if placed["azimuth"] is None else float(placed["azimuth"])
     return per_si, f"units: counts, divided by {per_si:.10g} counts per m/s² ({beside.name})", azimuth, upright
+
+
+def _check_stages(where: str, response: Any, per_si: float) -> None:
+    """Raise RecordError where the total sensitivity [counts per m/s²] is not what the gains of the stages make.
+
+    Responses without stages, or with one whose gain or unit is unknown, have nothing to compare.
+    """
+    gains = [stage.stage_gain for stage in response.response_stages]
+    size = known_unit(str(response.response_stages[0].input_units).upper()) if gains else None
+    if size is None or not all(gains):
+        return
+    made = float(np.prod(gains)) / size
+    if abs(per_si / made - 1.0) > STAGES_APART:
+        raise RecordError(
+            f"{where} has a total sensitivity of {per_si:.6g} counts per m/s², and the gains of its stages make "
+            f"{made:.6g}; fetch the StationXML of this channel again, or correct the wrong one"
+        )

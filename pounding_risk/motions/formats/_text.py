@@ -179,6 +179,31 @@ def numbers(name: str, words: Iterable[tuple[int, str]], first: int, example: st
     return np.array(parsed, dtype=np.float64)
 
 
+FEWEST_ALIKE = 10  # numbers before the last one that say how a program writes them
+
+
+def check_last(name: str, text: str, words: Sequence[str]) -> None:
+    """Raise RecordError where a text ends within a line, and its last number as a number that was cut does.
+
+    That one has fewer decimals than every number before it, or a shorter exponent than the ten before it have, or none.
+    A zero has no digits to lose, and a text that ends with a line is whole.
+    """
+    *before, last = (_DIGITS.fullmatch(word) for word in words) if text == text.rstrip() else (None,)
+    if last is None or len(before) < FEWEST_ALIKE or None in before or not number(words[-1]):
+        return
+
+    def digits(part: str, among: Iterable[Any]) -> int:
+        return min(len(match[part] or "") for match in among)
+
+    if digits("decimals", [last]) < digits("decimals", before) or (
+        digits("exponent", [last]) < digits("exponent", before[-FEWEST_ALIKE:])
+    ):
+        raise RecordError(
+            f"{name}: ends within a line, with {quoted(words[-1])} after {quoted(words[-2])}: the last number is cut; "
+            "fetch the file again, or end its last line if it is whole"
+        )
+
+
 def check_count(where: str, promised: int, count: int, count_name: str) -> None:
     """Raise RecordError where a file has another number of samples than ``count_name`` of its header says."""
     if count != promised:

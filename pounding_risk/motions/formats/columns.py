@@ -6,8 +6,9 @@
     -0.34
 
 Commas, semicolons, tabs or blanks part the columns. Comments begin with #, % or !. What they may state, one a line:
-unit, dt, state ("raw" or "processed"), samples (their number), starttime (of the first sample), event, magnitude, date,
-distance_km, station, component, azimuth, low_corner, high_corner, processing (a line a step).
+unit, dt, state ("raw" or "processed"), samples (their number), peak (the largest of them, without its sign), starttime
+(of the first sample), event, magnitude, date, distance_km, station, component, azimuth, low_corner, high_corner,
+processing (a line a step).
 
 Where such a file states no unit or no time step, the user must state it; neither is guessed. Its
 state is "processed" unless it says "# state = raw": it was made by a program that had read the record before, and
@@ -26,7 +27,7 @@ from obspy import Stream, UTCDateTime
 from obspy.core import AttribDict
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.formats import TO_GIVE, Format, _text, size_of_unit, unit_sentence
+from pounding_risk.motions.formats import TO_GIVE, Format, _text, known_unit, size_of_unit, unit_sentence
 from pounding_risk.motions.formats._text import LONGEST_LINE, NEWLINE, quoted
 from pounding_risk.units import STEP, QuantityError, parse
 
@@ -37,7 +38,7 @@ KEYS = {
     **{name: "unit" for name in ("unit", "units")},
     **{name: "dt" for name in ("dt", "delta", "time step", "timestep", "sampling interval")},
     **{name: "samples" for name in ("samples", "npts")},
-    **{name: name for name in ("state", "starttime", "processing", "event", "date", "station", "component")},
+    **{name: name for name in ("state", "starttime", "peak", "processing", "event", "date", "station", "component")},
     **{name: name for name in ("magnitude", "distance_km", "azimuth", "low_corner", "high_corner")},
 }
 REPEATED = "processing"  # a history has a line a step
@@ -324,7 +325,11 @@ def _read_columns(
             raise RecordError(f"{where}: samples is {quoted(word)}; it must be a whole number, how many there are")
         _text.check_count(where, int(word), len(words), "samples")
     step = _time_step(name, words, head, dt)
-    samples = len(words) if headonly else column(name, head.first, [row[-1] for row in words])
+    samples: Any = len(words)
+    if not headonly:
+        samples = column(name, head.first, [row[-1] for row in words])
+        _text.check_last(name, text, [row[-1] for row in words])
+        _text.check_peak(samples * size, _stated_peak(head, size))
     named: dict[str, Any] = {"station": record.get("station", ""), "channel": record.get("component", "")}
     if head.history:
         named["processing"] = list(head.history)
@@ -400,6 +405,15 @@ def _facts(head: Head, units: str) -> tuple[AttribDict, UTCDateTime | None]:
         with _text.time_of_header(sentence):
             begins = UTCDateTime(start.value)
     return _text.record_facts(state=state.value if state else "processed", units=units, **facts), begins
+
+
+def _stated_peak(head: Head, size: float) -> _text.StatedPeak | None:
+    """The largest acceleration that a comment states; without a unit it is in that of the samples, of ``size`` m/s²."""
+    if "peak" not in head.statements:
+        return None
+    (word, _, unit), where = head.statements["peak"].value.partition(" "), head.statements["peak"].place
+    size_of_peak = known_unit(unit) if unit else size
+    return None if size_of_peak is None else _text.stated_peak(word, unit or "of its unit", size_of_peak, where)
 
 
 def _words(name: str, lines: Sequence[str], head: Head) -> list[list[str]]:

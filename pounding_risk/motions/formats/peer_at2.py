@@ -31,12 +31,16 @@ from pounding_risk.units import STANDARD_GRAVITY
 KIND = "PEER AT2"
 HEADER_LINES = 10  # the header ends within these
 LONGEST_TITLE = 500  # characters; beyond, looking for the date in it would take minutes
+FIRST_YEAR = 33  # 1933, of the first accelerograms; two digits of a year below are of this century
+# How many of the unit after DT a second has; NPTS may follow DT at once.
+STEP_UNITS = dict.fromkeys(("", "NPTS", "S", "SEC", "SECS", "SECOND", "SECONDS"), 1.0)
+STEP_UNITS |= dict.fromkeys(("MS", "MSEC", "MSECS", "MILLISECOND", "MILLISECONDS"), 1000.0)
 COMPASS = {"N": 0.0, "E": 90.0, "S": 180.0, "W": 270.0}
 
 _UNIT = re.compile(r"\bIN\s+UNITS?\s+OF\s+([^\s,;]+)", re.IGNORECASE)
 _COUNT = re.compile(r"\bNPTS\s*=\s*([^\s,]+)", re.IGNORECASE)
-_STEP = re.compile(r"\bDT\s*=\s*([^\s,]+)", re.IGNORECASE)
-_BARE = re.compile(r"\s*(\S+)\s+(\S+)\s+NPTS\s*,\s*DT\b", re.IGNORECASE)
+_STEP = re.compile(r"\bDT\s*=\s*([^\s,]+)\s*([a-z]*)", re.IGNORECASE)
+_BARE = re.compile(r"\s*(\S+)\s+(\S+)\s+NPTS\s*,\s*DT\b\W*([a-z]*)", re.IGNORECASE)
 _CORNER = re.compile(rf"\b([HL]P)\s*=\s*({NUMBER})", re.IGNORECASE)
 _TITLE = re.compile(
     r"(?P<event>.*?)[,\s]\s*(?P<date>\d{1,2}/\d{1,2}/(?:\d{4}|\d{2}))"
@@ -84,12 +88,10 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
     at2: dict[str, Any] = {**facts, "title": header.title, "unit": "G"}
     at2 |= {key: corners[kind] for key, kind in (("high_pass", "HP"), ("low_pass", "LP")) if kind in corners}
     day = None
-    with suppress(ValueError):  # two digits of a year are of the twentieth century
+    with suppress(ValueError):
         month, day_of_month, year = (int(digits) for digits in facts["date"].split("/"))
-        day = UTCDateTime(year + 1900 if year < 100 else year, month, day_of_month)
-    azimuth = COMPASS.get(facts["component"].upper())
-    if re.fullmatch(r"\d{1,3}", facts["component"], re.ASCII) and int(facts["component"]) <= 360:
-        azimuth = float(facts["component"])
+        century = 0 if year > 99 else 1900 if year >= FIRST_YEAR else 2000
+        day = UTCDateTime(century + year, month, day_of_month)
     record = _text.record_facts(
         state="processed",
         timed=False,  # a header states the day alone
@@ -98,16 +100,24 @@ def _read_at2(file: Any, headonly: bool = False, *, name: str = "", **_kwargs: A
         date=facts["date"] if day is None else str(day.date),
         station=facts["station"],
         component=facts["component"],
-        azimuth=azimuth,
+        azimuth=azimuth_of(facts["component"]),
         low_corner=corners.get("HP"),
         high_corner=corners.get("LP"),
     )
     if not headonly:
         numbers = _text.free_numbers(name, lines[header.lines :], header.lines, "-.1234567E-02")
         _text.check_count(f"{name}, line {header.lines}", header.npts, len(numbers), "NPTS")
+        _text.check_last(name, text, [word for line in lines[header.lines :] for word in line.split()])
     named = {"station": facts["station"], "channel": facts["component"], "peer_at2": AttribDict(at2)}
     samples = header.npts if headonly else numbers
     return Stream([_text.trace_of(samples, STANDARD_GRAVITY, header.dt, record, day, **named)])
+
+
+def azimuth_of(component: str) -> float | None:
+    """Degrees clockwise from north that the name of a component says: 090, 37.5 or E; None for any other."""
+    if re.fullmatch(r"\d{1,3}(\.\d+)?", component, re.ASCII) and float(component) <= 360.0:
+        return float(component)
+    return COMPASS.get(component.upper())
 
 
 def _header(name: str, lines: list[str]) -> Header:
@@ -143,15 +153,19 @@ def _count_and_step(where: str, line: str) -> tuple[int, float]:
     """NPTS and DT, in the words `NPTS= n, DT= dt` or `n dt NPTS, DT`."""
     bare = _BARE.match(line)
     if bare:
-        count_text, step_text = bare[1], bare[2]
+        count_text, step_text, unit = bare[1], bare[2], bare[3]
     else:
         count_found, step_found = _COUNT.search(line), _STEP.search(line)
         if not count_found or not step_found:
             missing = "NPTS" if not count_found else "DT"
             repair = 'write NPTS= and DT=, such as "NPTS= 4000, DT= .0100 SEC"'
             raise RecordError(f"{where}: no {missing} in {quoted(line)}; {repair}")
-        count_text, step_text = count_found[1], step_found[1]
-    return _text.whole_count(where, count_text, "NPTS"), _text.check_step(where, _text.number(step_text), step_text)
+        count_text, step_text, unit = count_found[1], step_found[1], step_found[2]
+    if unit.upper() not in STEP_UNITS:
+        raise RecordError(f'{where}: DT is in {quoted(unit)}; write it in seconds, such as "DT= .0100 SEC"')
+    step = _text.number(step_text)
+    step = None if step is None else step / STEP_UNITS[unit.upper()]
+    return _text.whole_count(where, count_text, "NPTS"), _text.check_step(where, step, f"{step_text} {unit}")
 
 
 FORMAT = Format("PEER_AT2", "PEER AT2 (.at2)", (".at2",), _is_at2, _read_at2)

@@ -104,7 +104,10 @@ def bandpass(
     passed, pad = signals.filtered(samples, dt, (low, high), order)
     flags = list(chosen.flags)
     if max(abs(samples[0]), abs(samples[-1])) > ENDS_OF_PEAK * float(np.abs(samples).max()):
-        flags.append("the record was filtered with ends above 2 % of its peak: subtract the mean and taper before")
+        flags.append(
+            "the record was filtered with ends above 2 % of its peak: subtract the mean and taper before; ends that "
+            "stay are of a record that starts or ends in motion: take a longer one"
+        )
     if 0.0 < low < 1.0 / duration:
         flags.append(f"the lower corner {low:g} Hz is below one cycle in the record of {say(duration, TIME)}")
     band = f"{low:.4g} to {high:.4g} Hz"

@@ -206,6 +206,54 @@ def test_any_samples_come_back_bit_for_bit(tmp_path_factory, samples, dt):
     assert back.stats.delta == trace.stats.delta
 
 
+def test_a_motion_whose_last_number_was_cut_is_refused(tmp_path):
+    """Its exponent is lost, whether the line ends there or not; the head states the peak."""
+    motion = read_motion("RSN6-180")
+    samples = np.append(motion.acceleration[:-1], 3.5e-5)
+    path = write_columns(obspy.Trace(samples, {"delta": motion.dt}), tmp_path / "x.csv")
+    whole = path.read_text()
+    peak = float(np.abs(samples).max())
+    assert f"\n# peak = {peak!r} m/s^2\n" in whole and whole.endswith(", 3.5e-05\n")
+    path.write_text(whole.replace("3.5e-05", "3.5"))
+    with pytest.raises(RecordError, match=rf"x.csv, line 5: the header says .* {peak:.6g} m/s\^2, it is 3.5; samples"):
+        read_file(path)
+
+
+@pytest.mark.parametrize("stated", ["2.5", "-2.5", "2.50 cm/s^2", "0.025 m/s^2", "2.5 at 0.01 s", "unknown"])
+def test_a_stated_peak_is_compared(stated):
+    """In the unit of the samples or its own; words that are no peak are passed over as other comments are."""
+    text = ONE.replace("3.5", "0.5").replace("# dt", f"# peak: {stated}\n# dt")
+    assert read(text).data.min() == -0.025
+    if stated in ("unknown", "2.5 at 0.01 s"):
+        assert read(text.replace("\n-2.5\n", "\n-5.0\n")).data[1] == -0.05
+    else:
+        with pytest.raises(RecordError, match=r"x\.csv, line 2: the header says that the largest sample is"):
+            read(text.replace("\n-2.5\n", "\n-5.0\n"))
+
+
+NUMBERS = {"fixed": "0.1234", "signed": "-1.2345", "exponents": "1.234E-05", "of all lengths": "0.00012345678901234"}
+
+
+@pytest.mark.parametrize("form", NUMBERS)
+@pytest.mark.parametrize("rows", ["{0}", "{1:.2f}, {0}"], ids=["one", "two"])
+def test_a_last_number_that_was_cut_is_refused(form, rows):
+    """Wherever it was cut within its decimals or its exponent; whole, it needs no line end."""
+    head = "# unit = m/s^2\n" + ("# dt = 0.01 s\n" if "," not in rows else "")
+    lines = [rows.format(NUMBERS[form], 0.01 * at) for at in range(12)]
+    if form == "of all lengths":
+        lines[3] += "567"
+    text = head + "\n".join(lines)
+    whole = read(text + "\n").data
+    assert np.array_equal(read(text).data, whole)
+    first = text.rindex(".") + 1
+    for end in range(first, len(text)):
+        if text[end - 1] in "E-" or not float(text[:end].split()[-1]):
+            continue  # no number, which was refused before, and a zero, which is no peak
+        with pytest.raises(RecordError, match=r'ends within a line, with ".*: the last number is cut'):
+            read(text[:end])
+        read(text[:end] + "\n")  # a program that ends its lines has written them
+
+
 def test_what_cannot_be_written_is_said(tmp_path):
     trace = obspy.Trace(np.array([0.0, np.nan]))
     with pytest.raises(RecordError, match="1 sample is not finite"):

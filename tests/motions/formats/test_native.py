@@ -223,6 +223,9 @@ def test_miniseed_takes_its_unit_from_the_user(tmp_path):
     trace.write(str(copy), format="MSEED", encoding="FLOAT64")
     fractions = read_file(copy, unit="m/s^2")
     assert fractions.state == "processed"
+    shutil.copy(catalogue.records_folder() / "CI.CCC.xml", tmp_path)
+    told = read_motion(copy, unit="m/s^2").flags[0]
+    assert told.endswith("(CI.CCC.xml)); where its samples are no counts, take that StationXML away")
     assert np.array_equal(fractions.trace.data, trace.data)
     # Where a StationXML file says what a count is, it is believed.
     shutil.copy(catalogue.path("CCC-HN1"), copy)
@@ -293,3 +296,23 @@ def test_a_sensitivity_in_volts_is_none_in_counts(tmp_path):
     volts = re.sub(r"(<OutputUnits>\s*<Name>)[^<]*", r"\g<1>V", text)
     (tmp_path / "CI.CCC.xml").write_text(volts, "utf-8")
     assert "is in V and not in counts" in refusal(read_file, tmp_path / "CCC.mseed")
+
+
+@pytest.mark.filterwarnings("ignore:Set the output units of stage")
+@pytest.mark.parametrize("factor", [1.04, 1.06, 2.0, -1.0, None])
+def test_a_total_sensitivity_is_compared_with_the_gains_of_its_stages(tmp_path, factor, says):
+    """ObsPy's removal of the response goes by the stages: 5 % is what the two may differ by."""
+    path = Path(shutil.copy(catalogue.path("CCC-HN1"), tmp_path))
+    inventory = obspy.read_inventory(str(catalogue.records_folder() / "CI.CCC.xml"))
+    for channel in inventory[0][0]:
+        if factor is None:
+            channel.response.instrument_sensitivity = None
+        else:
+            channel.response.instrument_sensitivity.value *= factor
+    inventory.write(str(tmp_path / "CI.CCC.xml"), format="STATIONXML")
+    if factor == 1.04:
+        by_stages = obspy.read(str(path), format="MSEED")[0].remove_response(inventory, output="ACC", water_level=None)
+        ours = read_file(path).trace.data
+        assert np.ptp(by_stages.data) / np.ptp(ours) == pytest.approx(factor, rel=1e-6)  # a float of a taper
+    else:
+        says(refusal(read_file, path).replace(str(tmp_path), "FOLDER"))

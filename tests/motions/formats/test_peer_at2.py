@@ -1,5 +1,7 @@
 """PEER AT2: every header in use, titles of the older database, and texts with faults."""
 
+import gzip
+from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
@@ -10,7 +12,9 @@ from pounding_risk.errors import RecordError
 from pounding_risk.motions import catalogue
 from pounding_risk.motions.formats import read_file
 from pounding_risk.motions.formats.peer_at2 import _is_at2, _read_at2
+from pounding_risk.motions.read import read_motion
 from pounding_risk.motions.record import is_vertical
+from pounding_risk.motions.write import write_motion
 
 G = 9.80665
 EL_CENTRO = catalogue.read_bytes("RSN6-180")
@@ -60,6 +64,47 @@ def test_titles_of_the_older_database(title, event, station, component, azimuth)
     assert (record.event, record.date, record.station) == (event, "1989-10-18", station)
     assert (record.component, record.azimuth) == (component, azimuth)
     assert is_vertical(record) == (component == "UP")
+
+
+@pytest.mark.parametrize(
+    ("step", "dt"),
+    [
+        ("NPTS=  5372, DT= 10.0 MSEC", 0.01),
+        ("NPTS=  5372, DT= 0.5 msec,", 0.0005),
+        ("NPTS=  5372, DT= .0100 Seconds", 0.01),
+        ("NPTS=  5372, DT= .0100 SEC, (100 Hz)", 0.01),
+        ("DT= .0100 NPTS=  5372", 0.01),
+        (" 5372 5.0 NPTS, DT (MS)", 0.005),
+        (" 5372 .005 NPTS, DT (SEC)", 0.005),
+    ],
+)
+def test_the_unit_of_the_time_step_is_read(step, dt):
+    assert _read_at2(BytesIO(with_header([*OLD[:3], step])))[0].stats.delta == dt
+
+
+def test_a_time_step_in_another_unit_is_refused():
+    with pytest.raises(RecordError, match=r'line 4: DT is in "MIN"; write it in seconds, such as "DT= \.0100 SEC"'):
+        _read_at2(BytesIO(with_header([*OLD[:3], "NPTS=  5372, DT= .0100 MIN"])), name="x.at2")
+
+
+@pytest.mark.parametrize(("digits", "year"), [("33", 1933), ("99", 1999), ("00", 2000), ("14", 2014), ("32", 2032)])
+def test_two_digits_of_a_year_are_of_the_years_of_accelerographs(digits, year):
+    """The first accelerograms are of Long Beach, 10 March 1933."""
+    title = OLD[1].replace("/40", f"/{digits}")
+    trace = _read_at2(BytesIO(with_header([OLD[0], title, *OLD[2:]])))[0]
+    assert trace.stats.record.date == f"{year}-05-19"
+
+
+@pytest.mark.parametrize("azimuth", [None, 0.0, 37.5, 270.0])
+@pytest.mark.parametrize("component", ["HN1", "N", "090", "W", ""])
+def test_a_written_motion_keeps_its_corners_and_its_azimuth(tmp_path, azimuth, component):
+    motion = read_motion("RSN6-180")
+    facts = {"component": component, "azimuth": azimuth, "low_corner": 0.0811862938, "high_corner": 37.5}
+    write_motion(replace(motion, record={**motion.record, **facts}), tmp_path / "x.at2")
+    back = read_motion(tmp_path / "x.at2").record
+    assert (back["low_corner"], back["high_corner"]) == (0.0811862938, 37.5)
+    assert azimuth is None or back["azimuth"] == azimuth
+    assert (back["station"], back["date"]) == (motion.record["station"], motion.record["date"])
 
 
 def test_a_title_of_a_megabyte_is_no_title():
@@ -112,6 +157,15 @@ BAD = {
 }
 
 
+def test_a_file_that_is_cut_within_its_last_number_is_refused():
+    """By three characters, which turn .9E-03 g into 9 g; one that lacks the last line end alone is whole."""
+    whole = EL_CENTRO.rstrip()
+    assert np.array_equal(_read_at2(BytesIO(whole))[0].data, _read_at2(BytesIO(EL_CENTRO))[0].data)
+    for lost in (1, 4, 6):
+        with pytest.raises(RecordError, match=r'ends within a line, with ".*the last number is cut'):
+            _read_at2(BytesIO(whole[:-lost]))
+
+
 def test_a_unit_given_for_a_file_that_states_its_own_is_told(tmp_path):
     """The file is believed, and the history of the motion says so."""
     (tmp_path / "x.at2").write_text(GOOD)
@@ -140,4 +194,19 @@ def test_a_pickle_is_never_read(tmp_path):
     path = tmp_path / "x.mseed"
     path.write_bytes(b"\x80\x04\x95obspy.core.stream")
     with pytest.raises(RecordError, match="is a Python pickle, which can run code and is never read"):
+        read_file(path)
+
+
+@pytest.mark.parametrize(
+    ("raw", "words"),
+    [
+        (gzip.compress(EL_CENTRO), "is compressed by gzip; unpack it, and take the file that comes out"),
+        (EL_CENTRO.decode().encode("utf-16"), "save it as text in UTF-8, in Excel as the type CSV UTF-8"),
+    ],
+)
+@pytest.mark.parametrize("suffix", [".AT2", ".csv", ".AT2.gz"])
+def test_a_packed_file_and_one_in_utf_16_are_named_as_such(tmp_path, raw, words, suffix):
+    path = tmp_path / f"x{suffix}"
+    path.write_bytes(raw)
+    with pytest.raises(RecordError, match=words):
         read_file(path)
