@@ -21,7 +21,7 @@ from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.ground import SHARED
 from pounding_risk.motions.levels import PEAK, Level, driven
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.record import AFTERSHOCK, GENERATED, is_vertical, recordings_within, site_of
+from pounding_risk.motions.record import AFTERSHOCK, BESIDE, GENERATED, recordings_within, site_of
 from pounding_risk.motions.request import AS_RECORDED
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
 from pounding_risk.scene.ground_motion import parting
@@ -390,9 +390,6 @@ def _of_motions(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
     grid = study.grid
     if request.aftershock:
         yield from _of_sequences(motions)
-    if vertical := [motion.name for motion in motions if is_vertical(motion.record)]:
-        words = "a vertical component, which moves" if len(vertical) == 1 else "vertical components, which move"
-        yield f"{', '.join(vertical)}: {words} the buildings along the row here; name the horizontal ones"
     if grid.measure != PEAK:
         yield from _of_levels(grid, motions)
         return
@@ -455,7 +452,7 @@ def _of_own_records(study: Scene, motions: Sequence[Motion]) -> Iterator[str]:
     keys = recordings_within([motion.record for motion in motions], [motion.name for motion in motions])
     above: dict[tuple[str, str], set[Hashable]] = {}
     for motion, (first, *_) in zip(motions, keys, strict=True):
-        for building, record in zip(names, motion.record.get("beside", ()), strict=False):
+        for building, record in zip(names, motion.record.get(BESIDE, ()), strict=False):
             above.setdefault((building, record["name"]), set()).add(first)
     for (building, name), recordings in above.items():
         if len(recordings) > 1:

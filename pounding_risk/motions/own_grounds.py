@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import ceil
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.generated import is_recipe
 from pounding_risk.motions.motion import Motion, after_cut
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.motions.record import AFTERSHOCK, OF_RECORDING
+from pounding_risk.motions.record import AFTERSHOCK, BESIDE, OF_BAND, OF_DIRECTION, OF_ORIGIN, OF_RECORDING, OWN_STEP
 from pounding_risk.motions.request import RecordRequest
 
 WHOLE = 1e-9  # of a ratio of two time steps: so close to a whole number is one
@@ -92,13 +92,13 @@ def set_beside(motion: Motion, records: Sequence[Motion | None]) -> Motion:
     sentences += [f"zeros before {one.record.name} up to {one.before * dt:g} s, where it begins" for one in late]
     if count > main.reach:
         sentences.append(f"zeros up to {(count - 1) * dt:g} s, where the longest record beside it ends")
-    found_again = [_found_again(record) for record in others]
+    beside = [{"building": place, **_facts(record)} for place, record in enumerate(records) if record is not None]
     flags = [f"{record.name}, beside it: {flag}" for record in others for flag in record.flags]
     return replace(
         motion,
         acceleration=shared,
         dt=dt,
-        record={**after_cut(motion.record, -main.before * dt), "beside": found_again},
+        record={**after_cut(motion.record, -main.before * dt), OWN_STEP: motion.dt, BESIDE: beside},
         processing=(*motion.processing, *sentences),
         own_grounds=own_samples if any(samples is not None for samples in own_samples) else (),
         tail=count - main.reach + motion.tail * main.parts,
@@ -117,7 +117,6 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
     steps, steps_after = (_parts(record, dt, [motion, aftershock]) for record in (motion, aftershock))
     before, after = divided(motion.acceleration, steps), divided(aftershock.acceleration, steps_after)
     factor = motion.record.get("factor", 1.0) if ratio is None else ratio * motion.pga / aftershock.pga
-    of_its_recording = {key: aftershock.record[key] for key in OF_RECORDING if key in aftershock.record}
     still = np.zeros(max(ceil(pause / dt - WHOLE) - 1, 1))
     begins = (before.size + still.size) * dt
     across = motion.across
@@ -128,7 +127,7 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
         acceleration=np.concatenate([before, still, factor * after]),
         across=across,
         dt=dt,
-        record={**motion.record, AFTERSHOCK: _found_again(aftershock) | of_its_recording},
+        record={**motion.record, OWN_STEP: motion.dt, AFTERSHOCK: _facts(aftershock)},
         processing=(*motion.processing, f"followed from {begins:g} s on by {aftershock.name}, times {factor:.6g}"),
         tail=0,
         late=0,
@@ -138,9 +137,12 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
     return joined.with_tail(tail) if tail else joined
 
 
-def _found_again(record: Motion) -> dict[str, str]:
-    """The facts that it takes to find a record again."""
-    return {"name": record.name, **{key: str(record.record.get(key, "")) for key in ("source", "sha256")}}
+def _facts(record: Motion) -> dict[str, Any]:
+    """The facts that it takes to find a record again, to know its recording, and to doubt it for some buildings."""
+    facts = record.record
+    known = {key: facts[key] for key in (*OF_RECORDING, *OF_DIRECTION, *OF_BAND, *OF_ORIGIN) if key in facts}
+    found_again = {key: str(facts.get(key, "")) for key in ("source", "sha256")}
+    return {**known, "name": record.name, **found_again, OWN_STEP: record.dt}
 
 
 def _parts(record: Motion, dt: float, motions: Sequence[Motion]) -> int:
