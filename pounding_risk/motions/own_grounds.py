@@ -117,6 +117,8 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
     steps, steps_after = (_parts(record, dt, [motion, aftershock]) for record in (motion, aftershock))
     before, after = divided(motion.acceleration, steps), divided(aftershock.acceleration, steps_after)
     factor = motion.record.get("factor", 1.0) if ratio is None else ratio * motion.pga / aftershock.pga
+    # The factor over that of the motion, and the PGA before it: amplitudes of a grid scale the sequence later on.
+    scaled = {"times": factor / motion.record.get("factor", 1.0), "pga": aftershock.pga}
     still = np.zeros(max(ceil(pause / dt - WHOLE) - 1, 1))
     begins = (before.size + still.size) * dt
     across = motion.across
@@ -127,7 +129,7 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
         acceleration=np.concatenate([before, still, factor * after]),
         across=across,
         dt=dt,
-        record={**motion.record, OWN_STEP: motion.dt, AFTERSHOCK: _facts(aftershock)},
+        record={**motion.record, OWN_STEP: motion.dt, AFTERSHOCK: _facts(aftershock) | scaled},
         processing=(*motion.processing, f"followed from {begins:g} s on by {aftershock.name}, times {factor:.6g}"),
         tail=0,
         late=0,
