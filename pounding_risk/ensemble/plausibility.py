@@ -21,7 +21,7 @@ from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.ground import SHARED
 from pounding_risk.motions.levels import PEAK, Level, driven
 from pounding_risk.motions.motion import Motion
-from pounding_risk.motions.record import AFTERSHOCK, GENERATED, is_vertical, recordings_within, site_of
+from pounding_risk.motions.record import AFTERSHOCK, BESIDE, GENERATED, recordings_within, site_of
 from pounding_risk.motions.request import AS_RECORDED
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
 from pounding_risk.scene.ground_motion import parting
@@ -396,9 +396,6 @@ def _motion_notes(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
     grid = study.grid
     if request.aftershock:
         yield from _sequence_notes(motions)
-    if vertical := [motion.name for motion in motions if is_vertical(motion.record)]:
-        words = "a vertical component, which moves" if len(vertical) == 1 else "vertical components, which move"
-        yield f"{', '.join(vertical)}: {words} the buildings along the row here; name the horizontal ones"
     if grid.measure != PEAK:
         yield from _level_notes(grid, motions)
         return
@@ -461,7 +458,7 @@ def _own_record_notes(study: Scene, motions: Sequence[Motion]) -> Iterator[str]:
     keys = recordings_within([motion.record for motion in motions], [motion.name for motion in motions])
     recordings_above: dict[tuple[str, str], set[Hashable]] = {}
     for motion, (first, *_) in zip(motions, keys, strict=True):
-        for building, record in zip(names, motion.record.get("beside", ()), strict=False):
+        for building, record in zip(names, motion.record.get(BESIDE, ()), strict=False):
             recordings_above.setdefault((building, record["name"]), set()).add(first)
     for (building, name), recordings in recordings_above.items():
         if len(recordings) > 1:

@@ -175,10 +175,11 @@ class VariantJob(Job):
             gathered.tables.add(number, _leaves(job.study))
             notes = of_input(job.study, job.scan_input.motions)
             note_attrs = {"notes": as_text(list(notes))} if notes else {}
-            gathered.attributes.add(number, job.numbers() | flags_of(job.study, job.scan_input.motions) | note_attrs)
+            flags = flags_of(job.study, job.scan_input.motions)
+            gathered.attributes.add(number, job.numbers() | flags | note_attrs)
             gathered.notes.update(dict.fromkeys(notes))
-            for motion in job.scan_input.motions:
-                gathered.flags.setdefault(motion.name, {}).update(dict.fromkeys(motion.flags))
+            for name, doubts in json.loads(flags["flags"]).items():
+                gathered.flags.setdefault(name, {}).update(dict.fromkeys(doubts))
         return gathered
 
     def _free(self, number: int, job: GridJob) -> dict[str, Any]:

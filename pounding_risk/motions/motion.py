@@ -271,6 +271,14 @@ def after_cut(record: dict[str, Any], seconds: float) -> dict[str, Any]:
     return record
 
 
+def seconds_after(first: dict[str, Any], second: dict[str, Any]) -> float:
+    """Seconds by which a record begins after another, by their facts; without both starts, by what was cut of each."""
+    if first.get("start") and second.get("start"):
+        one, other = (datetime.fromisoformat(str(record["start"])) for record in (first, second))
+        return (other - one).total_seconds()
+    return float(second.get("cut_from_start", 0.0)) - float(first.get("cut_from_start", 0.0))
+
+
 def _corners(record: dict[str, Any], low: float, high: float) -> dict[str, float]:
     """Corners of a record after a filter of that band [Hz]: the narrower of it and the one it came with."""
     facts = {}

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import ceil
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,10 +15,11 @@ from pounding_risk.models.ground import divided
 from pounding_risk.motions.catalogue import is_file
 from pounding_risk.motions.ensemble import read_ensemble
 from pounding_risk.motions.generated import is_recipe
-from pounding_risk.motions.motion import Motion, after_cut
+from pounding_risk.motions.motion import Motion, after_cut, seconds_after
 from pounding_risk.motions.processing.signals import Samples
-from pounding_risk.motions.record import AFTERSHOCK, OF_RECORDING
+from pounding_risk.motions.record import AFTERSHOCK, BESIDE, OF_BAND, OF_DIRECTION, OF_ORIGIN, OF_RECORDING, OWN_STEP
 from pounding_risk.motions.request import RecordRequest
+from pounding_risk.motions.rotation import OFF_GRID
 
 WHOLE = 1e-9  # of a ratio of two time steps: so close to a whole number is one
 
@@ -60,10 +61,35 @@ class _Laid(NamedTuple):
 
 
 def _laid(records: Sequence[Motion], dt: float) -> list[_Laid]:
-    """Records on samples every ``dt`` [s]. What begins later, as more was cut or fewer zeros put on, follows zeros."""
-    cuts = [float(record.record.get("cut_from_start", 0.0)) for record in records]
-    before = [round((cut - min(cuts)) / dt) for cut in cuts]
+    """Records on samples every ``dt`` [s]. What begins later than others follows zeros."""
+    steps = [round(_begins(records[0], record) / dt) for record in records]
+    before = [step - min(steps) for step in steps]
     return [_Laid(record, _parts(record, dt, records), zeros) for record, zeros in zip(records, before, strict=True)]
+
+
+def _begins(motion: Motion, record: Motion) -> float:
+    """How long after a motion a record begins [s]: by the starts that both state if they overlap then, else together.
+
+    Together but for what was cut of each, or put before it.
+    """
+    later = seconds_after(motion.record, record.record)
+    return later if -record.duration < later < motion.duration else _cut_after(motion, record)
+
+
+def _cut_after(motion: Motion, record: Motion) -> float:
+    """How long after a motion a record begins [s] that begins together with it, but for what was cut of each."""
+    return float(record.record.get("cut_from_start", 0.0)) - float(motion.record.get("cut_from_start", 0.0))
+
+
+def _doubts_of_start(motion: Motion, record: Motion, dt: float) -> list[str]:
+    """Flags of a record that begins at another time than the motion, by their starts, on samples every ``dt`` [s]."""
+    later, doubts = _begins(motion, record), []
+    if abs(later - _cut_after(motion, record)) > 0.5 * dt:
+        side = f"{abs(later):.4g} s {'after' if later > 0.0 else 'before'} {motion.name}"
+        doubts.append(f"{record.name}, beside it: begins {side}, by the starts of both; the later one follows zeros")
+    if (off := abs(later - round(later / dt) * dt)) > OFF_GRID * dt:
+        doubts.append(f"{record.name}, beside it: is sampled {1e3 * off:.2g} ms apart, and was not interpolated")
+    return doubts
 
 
 def set_beside(motion: Motion, records: Sequence[Motion | None]) -> Motion:
@@ -71,8 +97,9 @@ def set_beside(motion: Motion, records: Sequence[Motion | None]) -> Motion:
 
     ``records`` has one by building, not scaled, None where it stands on ``motion``. Every record gets the factor of
     the motion. Of unlike time steps one has to be a whole multiple of the other, else RecordError: the coarser record
-    is then divided on the straight lines between its samples, which changes nothing of it. Zeros follow the records
-    that end first. A record that is the motion itself, to the bit, is none of its own.
+    is then divided on the straight lines between its samples, which changes nothing of it. Where both state when they
+    start, and overlap then, they are at these times, to the nearest sample, else they begin together; zeros come before
+    the later ones and after those that end first. A record that is the motion itself, to the bit, is none of its own.
     """
     others = [record for record in records if record is not None]
     dt = min(record.dt for record in (motion, *others))
@@ -92,13 +119,14 @@ def set_beside(motion: Motion, records: Sequence[Motion | None]) -> Motion:
     sentences += [f"zeros before {one.record.name} up to {one.before * dt:g} s, where it begins" for one in late]
     if count > main.reach:
         sentences.append(f"zeros up to {(count - 1) * dt:g} s, where the longest record beside it ends")
-    found_again = [_found_again(record) for record in others]
+    beside = [{"building": place, **_facts(record)} for place, record in enumerate(records) if record is not None]
     flags = [f"{record.name}, beside it: {flag}" for record in others for flag in record.flags]
+    flags += [doubt for record in others for doubt in _doubts_of_start(motion, record, dt)]
     return replace(
         motion,
         acceleration=shared,
         dt=dt,
-        record={**after_cut(motion.record, -main.before * dt), "beside": found_again},
+        record={**after_cut(motion.record, -main.before * dt), OWN_STEP: motion.dt, BESIDE: beside},
         processing=(*motion.processing, *sentences),
         own_grounds=own_samples if any(samples is not None for samples in own_samples) else (),
         tail=count - main.reach + motion.tail * main.parts,
@@ -117,7 +145,8 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
     steps, steps_after = (_parts(record, dt, [motion, aftershock]) for record in (motion, aftershock))
     before, after = divided(motion.acceleration, steps), divided(aftershock.acceleration, steps_after)
     factor = motion.record.get("factor", 1.0) if ratio is None else ratio * motion.pga / aftershock.pga
-    of_its_recording = {key: aftershock.record[key] for key in OF_RECORDING if key in aftershock.record}
+    # The factor over that of the motion, and the PGA before it: amplitudes of a grid scale the sequence later on.
+    scaled = {"times": factor / motion.record.get("factor", 1.0), "pga": aftershock.pga}
     still = np.zeros(max(ceil(pause / dt - WHOLE) - 1, 1))
     begins = (before.size + still.size) * dt
     across = motion.across
@@ -128,7 +157,7 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
         acceleration=np.concatenate([before, still, factor * after]),
         across=across,
         dt=dt,
-        record={**motion.record, AFTERSHOCK: _found_again(aftershock) | of_its_recording},
+        record={**motion.record, OWN_STEP: motion.dt, AFTERSHOCK: _facts(aftershock) | scaled},
         processing=(*motion.processing, f"followed from {begins:g} s on by {aftershock.name}, times {factor:.6g}"),
         tail=0,
         late=0,
@@ -138,9 +167,12 @@ def followed_by(motion: Motion, aftershock: Motion, pause: float, ratio: float |
     return joined.with_tail(tail) if tail else joined
 
 
-def _found_again(record: Motion) -> dict[str, str]:
-    """The facts that it takes to find a record again."""
-    return {"name": record.name, **{key: str(record.record.get(key, "")) for key in ("source", "sha256")}}
+def _facts(record: Motion) -> dict[str, Any]:
+    """The facts that it takes to find a record again, to know its recording, and to doubt it for some buildings."""
+    facts = record.record
+    known = {key: facts[key] for key in (*OF_RECORDING, *OF_DIRECTION, *OF_BAND, *OF_ORIGIN) if key in facts}
+    found_again = {key: str(facts.get(key, "")) for key in ("source", "sha256")}
+    return {**known, "name": record.name, **found_again, OWN_STEP: record.dt}
 
 
 def _parts(record: Motion, dt: float, motions: Sequence[Motion]) -> int:

@@ -46,8 +46,13 @@ LARGEST = 1e30  # m/s²: far above any motion, and its square is still a number
 VERTICALS = {"UP", "U-D", "DWN", "DOWN", "DN", "UD", "UD1", "UD2", "V", "VER", "VERT", "VERTICAL", "Z"}
 FACTOR_OF_SITE = "site_factor"  # fact of a record: the factor that the table of its site states
 AFTERSHOCK = "aftershock"  # fact of a sequence: what is known of the record that follows
+BESIDE = "beside"  # fact of a motion: what is known of the records of single buildings
+OWN_STEP = "own_dt"  # fact of each record in a motion of several: its time step [s] before it was divided
 STATED = "recording"  # fact of a record: its recording, where copies were found and its other facts do not say
 OF_RECORDING = (STATED, "rsn", "event", "start", "date", "station", "sensor")  # facts that `recording` reads
+OF_DIRECTION = ("component", "azimuth", "vertical")  # facts that `is_vertical` reads
+OF_BAND = ("low_corner", "lowest_usable_frequency")  # facts that `lowest_usable` reads
+OF_ORIGIN = ("state", STILL, "interpolation_error")  # facts of generated ground, of which less is to be doubted
 # 1 − r² of two versions of one record, r their correlation: numbers of five significant digits leave 1e-9, whole
 # counts of a record that peaks at 1000 counts 1e-6; no two of 100 horizontals of FEMA P-695 come below 0.7.
 ROUNDING = 1e-5

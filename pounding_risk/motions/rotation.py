@@ -13,14 +13,13 @@
 
 from __future__ import annotations
 
-from datetime import datetime
 from math import cos, isfinite, radians, sin
 from typing import Any
 
 import numpy as np
 
 from pounding_risk.errors import RecordError
-from pounding_risk.motions.motion import Motion
+from pounding_risk.motions.motion import Motion, seconds_after
 from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.record import SAME_STEP, recording
 from pounding_risk.units import shown
@@ -145,12 +144,7 @@ def _is_square(angle: float) -> bool:
 def _aligned(first: Motion, second: Motion) -> tuple[tuple[Samples, Samples], tuple[str, ...], tuple[str, ...]]:
     """Samples of both components at the same times, sentences about what was cut, and flags."""
     starts = [motion.record.get("start") for motion in (first, second)]
-    # Samples by which the second starts after the first; those of unknown starts begin together, but for what was cut.
-    cut = [float(motion.record.get("cut_from_start", 0.0)) for motion in (first, second)]
-    later = (cut[1] - cut[0]) / first.dt
-    if all(starts):
-        one, other = (datetime.fromisoformat(str(start)) for start in starts)
-        later = (other - one).total_seconds() / first.dt
+    later = seconds_after(first.record, second.record) / first.dt
     shift = round(later)
     gone = (max(0, shift), max(0, -shift))
     both = [motion.acceleration[count:] for motion, count in zip((first, second), gone, strict=True)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import accumulate, pairwise
 from math import inf
 from typing import TYPE_CHECKING, Any
@@ -16,8 +16,8 @@ from pounding_risk.models.effects import EFFECTS, acts_on_law, bare, references
 from pounding_risk.models.structures.contact_points import Point
 from pounding_risk.motions.intensity import LEAST_PERIOD, response_spectra
 from pounding_risk.motions.levels import PEAK, Measure
-from pounding_risk.motions.motion import USUAL_FACTORS, Motion
-from pounding_risk.motions.record import GENERATED, recording_numbers
+from pounding_risk.motions.motion import USUAL_FACTORS, Motion, unit_doubts
+from pounding_risk.motions.record import AFTERSHOCK, GENERATED, recording_numbers
 from pounding_risk.motions.scaling import peak_velocities
 from pounding_risk.results.attributes import DATASET_VERSION, VERSION, as_text, versions
 from pounding_risk.results.layout import AMPLITUDE, CaseVariable, axes_by
@@ -368,13 +368,34 @@ def flags_of(study: Scene, motions: tuple[Motion, ...]) -> dict[str, str]:
 
 def doubts_of(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tuple[str, ...]]:
     """Doubts about each motion, some of which follow from the buildings, and on its factors to the amplitudes."""
-    unusual = _unusual_factors(study, motions)
-    return {motion.name: (*motion.flags, *unusual.get(motion.name, ())) for motion in motions}
-
-
-def _unusual_factors(study: Scene, motions: tuple[Motion, ...]) -> dict[str, tuple[str]]:
-    """The flag of each motion that some amplitude of the grid scales beyond the usual factors: one for all of them."""
     gains = _felt_pga(study, motions, np.array([motion.pga for motion in motions]))[1]
+    unusual = _unusual_factors(study, motions, gains)
+    return {
+        motion.name: (*motion.flags, *unusual.get(motion.name, ()), *_unusual_aftershock(motion, of_motion))
+        for motion, of_motion in zip(motions, gains, strict=True)
+    }
+
+
+def _unusual_aftershock(motion: Motion, gains: Array) -> Iterator[str]:
+    """Flags of an aftershock that factors of its own, or those to the amplitudes of the grid, take beyond the usual."""
+    shock = motion.record.get(AFTERSHOCK)
+    if shock is None:
+        return
+    factors = shock["times"] * motion.record.get("factor", 1.0) * gains
+    ends = dict.fromkeys((float(factors.min()), float(factors.max())))
+    low, high = USUAL_FACTORS
+    is_own = shock["times"] != 1.0 and shock.get("state") != GENERATED  # else the flag of its motion holds for it
+    if is_own and not all(low <= factor <= high for factor in ends):
+        words = " to ".join(f"{factor:.4g}" for factor in ends)
+        is_outside = f"the scale factor {words} is" if len(ends) == 1 else f"scale factors {words} are"
+        yield f"{shock['name']}, after it: {is_outside} outside {low:g} to {high:g}"
+    for factor in ends:
+        doubts = unit_doubts(factor * shock["pga"], "after scaling") if factor != 1.0 else ()
+        yield from (f"{shock['name']}, after it: {doubt}" for doubt in doubts)
+
+
+def _unusual_factors(study: Scene, motions: tuple[Motion, ...], gains: Array) -> dict[str, tuple[str]]:
+    """The flag of each motion that some amplitude of the grid scales beyond the usual factors: one for all of them."""
     factors = gains * np.array([motion.record.get("factor", 1.0) for motion in motions])[:, None]
     low, high = USUAL_FACTORS
     unusual = ((gains != 1.0) & ((factors < low) | (factors > high))).any(axis=1)  # of a motion as it is: its own flag

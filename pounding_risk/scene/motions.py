@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
+from typing import Any
 
 from pounding_risk._common.counted import counted
 from pounding_risk.errors import SceneError
@@ -12,8 +13,9 @@ from pounding_risk.motions.ensemble import MotionEnsemble, read_ensemble
 from pounding_risk.motions.levels import FACTOR, PEAK
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.own_grounds import followed_by, read_own, set_beside
+from pounding_risk.motions.processing.signals import Samples
 from pounding_risk.motions.quality import OF_BUILDINGS, failed, quality
-from pounding_risk.motions.record import STILL, lowest_usable
+from pounding_risk.motions.record import AFTERSHOCK, BESIDE, OWN_STEP, STILL, is_vertical, lowest_usable
 from pounding_risk.motions.request import INTENSITY, RecordRequest, conflicts
 from pounding_risk.scene.known_motions import with_histories
 from pounding_risk.scene.scene import Scene
@@ -113,7 +115,7 @@ def _one_for_each(
 
 
 def for_buildings(motions: Iterable[Motion], study: Scene) -> tuple[Motion, ...]:
-    """The motions, flagged where they are too coarse or were filtered too narrowly for the buildings of a scene."""
+    """The motions, flagged where a record in them does not suit the buildings of a scene; see `for_periods`."""
     return tuple(for_periods(motion, periods_of(study)) for motion in motions)
 
 
@@ -132,28 +134,49 @@ def _flagged(motion: Motion, flags: tuple[str, ...]) -> Motion:
     return flagged
 
 
-def periods_of(study: Scene) -> list[float]:
-    """Fundamental periods of the buildings that vibrate [s]."""
-    return [building.period for building in study.buildings if not building.is_rigid]
+def periods_of(study: Scene) -> list[list[float]]:
+    """The fundamental period [s] of each building, as a list, which is empty of a rigid one."""
+    return [[] if building.is_rigid else [building.period] for building in study.buildings]
 
 
-def for_periods(motion: Motion, periods: Sequence[float]) -> Motion:
-    """The motion, flagged where it is too coarse or was filtered too narrowly for buildings of these periods [s]."""
+def for_periods(motion: Motion, periods: Sequence[Sequence[float]]) -> Motion:
+    """The motion, flagged where a record in it is vertical, too coarse or filtered too narrowly for periods [s].
+
+    ``periods`` has a list for each building; a record below one building is compared with the periods of that alone.
+    """
     return _flagged(motion, (*motion.flags, *_doubt_flags(motion, periods)))
 
 
-def _doubt_flags(motion: Motion, periods: Sequence[float]) -> tuple[str, ...]:
+def _doubt_flags(motion: Motion, periods: Sequence[Sequence[float]]) -> tuple[str, ...]:
     """Flags of a motion that follow from the periods of the buildings [s]."""
-    if not len(periods) or motion.record.get(STILL):
-        return ()
+    own = {facts["building"]: facts for facts in motion.record.get(BESIDE, ())}
+    shared = [period for place, of_one in enumerate(periods) if place not in own for period in of_one]
+    doubts = _unsuited({OWN_STEP: motion.dt} | motion.record, motion.acceleration, shared)
+    if shock := motion.record.get(AFTERSHOCK):
+        doubts += [f"{shock['name']}, after it: {doubt}" for doubt in _unsuited(shock, motion.acceleration, shared)]
+    for place, facts in own.items():
+        ground = motion.own_grounds[place] if motion.own_grounds else None
+        samples = motion.acceleration if ground is None else ground
+        doubts += [f"{facts['name']}, beside it: {doubt}" for doubt in _unsuited(facts, samples, periods[place])]
+    return tuple(dict.fromkeys(doubts))
+
+
+def _unsuited(facts: Mapping[str, Any], samples: Samples, periods: Sequence[float]) -> list[str]:
+    """Doubts about a record of these facts under buildings of these periods [s]; ``samples`` has its motion."""
+    if facts.get(STILL):
+        return []
+    upright = ["a vertical component, which moves the buildings along the row here; name the horizontal ones"]
+    upright *= is_vertical(facts)
+    if not len(periods):
+        return upright
     # Straight lines close to a known motion excite a stiff building no more than their distance from it.
-    is_interpolated = "interpolation_error" in motion.record
+    is_interpolated = "interpolation_error" in facts
     findings = quality(
-        motion.acceleration,
-        motion.dt,
+        samples,
+        facts[OWN_STEP],
         shortest_period=min(periods),
         longest_period=max(periods),
-        usable=lowest_usable(motion.record),
+        usable=lowest_usable(facts),
         checks=OF_BUILDINGS[is_interpolated:],
     )
-    return tuple(failed(findings))
+    return [*upright, *failed(findings)]

@@ -208,7 +208,7 @@ def shaking_of(source: Any, periods: Array) -> Shaking:
             )
         polarities, attrs = POLARITIES, {"amplitude": "as given"}
     if not isinstance(source, Scene):  # `gathered` has flagged its motions
-        motions = tuple(for_periods(motion, ends) for motion in motions)
+        motions = tuple(for_periods(motion, [ends]) for motion in motions)
     if not motions:
         raise PoundingError("no record is left to take a spectrum of; check the names, the files or the folder")
     if left_out:

@@ -372,9 +372,8 @@ def dataset_of(
     base = study.updated(axes=())
     facts, words, drawn = work
     periods = facts.buildings["period"]
-    moving = periods[periods > 0.0]
-    ends = (float(moving.min()), float(moving.max())) if moving.size else ()
-    motions = tuple(for_periods(motion, ends) for motion in as_before(ensemble.motions, base))
+    moving = [of_one[of_one > 0.0].tolist() for of_one in periods.T]
+    motions = tuple(for_periods(motion, moving) for motion in as_before(ensemble.motions, base))
     coordinates = grid_job_of(ScanInput(base, motions)).coordinates()
     dataset = labels.skeleton(base, motions, {}, coordinates).drop_dims(OF_CONTACT, errors="ignore")
     axes = labels.axes_of_motions(base)

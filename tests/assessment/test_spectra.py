@@ -201,6 +201,9 @@ def test_motions_that_do_not_suit_the_periods_are_flagged():
     flags = json.loads(pr.spectra([coarse], periods=("0.05 s", "1 s"), num=2).attrs["flags"])
     assert any("time step of the stiffest building" in flag for flag in flags["coarse"])
     assert "coarse" not in json.loads(pr.spectra([coarse], periods=("0.8 s", "1 s"), num=2).attrs["flags"])
+    upright = Motion("upright", coarse.acceleration, 0.01, {"component": "UP"})
+    flags = json.loads(pr.spectra([upright], periods=("0.8 s", "1 s"), num=2).attrs["flags"])
+    assert any(flag.startswith("a vertical component") for flag in flags["upright"])
 
 
 def test_motions_of_one_name_get_a_number():

@@ -23,6 +23,7 @@ from pounding_risk.results.amplitudes import intensity_unit
 from pounding_risk.results.opened import Results
 from pounding_risk.scene.motions import motions_of
 from pounding_risk.scene.reader import parse_scene
+from pounding_risk.units import STANDARD_GRAVITY
 
 G = 9.80665
 RECORDS = {"names": ["RSN6-180", "RSN1690-090"], "window": ["0 s", "8 s"], "tail": "1 s"}
@@ -336,6 +337,35 @@ def test_without_a_ratio_both_have_one_factor_and_a_stronger_one_is_flagged():
     first, after = pr.read_motion("RSN6-180", window=(0.0, 8.0)), pr.read_motion("RSN753-000")
     assert np.abs(motion.acceleration[-after.acceleration.size :]).max() == pytest.approx(after.pga, rel=1e-12)
     assert any("its aftershock is stronger" in flag for flag in motion.flags) == (after.pga > first.pga)
+
+
+def test_a_factor_of_the_aftershock_alone_is_flagged():
+    """Of PGA p and q in the files the factor at a ratio r is r p / q, times that to the amplitude, if there is one."""
+    first, after = pr.read_motion("RSN77-164").pga, pr.read_motion("RSN1690-090").pga
+
+    def told(override: str = "", ratio: float | None = 0.8, after: str = "RSN1690-090") -> list[str]:
+        sides = single("left", "300 t", "0.6 s"), single("right", "200 t", "0.5 s")
+        records = {"names": ["RSN77-164"], "aftershock": after} | ({} if ratio is None else {"aftershock_ratio": ratio})
+        (planned,) = pr.validate(parse_scene(scene_text(*sides, records=records)), [override] * bool(override)).records
+        return [flag.removeprefix(f"{after}, after it: ") for flag in planned.flags if flag.startswith(after)]
+
+    as_recorded, half_g = 0.8 * first / after, 0.8 * 0.5 * STANDARD_GRAVITY / after
+    assert told() == [f"the scale factor {as_recorded:.4g} is outside 0.25 to 4"]
+    assert told('records.pga="0.5 g"') == told(f"records.scale={0.5 * STANDARD_GRAVITY / first!r}")
+    assert told('records.pga="0.5 g"') == [f"the scale factor {half_g:.4g} is outside 0.25 to 4"]
+    assert told('grid.pga=["0.1 g", "0.5 g"]') == [
+        f"scale factors {0.2 * half_g:.4g} to {half_g:.4g} are outside 0.25 to 4"
+    ]
+    assert told('records.pga="0.2 g"') == told(ratio=None) == []
+    assert told(ratio=3.0, after="RSN6-180")[1:] == [
+        f"PGA after scaling is {3.0 * first / STANDARD_GRAVITY:.3g} g, above 3 g: check the unit"
+    ]
+    assert told(after="ricker: pga=0.1 g, period=0.6 s, step=0.01 s") == []
+    grid = {"building.left.mass": ["300 t", "310 t"]}
+    sides = single("left", "300 t", "0.6 s"), single("right", "200 t", "0.5 s")
+    sequence = {"names": ["RSN6-180"], "aftershock": "RSN1690-090", "aftershock_ratio": 3.0}
+    along = pr.scan(parse_scene(scene_text(*sides, records=sequence, grid=grid)), check_fraction=0.0)
+    assert "RSN1690-090, after it: the scale factor" in along.attrs["flags"]
 
 
 def test_what_has_yielded_carries_over():

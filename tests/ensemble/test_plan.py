@@ -5,6 +5,7 @@ import shutil
 from dataclasses import replace
 from math import sqrt
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -101,6 +102,37 @@ def test_records_unfit_for_the_buildings_are_flagged():
     assert centro.flags == (coarse,)
     assert {coarse, "period of the softest building: 12 s; allowed: at most 9.85 s"} <= set(ridgecrest.flags)
     assert validate(parse_scene(SCENE, "pair.toml")).records[0].flags == ()
+
+
+COARSE = "time step of the stiffest building: 0.02 s, 5 in a period of 0.1 s; allowed: at most 0.01 s"
+NARROW = "period of the softest building: 12 s; allowed: at most 9.85 s"  # 1/(1.25 · 0.0812 Hz)
+UPRIGHT = "a vertical component, which moves the buildings along the row here; name the horizontal ones"
+
+
+@pytest.mark.parametrize(
+    ("record", "periods", "flags"),
+    [
+        ("RSN1690-090", ("0.5 s", "0.1 s"), [COARSE]),
+        ("RSN1690-090", ("0.1 s", "0.5 s"), []),
+        ("CCC-HN1", ("0.5 s", "12 s"), [NARROW]),
+        ("CCC-HN1", ("12 s", "0.5 s"), []),
+        ("RSN6-UP", ("0.5 s", "0.4 s"), [UPRIGHT]),
+    ],
+)
+def test_each_record_of_a_motion_is_compared_with_the_buildings_on_it(record, periods, flags):
+    """Alone, behind another for both buildings, and below the right one; RSN1690 has steps of 0.02 s, RSN6 0.01 s."""
+
+    def told(own: dict[str, str], **records: Any) -> list[str]:
+        sides = single("left", "300 t", periods[0]), single("right", "200 t", periods[1], **own)
+        (planned,) = validate(parse_scene(scene_text(*sides, records=records))).records
+        return [flag for flag in planned.flags if flag.endswith((COARSE, NARROW, UPRIGHT))]
+
+    of_both = told({}, names=[record])
+    assert set(flags) <= set(of_both) and of_both
+    behind = told({}, names=["RSN6-180"], aftershock=record)
+    assert behind == [f"{record}, after it: {flag}" for flag in of_both]
+    beside = told({"ground_record": record}, names=["RSN6-180"])
+    assert beside == [f"{record}, beside it: {flag}" for flag in flags]
 
 
 def test_the_error_of_a_mean_time_is_that_of_a_sample_of_a_finite_population():

@@ -121,7 +121,6 @@ STOREYS = {
     "a strength in another unit": 'building.B.storey_strengths=["2.6 kN", "2500 kN", "2300 kN"]',
     "a tall storey": 'building.B.storey_heights=["45 m", "3.2 m", "3.2 m"]',
     "a period of three storeys ten times too long": 'building.A.period="6 s"',
-    "a vertical component": 'records.names=["RSN6-UP"]',
 }
 
 

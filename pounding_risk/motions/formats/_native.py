@@ -122,7 +122,9 @@ def _placed(trace: Trace) -> tuple[float | None, bool]:
     if "cmpinc" in header and abs(90.0 - inclined) > LEVEL:
         return None, True
     code = trace.stats.channel.upper()[-1:]
-    return float(header["cmpaz"]) if "cmpaz" in header else BY_NAME.get(code), code == "Z"
+    if code == "Z":  # whose CMPAZ, if there is one, points nowhere
+        return None, True
+    return float(header["cmpaz"]) if "cmpaz" in header else BY_NAME.get(code), False
 
 
 def _sensitivity(trace: Trace, beside: Path) -> tuple[float, str, float | None, bool]:

@@ -7,8 +7,8 @@
 
 Commas, semicolons, tabs or blanks part the columns. Comments begin with #, % or !. What they may state, one a line:
 unit, dt, state ("raw" or "processed"), samples (their number), peak (the largest of them, without its sign), starttime
-(of the first sample), event, magnitude, date, distance_km, station, component, azimuth, low_corner, high_corner,
-processing (a line a step).
+(of the first sample), event, magnitude, date, distance_km, station, component, azimuth, vertical (true of a component
+that is), low_corner, high_corner, processing (a line a step).
 
 Where such a file states no unit or no time step, the user must state it; neither is guessed. Its
 state is "processed" unless it says "# state = raw": it was made by a program that had read the record before, and
@@ -39,7 +39,7 @@ KEYS = {
     **{name: "dt" for name in ("dt", "delta", "time step", "timestep", "sampling interval")},
     **{name: "samples" for name in ("samples", "npts")},
     **{name: name for name in ("state", "starttime", "peak", "processing", "event", "date", "station", "component")},
-    **{name: name for name in ("magnitude", "distance_km", "azimuth", "low_corner", "high_corner")},
+    **{name: name for name in ("magnitude", "distance_km", "azimuth", "vertical", "low_corner", "high_corner")},
 }
 REPEATED = "processing"  # a history has a line a step
 
@@ -259,7 +259,7 @@ STATES = ("raw", "processed")
 SECONDS = ("s", "sec", "secs", "second", "seconds")
 WORDS, NUMBERS = ("event", "date", "station", "component"), ("magnitude", "distance_km", "azimuth")
 CORNERS = ("low_corner", "high_corner")
-FACTS = (*WORDS, *NUMBERS, *CORNERS)  # what a comment may state of the recording
+FACTS = (*WORDS, *NUMBERS, "vertical", *CORNERS)  # what a comment may state of the recording
 TO_STATE = {
     "unit": ("the unit of its acceleration", f'write "# unit = cm/s^2" above the samples, or give it: {TO_GIVE}'),
     "dt": (
@@ -392,6 +392,8 @@ def _facts(head: Head, units: str) -> tuple[AttribDict, UTCDateTime | None]:
         fact = _text.number(head.statements[key].value.split(" ")[0]) if key in head.statements else None
         if fact is not None:
             facts[key] = fact
+    if "vertical" in head.statements and head.statements["vertical"].value.lower() == "true":
+        facts["vertical"] = True
     state, start, begins = head.statements.get("state"), head.statements.get("starttime"), None
     if state is not None and state.value not in STATES:
         raise RecordError(f'{state.place}: state is {quoted(state.value)}; it may be "raw" or "processed"')

@@ -27,6 +27,7 @@ from pounding_risk.motions.formats.sac import _is_sac
 from pounding_risk.motions.read import open_source, read_motion
 from pounding_risk.motions.record import is_vertical
 from pounding_risk.motions.request import RecordRequest
+from pounding_risk.motions.write import write_motion
 
 ETNA = EVTS[0]
 OLD_K2 = ETNA.parent / "STNA.20020722.044649.evt.gz"
@@ -259,12 +260,26 @@ def test_sac_says_where_its_components_point(tmp_path, stated):
     assert not any("azimuths are unknown" in flag for flag in motion.flags)
 
 
+def test_a_vertical_by_its_name_points_nowhere(tmp_path):
+    """A channel Z of SAC whose CMPAZ is 0 and whose CMPINC is not set."""
+    trace = obspy.Trace(np.sin(np.arange(200) * 0.3), {"delta": 0.01, "channel": "HNZ", "station": "A"})
+    trace.stats.sac = {"cmpaz": 0.0}
+    trace.write(str(tmp_path / "a.sac"), format="SAC")
+    record = open_source(tmp_path / "a.sac", unit="m/s^2").record
+    assert is_vertical(record) and record["azimuth"] is None
+
+
 def test_a_vertical_is_one_by_its_direction_whatever_its_name(tmp_path):
-    """A channel 3 with CMPINC 0 in SAC, and with a dip of -90 degrees in a StationXML."""
+    """A channel 3 with CMPINC 0 in SAC, as columns too, and with a dip of -90 degrees in a StationXML."""
     trace = obspy.Trace(np.sin(np.arange(200) * 0.3), {"delta": 0.01, "channel": "HN3", "station": "A"})
     trace.stats.sac = {"cmpaz": 0.0, "cmpinc": 0.0}
     trace.write(str(tmp_path / "a.sac"), format="SAC")
     assert is_vertical(open_source(tmp_path / "a.sac", unit="m/s^2").record)
+    write_motion(read_motion(tmp_path / "a.sac", unit="m/s^2", processing="none"), tmp_path / "a.csv")
+    assert is_vertical(open_source(tmp_path / "a.csv").record)
+    level = (tmp_path / "a.csv").read_text("utf-8").replace("# vertical = True", "# vertical = false")
+    (tmp_path / "level.csv").write_text(level, "utf-8")
+    assert not is_vertical(open_source(tmp_path / "level.csv").record)
     shutil.copy(catalogue.path("CCC-HN1"), tmp_path / "CCC.mseed")
     text = (catalogue.records_folder() / "CI.CCC.xml").read_text("utf-8")
     (tmp_path / "CI.CCC.xml").write_text(re.sub(r"<Dip[^>]*>[^<]*</Dip>", "<Dip>-90</Dip>", text), "utf-8")
