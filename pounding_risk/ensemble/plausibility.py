@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from math import ceil, floor, isfinite, isnan, log10, nan, pi, sqrt
+from math import ceil, exp, floor, inf, isfinite, isnan, log, log10, nan, pi, sqrt
 from operator import add, itemgetter
 from typing import Any, NamedTuple
 
@@ -19,6 +19,7 @@ from pounding_risk.models.contact.impulsive import is_instant
 from pounding_risk.models.contact.laws import LINEAR_STIFFNESS, stiffness_quantity
 from pounding_risk.models.contact.table import TABULATED
 from pounding_risk.models.ground import SHARED
+from pounding_risk.models.structures.storeys import Storeys
 from pounding_risk.motions.levels import PEAK, Level, driven
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.record import AFTERSHOCK, BESIDE, GENERATED, recordings_within, site_of
@@ -30,7 +31,18 @@ from pounding_risk.scene.known_motions import has_known_motion, known_motion_not
 from pounding_risk.scene.scene import Scene
 from pounding_risk.scene.values import Axes
 from pounding_risk.scene.variants import Variants
-from pounding_risk.units import FLOOR_MASS, GAP, PERIOD, PGA, STANDARD_GRAVITY, STOREY_HEIGHT, TIME, Quantity, say
+from pounding_risk.units import (
+    DAMPING,
+    FLOOR_MASS,
+    GAP,
+    PERIOD,
+    PGA,
+    STANDARD_GRAVITY,
+    STOREY_HEIGHT,
+    TIME,
+    Quantity,
+    say,
+)
 
 SHARE_OF_WEIGHT = Quantity("1", 0.0, float("inf"), "strength over weight")
 
@@ -107,6 +119,7 @@ SHARE_OF_PERIOD = 0.1  # of the shorter period that a contact may last: the rule
 # The time in which sound crosses 1.75 m of concrete twice at 3500 m/s: no floors separate sooner.
 SHORTEST_CONTACT = 1e-3  # s
 HERTZ_TIME = 3.2181  # 2 ∫ ds / √(1 − s^(5/2)) (5/4)^(2/5) from 0 to 1: t = 3.2181 (m v²/β)^(2/5) / v
+LEFT_OF_PAUSE = 0.05  # of the amplitude before the aftershock: ten periods at 5 % leave 4 %
 NUMBER = re.compile(r"(?<![\w.^,-])(\d+(?:,\d{3})*(?:\.\d+)?(?:e[-+]?\d+)?)(?!\w)")  # of a sentence, alone
 HIDDEN_DIGITS = {ord(str(digit)): 0xE000 + digit for digit in range(10)}  # private letters
 SHOWN_DIGITS = {hidden: digit for digit, hidden in HIDDEN_DIGITS.items()}
@@ -396,6 +409,7 @@ def _motion_notes(study: Scene, motions: tuple[Motion, ...]) -> Iterator[str]:
     grid = study.grid
     if request.aftershock:
         yield from _sequence_notes(motions)
+        yield from _pause_notes(study)
     if grid.measure != PEAK:
         yield from _level_notes(grid, motions)
         return
@@ -439,6 +453,25 @@ def _sequence_notes(motions: Sequence[Motion]) -> Iterator[str]:
                 f"aftershock {', '.join(names[shock])}: stands in the motions of {count} recordings, which count as "
                 "one, as it may decide in all of them; bounds are wider than with an aftershock of its own for each"
             )
+
+
+def _pause_notes(study: Scene) -> Iterator[str]:
+    """A note on the building that the aftershock meets furthest from rest: free vibration falls as exp(-2π ζ t / T)."""
+    moving = [building for building in study.buildings if not building.is_rigid]
+    dampings = [one.first_damping() if isinstance(one, Storeys) else one.damping for one in moving]
+    rates = [2.0 * pi * damping / one.period for one, damping in zip(moving, dampings, strict=True)]
+    rate, pause = min(rates, default=inf), study.records.pause
+    left = exp(-rate * pause)
+    if left <= LEFT_OF_PAUSE or has_known_motion(study):
+        return
+    building, damping = moving[rates.index(rate)], dampings[rates.index(rate)]
+    repair = f'; write pause = "{ceil(-log(LEFT_OF_PAUSE) / rate)} s" or more' if rate > 0.0 else ""
+    yield (
+        f"{building.name}: {100.0 * left:.2g} % of the amplitude of its free vibration, exp(-2 pi damping pause / "
+        f"period), are left after a pause of {say(pause, TIME)} at a period of {say(building.period, PERIOD)} and a "
+        f"damping of {say(damping, DAMPING)}, usually {100.0 * LEFT_OF_PAUSE:g} % or less: the aftershock does not "
+        f"meet it at rest{repair}"
+    )
 
 
 def _level_notes(grid: Axes, motions: tuple[Motion, ...]) -> Iterator[str]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pounding_risk._common.files import write_whole
+from pounding_risk.motions.record import AFTERSHOCK
 from pounding_risk.units import say_in
 
 if TYPE_CHECKING:
@@ -270,8 +271,9 @@ def force_words(force: float) -> str:
 
 
 def motion_words(facts: Mapping[Any, Any]) -> str:
-    """Record, polarity and amplitude of one run."""
-    return f"{facts['record']} {facts['polarity']} at {say_in(facts['pga'], 'g')}"
+    """Record, polarity and amplitude of one run, and its aftershock."""
+    behind = f", followed by {facts[AFTERSHOCK]}" if AFTERSHOCK in facts else ""
+    return f"{facts['record']} {facts['polarity']} at {say_in(facts['pga'], 'g')}{behind}"
 
 
 def panel(draw: Callable[..., None], *arguments: Any, height: float = 4.2) -> Figure:

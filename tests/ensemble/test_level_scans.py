@@ -378,6 +378,8 @@ def test_what_has_yielded_carries_over():
         run = pr.simulate(parse_scene(text_of(**records)))
         told = dict(simulating.sheet(run)[0]["rows"])["record"]["text"]
         assert told.endswith(", followed by RSN6-180") == ("aftershock" in records)
+        caption = pr.figures.simulation_figure(run).get_supxlabel().replace("\n", " ")
+        assert ("followed by RSN6-180" in caption) == ("aftershock" in records)
         return run["storey_residual_drift"].values
 
     alone, still = rest(tail="20 s"), rest(aftershock="RSN6-180", pause="20 s", aftershock_ratio=1e-6)

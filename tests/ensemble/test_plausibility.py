@@ -456,6 +456,34 @@ def test_generated_motions_are_not_taken_for_records():
     assert told("3.5 g") == ["PGA as generated is 3.5 g, above 3 g: check the unit"]
 
 
+@pytest.mark.parametrize(("damping", "pause"), [(0.05, "0.5 s"), (0.05, "38 s"), (0.02, "60 s"), (0.0, "60 s")])
+def test_a_pause_too_short_to_come_to_rest_is_told(damping, pause):
+    """Against the peaks of a free oscillation x = e^(-ωζt) (cos ω_d t + ζ/√(1-ζ²) sin ω_d t)."""
+    sides = single("left", "300 t", "4 s", damping=damping), single("right", "200 t", "2 s")
+    text = scene_text(*sides, records={"names": ["RSN6-180"], "aftershock": "RSN753-000", "pause": pause})
+    omega, end = np.pi / 2.0, float(pause.removesuffix(" s"))
+    damped = omega * np.sqrt(1.0 - damping**2)
+    time = np.linspace(end, end + 4.0, 20001)  # its envelope, where it meets the oscillation
+    swing = np.exp(-omega * damping * time) * (np.cos(damped * time) + omega * damping / damped * np.sin(damped * time))
+    left = np.abs(swing * np.exp(omega * damping * (time - end))).max()
+    told = [note for note in notes(text=text) if "free vibration" in note]
+    assert len(told) == int(left > 0.05)
+    for note in told:
+        share = float(note.removeprefix("left: ").split(" %")[0]) / 100.0
+        assert share == pytest.approx(left, rel=0.05)  # two digits: half of the last one
+
+
+def test_storeys_are_at_rest_after_the_decay_of_their_first_mode():
+    """One storey of mass m, stiffness k and Rayleigh damping ζ is a mass of period 2π √(m/k) and that ζ."""
+    told = []
+    period = 2.0 * np.pi * np.sqrt(1e5 / 1e6)
+    for left in (single("left", "100 t", f"{period:.15g} s"), storeyed("left", ["100 t"], "1 MN/m", ["3 m"])):
+        records = {"names": ["RSN6-180"], "aftershock": "RSN753-000", "pause": "3 s"}
+        text = scene_text(left, single("right", "200 t", "0.3 s"), records=records)
+        told.append([note for note in notes(text=text) if "free vibration" in note])
+    assert told[0] == told[1] and len(told[0]) == 1
+
+
 def test_an_aftershock_behind_several_recordings_is_told():
     """Two components of one recording are one, before the pause and after it, and a list may have its own."""
 

@@ -326,9 +326,9 @@ class Storeys:
         return inertia if inertia.ndim > 1 else np.diag(inertia), self._damping(inertia, stiffness), stiffness
 
     def first_damping(self) -> float:
-        """φᵀ C φ / 2 ω of the first mode, φᵀ M φ = 1, of a building with a ``damping_matrix``."""
+        """φᵀ C φ / 2 ω of the first mode, φᵀ M φ = 1."""
         frequencies, shapes = self.vibration()
-        return float(shapes[:, 0] @ np.array(self.damping_matrix) @ shapes[:, 0] / (2.0 * frequencies[0]))
+        return float(shapes[:, 0] @ self.matrices()[1] @ shapes[:, 0] / (2.0 * frequencies[0]))
 
     def _second_mode(self) -> int:
         """Rayleigh's second mode, counted from 1; the first again where there is no other."""
