@@ -83,7 +83,7 @@ class Results:
         if events is None or events.dims != ("record",):
             return ()
         pairs = set(zip(self.recordings.tolist(), map(str, events.values), strict=True))
-        counts = Counter(event for _, event in pairs if event)
+        counts = Counter(event for _, event in sorted(pairs) if event)
         if not counts or sum(count**2 for count in counts.values()) < CROWDED * counts.total():
             return ()
         (event, most), earthquakes = counts.most_common(1)[0], counted(len(counts), "earthquake")
