@@ -198,7 +198,7 @@ def test_pint_is_found_where_the_command_line_keeps_it_from_other_libraries():
     code = (
         "import sys\n"
         "from pounding_risk import cli, units\n"
-        "cli._leave_out(['scan', 'scene.toml'])\n"
+        "cli._block_imports(['scan', 'scene.toml'])\n"
         "import xarray\n"
         "xarray.Dataset({'a': ('x', [1.0])})\n"
         "assert not sys.modules.get('pint') and not sys.modules.get('dask')\n"
