@@ -96,11 +96,13 @@ def with_bounds(values: Any, name: str, unit: str = "1", digits: int = 3, bound_
 
 
 def joined(*ends: Cell, names: Sequence[str] = ("low", "high")) -> Cell:
-    """A range from the cells of its ends; in CSV each end has a column of its name."""
+    """A range from the cells of its ends, one number where they are equal; in CSV each end has a column of its name."""
     named_ends = dict(zip(names, ends, strict=True))
     if all(end["text"] == MISSING for end in ends):
         return {"text": MISSING, "parts": [None, None], "ends": named_ends}
-    return {"text": " to ".join(end["text"] for end in ends), "parts": [end["raw"] for end in ends], "ends": named_ends}
+    texts, parts = [end["text"] for end in ends], [end["raw"] for end in ends]
+    is_one = len(set(texts)) == len(set(parts)) == 1
+    return {"text": texts[0] if is_one else " to ".join(texts), "parts": parts, "ends": named_ends}
 
 
 def noted(span: Cell, mark: str, words: str) -> Cell:
