@@ -26,6 +26,8 @@ from pounding_risk.solver.workspace import END, LAST
 
 NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early
 MET, BARELY = 1e-12, 1.0 + 1e-9  # of F_E: rounding, and where a local maximum differs from it
+LANDED = 0.5  # of rtol: a step that ends on an event with a larger error is tried again, shorter
+FEW_REFUSALS = 4  # of such steps one after the other: a corner of a law may leave every length with an error
 
 
 @small
@@ -181,18 +183,18 @@ def refine_event(kind, fraction, impact, phase, span, workspace):
 def land(kind, fraction, impact, phase, span, rtol, workspace):
     """Shorten the step until it ends on the event: Newton's rule on repeated steps, inside a bracket.
 
-    Returns the length of the step, whose end is left in END and its slopes in LAST, and whether the event
-    is there: a dip that only the model between the ends had is none.
+    Returns the length of the step, whose end is left in END and its slopes in LAST, whether the event is there (a dip
+    that only the model between the ends had is none), and the error of the step.
     """
     s, h = span
     low, high = 0.0, h
-    length = fraction * h
+    length, error = fraction * h, 0.0
     crossed = event_function(kind, impact, phase, workspace, AT_END)[0] < 0.0
     converged = False
     # Branches join continuously, and the end is moved along its slopes by what is left: either costs its square.
     close = 1e-3 * sqrt(rtol)
     for _ in range(50):
-        attempt(impact, phase, s, length, rtol, workspace)
+        error = attempt(impact, phase, s, length, rtol, workspace)
         write_end_slopes(impact, phase, s + length, workspace)
         read_end(impact, phase, (s + length, h), workspace, AT_END)
         value, slope = event_function(kind, impact, phase, workspace, AT_END)
@@ -213,7 +215,7 @@ def land(kind, fraction, impact, phase, span, rtol, workspace):
         if converged or high - low <= 1e-13 * h:
             break
         length = new
-    return length, crossed or converged
+    return length, crossed or converged, error
 
 
 @kernel
@@ -231,29 +233,40 @@ def switched(kind, phase):
 
 @kernel
 def end_on(kind, fraction, impact, phase, span, rtol, workspace):
-    """End the step on an event; returns (length, event), the whole length and NONE where it is not there."""
+    """End the step on an event; returns (length, event, error), the whole length and NONE where it is not there."""
     write_polynomial(impact, phase, span, workspace)
     fraction = refine_event(kind, fraction, impact, phase, span, workspace)
     if fraction > 1.0:
-        return span[1], NONE
-    length, is_reached = land(kind, fraction, impact, phase, span, rtol, workspace)
+        return span[1], NONE, 0.0
+    length, is_reached, error = land(kind, fraction, impact, phase, span, rtol, workspace)
     # A local maximum that passes F_E by less than the tolerance may stay below it when the step is repeated: still a
     # yield.
     is_reached = is_reached or (kind == YIELD and phase.region == ELASTIC)
-    return length, kind if is_reached else NONE
+    return length, kind if is_reached else NONE, error
+
+
+@kernel
+def end_on_first(kind, fraction, impact, phase, span, rtol, workspace):
+    """End the step on its first event, of which ``kind`` is a guess; returns as `end_on`."""
+    length, event, error = end_on(kind, fraction, impact, phase, span, rtol, workspace)
+    # The order of two events on one step is a guess of the model between its ends: look again from the landing.
+    for _ in range(PART):
+        earlier = event_passed(event, impact, phase, workspace)
+        if earlier == NONE:
+            break
+        fraction = min(dip_of(earlier, impact, phase, (span[0], length), workspace), 1.0)
+        length, event, error = end_on(earlier, fraction, impact, phase, (span[0], length), rtol, workspace)
+    return length, event, error
 
 
 @small
-def take_step(impact, phase, span, rtol, workspace):
-    """One accepted step within ``span`` = (s, length to try, remaining length, known), up to the first event on it.
+def accepted_step(impact, phase, span, rtol, workspace):
+    """Try a step within ``span`` = (s, length, remaining length), and shorter ones, until the error is accepted.
 
-    ``has_readings`` says that the readings at its beginning stand in their rows already.
-
-    The end is left in END, its slopes on this branch in LAST. Returns (length, event, next length to
-    try, attempts); a length of 0 means that the step fell below what s resolves, a negative one that the motion
-    is not finite.
+    Returns (its length, its error, attempts); a length of 0 means that the step fell below what s resolves, a negative
+    one that the motion is not finite.
     """
-    s, h, remaining, has_readings = span
+    s, h, remaining = span
     attempts = 0
     while True:
         # A sliver at the end of the span would cost a step of its own: split the remaining length evenly instead.
@@ -264,27 +277,42 @@ def take_step(impact, phase, span, rtol, workspace):
         error = attempt(impact, phase, s, h, rtol, workspace)
         attempts += 1
         if error <= SHARE * rtol:
-            break
+            return h, error, attempts
         if not error >= 0.0 and attempts > 10:
-            return -1.0, NONE, h, attempts
+            return -1.0, error, attempts
         h = next_step(h, error, rtol, workspace.tableau) if error >= 0.0 else 0.1 * h
         if s + h <= s or h < 1e-13 * remaining:
-            return 0.0, NONE, h, attempts
-    if workspace.tableau.end_weight == 0.0:
-        write_end_slopes(impact, phase, s + h, workspace)
-    if not has_readings:
-        read_end(impact, phase, (s, h), workspace, AT_BEGIN)
-    read_end(impact, phase, (s + h, h), workspace, AT_END)
-    next_h = next_step(h, error, rtol, workspace.tableau)
-    event, fraction = first_event(impact, phase, (s, h), workspace)
-    if event != NONE:
-        next_h = h
-        h, event = end_on(event, fraction, impact, phase, (s, h), rtol, workspace)
-        # The order of two events on one step is a guess of the model between its ends: look again from the landing.
-        for _ in range(PART):
-            earlier = event_passed(event, impact, phase, workspace)
-            if earlier == NONE:
-                break
-            fraction = min(dip_of(earlier, impact, phase, (s, h), workspace), 1.0)
-            h, event = end_on(earlier, fraction, impact, phase, (s, h), rtol, workspace)
-    return h, event, next_h, attempts
+            return 0.0, error, attempts
+
+
+@small
+def take_step(impact, phase, span, rtol, workspace):
+    """One accepted step within ``span`` = (s, length to try, remaining length, known), up to the first event on it.
+
+    ``has_readings`` says that the readings at its beginning stand in their rows already.
+
+    The end is left in END, its slopes on this branch in LAST. Returns (length, event, next length to try, attempts);
+    the length is below or at zero as `accepted_step` gives it.
+    """
+    s, h, remaining, has_readings = span
+    attempts, refusals = 0, 0
+    while True:
+        h, error, tries = accepted_step(impact, phase, (s, h, remaining), rtol, workspace)
+        attempts += tries
+        if h <= 0.0:
+            return h, NONE, h, attempts
+        if workspace.tableau.end_weight == 0.0:
+            write_end_slopes(impact, phase, s + h, workspace)
+        if not has_readings:
+            read_end(impact, phase, (s, h), workspace, AT_BEGIN)
+        read_end(impact, phase, (s + h, h), workspace, AT_END)
+        event, fraction = first_event(impact, phase, (s, h), workspace)
+        if event == NONE:
+            return h, NONE, next_step(h, error, rtol, workspace.tableau), attempts
+        whole_length = h
+        h, event, error = end_on_first(event, fraction, impact, phase, (s, h), rtol, workspace)
+        # Where δ^1.5 ends at the parting a step that passes it may seem better than one that ends there.
+        if not error > LANDED * rtol or refusals == FEW_REFUSALS:
+            return h, event, whole_length, attempts
+        refusals += 1
+        h = next_step(h, error, rtol, workspace.tableau)

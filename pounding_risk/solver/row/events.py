@@ -10,7 +10,7 @@ from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel
 from pounding_risk.solver.pair.equations import ELASTIC, SHARE
-from pounding_risk.solver.pair.events import CUT, NONE, TURN, YIELD, first_dip
+from pounding_risk.solver.pair.events import CUT, FEW_REFUSALS, LANDED, NONE, TURN, YIELD, first_dip
 from pounding_risk.solver.pair.explicit import next_step
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.equations import is_balanced, slopes
@@ -204,14 +204,14 @@ def fill_ends(row, run, group, span):
 
 @kernel
 def land(row, run, group, kind, k, fraction, span):
-    """Shorten the step until it ends on the event, as `pair.events.land`; returns (length, whether it is there)."""
+    """Shorten the step until it ends on the event, as `pair.events.land`; returns (length, if it is there, error)."""
     s, h = span[0], span[1]
-    low, high, length = 0.0, h, fraction * h
+    low, high, length, error = 0.0, h, fraction * h, 0.0
     crossed = event_function(row, run, kind, k, True)[0] < 0.0
     converged = False
     close = 1e-3 * sqrt(group.tolerance)
     for _ in range(50):
-        attempt(row, run, group, s, length)
+        error = attempt(row, run, group, s, length)
         slopes(row, run, group, s + length, END, LAST)
         fill_ends(row, run, group, (s, length, span[2]))
         if kind in (YIELD, CUT):
@@ -232,7 +232,7 @@ def land(row, run, group, kind, k, fraction, span):
         if converged or high - low <= 1e-13 * h:
             break
         length = new
-    return length, crossed or converged
+    return length, crossed or converged, error
 
 
 @kernel
@@ -319,35 +319,23 @@ def accepted_step(row, run, group, s, h, remaining):
 
 
 @kernel
-def take_step(row, run, group, span, remaining):
-    """One accepted step, shortened to its first event; ``span`` = (s, h to try, base of the spectators' series).
+def end_on_first(row, run, group, event, span):
+    """End the step on its first event, of which ``event`` = (kind, contact or storey, where on it) is a guess.
 
-    The state at its end is left in rows END, its slopes in those of LAST. Returns (length, kind of event, contact or
-    storey, next length to try, attempts); the length is below or at zero as `accepted_step` gives it.
+    Returns (length, kind, contact or storey, error), the whole length and NONE where no event is there.
     """
     s, h, base = span
-    h, error, attempts = accepted_step(row, run, group, s, h, remaining)
-    if h <= 0.0:
-        return h, NONE, -1, h, attempts
-    if run.workspace.tableau.end_weight == 0.0:
-        slopes(row, run, group, s + h, END, LAST)
-    read_force(row, run, group, h, NOW, SLOPE, AT_START)
-    read_step_end(row, run, group, (s, h, base))
-    next_h = next_step(h, error, group.tolerance, run.workspace.tableau)
-    kind, k, fraction = first_event(row, run, group, (s, h, base))
-    if kind == NONE:
-        return h, NONE, -1, next_h, attempts
+    kind, k, fraction = event
     write_polynomial(row, run, group, s, h)
-    full_length = h
-    fraction = refine_event(row, run, group, kind, k, fraction, (s, full_length, base))
+    fraction = refine_event(row, run, group, kind, k, fraction, span)
     if fraction > 1.0:
-        return h, NONE, -1, full_length, attempts
-    next_h = full_length
+        return h, NONE, -1, 0.0
+    full_length, error = h, 0.0
     for _ in range(8):
-        h, is_reached = land(row, run, group, kind, k, fraction, (s, full_length, base))
+        h, is_reached, error = land(row, run, group, kind, k, fraction, (s, full_length, base))
         read_step_end(row, run, group, (s, h, base))
         if not is_reached and not (kind == YIELD and int(run.contacts[k].region) == ELASTIC):
-            return h, NONE, -1, next_h, attempts
+            return h, NONE, -1, error
         earlier, earlier_k = event_passed(row, run, group, kind, k)
         if earlier == NONE:
             break
@@ -356,4 +344,33 @@ def take_step(row, run, group, span, remaining):
         start = event_function(row, run, earlier, earlier_k, False)[0]
         fraction = refine_event(row, run, group, earlier, earlier_k, 1.0, (s, h, base)) if start > 0.0 else 0.0
         fraction, full_length, kind, k = min(fraction, 1.0), h, earlier, earlier_k
-    return h, kind, k, next_h, attempts
+    return h, kind, k, error
+
+
+@kernel
+def take_step(row, run, group, span, remaining):
+    """One accepted step, shortened to its first event; ``span`` = (s, h to try, base of the spectators' series).
+
+    The state at its end is left in rows END, its slopes in those of LAST. Returns (length, kind of event, contact or
+    storey, next length to try, attempts); the length is below or at zero as `accepted_step` gives it.
+    """
+    s, h, base = span
+    attempts, refusals = 0, 0
+    while True:
+        h, error, tries = accepted_step(row, run, group, s, h, remaining)
+        attempts += tries
+        if h <= 0.0:
+            return h, NONE, -1, h, attempts
+        if run.workspace.tableau.end_weight == 0.0:
+            slopes(row, run, group, s + h, END, LAST)
+        read_force(row, run, group, h, NOW, SLOPE, AT_START)
+        read_step_end(row, run, group, (s, h, base))
+        event = first_event(row, run, group, (s, h, base))
+        if event[0] == NONE:
+            return h, NONE, -1, next_step(h, error, group.tolerance, run.workspace.tableau), attempts
+        whole_length = h
+        h, kind, k, error = end_on_first(row, run, group, event, (s, h, base))
+        if not error > LANDED * group.tolerance or refusals == FEW_REFUSALS:
+            return h, kind, k, whole_length, attempts
+        refusals += 1
+        h = next_step(h, error, group.tolerance, run.workspace.tableau)
