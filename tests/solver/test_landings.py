@@ -7,7 +7,7 @@ import pytest
 from scenes import scene_text, single
 
 import pounding_risk as pr
-from pounding_risk.models.contact.laws import Jankowski
+from pounding_risk.models.contact.laws import Bilinear, Jankowski
 from pounding_risk.scene.reader import parse_scene
 
 STIFFNESS = 4.2e10  # N/m^1.5
@@ -31,6 +31,24 @@ def test_a_rebound_is_that_of_the_energy_at_the_peak(rtol):
     rebounds = speeds * np.array([impact.restitution for impact in impacts])
     errors = np.abs(rebounds / (sqrt(0.8 * STIFFNESS / REDUCED) * peaks**1.25) - 1.0)
     assert errors.max() < MOST * rtol
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-7, 1e-10])
+def test_knees_of_bilinear_are_met(rtol):
+    """Energy on straight lines: what the touch brings, less the loop (K1 − K2) δ_y (δ_max − δ_y), comes back."""
+    random = np.random.default_rng(5)
+    speeds, restitutions = 10.0 ** random.uniform(-2.5, 0.3, 300), random.uniform(0.4, 0.95, 300)
+    depth, errors = 3e-4, []
+    for speed, e in zip(speeds, restitutions, strict=True):
+        loop, whole = STIFFNESS * depth**2.5 * (1.0 - e * e) / 2.5, STIFFNESS * sqrt(depth)
+        steep, flat = whole + loop / (0.1 * depth**2), whole - loop / (0.9 * depth**2)
+        brought, force = 0.5 * REDUCED * speed**2, steep * 0.1 * depth
+        left = max(brought - 0.05 * force * depth, 0.0)  # at the knee
+        past_knee = (sqrt(force**2 + 2.0 * flat * left) - force) / flat
+        expected = sqrt(1.0 - (steep - flat) * 0.1 * depth * past_knee / brought)
+        found = pr.impact(Bilinear(STIFFNESS, depth), speed, *MASSES, restitution=e, rtol=rtol).restitution
+        errors.append(abs(found - expected))
+    assert max(errors) < rtol  # 0.8 of it was the most; steps across a knee were off by 3 to 2,500
 
 
 @pytest.mark.parametrize(

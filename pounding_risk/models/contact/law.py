@@ -70,6 +70,9 @@ class PathDependence(Protocol):
     def turned(self, memory, delta, approaching):
         """The contact's memory once the motion has turned at δ; ``approaching`` is how it moved before."""
 
+    def knee(self, memory, approaching):
+        """The penetration ahead at which the slope of the force jumps, as the motion goes since it turned [m]."""
+
     def damage(self, memory):
         """What a contact leaves behind for those after it."""
 
@@ -90,6 +93,7 @@ DEFAULTS: dict[str, Callable[..., Any]] = {
     "turn": lambda self, memory, delta, strength: (memory, -1.0, 0.0),  # the plateau is retraced, nothing is lost
     "crushed": lambda self, memory, delta: (memory, -1.0, 0.0),  # what is pressed in springs back
     "turned": lambda self, memory, delta, approaching: memory,
+    "knee": lambda self, memory, approaching: inf,  # none
     "damage": lambda self, memory: 0.0,  # nothing
     "held": lambda self, memory, delta, strength: self.stored(delta, strength),
     "yielded": lambda self, loss: 0.0,  # all loss is the damper's

@@ -44,6 +44,7 @@ PASSED_ON: dict[str, Callable[..., Any]] = {
     "turn": lambda self, memory, delta, strength: self.law.turn(memory, delta, strength),
     "crushed": lambda self, memory, delta: self.law.crushed(memory, delta),
     "turned": lambda self, memory, delta, approaching: self.law.turned(memory, delta, approaching),
+    "knee": lambda self, memory, approaching: self.law.knee(memory, approaching),
     "damage": lambda self, memory: self.law.damage(memory),
     "held": lambda self, memory, delta, strength: self.law.held(memory, delta, strength),
     "yielded": lambda self, loss: self.law.yielded(loss),

@@ -54,6 +54,9 @@ class UnloadingStiffness(NamedTuple):
     def turned(self, memory, delta, approaching):
         return self.law.turned(memory[0], delta, approaching), memory[1]
 
+    def knee(self, memory, approaching):
+        return self.law.knee(memory[0], approaching)
+
     def held(self, memory, delta, strength):
         yields_at = self.law.yields_at(strength / memory[1])
         if not delta > yields_at:

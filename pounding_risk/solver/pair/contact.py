@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import (
@@ -47,7 +47,7 @@ from pounding_risk.solver.pair.equations import (
     state_of,
     transmitted,
 )
-from pounding_risk.solver.pair.events import NONE, PART, TURN, YIELD, dip_of, refine_event, switched, take_step
+from pounding_risk.solver.pair.events import KNEE, NONE, PART, TURN, YIELD, dip_of, refine_event, switched, take_step
 from pounding_risk.solver.pair.implicit import choose_method, write_polynomial
 from pounding_risk.solver.pair.law_verbs import law_ends, law_turns
 from pounding_risk.solver.pair.peaks import FORCE, update_peaks
@@ -141,8 +141,8 @@ def nodes_ahead(free, node, rtol):
 
 
 @small
-def with_indentation(impact, memory, indentation):
-    """The contact with a gap that is wider by an indentation, and with a new memory of the law."""
+def changed(impact, memory, indentation, knee):
+    """The contact with a gap that is wider by an indentation, a new memory of the law, and another knee ahead."""
     i = impact
     return Impact(
         i.left,
@@ -155,6 +155,7 @@ def with_indentation(impact, memory, indentation):
         i.speed_scale,
         i.depth_scale,
         i.still_speed,
+        knee,
     )
 
 
@@ -178,6 +179,7 @@ def mark_levels(impact, phase, span, peak, workspace, log):
                 i.speed_scale,
                 i.depth_scale,
                 i.still_speed,
+                i.knee_depth,
             )
             write_polynomial(impact, phase, (s, h), workspace)
             fraction = min(dip_of(YIELD, impact_of_level, phase, (s, h), workspace), 1.0)
@@ -211,10 +213,10 @@ def turn_motion(impact, phase, delta):
     An indentation stays: it widens the gap, here and for the contacts after this one.
     """
     yielding = phase.region == YIELDING
-    memory, indentation, energy_lost = law_turns(
+    memory, indentation, energy_lost, knee = law_turns(
         impact.law, impact.memory, delta, impact.strength, phase.approaching, yielding
     )
-    return with_indentation(impact, memory, indentation if indentation >= 0.0 else 0.0), indentation, energy_lost
+    return changed(impact, memory, max(indentation, 0.0), knee), indentation, energy_lost
 
 
 @small
@@ -341,6 +343,8 @@ def integrate_contact(pair, free, law, limits, rtol, start, state, workspace, lo
             impact, indentation, energy_lost = turn_motion(impact, phase, delta)
             if indentation >= 0.0:
                 indented, lost = indented + indentation, lost + energy_lost
+        elif event == KNEE:
+            impact = changed(impact, impact.memory, 0.0, inf)
         if meets_strength and phase.region == ELASTIC:
             peak, plateau = max(peak, impact.strength), max(plateau, impact.strength)
             yields += 1

@@ -50,6 +50,7 @@ class Impact(NamedTuple):
     speed_scale: float  # scale of velocity for the error control [m/s]
     depth_scale: float  # and of penetration [m]
     still_speed: float  # speed below which the direction of the motion is rounding [m/s]
+    knee_depth: float  # penetration ahead at which the slope of the force jumps, inf for none [m]
 
 
 class Phase(NamedTuple):
@@ -144,8 +145,8 @@ def new_impact(pair, fastest, law, limits, state, damage):
     e = restitution.at(speed)
     # Errors count against this contact's own scale, but not against less than a thousandth of the motion's.
     scale = max(speed, 1e-3 * fastest, 1e-12)
-    memory, strength, least_force, depth = law_starts(law, e, speed, mass, damage, yield_force, scale)
+    memory, strength, least_force, depth, knee = law_starts(law, e, speed, mass, damage, yield_force, scale)
     # δ is a difference of displacements: what they round by, the contact's stiffness turns into a speed.
     still_speed = (1e-14 + 4.0 * ROUNDING * max(abs(state[0]), abs(state[1])) / depth) * scale
-    impact = Impact(left, right, law, gap, strength, least_force, memory, scale, depth, still_speed)
+    impact = Impact(left, right, law, gap, strength, least_force, memory, scale, depth, still_speed, knee)
     return impact, speed, e

@@ -1,7 +1,7 @@
 """Events in contact: which comes first on a step, and landing on it.
 
 A step may end early where δ̇ = 0, where the uncapped force meets the yield force, where the force of a law that
-cannot pull would turn to tension, and where the bodies part.
+cannot pull would turn to tension, where the bodies part, and at a knee of the force.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pounding_risk.solver.pair.peaks import (
 )
 from pounding_risk.solver.workspace import END, LAST
 
-NONE, TURN, YIELD, CUT, PART = 0, 1, 2, 3, 4  # what ends a step early
+NONE, TURN, YIELD, CUT, PART, KNEE = 0, 1, 2, 3, 4, 5  # what ends a step early
 MET, BARELY = 1e-12, 1.0 + 1e-9  # of F_E: rounding, and where a local maximum differs from it
 LANDED = 0.5  # of rtol: a step that ends on an event with a larger error is tried again, shorter
 FEW_REFUSALS = 4  # of such steps one after the other: a corner of a law may leave every length with an error
@@ -44,8 +44,12 @@ def event_function(kind, impact, phase, workspace, rows):
         # A turn is one that rounding does not undo: bodies at rest against each other turn no more.
         rate = states[row, 2] - states[row, 3]
         return sign * rate + impact.still_speed, sign * (slopes[slope_row, 2] - slopes[slope_row, 3])
-    if kind == PART:
-        return states[row, 0] - states[row, 1] - impact.gap, slopes[slope_row, 0] - slopes[slope_row, 1]
+    if kind in (PART, KNEE):
+        delta, rise = states[row, 0] - states[row, 1] - impact.gap, slopes[slope_row, 0] - slopes[slope_row, 1]
+        if kind == PART:
+            return delta, rise
+        sign = -1.0 if phase.approaching else 1.0
+        return sign * (delta - impact.knee_depth), sign * rise
     if kind == YIELD:
         sign = 1.0 if phase.region == YIELDING else -1.0
         # Past F_E by more than rounding, so that a plateau of no length is not left and entered again and again.
@@ -123,6 +127,8 @@ def is_possible(kind, impact, phase):
         return impact.strength < inf
     if kind == CUT:
         return impact.least_force > -inf and phase.region != YIELDING
+    if kind == KNEE:
+        return impact.knee_depth < inf
     return kind != PART or not phase.approaching
 
 
@@ -130,7 +136,7 @@ def is_possible(kind, impact, phase):
 def first_event(impact, phase, span, workspace):
     """Which event the step from BEGIN to END meets first, and where on it (0 to 1)."""
     kind, fraction = NONE, 2.0
-    for candidate in range(TURN, PART + 1):
+    for candidate in range(TURN, KNEE + 1):
         if is_possible(candidate, impact, phase):
             dip = dip_of(candidate, impact, phase, span, workspace)
             if dip < fraction:
@@ -141,7 +147,7 @@ def first_event(impact, phase, span, workspace):
 @kernel
 def event_passed(landed, impact, phase, workspace):
     """An event other than ``landed`` that lies before the end of the step after all, or NONE."""
-    for candidate in range(TURN, PART + 1):
+    for candidate in range(TURN, KNEE + 1):
         if candidate == landed or not is_possible(candidate, impact, phase):
             continue
         if event_function(candidate, impact, phase, workspace, AT_END)[0] < 0.0:
@@ -250,7 +256,7 @@ def end_on_first(kind, fraction, impact, phase, span, rtol, workspace):
     """End the step on its first event, of which ``kind`` is a guess; returns as `end_on`."""
     length, event, error = end_on(kind, fraction, impact, phase, span, rtol, workspace)
     # The order of two events on one step is a guess of the model between its ends: look again from the landing.
-    for _ in range(PART):
+    for _ in range(KNEE):
         earlier = event_passed(event, impact, phase, workspace)
         if earlier == NONE:
             break

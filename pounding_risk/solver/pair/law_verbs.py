@@ -25,26 +25,27 @@ def depth_of(law, energy, guess):
 
 @small
 def starts_itself(law, e, speed, mass, damage, limit, scale):
-    """(memory, force at which the law yields, smallest force, scale of penetration) of a contact that begins.
+    """(memory, force at which the law yields, smallest force, scale of penetration, knee) of a contact that begins.
 
     ``damage`` is the damage that earlier contacts have left, ``limit`` the yield force, ``scale`` that of the velocity.
     """
     memory = law.resume(law.begin(e, speed, mass), damage)
     strength = law.ceiling(limit) * law.hardening(speed)
-    return memory, strength, law.floor(), depth_of(law, 0.5 * mass * scale * scale, 1e-2 * scale)
+    depth = depth_of(law, 0.5 * mass * scale * scale, 1e-2 * scale)
+    return memory, strength, law.floor(), depth, law.knee(memory, True)
 
 
 @small
 def turns_itself(law, memory, delta, strength, approaching, yielding):
-    """(memory, indentation, energy lost) once the motion has turned at δ; one below zero leaves the gap as it is."""
+    """(memory, indentation, energy lost, knee) once the motion has turned at δ; one below zero leaves the gap."""
     memory = law.turned(memory, delta, approaching)
     if approaching:
         changed, indentation, energy_lost = (
             law.turn(memory, delta, strength) if yielding else law.crushed(memory, delta)
         )
         if indentation >= 0.0:
-            return changed, indentation, energy_lost
-    return memory, -1.0, 0.0
+            return changed, indentation, energy_lost, law.knee(changed, False)
+    return memory, -1.0, 0.0, law.knee(memory, not approaching)
 
 
 @small

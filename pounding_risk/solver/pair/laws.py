@@ -57,14 +57,14 @@ def begin(law, blank, numbers, slots):
     """`starts_itself`: a contact begins.
 
     ``slots`` hold e, approach speed [m/s], mass [kg], damage so far, yield force [N] and scale of velocity [m/s]; then
-    the force at which the law yields [N], its smallest force [N] and the scale of penetration [m]. The memory is
-    written behind the law's numbers. Returns 0.
+    the force at which the law yields [N], its smallest force [N], the scale of penetration [m] and that of the knee
+    ahead [m]. The memory is written behind the law's numbers. Returns 0.
     """
-    memory, strength, least, depth = starts_itself(
+    memory, strength, least, depth, knee = starts_itself(
         model_at(law, numbers, 0), slots[0], slots[1], slots[2], slots[3], slots[4], slots[5]
     )
     lay_at(memory, numbers, leaves_of(law))
-    slots[0], slots[1], slots[2] = strength, least, depth
+    slots[0], slots[1], slots[2], slots[3] = strength, least, depth, knee
     return 0.0
 
 
@@ -73,10 +73,10 @@ def turn(law, blank, numbers, slots):
     """`turns_itself`: the motion of a contact turns.
 
     ``slots`` hold δ [m], the force at which the law yields [N], whether the bodies approach and whether the law yields
-    (1 or 0); then the indentation [m], below zero for none, and the energy lost with it [J]. The memory is written
-    behind the law's numbers. Returns 0.
+    (1 or 0); then the indentation [m], below zero for none, the energy lost with it [J] and the penetration of the knee
+    ahead [m]. The memory is written behind the law's numbers. Returns 0.
     """
-    memory, indentation, energy_lost = turns_itself(
+    memory, indentation, energy_lost, knee = turns_itself(
         model_at(law, numbers, 0),
         model_at(blank, numbers, leaves_of(law)),
         slots[0],
@@ -85,7 +85,7 @@ def turn(law, blank, numbers, slots):
         slots[3] > 0.0,
     )
     lay_at(memory, numbers, leaves_of(law))
-    slots[0], slots[1] = indentation, energy_lost
+    slots[0], slots[1], slots[2] = indentation, energy_lost, knee
     return 0.0
 
 
@@ -206,12 +206,13 @@ class CalledLaw(NamedTuple):
     def begin_contact(self, e, speed, mass, damage, limit, scale):
         write_slots(self.slots, (e, speed, mass, damage, limit, scale))
         call_slots(self.begin_verb, self.numbers, self.slots)
-        return 0.0, read_slot(self.slots, 0), read_slot(self.slots, 1), read_slot(self.slots, 2)
+        ceiling, floor, depth = read_slot(self.slots, 0), read_slot(self.slots, 1), read_slot(self.slots, 2)
+        return 0.0, ceiling, floor, depth, read_slot(self.slots, 3)
 
     def turn_contact(self, memory, delta, strength, approaching, yielding):
         write_slots(self.slots, (delta, strength, 1.0 if approaching else 0.0, 1.0 if yielding else 0.0))
         call_slots(self.turn_verb, self.numbers, self.slots)
-        return 0.0, read_slot(self.slots, 0), read_slot(self.slots, 1)
+        return 0.0, read_slot(self.slots, 0), read_slot(self.slots, 1), read_slot(self.slots, 2)
 
     def end_contact(self, memory, delta, strength, work, lost):
         write_slots(self.slots, (delta, strength, work, lost))

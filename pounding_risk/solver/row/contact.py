@@ -56,7 +56,7 @@ def touch_down(row, run, k, time, slowest):
     mass = 1.0 / compliance(row, k)
     e = rule.at(speed)
     scale = max(speed, SLOW * contact.fastest, slowest, 1e-12)
-    strength, least_force, depth = law_begin(run, k, e, speed, mass, scale)
+    strength, least_force, depth, contact.knee_depth = law_begin(run, k, e, speed, mass, scale)
     size = 0.0
     for end in range(row.passage.point_ends()):
         if row.ends[k, end] >= 0:
@@ -95,7 +95,9 @@ def turn_motion(row, run, k, delta):
     approaching = contact.approaching > 0.0
     if approaching:
         contact.peak_penetration = max(contact.peak_penetration, delta + contact.indentation)
-    indentation, energy_lost = law_turn(run, k, delta, contact.strength, contact.approaching, contact.region)
+    indentation, energy_lost, contact.knee_depth = law_turn(
+        run, k, delta, contact.strength, contact.approaching, contact.region
+    )
     if indentation >= 0.0:
         # What stays widens the gap, here and for the contacts after this one.
         contact.gap += indentation

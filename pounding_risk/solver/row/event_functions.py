@@ -11,7 +11,7 @@ from math import inf
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.models.structures.hysteresis._numbers import DIRECTION
 from pounding_risk.solver.pair.equations import YIELDING
-from pounding_risk.solver.pair.events import CUT, MET, PART, TURN, YIELD
+from pounding_risk.solver.pair.events import CUT, KNEE, MET, PART, TURN, YIELD
 from pounding_risk.solver.pair.taylor import slope_at, value_at
 from pounding_risk.solver.row.contact_points import across
 from pounding_risk.solver.row.equations import uncapped
@@ -35,7 +35,7 @@ from pounding_risk.solver.row.workspace import (
     VELOCITY,
 )
 
-TOUCH, STRAIN, CORNER = 5, 6, 7  # CORNER: a storey with a law is loaded to the end of its branch
+TOUCH, STRAIN, CORNER = 6, 7, 8  # CORNER: a storey with a law is loaded to the end of its branch
 ROUNDED = 1e-15  # m: displacements of metres round by a part of this, and no touch can be distinguished from it
 
 
@@ -142,6 +142,11 @@ def event_function(row, run, kind, k, at_end):
         )
     if kind == PART:
         return across(row, k, dofs, state) - contact.gap, across(row, k, dofs, line)
+    if kind == KNEE:
+        sign = -1.0 if contact.approaching > 0.0 else 1.0
+        return sign * (across(row, k, dofs, state) - contact.gap - contact.knee_depth), sign * across(
+            row, k, dofs, line
+        )
     at = AT_END if at_end else AT_START
     return force_event_function(run, kind, k, contact.force[at], contact.force_slope[at])
 
@@ -189,6 +194,8 @@ def event_function_between(row, run, group, kind, k, x, span):
     delta = across_between(row, run, group, k, 0, x, time) - contact.gap
     if kind == PART:
         return delta
+    if kind == KNEE:
+        return contact.knee_depth - delta if contact.approaching > 0.0 else delta - contact.knee_depth
     rate = across_between(row, run, group, k, 1, x, time)
     force = uncapped(run, k, max(delta, 0.0), rate)
     return force_event_function(run, kind, k, force, 0.0)[0]
@@ -211,4 +218,6 @@ def is_possible(row, run, kind, k):
         return contact.strength < inf
     if kind == CUT:
         return contact.least_force > -inf and int(contact.region) != YIELDING
+    if kind == KNEE:
+        return contact.knee_depth < inf
     return kind != PART or contact.approaching == 0.0

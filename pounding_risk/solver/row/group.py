@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import inf, sqrt
 
 from pounding_risk._jit.compile import kernel, small
 from pounding_risk.solver.counters import (
@@ -19,7 +19,7 @@ from pounding_risk.solver.counters import (
 )
 from pounding_risk.solver.counters import COUNT as TOUCHES
 from pounding_risk.solver.pair.equations import ELASTIC, SLACK, YIELDING
-from pounding_risk.solver.pair.events import CUT, NONE, PART, TURN, YIELD
+from pounding_risk.solver.pair.events import CUT, KNEE, NONE, PART, TURN, YIELD
 from pounding_risk.solver.row.building import place_on
 from pounding_risk.solver.row.contact import (
     lift_off,
@@ -208,6 +208,8 @@ def apply_event(row, run, group, kind, k, time):
             contact.region = float(YIELDING)
         else:
             contact.region = float(ELASTIC)
+    elif kind == KNEE:
+        contact.knee_depth = inf
     elif kind == CUT:
         contact.region = float(ELASTIC if int(contact.region) == SLACK else SLACK)
     elif kind == PART:

@@ -24,22 +24,22 @@ def law_plateau(run, k, delta, strength):
 
 @kernel
 def law_begin(run, k, e, speed, mass, scale):
-    """(strength, smallest force, scale of penetration) of a contact that begins, its memory written down."""
+    """(strength, smallest force, scale of penetration, knee) of a contact that begins, its memory written down."""
     contact, arguments = run.contacts[k], run.workspace.law_arguments
     for slot, value in enumerate((e, speed, mass, contact.damage, contact.yield_force, scale)):
         arguments[slot] = value
     call_on(contact.begin_verb, run.laws, k, arguments)
-    return arguments[0], arguments[1], arguments[2]
+    return arguments[0], arguments[1], arguments[2], arguments[3]
 
 
 @kernel
 def law_turn(run, k, delta, strength, approaching, yielding):
-    """(indentation or below zero, energy lost with it) of a contact whose motion turns, its memory written down."""
+    """(indentation or below zero, energy lost with it, knee) of a contact whose motion turns, its memory written."""
     arguments = run.workspace.law_arguments
     for slot, value in enumerate((delta, strength, approaching, yielding)):
         arguments[slot] = value
     call_on(run.contacts[k].turn_verb, run.laws, k, arguments)
-    return arguments[0], arguments[1]
+    return arguments[0], arguments[1], arguments[2]
 
 
 @kernel

@@ -63,6 +63,7 @@ Contact = record_type(
     depth_scale=float,  # of the error control [m]
     least_force=float,  # 0 where tension is cut, −∞ otherwise [N]
     still_speed=float,  # below which the direction of the motion is rounding [m/s]
+    knee_depth=float,  # penetration ahead at which the slope of the force jumps, inf for none [m]
     approaching=float,
     region=float,
     touch_time=float,  # s

@@ -78,6 +78,12 @@ class Bilinear(NamedTuple):
         anchor = max(anchor, delta - yields_at) if approaching else min(anchor, delta)
         return flat, steep, yields_at, anchor
 
+    def knee(self, memory, approaching):
+        _, steep, yields_at, anchor = memory
+        if approaching:
+            return anchor + yields_at if steep != 0.0 else inf
+        return anchor if anchor > 0.0 else inf
+
     plateau = flat
 
     def stored(self, delta, strength):

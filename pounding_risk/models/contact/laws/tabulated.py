@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 from os import PathLike
 from typing import Annotated, NamedTuple
 
@@ -150,6 +151,9 @@ class Tabulated(NamedTuple):
             return memory, -1.0, 0.0
         changed = crushed_to(self.table, delta + indentation)
         return changed, max(changed[1] - indentation, 0.0), 0.0
+
+    def knee(self, memory, approaching):
+        return memory[3] if approaching and memory[3] > 0.0 else inf
 
     def damage(self, memory):
         return memory[0]
