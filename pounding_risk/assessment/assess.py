@@ -47,7 +47,7 @@ from pounding_risk.results.opened import Results, yield_forces
 from pounding_risk.statistics.fragility import fit, stripes_of
 from pounding_risk.statistics.proportions import Share, numbered, shares
 from pounding_risk.statistics.required_gap import RequiredGap, RunGaps, rounded_up
-from pounding_risk.units import GAP, say, si
+from pounding_risk.units import GAP, rounded, say, si
 
 Array = NDArray[np.float64]
 
@@ -176,7 +176,7 @@ class Assessment(ShortRepr):
                 + (
                     "the polarities alone lie on both sides of the target"
                     if side.verdict.by_polarity
-                    else f"the motions have an effective sample size of {side.verdict.independent:.2g}"
+                    else f"the motions have an effective sample size of {rounded(side.verdict.independent, 2)}"
                 )
                 for side in pair
             ]

@@ -24,7 +24,7 @@ from pounding_risk.results.amplitudes import intensity_words
 from pounding_risk.results.attributes import collapsible_buildings, isolated_buildings, rotating_buildings
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import BETWEEN, METHODS, NONE
-from pounding_risk.units import GAP, YIELD_FORCE, say
+from pounding_risk.units import GAP, YIELD_FORCE, rounded, say
 
 NAMED = 3  # gaps of a row that are named one by one
 FEW = 6  # recordings, below which bounds may be too narrow
@@ -91,7 +91,7 @@ def _clause(state: xr.Dataset) -> str:
     if isnan(rate):
         missing = float(state["annual_rate_missing"].max()) if "annual_rate_missing" in state else nan
         if missing > COVERED:
-            beyond = f"{100.0 * missing:.2g} % of one lie beyond the hazard curve"
+            beyond = f"{rounded(100.0 * missing, 2)} % of one lie beyond the hazard curve"
             return f"{name} median {median} (no ratio of rates: {beyond})"
         return f"{name} {median}"
     is_opposed = (round(rate, 2) - 1.0) * (round(ratio, 2) - 1.0) > 0.0  # a lower median alone raises the rate

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite, isnan, nan
+from math import inf, isfinite, isnan, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +30,7 @@ from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
 from pounding_risk.statistics.fragility import Fit, fit_capacities
 from pounding_risk.statistics.hazard import counted_gap, in_years, median_at_rate
 from pounding_risk.statistics.required_gap import rounded_up
-from pounding_risk.units import GAP, say
+from pounding_risk.units import GAP, rounded, say
 
 Array = NDArray[np.float64]
 
@@ -38,6 +38,7 @@ USUAL = tuple(read_rate(f"{percent} % in 50 years") for percent in (20, 10, 5, 2
 EVERY = 8  # step of the drawn dispersions whose median is solved; the others are interpolated
 DRAWN_HALVINGS = 28  # of bounds: the draws resolve no more digits
 MOST_GAPS = 100  # at which curves are fitted where capacities are not known
+WIDEST = 10.0  # m; a wider bound, such as that of a dispersion from two recordings, is none
 SHAPE = "Scaling a motion keeps the shape of its spectrum; that of motions as rare as the hazard curve says may differ."
 TOO_SHORT = "the hazard curve ends where contact does not"
 
@@ -47,11 +48,11 @@ class GapForRate:
     """The gap [m] at which contact has an annual rate, ``words`` as it was given.
 
     ``low`` and ``high`` are the gaps at which the bounds of the rate, which carry those of the fragility and nothing of
-    the hazard's own uncertainty, pass it; ``high`` is infinite where the motions give no upper bound. ``rate_low`` and
-    ``rate_high`` are those bounds at the gap. ``counted`` is the gap at which the motions, each scaled until it closes
-    it, have that rate in the mean, without a lognormal distribution; NaN where scaling is not exact. ``missing`` and
-    ``at_least`` as in `Rate`: where the hazard curve leaves out failures the gap must be wider. ``fault`` says why
-    there is no gap (NaN).
+    the hazard's own uncertainty, pass it; ``high`` is infinite where the motions give no upper bound, or one above
+    10 m and 100 times the gap. ``rate_low`` and ``rate_high`` are those bounds at the gap. ``counted`` is the gap at
+    which the motions, each scaled until it closes it, have that rate in the mean, without a lognormal distribution; NaN
+    where scaling is not exact. ``missing`` and ``at_least`` as in `Rate`: where the hazard curve leaves out failures
+    the gap must be wider. ``fault`` says why there is no gap (NaN).
     """
 
     rate: float
@@ -110,6 +111,7 @@ class RateOfGaps:
             unit_gaps = np.log(median_at_rate(hazard, knots, rate, DRAWN_HALVINGS))
             gaps = gap * np.exp(np.interp(dispersions, knots, unit_gaps)) / medians
             low, high = np.percentile(gaps, (tail, 100.0 - tail), method="nearest").tolist()  # inf is no number to add
+            high = high if high <= max(WIDEST, 100.0 * gap) else inf
         contact_rate = rate_of(hazard, curve, self.confidence)
         by_count = counted_gap(hazard, self.motions.unit_capacities, rate)
         bounds = (low, high, contact_rate.low, contact_rate.high)
@@ -240,7 +242,7 @@ def _finding(at_gap: Rate, target: AnnualRate, confidence: str) -> str:
         return f"how often contact comes at a gap of {gap} is not known ({at_gap.fault})"
     prefix = "at least " if at_gap.at_least else ""
     shares = [in_years(rate, target.years) for rate in (at_gap.annual, at_gap.low, at_gap.high)]
-    chance_text, *ends = (f"{100.0 * share:.2g} %" for share in shares)
+    chance_text, *ends = (f"{rounded(100.0 * share, 2)} %" for share in shares)
     scope_text = ", of what the curve holds" if at_gap.at_least else ""
     bounds = f" ({confidence} bounds {ends[0]} to {ends[1]}{scope_text})" if isfinite(at_gap.low) else ""
     period = return_period_words(at_gap.annual) if at_gap.annual > 0.0 else "never"

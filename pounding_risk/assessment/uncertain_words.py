@@ -15,7 +15,7 @@ from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE, boun
 from pounding_risk.statistics.closings import CrossedClosings
 from pounding_risk.statistics.proportions import least_upper_bound, motions_to_show
 from pounding_risk.statistics.sobol import LEAST_SAMPLES, power_of_two
-from pounding_risk.units import GAP, Quantity, say
+from pounding_risk.units import GAP, Quantity, rounded, say
 
 OUTPUT_WORDS = {
     "contact_probability": "P(contact)",
@@ -133,7 +133,7 @@ def parts_words(interface: xr.Dataset) -> str:
     sources = ", ".join(f"{_percent(share[name])} from {COMPONENTS[name]}" for name in ordered)
     sources = sources.replace(" from", " comes from", 1)
     unit = str(interface["dispersion"].attrs["units"])
-    total = f"{deviation['total']:.2g}" if unit == "1" else _in_unit(deviation["total"], unit)
+    total = rounded(deviation["total"], 2) if unit == "1" else _in_unit(deviation["total"], unit)
     sentence = f"Of the variance of {whose} {sources} (deviation {total} in all)."
     zeros = int(interface.get("outcomes_without_closing", 0))
     if is_of_closing and zeros:
@@ -239,12 +239,12 @@ def _dispersion(interface: xr.Dataset) -> Iterator[str]:
     removed_variance = min(max(float(first[lead]), 0.0), 1.0) * deviation["total" if is_drawn else "parameters"] ** 2
     remaining_deviation = float(np.sqrt(max(deviation["total"] ** 2 - removed_variance, 0.0)))
     name = str(interface["uncertain_number"].values[lead])
-    total_text, remaining_text = f"{deviation['total']:.2g}", f"{remaining_deviation:.2g}"
+    total_text, remaining_text = rounded(deviation["total"], 2), rounded(remaining_deviation, 2)
     closing_text = "the closing" + LESS_SCATTER * (gap_scatter(interface) > 0.0)
     change = f"fall to {remaining_text}" if remaining_text != total_text else "hardly change"
     yield (
         f"The total dispersion of {closing_text}, {total_text}, would {change} were {name} known; "
-        f"{deviation['motions']:.2g} is that of the motions, which no such knowledge narrows."
+        f"{rounded(deviation['motions'], 2)} is that of the motions, which no such knowledge narrows."
     )
 
 
@@ -280,5 +280,5 @@ def _by_component(indices: xr.Dataset, name: str) -> dict[str, float]:
 
 def _in_unit(deviation: float, unit: str) -> str:
     if unit == "1":
-        return f"{deviation:.2g}"
+        return rounded(deviation, 2)
     return say(deviation, Quantity(unit.replace("m/s2", "m/s^2"), -np.inf, np.inf, ""), 3)

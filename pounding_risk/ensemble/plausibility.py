@@ -41,6 +41,7 @@ from pounding_risk.units import (
     STOREY_HEIGHT,
     TIME,
     Quantity,
+    rounded,
     say,
 )
 
@@ -466,8 +467,9 @@ def _pause_notes(study: Scene) -> Iterator[str]:
         return
     building, damping = moving[rates.index(rate)], dampings[rates.index(rate)]
     repair = f'; write pause = "{ceil(-log(LEFT_OF_PAUSE) / rate)} s" or more' if rate > 0.0 else ""
+    share_text = f"{rounded(100.0 * left, 2)} %"
     yield (
-        f"{building.name}: {100.0 * left:.2g} % of the amplitude of its free vibration, exp(-2 pi damping pause / "
+        f"{building.name}: {share_text} of the amplitude of its free vibration, exp(-2 pi damping pause / "
         f"period), are left after a pause of {say(pause, TIME)} at a period of {say(building.period, PERIOD)} and a "
         f"damping of {say(damping, DAMPING)}, usually {100.0 * LEFT_OF_PAUSE:g} % or less: the aftershock does not "
         f"meet it at rest{repair}"

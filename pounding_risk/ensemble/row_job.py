@@ -285,7 +285,7 @@ class RowWriter:
 
     def finish(self) -> Finish:
         counts = dict(self._parts)
-        return Finish({"parts": as_text(counts)}, self._check.patches(self._job), counts)
+        return Finish({"parts": as_text(counts)} if counts else {}, self._check.patches(self._job), counts)
 
 
 def _own_cases(answered: list[list[Answered]]) -> list[bool]:

@@ -24,7 +24,7 @@ from pounding_risk.results.amplitudes import intensity_label, intensity_quantity
 from pounding_risk.statistics.fragility import fragility_curve
 from pounding_risk.statistics.proportions import Share
 from pounding_risk.statistics.required_gap import contact_steps, rounded_up
-from pounding_risk.units import GAP, YIELD_FORCE, say_in
+from pounding_risk.units import GAP, YIELD_FORCE, rounded, say_in
 
 Array = NDArray[np.float64]
 
@@ -209,7 +209,9 @@ def _draw_hazard(axis: Any, assessment: Assessment, part: InterfaceAssessment) -
     words = f"hazard curve, {ends[0]:.3g} to {ends[1]:.3g} {unit}".rstrip()
     for curve, rate in zip(part.fragility, part.rates, strict=True):
         if curve.what == "contact" and curve.gap == part.gap and not rate.fault:
-            words += f": contact in 50 years {'at least ' if rate.at_least else ''}{100.0 * rate.fifty_years:.2g} %"
+            words += (
+                f": contact in 50 years {'at least ' if rate.at_least else ''}{rounded(100.0 * rate.fifty_years, 2)} %"
+            )
             words += f", about {100.0 * rate.missing:.0f} % of contacts beyond it" if rate.at_least else ""
     axis.axvspan(*ends, ymin=0.0, ymax=0.03, color=style.QUIET, alpha=0.6, linewidth=0.0, label=words)
 

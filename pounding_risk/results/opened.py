@@ -478,7 +478,8 @@ class Results:
         scene_values = self.scene_values
         if axis not in scene_values:
             labels_text = listed_values(name, labels)
-            raise PoundingError(f"{axis}: the scene has none of its own, and the grid has {labels_text}; name one")
+            option = "intensity_level" if axis == LEVEL_AXIS else axis  # intensity is that of fragilities
+            raise PoundingError(f"{option}: the scene has none of its own, and the grid has {labels_text}; name one")
         try:
             return place_of(name, labels, scene_values[axis])
         except PoundingError as error:

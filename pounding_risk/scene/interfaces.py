@@ -150,7 +150,7 @@ LAW_NAME = Key(
     "The contact model.",
     _law_name,
     '"jankowski"',
-    "the first of grid.contact_model",
+    "that of the first interface that has one, else the first of grid.contact_model",
     schema={"enum": lambda: [*SHIPPED, *sorted(installed()["laws"]), *INSTANT_LAWS]},
 )
 
@@ -320,12 +320,14 @@ class Interface(Table):
         absent="floors meet where they overlap in height, by floor_depth",
     ).defaults_to(None)
     plastic_exponent: float = measured(
-        EXPONENT, "Exponent n of the plastic branch, for van_mier.", absent="0, ideally plastic"
+        EXPONENT,
+        "Exponent n of the plastic branch, for van_mier.",
+        absent="0, ideally plastic; in a row that of the first interface that has one",
     ).defaults_to(0.0)
     design_penetration: float = measured(
         DESIGN_PENETRATION,
         "Penetration for which bilinear is set up.",
-        absent="the Hertz spring's at each approach speed",
+        absent="the Hertz spring's at each approach speed; in a row that of the first interface that has one",
     ).defaults_to(0.0)
     table: Any = FORCE_TABLE.defaults_to(None)
     equal_terms: EqualTerms | None = Key(
@@ -333,7 +335,7 @@ class Interface(Table):
         "speed, and with every_law = true for laws of the same unit too.",
         lambda value, number: inline(EqualTerms, "equal_terms", value, number, EQUAL_TERMS_EXAMPLE),
         EQUAL_TERMS_EXAMPLE,
-        "one stiffness for laws of one unit",
+        "one stiffness for laws of one unit; in a row that of the first interface that has it",
         write=lambda terms: terms.written(),
         schema={"$ref": "#/$defs/EqualTermsTable"},
     ).defaults_to(None)

@@ -161,6 +161,20 @@ def test_what_the_motions_do_not_carry_has_no_gap():
     )
 
 
+def test_a_bound_that_no_gap_has_is_none(tmp_path, capsys):
+    """Two recordings leave the dispersion open, and the bound of the gap with it: 4e8 km is no bound of a gap."""
+    found = RateOfGaps(power_law(), motions_of(np.array([40.0, 45.0])), 0.95).gap(TARGET)
+    assert 0.0 < found.low < found.gap < 1.0 and found.high == np.inf
+    many = RateOfGaps(power_law(), motions_of(lognormal(40, 40.0)[:, 0]), 0.95).gap(TARGET)
+    assert many.gap < many.high < 10.0
+    results = made_up(lognormal(4, spread=0.1), pga=4.0)
+    assessment = assess(results, hazard=site(tmp_path), target_rate="475 years")
+    print_sheet(sheet(assessment))
+    printed = capsys.readouterr().out
+    assert "e+" not in printed and not re.search(r"\de\d", printed)
+    assert " to ∞" in printed
+
+
 def test_a_curve_that_ends_too_soon_gives_at_least_a_gap():
     """A power law cut at the median of the motions at the gap: stronger ones, which close it, are left out."""
     capacities = np.random.default_rng(5).lognormal(0.0, 0.4, 30)

@@ -469,7 +469,9 @@ def test_a_pause_too_short_to_come_to_rest_is_told(damping, pause):
     told = [note for note in notes(text=text) if "free vibration" in note]
     assert len(told) == int(left > 0.05)
     for note in told:
-        share = float(note.removeprefix("left: ").split(" %")[0]) / 100.0
+        share_text = note.removeprefix("left: ").split(" %")[0]
+        share = float(share_text) / 100.0
+        assert "e" not in share_text
         assert share == pytest.approx(left, rel=0.05)  # two digits: half of the last one
 
 

@@ -47,6 +47,14 @@ def test_a_row_equals_a_loop_of_set():
     assert sum(json.loads(whole.attrs["parts"]).values()) > 0
 
 
+def test_a_row_that_never_touches_equals_a_loop_of_set():
+    """No part of a case is solved, so that none is counted; other interfaces have no link where one has an axis."""
+    axes = {"interface.1.link_damping": ["1 MN s/m", "2 MN s/m"]}
+    text = row_text(axes, 2, gap="400 mm").replace('gap = ["5 mm", "40 mm"]', 'gap = ["400 mm"]')
+    equals_the_loop(text, ("scene_resolved", "scene_sha256"), check_fraction=0.0)
+    assert [len(one.links) for one in parse_scene(text).interfaces] == [1, 0]
+
+
 def test_axes_that_move_together_are_one_dimension():
     axes = {key: AXES[key] for key in ("building.left.period", "interface.restitution")}
     axes |= {"building.left.mass": ["500 t", "600 t", "550 t"], "zip": [["building.left.period", "building.left.mass"]]}

@@ -127,6 +127,13 @@ def test_a_case_that_is_not_there_is_told_with_what_is(results, asked, says):
     says(refusal(results.pounding.case, **asked))
 
 
+def test_a_level_that_is_not_named_is_asked_for_by_its_own_name(says):
+    """``intensity`` is that of fragilities: `--intensity 0.5` would be no level."""
+    levels = {"intensity": {"measure": "scale", "levels": [0.5, 2.0]}, "window": ["0 s", "3 s"]}
+    results = pr.scan(scene_text(law="linear", records=levels), check_fraction=0.0)
+    says(refusal(results.pounding.case))
+
+
 def test_the_scene_s_own_value_is_not_replaced_by_a_near_one(results, run, says):
     """The scene's gap is 2 mm: where the grid has lost it, none is guessed. A run has no cases."""
     says(

@@ -66,6 +66,8 @@ def pass_yielding_interval(row, run, free, work, node, n):
                 last += 1
             watch = max(b - 1, 0), min(last + 1, buildings - 1)
             fly(row, run, (b, last), watch, window, free.terms)
+            if int(run.workspace.status) == COLLAPSED:
+                return  # the time of the collapse is not that of a change of branch of the next ones
         b = last + 1
     for i in range(buildings - 1):
         can_yield = row.frame[CAN_YIELD, i] or row.frame[CAN_YIELD, i + 1]
