@@ -64,11 +64,11 @@ OF_POINTS |= {"link_at", *OF_LINKS, *OF_SPRING, *OF_DAMPER}
 ROW_KEYS = {"floor_depth", "displacement_history"}  # of buildings, likewise
 
 
-def varied(draft: Draft) -> set[Any]:
-    """Keys of interfaces that are axes of the grid, or uncertain."""
-    return {
-        target[-1] for item in (*draft.axes, *draft.uncertain) for target in item.targets if target[0] == "interface"
-    }
+def varied(draft: Draft, table: Section | None = None) -> set[Any]:
+    """Keys of interfaces that are axes of the grid, or uncertain; of one ``table`` alone if it is given."""
+    targets = (target for item in (*draft.axes, *draft.uncertain) for target in item.targets)
+    base = ("interface",) if table is None else tuple(table.path)
+    return {target[-1] for target in targets if target[: len(base)] == base}
 
 
 def _has_storeys(keys: Section) -> bool:
@@ -129,7 +129,7 @@ def interface_checks(draft: Draft) -> Iterator[Fault]:
             sentence = f'missing; write contact_model = "jankowski", or another of {", ".join(CONTACT_MODELS)}'
             yield keys.fault("contact_model", sentence, absent=True)
         written_models = keys.raw.get("contact_model", first)
-        yield from _link_key_faults(keys, varied(draft))
+        yield from _link_key_faults(keys, varied(draft, keys))
         refusal = is_row(draft) and _not_in_row(draft, written_models)  # which says what to choose instead
         yield from _law_faults(keys, grid, None if refusal else written_models)
 
@@ -404,7 +404,7 @@ def resolved_interfaces(
             "contact_model": contact_model,
             "stiffness": stiffness,
             "points": points,
-            "links": _links(pair, points) if not flaws and OF_LINKS & {*keys.raw, *varied(draft)} else (),
+            "links": _links(pair, points) if not flaws and OF_LINKS & {*keys.raw, *varied(draft, keys)} else (),
             "levels": pair.rule,
         }
         interfaces.append(ResolvedInterface.from_values(values))
