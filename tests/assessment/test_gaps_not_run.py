@@ -107,7 +107,9 @@ def test_what_to_provide_is_a_gap_that_was_run_and_no_push_counts_as_free(togeth
     """Of the free motion alone: the closing of rank 84 %, and those above a gap wider than any that was run."""
     closing = np.sort(together["peak_closing_free"].isel(interface=1).values.ravel())
     one, free = pr.assess(together).interfaces[1].verdict, 1e3 * closing[ceil(0.84 * closing.size) - 1]
-    assert one.conclusion[1].startswith("Provide at least 300 mm for") and "need no more than 300 mm (" in one.evidence[0]
+    assert (
+        one.conclusion[1].startswith("Provide at least 300 mm for") and "need no more than 300 mm (" in one.evidence[0]
+    )
     (told,) = re.findall(r"without a push by neighbours ([\d.]+) mm would do", one.conclusion[1])
     assert 0.0 <= float(told) - free < 0.1  # rounded up to three digits
     wider = pr.assess(pr.scan(row(NARROW, grid={"gap": ["20 mm", "60 mm"]}))).interfaces[1].verdict.conclusion[1]
