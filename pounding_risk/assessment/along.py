@@ -21,7 +21,7 @@ from pounding_risk.results.scene_axes import has_drawn_motions, idle_axes, open_
 from pounding_risk.results.variables import described
 from pounding_risk.scene.scene_axis import SAMPLE, SceneAxis
 from pounding_risk.statistics.required_gap import rounded_up
-from pounding_risk.units import GAP, say, si
+from pounding_risk.units import GAP, say
 
 OWN, IDLE = "own_places", "idle_axes"  # attributes: where the scene's own values stand, and axes without influence
 JUDGED = ("contact_probability", "required_gap", "assessed_gap")
@@ -93,8 +93,7 @@ def assess_along(
         raise PoundingError(f"{source}: has no axis of another number of the scene with several values; use assess")
     _check_samples(scan, source, axes)
     criterion = read_criterion(target, percentile, confidence)
-    gap_value = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
-    level = Results(scan).level(pga, intensity_level)
+    gap_value, level = Results(scan).read_gap(gap), Results(scan).level(pga, intensity_level)
     sizes = tuple(scan.sizes[axis.name] for axis in axes)
     columns: dict[str, Any] = {}
     at, names = "", []

@@ -47,7 +47,7 @@ from pounding_risk.results.opened import Results, yield_forces
 from pounding_risk.statistics.fragility import fit, stripes_of
 from pounding_risk.statistics.proportions import Share, numbered, shares
 from pounding_risk.statistics.required_gap import RequiredGap, RunGaps, rounded_up
-from pounding_risk.units import GAP, rounded, say, si
+from pounding_risk.units import GAP, rounded, say
 
 Array = NDArray[np.float64]
 
@@ -281,8 +281,7 @@ def assess(
         and as `read_hazard`.
     """
     opened = open_scan(results)
-    gap = None if gap is None else si(gap, GAP._replace(open_high=True), "gap")
-    level = opened.level(pga, intensity_level)
+    gap, level = opened.read_gap(gap), opened.level(pga, intensity_level)
     rate = read_target_rate(target_rate, hazard is not None)
     criterion = read_criterion(target, percentile, confidence)
     shaking = shaking_of(opened, hazard, gmfs, intensity)

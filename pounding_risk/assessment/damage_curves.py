@@ -24,6 +24,7 @@ from pounding_risk.results.attributes import collapsed, finite, isolated_buildin
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import METHODS, Capacities, Observed, capacities, expanded_tail
 from pounding_risk.statistics.fragility import Fit, fragility_curve, of_one_intensity
+from pounding_risk.units import YIELD_FORCE, say
 from pounding_risk.units import shown as shown_text
 
 Array = NDArray[np.float64]
@@ -241,6 +242,17 @@ def _of_interfaces(case: xr.Dataset, state: Any, without: bool) -> Array:
     if name not in case:  # two single masses: their one contact point is their interface
         name, place = demand.interfaces, "interface"
     peaks = by_amplitude(finite(case, name).isel({place: np.flatnonzero(is_chosen)}), [place])
+    point_limits = case.variables.get("contact_point_yield_force", case["yield_force"].variable).values
+    limits = np.broadcast_to(point_limits, is_chosen.shape)[is_chosen]
+    # A law that is capped yields without exceeding F_E; of another F_E is only compared with.
+    is_capped = bool((peaks >= (1.0 - ROUNDED) * limits).any()) and not (peaks > (1.0 + ROUNDED) * limits).any()
+    if is_capped and state.threshold > (1.0 + ROUNDED) * limits.max():
+        limit_text = say(limits.max(), YIELD_FORCE, 6)
+        raise _lacking_demand(
+            state,
+            f"contacts there yield at {limit_text} in the model, which no run exceeds; write a threshold of "
+            f"{limit_text} or less, or scan with a larger {'column_' * bool(demand.points)}yield_force",
+        )
     return np.zeros(peaks.shape[:2]) if without else np.asarray(peaks.max(axis=-1))
 
 

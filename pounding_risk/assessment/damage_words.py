@@ -21,7 +21,12 @@ from pounding_risk.assessment.damage_curves import (
 )
 from pounding_risk.assessment.hazard import COVERED
 from pounding_risk.results.amplitudes import intensity_words
-from pounding_risk.results.attributes import collapsible_buildings, isolated_buildings, rotating_buildings
+from pounding_risk.results.attributes import (
+    collapsible_buildings,
+    isolated_buildings,
+    rotating_buildings,
+    rotating_words,
+)
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import BETWEEN, METHODS, NONE
 from pounding_risk.units import GAP, YIELD_FORCE, rounded, say
@@ -132,9 +137,7 @@ def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, resul
     rotating = [
         name for name in rotating_buildings(results.scene) if any(pair.state.building in ("", name) for pair in pairs)
     ]
-    if rotating:
-        names = " and ".join(rotating)
-        yield f"Demands of {names}, whose floors rotate, are those of the centres of mass: edges drift further."
+    yield from (f"{rotating_words(name)}." for name in rotating)
     fragile = collapsible_buildings(results.scene)
     for pair in pairs:
         if pair.state.demand.of_structure and pair.state.building not in ("", *fragile) and results.fallen:

@@ -19,7 +19,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import FACTOR, LEVEL_AXIS, PGA_AXIS, Measure, read_measure, sa_at
 from pounding_risk.motions.scaling import mean_periods
 from pounding_risk.results.amplitudes import intensity_words
-from pounding_risk.results.attributes import yielding_buildings
+from pounding_risk.results.attributes import isolated_buildings, yielding_buildings
 from pounding_risk.results.opened import Results
 
 Array = NDArray[np.float64]
@@ -76,6 +76,8 @@ def shaking_of(
         intensity = resolved_intensity(results, requested or word or usual)
         curve = hazard_data.at(spectral_intensity(results, intensity))
         reason = PERIOD_WORDS.get(word if requested is None else requested, "")
+        if reason and (isolated := isolated_buildings(results.scene)):
+            reason += f", of {' and '.join(isolated)} while isolators yield"
         if requested is None and not word:
             reason = ", which the motions are scaled to"
         reading = f"{curve.reading} The curve is that of {intensity_words(curve.name)}{reason}.".strip()
@@ -198,7 +200,7 @@ def measure_of(results: Results, intensity: str) -> tuple[Measure, int | None]:
             "sa(0.5 s); also pgv, or a range of periods such as sa_avg(0.2-2 s)"
         )
     side = sides.index(label)
-    period = float(dataset["building_period"].values[side])
+    period = float(_periods(results)[side])
     if np.isnan(period):
         raise PoundingError(
             f"intensity {intensity!r}: that building is rigid and has no period; write pga, or the other building's sa"
@@ -206,6 +208,18 @@ def measure_of(results: Results, intensity: str) -> tuple[Measure, int | None]:
     if "building_damping" in dataset.variables and _is_oscillator(results, side):
         return sa_at(period, float(dataset["building_damping"].values[side])), side
     return sa_at(period), side
+
+
+def _periods(results: Results) -> Array:
+    """First periods of the buildings [s], of isolated ones while their isolators yield; NaN of rigid ones."""
+    isolated = isolated_buildings(results.scene)
+    if isolated and "building_isolated_period" not in results.dataset.coords:
+        raise PoundingError(
+            f"the dataset has no period of {' and '.join(isolated)} while isolators yield, an older version wrote it; "
+            "run it again with `pounding-risk rerun`, or write the intensity by its period, such as sa(3 s)"
+        )
+    name = "building_isolated_period" if isolated else "building_period"
+    return np.asarray(results.dataset[name].values, dtype=float)
 
 
 def _is_oscillator(results: Results, side: int) -> bool:
@@ -230,8 +244,8 @@ def resolved_intensity(results: Results, intensity: str) -> str:
     match = re.fullmatch(r"sa\((longer|shorter|mean)\)", intensity)
     if match is None or match[1] in map(str, results.dataset["building"].values):
         return intensity
-    periods = results.dataset["building_period"].values
-    periods = periods[np.isfinite(periods)]
+    periods = _periods(results)
+    periods = periods[~np.isnan(periods)]
     if not periods.size:
         raise PoundingError(f"intensity {intensity!r}: every building is rigid and has no period; write pga")
     period = {"longer": periods.max(), "shorter": periods.min(), "mean": np.exp(np.log(periods).mean())}[match[1]]

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pounding_risk._common.counted import counted
+from pounding_risk._common.order import enough_for
 from pounding_risk.assessment.demands import Contact
 from pounding_risk.assessment.fragility import not_run
 from pounding_risk.assessment.options import Criterion, percent_words
@@ -74,7 +75,8 @@ class Basis(NamedTuple):
     ``contacts`` of the ``motions`` close the assessed gap, in ``unknown`` others neighbours may push the two together,
     as the row was run at the gaps ``run`` alone; ``lost`` ones, not among them, have no finite response.
     ``required`` is the gap to provide, which ``still_closing`` of the motions, no more than the target, close all the
-    same, with the bounds of its percentile. ``amplitude`` is in words. ``hangs_on_polarity`` says that each polarity
+    same, with the bounds of its percentile; where neighbours may push across it, they are those that do without a push,
+    whose own required gap is ``free``. ``amplitude`` is in words. ``hangs_on_polarity`` says that each polarity
     alone would lie on another side of the target.
     """
 
@@ -91,6 +93,7 @@ class Basis(NamedTuple):
     hangs_on_polarity: bool
     unknown: int = 0
     run: RunGaps = EVERY_GAP
+    free: float = nan
 
     @property
     def is_unrun(self) -> bool:
@@ -130,6 +133,8 @@ def judge(
     closing, motions = contact.motions.closing[:, 0], contact.motions
     required = contact.required[criterion.percentile]
     target_gap = contact.required[criterion.target_percentile]
+    may_push = motions.alone is not None and (target_gap.at_least or target_gap.is_between)
+    counted_closing = motions.alone[:, 0] if motions.alone is not None and may_push else closing
     basis = Basis(
         gap=contact.gap,
         criterion=criterion,
@@ -139,11 +144,12 @@ def judge(
         recordings=int(motions.recordings.max()) + 1,
         independent=contact.independent,
         required=replace(target_gap, gap=target_gap.provided),
-        still_closing=int((closing > target_gap.provided).sum()),
+        still_closing=int((counted_closing > target_gap.provided).sum()),
         amplitude=contact.at,
         hangs_on_polarity=polarity.what == CONTACT and polarity.turns,
         unknown=int((contact.may_touch & ~contact.touched).sum()),
         run=contact.every.run,
+        free=float(enough_for(counted_closing, np.array([criterion.target_percentile]))[0]),
     )
     answer = None if basis.hangs_on_polarity else basis.answer(basis.recordings)
     more_recordings: int | None = 0
@@ -252,8 +258,7 @@ def _margin(basis: Basis, required: RequiredGap) -> str:
         motions = "The one motion" if count == 1 else f"All {count} motions"
         who = f"{motions} ({required.percentile:g} % of {count}, rounded up)"
     verb = "needs" if count == 1 else "need"
-    needs_text = f"{who}{finite_text} {verb} {amount} {say(required.provided, GAP, 3)}"
-    needs_text += f", or {say(required.enough, GAP, 3)} where neighbours push" if required.is_between else ""
+    needs_text = f"{who}{finite_text} {verb} {amount} {say(rounded_up(required.shown), GAP, 3)}"
     low, high = say(required.low, GAP, 3), say(rounded_up(required.high), GAP, 3)
     if required.low > 0.0:
         bounds = f"bounds {low} to {high}"
@@ -264,7 +269,7 @@ def _margin(basis: Basis, required: RequiredGap) -> str:
     else:
         upper = f"upper bound {high}, " if required.bounded else f"largest seen {high}, no upper bound, "
         bounds = f"{upper}no lower bound: so few recordings give none"
-    ratio = f"{basis.gap / required.gap:.2f} times that" if required.gap > 0.0 else "no less"
+    ratio = f"{basis.gap / required.shown:.2f} times that" if required.shown > 0.0 else "no less"
     return f"{needs_text} ({bounds}); the gap is {ratio if basis.gap > 0.0 else 'closed'}."
 
 
@@ -362,12 +367,14 @@ def _provide(basis: Basis, answer: bool | None) -> str:
     if count:
         share = percent_words(round(count / basis.motions, 3))
         note = f"{count} of the {basis.motions} motions ({share}) still close{'s' if count == 1 else ''} that gap"
-    gap, low, high = (say(width, GAP, 3) for width in (required.gap, required.low, rounded_up(required.high)))
+    widths = (rounded_up(required.shown), required.low, rounded_up(required.high))
+    gap, low, high = (say(width, GAP, 3) for width in widths)
     bounds = f"{confidence} bounds: at least {low}, and none from above" if required.low > 0.0 else "without bounds"
-    note += " without a push by neighbours" if required.at_least or required.is_between else ""
+    note += " without a push by neighbours" if required.at_least else ""
     if required.is_between:
-        gap += f", or {say(required.enough, GAP, 3)} where neighbours push the two together,"
-        note += f"; {not_run(basis.run, required.gap)}"
+        free = say(rounded_up(basis.free), GAP, 3)
+        note = f"without a push by neighbours {free} would do, and whether less than {gap} does is not known: "
+        note += not_run(basis.run, required.gap)
     if required.is_pushed:
         provide = f"Provide {prefix}{gap} for a probability of contact of {target} ({bounds}); {note}."
         return f"{provide} No gap is shown to be enough: {not_run(basis.run, inf)}."

@@ -24,6 +24,7 @@ from pounding_risk.motions.levels import PEAK, Level, driven
 from pounding_risk.motions.motion import Motion
 from pounding_risk.motions.record import AFTERSHOCK, BESIDE, GENERATED, recordings_within, site_of
 from pounding_risk.motions.request import AS_RECORDED
+from pounding_risk.results.attributes import rotating_words
 from pounding_risk.results.contact_notes import LONGEST_CONTACT, share_of, shortest
 from pounding_risk.scene.ground_motion import parting
 from pounding_risk.scene.interfaces import known_law
@@ -238,6 +239,8 @@ def _building_notes(study: Scene) -> Iterator[str]:
                 "carries more"
             )
         plans = getattr(building, "plans", ())
+        if plans:
+            yield rotating_words(building.name)
         if plans and not plans[0].moves_across:
             yield (
                 f"{building.name}: only ground motion along the row turns its floors; that across it does too where "

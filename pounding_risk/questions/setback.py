@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import inf
 from pathlib import Path
 
@@ -21,8 +22,9 @@ from pounding_risk.assessment.options import NO_LOWER, NO_UPPER, USUAL_CONFIDENC
 from pounding_risk.errors import PoundingError
 from pounding_risk.questions.adequacy import bounds_cell, enough, marks
 from pounding_risk.render.sheet import Block, head, listing, number, table
-from pounding_risk.results.attributes import no_response
+from pounding_risk.results.attributes import no_response, rotating_buildings, rotating_words
 from pounding_risk.results.files import open_scan
+from pounding_risk.results.opened import Results
 from pounding_risk.results.scene_axes import check_one_place
 from pounding_risk.statistics.proportions import independent_motions, logs_of, numbered
 from pounding_risk.statistics.required_gap import USUAL_PERCENTILES, RequiredGap, required_gaps
@@ -32,8 +34,12 @@ from pounding_risk.units import GAP, say
 ASSUMED = (
     "A setback is the largest displacement of any floor, relative to the building's own ground, to whichever side it "
     "is larger: it holds for a line on either side",
-    "No neighbour is there: one that strikes the building from the other side may push it further",
+    "No neighbour strikes it: one that does from the other side may push it further",
     "The line moves with the ground below the building; displacements are those of these motions, not δM of a code",
+)
+AT_A_WALL = (
+    "So no setback is given: scan it beside a [[building]] with rigid = true, to which `assess` gives the gap that the "
+    "ends of its face require"
 )
 NO_BOUND = {
     NO_LOWER: "no lower bound above 0",
@@ -47,7 +53,8 @@ class Setback(ShortRepr):
 
     ``at`` says how strong the motions are; ``independent`` is the number of motions that they stand for, and
     ``percentile`` [%] the requested one. In ``lost`` of the motions the building has no finite displacement, as where a
-    storey collapses: no setback is wide enough for them.
+    storey collapses: no setback is wide enough for them. ``note`` says of a linked building whose motion it is, and of
+    one whose floors rotate why ``required`` is empty.
     """
 
     building: str
@@ -57,10 +64,13 @@ class Setback(ShortRepr):
     percentile: float
     required: tuple[RequiredGap, ...]
     lost: int = 0
+    note: str = ""
 
     @property
     def distance(self) -> float:
-        """The setback [m] at the requested percentile."""
+        """The setback [m] at the requested percentile; raises PoundingError where the dataset has none."""
+        if not self.required:
+            raise PoundingError(self.note)
         return next(required.gap for required in self.required if required.percentile == self.percentile)
 
     def facts(self) -> Iterable[tuple[str, str]]:
@@ -69,6 +79,8 @@ class Setback(ShortRepr):
         yield "motions", f"{counted(self.motions, 'motion')} {self.at}"
         for required in self.required:
             yield f"setback for {required.percentile:g} % of the motions", say(required.gap, GAP)
+        if self.note:
+            yield "note", self.note
 
 
 def setbacks(
@@ -107,8 +119,8 @@ def setbacks(
     Raises
     ------
     PoundingError
-        For a dataset that is none of `scan` or has more than one place along an axis, and for an option out of its
-        range.
+        For a dataset that is none of `scan` or has more than one place along an axis, for an option out of its
+        range, and where the floors of every building rotate.
     """
     opened = open_scan(results)
     check_one_place(opened.dataset, opened.name)
@@ -118,7 +130,7 @@ def setbacks(
     recordings = np.repeat(part.recordings, dataset.sizes["polarity"])
     shaking = np.repeat(part.is_shaking, dataset.sizes["polarity"])
     peaks = by_motion(dataset["peak_displacement_free"], ("building",)).astype(float)
-    distances = []
+    distances, rotating, links = [], rotating_buildings(opened.scene), _links(opened)
     for name, peak in zip(map(str, dataset["building"].values), peaks.T, strict=True):
         finite = shaking & np.isfinite(peak)
         if not finite.any():
@@ -129,8 +141,27 @@ def setbacks(
         values = np.where(finite, peak, inf)[shaking]
         required = required_gaps(values, weight, (*USUAL_PERCENTILES, criterion.percentile), criterion.confidence)
         words, size, lost = part.amplitude_words(), values.size, int((shaking & ~finite).sum())
-        distances.append(Setback(name, words, size, weight * size, criterion.percentile, required, lost))
+        note = links.get(name, "")
+        if name in rotating:
+            required, note = (), f"{rotating_words(name)}. {AT_A_WALL}"
+        distances.append(Setback(name, words, size, weight * size, criterion.percentile, required, lost, note))
+    if not any(one.required for one in distances):
+        raise PoundingError(" ".join(one.note for one in distances))
     return tuple(distances)
+
+
+def _links(results: Results) -> dict[str, str]:
+    """A sentence for each building that links join to another, by its name."""
+    names = list(map(str, results.dataset["building"].values))
+    linked: dict[str, list[str]] = {}
+    for place, pair in enumerate(pairwise(names)):
+        for name, other in (pair, pair[::-1]) if results.has_link(place) else ():
+            linked.setdefault(name, []).append(other)
+    return {
+        name: f"{name}: it moves with the links to {' and '.join(others)}, without which it may need another setback: "
+        "run the scene without them too"
+        for name, others in linked.items()
+    }
 
 
 def sheet(answer: Sequence[Setback]) -> list[Block]:
@@ -143,7 +174,7 @@ def sheet(answer: Sequence[Setback]) -> list[Block]:
         f"{one.building} has no finite displacement in {counted(one.lost, 'motion')}: for these no setback is enough"
         for one in answer
         if one.lost
-    ]
+    ] + [one.note for one in answer if one.note]
     return [
         table(f"Setback from a property line, {answer[0].motions} motions {answer[0].at}.", heads, rows),
         *marks((gap for _, gap in entries), NO_BOUND),

@@ -48,6 +48,7 @@ from pounding_risk.render.sheet import (
 )
 from pounding_risk.results.amplitudes import intensity_words
 from pounding_risk.results.files import save
+from pounding_risk.results.opened import Results
 from pounding_risk.scene.scene import Scene
 from pounding_risk.units import GAP, si
 
@@ -164,6 +165,7 @@ def uncertainty(
             )
     else:
         subject = sampled_scene(subject, samples, num, workers, progress)
+    Results(subject.dataset).read_gap(gap)
     dataset = assessed(subject, request._replace(level=subject.first_sample.level(pga, intensity_level)))
     if file is not None:
         save(dataset, file)

@@ -125,6 +125,14 @@ def rotating_buildings(scene: Mapping[str, Any]) -> list[str]:
     return buildings_with(scene, "plan")
 
 
+def rotating_words(name: str) -> str:
+    """What the outputs of a building whose floors rotate are of."""
+    return (
+        f"{name}: its floors rotate; displacements, drifts and floor accelerations are those of their centres of mass, "
+        "which the ends of its faces may exceed"
+    )
+
+
 def moves_across(scene: Mapping[str, Any], name: str) -> bool:
     """True where floors of a building move across the row too, by the tables of a scene."""
     plans = next(building["plan"] for building in scene["building"] if building["name"] == name)

@@ -130,6 +130,12 @@ def building_coordinates(buildings: Sequence[Any]) -> dict[str, Any]:
     for name, words in (("mass", "mass"), ("period", "first period of vibration"), ("damping", "damping ratio")):
         column = [np.nan if building.is_rigid else getattr(building, name) for building in buildings]
         facts[f"building_{name}"] = column, f"{words} of the building"
+    if any(getattr(building, "isolators", None) is not None for building in buildings):
+        yielding = [
+            np.nan if building.is_rigid else getattr(building, "isolated_period", building.period)
+            for building in buildings
+        ]
+        facts["building_isolated_period"] = yielding, "first period of the building, while any isolators below it yield"
     return coordinates(facts)
 
 

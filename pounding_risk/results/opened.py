@@ -37,7 +37,19 @@ from pounding_risk.results.check import check_scene, kind_of
 from pounding_risk.results.layout import amplitude_axis, axes_of_cases
 from pounding_risk.results.scene_axes import at_one_place, open_axes
 from pounding_risk.results.variables import UNPUSHED
-from pounding_risk.units import DAMPING, GAP, LINK_DAMPING, LINK_STIFFNESS, PERIOD, PGA, SCALE, YIELD_FORCE, parse, say
+from pounding_risk.units import (
+    DAMPING,
+    GAP,
+    LINK_DAMPING,
+    LINK_STIFFNESS,
+    PERIOD,
+    PGA,
+    SCALE,
+    YIELD_FORCE,
+    parse,
+    say,
+    si,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -158,6 +170,19 @@ class Results:
         if not set(part[names[1]].dims) <= {"yield_force", "contact_point"}:  # along an axis each place has its own
             return part
         return part.assign_coords(yield_force=("yield_force", [_own_force(part)], part["yield_force"].attrs))
+
+    def read_gap(self, gap: float | str | None) -> float | None:
+        """An assessed gap [m]; raises PoundingError for one that is no gap, or that bumpers do not fit into."""
+        if gap is None:
+            return None
+        width = si(gap, GAP._replace(open_high=True), "gap")
+        longest = float(np.max(self.dataset.coords.get("interface_bumper", 0.0)))
+        if longest > width:
+            raise PoundingError(
+                f"gap: bumpers of {say(longest, GAP)} do not fit into a gap of {say(width, GAP)}; write a wider gap, "
+                "which is that between the faces"
+            )
+        return width
 
     def at_level(self, level: int | None = None) -> Results:
         """The part at one of the amplitudes, by default the scene's own; all of it where there is no axis of them."""

@@ -93,6 +93,7 @@ COORDINATES: dict[str, Declared] = {axis: Declared((axis,), None, TEXT) for axis
     **_declared(
         ("building",), {"kg": "building_mass", "s": "building_period", "1": "building_damping", "m": "building_height"}
     ),
+    **_declared(("building",), {"s": "building_isolated_period"}),
     **_declared(("building",), {"1": "building_storeys"}, WHOLE),
     **_declared(("building",), {"": "building_position"}, TEXT),
     **_declared(("gap", "interface"), {"m": "interface_gap"}),

@@ -96,8 +96,12 @@ def relative_faults(levels: Sequence[Level], buildings: Sequence[Any]) -> Iterat
 
 
 def at_periods(levels: Sequence[Level], buildings: Sequence[Any]) -> tuple[Level, ...]:
-    """The levels with their relative periods at the first period of their building, as it is without contact."""
-    period = next((one.period for one in buildings if levels and one.name == levels[0].measure.building), None)
+    """The levels with their relative periods at the first period of their building, as it is without contact.
+
+    That of an isolated one is its period while the isolators yield.
+    """
+    building = next((one for one in buildings if levels and one.name == levels[0].measure.building), None)
+    period = None if building is None else getattr(building, "isolated_period", building.period)
     return tuple(one if period is None else Level(one.measure.at_period(period), one.value) for one in levels)
 
 

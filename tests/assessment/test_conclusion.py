@@ -5,7 +5,7 @@ import doctest
 import numpy as np
 import pytest
 import xarray as xr
-from scenes import BOTH, scene_text, single
+from scenes import BOTH, rigid, scene_text, single, storeyed
 from scipy.stats import binom
 from sentences import refusal
 
@@ -237,6 +237,24 @@ def test_marks_are_explained_in_a_paragraph_as_a_list_has_marks_of_its_own(resul
     assert [block["kind"] for block in blocks] == ["table", "paragraph", "list"]
     assert blocks[1]["text"].startswith(NO_LOWER) and f" {NO_UPPER} " in blocks[1]["text"]
     assert not any(item.startswith((NO_LOWER, NO_UPPER)) for item in blocks[2]["items"])
+
+
+def test_a_setback_is_not_the_centres_where_floors_rotate_and_names_links():
+    plan = {"face": ["-6 m", "6 m"], "eccentricity": "2 m", "gyration": "4 m", "torsional_ratio": 1.1}
+    turning = storeyed("C", "90 t", "80 MN/m", storeys=2, plan=plan)
+    law = {"gap": "0.5 m", "contact_model": "linear", "stiffness": "1e5 kN/m"}
+    records = {"window": ["0 s", "4 s"]}
+    row = (storeyed("A", "90 t", "80 MN/m", storeys=2), storeyed("B", "60 t", "80 MN/m", storeys=2), turning)
+    of_row = pr.setbacks(
+        pr.scan(scene_text(*row, interfaces=[law | {"link_stiffness": "9 MN/m"}, law], records=records))
+    )
+    assert [bool(one.required) for one in of_row] == [True, True, False]
+    assert "links to B" in of_row[0].note and "links to A" in of_row[1].note and "links" not in of_row[2].note
+    assert "rigid = true" in refusal(lambda: of_row[2].distance)
+    assert of_row[2].note in str(sheet(of_row))
+    # At a wall the ends of the face are known: they move further than the centre.
+    at_wall = pr.scan(scene_text(turning, rigid(), interfaces=[law], records=records | {"polarity": BOTH}))
+    assert at_wall["peak_closing_free"].max() > 1.1 * at_wall["peak_displacement_free"].max()
 
 
 def test_a_dataset_that_is_none_is_refused(results, says):

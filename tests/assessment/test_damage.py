@@ -228,6 +228,8 @@ def test_a_force_that_is_capped_at_the_threshold_has_the_median_of_the_counts():
     median = float(one["median"])
     assert median == pytest.approx(float(counted["median"].sel(pounding="with")), rel=0.05)
     assert of_lines.median > 1.2 * median
+    above = pr.DamageState("above", contact_force="301 kN")
+    assert "no run exceeds; write a threshold of 300 kN or less" in refusal(pr.damage, scan, states=[above])
 
 
 def test_without_contact_a_contact_force_is_said_to_be_impossible(ida):

@@ -1,6 +1,8 @@
 """Gaps at which nothing was run: those of a row across which neighbours push, and those that a grid passes over."""
 
 import csv
+import re
+from math import ceil
 
 import numpy as np
 import pytest
@@ -99,6 +101,20 @@ def test_gaps_that_vary_together_are_known_at_the_steps_of_the_grid_alone(togeth
         assert need.high <= need.enough
     median, *_ = one.required
     assert median.bounded and median.high == median.enough  # the order statistics of the motions' own are 38 to 69 mm
+
+
+def test_what_to_provide_is_a_gap_that_was_run_and_no_push_counts_as_free(together):
+    """Of the free motion alone: the closing of rank 84 %, and those above a gap wider than any that was run."""
+    closing = np.sort(together["peak_closing_free"].isel(interface=1).values.ravel())
+    one, free = pr.assess(together).interfaces[1].verdict, 1e3 * closing[ceil(0.84 * closing.size) - 1]
+    assert (
+        one.conclusion[1].startswith("Provide at least 300 mm for") and "need no more than 300 mm (" in one.evidence[0]
+    )
+    (told,) = re.findall(r"without a push by neighbours ([\d.]+) mm would do", one.conclusion[1])
+    assert 0.0 <= float(told) - free < 0.1  # rounded up to three digits
+    wider = pr.assess(pr.scan(row(NARROW, grid={"gap": ["20 mm", "60 mm"]}))).interfaces[1].verdict.conclusion[1]
+    ((provided, count),) = re.findall(r"at least ([\d.]+) mm .*; (\d+) of .* without a push", wider)
+    assert int(count) == (1e3 * closing > float(provided)).sum()
 
 
 def test_a_required_gap_between_two_that_were_run_is_a_range_in_every_view(together):

@@ -171,6 +171,12 @@ def test_what_does_not_fit_is_refused(keys, says):
     says(refusal(pr.read_scene, scene_text(*MASSES, **keys)))
 
 
+def test_an_assessed_gap_that_they_do_not_fit_into_is_refused():
+    padded = scanned(*MASSES, gaps=WITH_LONG, column_yield_force="inf", bumper_length=LONG)
+    assert "bumpers of 31.25 mm do not fit into a gap of 30 mm" in refusal(pr.assess, padded, gap="30 mm")
+    assert pr.assess(padded, gap=LONG).interfaces[0].gap == 0.03125
+
+
 def test_a_start_within_them_is_refused():
     moved = single("frame", "500 t", "1.0 s", initial_displacement="15 mm"), MASSES[1]
     close, wide = (scene_text(*moved, gap="50 mm", bumper_length=length) for length in ("40 mm", "30 mm"))

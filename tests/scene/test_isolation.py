@@ -14,9 +14,12 @@ from sentences import refusal
 
 import pounding_risk as pr
 from pounding_risk.assessment.demands import is_linear
+from pounding_risk.assessment.hazard import HazardSpectrum
+from pounding_risk.assessment.intensities import resolved_intensity, shaking_of
 from pounding_risk.assessment.separations.table import code_table
 from pounding_risk.ensemble.plan.plan import validate
 from pounding_risk.models.structures.mdof import chain_of
+from pounding_risk.motions.levels import read_measure
 from pounding_risk.questions.modes import answer, sheet
 from pounding_risk.results.opened import Results
 from pounding_risk.scene.notes import level_notes
@@ -85,6 +88,21 @@ def test_the_period_while_they_yield_is_that_of_a_rigid_mass_on_them():
     assert parse_scene(text(SLIDER, stiff)).buildings[1].isolated_period == pytest.approx(
         2.0 * pi * sqrt(2.0 / G), rel=1e-6
     )
+
+
+def test_intensities_take_the_period_while_they_yield():
+    """2π √(R / g) of a hazard's curve and of levels at 1 T; a dataset without it is told how to have it."""
+    stiff, known = storeyed("A", ["500 t", "400 t"], "8e12 N/m", "4 m"), 2.0 * pi * sqrt(2.0 / G)
+    levels = {"measure": "sa", "period": "1 T", "of": "A", "levels": ["0.1 g"]}
+    records = {"window": ["0 s", "3 s"], "pga": None, "intensity": levels}
+    assert parse_scene(text(SLIDER, stiff, records=records)).grid.measure.period == pytest.approx(known, rel=1e-6)
+    results = pr.scan(parse_scene(text(SLIDER, stiff, records=records | {"intensity": None, "pga": "0.3 g"})))
+    spectra = HazardSpectrum(np.array([0.2, 4.0]), np.array([0.1, 0.001]), np.array([[1.0, 1.0], [5.0, 5.0]]))
+    shaking = shaking_of(Results(results), spectra, None, None)
+    assert read_measure(shaking.intensity).period == pytest.approx(known, rel=1e-5)
+    assert "at the longest period of the buildings, of A while isolators yield" in shaking.reading
+    older = Results(results.drop_vars("building_isolated_period"))
+    assert "rerun" in refusal(resolved_intensity, older, "sa(longer)")
 
 
 def test_own_damping_is_that_above_the_slab_and_the_dashpot_that_below():

@@ -203,6 +203,18 @@ def test_links_that_cannot_be_are_refused(says):
     says(without_jumps(both, "stereomechanical"))
 
 
+def test_an_axis_of_one_interface_makes_no_link_at_another():
+    """The plan of C has none, and so no fault; C's own key would be refused."""
+    plan = {"face": ["-6 m", "6 m"], "eccentricity": "1 m", "gyration": "4 m", "torsional_ratio": 1.2}
+    turning = storeyed("C", "90 t", "80 MN/m", storeys=2, plan=plan)
+    row = (mass("A", "100 t", "0.5 s", height="6 m"), mass("B", "120 t", "0.3 s", height="6 m"), turning)
+    law = {"gap": "10 mm", "contact_model": "linear", "stiffness": "1e5 kN/m"}
+    study = parse_scene(
+        scene_text(*row, interfaces=[law, law], grid={'"interface.1.link_damping"': ["0 N s/m", "2 MN s/m"]})
+    )
+    assert [link.interface for link in study.links] == [0]
+
+
 def test_the_fastest_rate_of_a_linked_scene_is_above_its_eigenvalues():
     study = parse_scene(SCENE, overrides=['interface.link_stiffness="400 MN/m"'])
     chain = model_of(study).bodies[0].chain

@@ -5,6 +5,7 @@ centre of stiffness and one of rotation about it; contact points at both ends of
 """
 
 import itertools
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -408,6 +409,15 @@ def test_in_elevation_both_ends_of_a_face_are_one_point():
 def test_a_report_says_which_buildings_rotate_and_move_across(says):
     tables = {"building": [{"name": "A", "plan": ACROSS}, {"name": "B", "plan": [PLAN, TOWER]}, {"name": "C"}]}
     says("\n".join(_of_storeys(tables)))
+
+
+def test_every_answer_on_a_building_whose_floors_rotate_says_that_it_is_of_the_centres(tmp_path):
+    study = scene({"plan": PLAN}, {}).replace(damage=[pr.DamageState("contents", acceleration="1 g")])
+    run = pr.scan(study, check_fraction=0.0)
+    words = "A: its floors rotate; displacements, drifts and floor accelerations are those of their centres of mass"
+    answers = json.loads(pr.simulate(study).attrs["notes"]), pr.assess(run).notes
+    answers += json.loads(pr.damage(run).attrs["assumptions"]), pr.export(run, "pelicun", tmp_path / "demands").notes
+    assert [sum(note.startswith(words) for note in notes) for notes in answers] == [1, 1, 1, 1]
 
 
 def test_what_does_not_go_with_rotating_floors_is_refused(says):

@@ -29,7 +29,7 @@ from pounding_risk.errors import PoundingError
 from pounding_risk.reports.exports import Options, Written
 from pounding_risk.reports.exports import _fragilities as fragilities
 from pounding_risk.reports.exports._fragilities import Fragilities, Function, Intensity, identifier_of
-from pounding_risk.results.attributes import flags_of, isolated_of
+from pounding_risk.results.attributes import flags_of, isolated_of, rotating_buildings, rotating_words
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.layout import amplitude_axis
 from pounding_risk.results.opened import Results, one_case
@@ -105,6 +105,7 @@ def _demand_tables(
     yield f"demands are those at {_case_words(runs)}"
     for building in isolated_of(results):
         yield f"{building}: 1-PFA-1-1 is of the slab on isolators, and 1-PID-1-1 of the isolators over its height"
+    yield from map(rotating_words, rotating_buildings(Results(results).scene))
     status = runs["status"]
     (code,) = (code for code, word in flags_of(status).items() if word == "complete")
     complete = _by_motion(status) == code
