@@ -38,6 +38,7 @@ from pounding_risk.units import (
     GAP,
     PERIOD,
     PGA,
+    RESTITUTION,
     STANDARD_GRAVITY,
     STOREY_HEIGHT,
     TIME,
@@ -86,15 +87,27 @@ USUAL = {
     ),
     "strength of the isolators over the weight on them": Usual(
         SHARE_OF_WEIGHT,
-        (0.0, 0.3),
+        (0.005, 0.3),
         "lead-rubber bearings have 0.03 to 0.15, sliders 0.2 at most",
-        ("", "MN written for kN, or kg for t?"),
+        ("kN written for MN, or N for kN?", "MN written for kN, or kg for t?"),
     ),
     "period while the isolators yield": Usual(
         PERIOD,
         (0.7, 12.1),
         "isolated buildings have 1.5 s to 6 s, models on shaking tables half of it",
         ("stiffness or mass in another unit?", "kN/m written for MN/m, or a radius in mm?"),
+    ),
+    "yield displacement of the isolators": Usual(
+        GAP, (0.0, 0.1), "lead-rubber bearings have 5 mm to 25 mm, sliders less", ("", "m written for mm?")
+    ),
+    "damping": Usual(
+        DAMPING, (0.0, 0.2), "buildings have 0.5 % to 10 %, more with dampers", ("", "% written as a share?")
+    ),
+    "restitution": Usual(
+        RESTITUTION,
+        (0.1, 1.0),
+        "0.4 to 0.8 of concrete, by its speed",
+        ("a decimal point lost, or a damping ratio?", ""),
     ),
     "gap": Usual(
         GAP, (0.0, 2.0), "two buildings of 50 m that lean by 2 % towards each other", ("", "m written for mm or cm?")
@@ -120,6 +133,7 @@ SPEED = 0.5  # m/s, a usual approach speed; the duration of a Hertz contact vari
 SHARE_OF_PERIOD = 0.1  # of the shorter period that a contact may last: the rule of `advise`
 # The time in which sound crosses 1.75 m of concrete twice at 3500 m/s: no floors separate sooner.
 SHORTEST_CONTACT = 1e-3  # s
+STIFFEST = 1e12  # N/m^1.5, 36 times the typical value of OpenSees' Impact Material
 HERTZ_TIME = 3.2181  # 2 ∫ ds / √(1 − s^(5/2)) (5/4)^(2/5) from 0 to 1: t = 3.2181 (m v²/β)^(2/5) / v
 LEFT_OF_PAUSE = 0.05  # of the amplitude before the aftershock: ten periods at 5 % leave 4 %
 NUMBER = re.compile(r"(?<![\w.^,-])(\d+(?:,\d{3})*(?:\.\d+)?(?:e[-+]?\d+)?)(?!\w)")  # of a sentence, alone
@@ -138,7 +152,7 @@ def of_input(study: Scene, motions: Iterable[Motion]) -> tuple[str, ...]:
     sites = dict.fromkeys(filter(None, (site_of(motion.record) for motion in all_motions)))
     stiffness_notes = () if has_known_motion(study) else _stiffness_notes(study)  # no contact is run
     gap_notes = *_missing_height_notes(study), *_gap_notes(study), *_lower_building_notes(study)
-    scene_notes = *_building_notes(study), *gap_notes, *stiffness_notes, *_link_notes(study)
+    scene_notes = *_building_notes(study), *gap_notes, *stiffness_notes, *_restitution_notes(study), *_link_notes(study)
     motion_notes = (
         *_motion_notes(study, all_motions),
         *_own_record_notes(study, all_motions),
@@ -233,6 +247,11 @@ def _building_notes(study: Scene) -> Iterator[str]:
         yield from _storey_notes(building)
         yield from _isolator_notes(building)
         yield from _condensation_notes(building)
+        if _is_upside_down(building):
+            yield (
+                f"{building.name}: in its first mode floor 1 moves most and the roof least, as where modes or matrices "
+                "are given from the roof down; a scene has them from the lowest floor up"
+            )
         if _is_part(building):
             yield (
                 f"{building.name}: storey shears are those of storey_stiffnesses, a part of its matrix; the rest "
@@ -247,6 +266,16 @@ def _building_notes(study: Scene) -> Iterator[str]:
                 "the centre of stiffness is off along the row, which eccentricity_along of its plan states"
             )
     yield from _unusual_notes("period", {building.name: building.period for building in moving})
+    yield from _unusual_notes("damping", {building.name: building.damping for building in moving})
+
+
+def _is_upside_down(building: Any) -> bool:
+    """True where the floors of a matrix move less in the first mode the higher they stand, as of no building."""
+    if not getattr(building, "stiffness_matrix", ()) or getattr(building, "plans", ()):
+        return False
+    above = building.superstructure()
+    shape = np.abs(above.vibration().shapes[: len(above.masses), 0])
+    return bool(shape.argmax() == 0 and shape.argmin() == shape.size - 1 > 0)
 
 
 def _is_part(building: Any) -> bool:
@@ -286,8 +315,11 @@ def _isolator_notes(building: Any) -> Iterator[str]:
         return
     mass = sum(building.masses)
     law = building.isolators.law(mass)
-    share = {building.name: law.strength / (STANDARD_GRAVITY * mass)}
+    share = {building.name: law.strength / (STANDARD_GRAVITY * mass)} if law.strength else {}  # 0 is linear
     yield from _unusual_notes("strength of the isolators over the weight on them", share)
+    yield from _unusual_notes(
+        "yield displacement of the isolators", {building.name: building.isolators.yield_displacement}
+    )
     if law.soft > 0.0:
         yield from _unusual_notes("period while the isolators yield", {building.name: 2.0 * pi * sqrt(mass / law.soft)})
 
@@ -390,6 +422,14 @@ def _stiffness_notes(study: Scene) -> Iterator[str]:
                 f"{words}, less than {1e3 * SHORTEST_CONTACT:g} ms, in which sound crosses 1.75 m of concrete twice; "
                 f"k{quantity.unit} written for {quantity.unit}?"
             )
+        elif quantity.unit != LINEAR_STIFFNESS.unit and pair.stiffness > STIFFEST and short and time < 0.5 * longest:
+            yield f"{words}; a typical one is 2.75e10 {quantity.unit}; k{quantity.unit} written for {quantity.unit}?"
+
+
+def _restitution_notes(study: Scene) -> Iterator[str]:
+    if any(known_law(name).needs_restitution for name in study.model_names):
+        pairs = zip(study.interface_names, study.interfaces, strict=True)
+        yield from _unusual_notes("restitution", {name: one.restitution.rule.at(SPEED) for name, one in pairs})
 
 
 def contact_duration(stiffness: float, unit: str, mass: float, speed: float = SPEED) -> float:

@@ -87,7 +87,14 @@ def finding(dataset: xr.Dataset) -> str:
     """One sentence: the cheapest setting whose printed digits no longer change, and the runner-up."""
     reference, times = dataset["reference"].values, dataset["time"].isel(output=REACH).values
     names, methods = dataset["setting"].values, dataset["method"].values
-    exact_settings = [index for index in range(len(names)) if holds_digits(dataset["value"].values[index], reference)]
+    is_lost = np.isnan(reference[..., REACH]).reshape(len(reference), -1).any(axis=1)
+    was_run = is_lost | ~np.isnan(dataset["error"].values[..., REACH])  # SciPy runs some cases only
+    holding = [
+        index
+        for index, cases in enumerate(was_run)
+        if cases.any() and holds_digits(dataset["value"].values[index][cases], reference[cases])
+    ]
+    exact_settings = [index for index in holding if was_run[index].all()]
     touched = int((reference[..., COUNT] > 0.0).reshape(len(reference), -1).any(axis=1).sum())
     count = f"{counted(len(reference), 'case')}, {touched or 'none'} of them with contact"
     if not exact_settings:
@@ -99,6 +106,10 @@ def finding(dataset: xr.Dataset) -> str:
     if other_settings:
         second = min(other_settings, key=times.__getitem__)
         sentence += f"; the next method, {names[second]}, takes {times[second] / times[best]:.3g} times as long"
+    elif partly := [index for index in holding if methods[index] != methods[best] and index not in exact_settings]:
+        other = min(partly, key=times.__getitem__)
+        part = f"{was_run[other].sum()} of {len(reference)} cases"
+        sentence += f"; {names[other]} has them too in the {part} in which it was run"
     elif methods[best] == EVENT:
         is_alone = set(methods) == {EVENT}
         sentence += "; no other method was run" if is_alone else "; no setting of another method gets there"

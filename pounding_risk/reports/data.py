@@ -18,7 +18,7 @@ from pounding_risk.assessment.assess import Assessment, InterfaceAssessment
 from pounding_risk.assessment.row import RowCase, row_case
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import LEVEL_AXIS, PGA_AXIS
-from pounding_risk.results.attributes import read_attribute
+from pounding_risk.results.attributes import isolated_buildings, read_attribute
 from pounding_risk.results.check import AXES_OF_CASES, check_scan, kind_of
 from pounding_risk.results.files import open_results, opened_or_given
 from pounding_risk.results.opened import Results
@@ -127,6 +127,19 @@ class ReportData:
     def scene(self) -> dict[str, Any]:
         """The scene with every value stated, as its file would be read."""
         return tomllib.loads(self.results.attrs["scene_resolved"])
+
+    @cached_property
+    def isolated_periods(self) -> dict[str, float]:
+        """Period of the first mode [s] of each isolated building while its isolators yield, by its name."""
+        if not isolated_buildings(self.scene):
+            return {}
+        # With the scene's classes, which a report of other buildings needs not.
+        from pounding_risk.scene.buildings import structure_of
+        from pounding_risk.scene.sections import read_tables
+
+        draft, *_ = read_tables({"building": self.scene["building"]}, (), "scene")
+        structures = [structure_of(section) for section in draft.sections["building"]]
+        return {one.name: one.isolated_period for one in structures if getattr(one, "isolators", None)}
 
     def facts(self, name: str, default: Any) -> Any:
         """Value of an attribute of the dataset that holds JSON."""

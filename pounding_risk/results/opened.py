@@ -115,12 +115,19 @@ class Results:
         compared = {"gap": (self.scene_gap(interface), float(gaps[self.scene_place]), GAP)}
         if self.dataset.sizes.get("yield_force", 1) > 1 and np.isfinite([force, self.scene_force]).all():
             compared["yield_force"] = force, self.scene_force, YIELD_FORCE
-        return tuple(
+        notes = tuple(
             f"{key}: the scene's own, {say(stated, quantity, 4)}, is not in the grid; forces, yielding and damage are "
             f"those at {say(grid_value, quantity, 4)}, the nearest there: add it to {key} in [grid]"
             for key, (stated, grid_value, quantity) in compared.items()
             if abs(stated - grid_value) > SAME * abs(stated)
         )
+        own_gaps = [self.scene_gap(place) for place in range(self.dataset.sizes.get("interface", 1))]
+        if np.ptp(own_gaps) > SAME * max(own_gaps) and not np.ptp(self.gaps.values, axis=1).any():
+            notes += (
+                f"gap: the row with the scene's own gaps, {listed_values('gap', own_gaps)}, was not run: [grid] gap "
+                "sets every gap of the row; each interface is assessed in runs in which all have the same gap",
+            )
+        return notes
 
     @property
     def unused_keys(self) -> tuple[str, ...]:

@@ -27,13 +27,13 @@ from pounding_risk.models.structures.contact_points import (
 from pounding_risk.models.structures.sdof import CONCRETE_WAVE_SPEED
 from pounding_risk.models.structures.storeys import DAMPING_RULES, Storeys
 from pounding_risk.motions.generated import motion_kinds
-from pounding_risk.motions.levels import FACTOR, PEAK, Measure
+from pounding_risk.motions.levels import FACTOR, PEAK, Measure, at_pga, say_level
 from pounding_risk.scene.interfaces import known_law
 from pounding_risk.scene.resolved_interfaces import OF_DAMPER, OF_SPRING, ResolvedInterface
-from pounding_risk.scene.scene import Scene
+from pounding_risk.scene.scene import Scene, own_amplitude
 from pounding_risk.scene.toml import KeyPath, key_name
 from pounding_risk.scene.variants import Variants
-from pounding_risk.units import STOREY_HEIGHT, YIELD_FORCE, parse, say
+from pounding_risk.units import PGA, STOREY_HEIGHT, YIELD_FORCE, parse, say
 
 GivenKeys = Mapping[KeyPath, Any]  # the keys of a scene and their values as written; tables of an array by index from 0
 Laws = Mapping[str, Any]  # the contact models that a scene runs: those of the grid, and of the interfaces
@@ -245,8 +245,16 @@ def _unused_in_effects(study: Scene, given: GivenKeys, laws: Laws) -> Iterator[U
 def _unused_in_records(study: Scene, given: GivenKeys, laws: Laws) -> Iterator[Unused]:
     """Keys of files that records do not need, and amplitudes that another key overrules."""
     request, has_pga = study.records, ("grid", "pga") in given
-    if has_pga and study.grid.levels != (request.pga,):  # not that of a scene whose every value is stated
-        yield Unused(("records", "pga"), "grid.pga sets the amplitude of every motion")
+    if has_pga and request.pga is not None and study.grid.levels != (request.pga,):  # not of a scene as it is resolved
+        path, largest = ("records", "pga"), say_level(study.grid.levels[-1], PGA)
+        if own_amplitude(study) == at_pga(request.pga):
+            reason = (
+                "grid.pga gives their amplitudes, and this key the one that is assessed, simulated alone and exported"
+            )
+            yield Unused(path, reason, " on the runs of a scan")
+        else:
+            reason = f"grid.pga gives the amplitudes, and {say_level(request.pga, PGA)} is not among them"
+            yield Unused(path, f"{reason}; the largest, {largest}, is assessed, simulated alone and exported")
     if request.names or request.set:
         source = "names" if request.names else "set"
         yield Unused(("records", "dt"), f"every record of {source} has a time step of its own")

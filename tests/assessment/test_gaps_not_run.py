@@ -222,3 +222,15 @@ def test_a_gap_and_a_force_that_the_grid_passes_over_are_named():
     evidence = {gap: " ".join(pr.assess(scanned, gap=gap).interfaces[0].verdict.evidence) for gap in ("10 mm", "40 mm")}
     assert "struck columns are those at 0 mm, the nearest gap of the grid" in evidence["10 mm"]
     assert "nearest gap" not in evidence["40 mm"]
+
+
+def test_a_row_whose_own_gaps_were_not_run_together_is_told():
+    """The gaps of [grid] are those of every interface: 20 mm and 10 mm are run where nothing else is asked for."""
+    told = {}
+    for gap, grid in ((NARROW, {"gap": ["10 mm", "20 mm"]}), (NARROW, {}), (BESIDE, {"gap": ["10 mm", "20 mm"]})):
+        dataset = pr.scan(row(gap, grid=grid), check_fraction=0.0)
+        was_run = (np.abs(Results(dataset).gaps.values - [0.02, float(gap[:-3]) / 1e3]) < 1e-9).all(axis=1).any()
+        told[gap, len(grid)] = [note for note in pr.assess(dataset).notes if "scene's own gaps" in note]
+        assert len(told[gap, len(grid)]) == int(not was_run)
+    (note,) = told[NARROW, 1]
+    assert note.startswith("gap: the row with the scene's own gaps, 20 mm, 10 mm, was not run: [grid] gap sets every")

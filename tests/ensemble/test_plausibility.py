@@ -423,6 +423,11 @@ def test_a_row_tells_them_by_interface(capsys):
         ({"strength": "0 N", "stiffness": "5 MN/m"}, ""),
         ({"friction": 0.05, "radius": "2.2 m"}, ""),
         ({"strength": "900 MN", "stiffness": "5 MN/m"}, "strength of the isolators over the weight on them 45.89"),
+        ({"strength": "900 N", "stiffness": "5 MN/m"}, "strength of the isolators over the weight on them 4.589e-5"),
+        (
+            {"strength": "900 kN", "stiffness": "5 MN/m", "yield_displacement": "12 m"},
+            "yield displacement of the isolators 12 m",
+        ),
         ({"strength": "900 kN", "stiffness": "5 kN/m"}, "period while the isolators yield 125.7 s"),
         ({"strength": "900 kN", "stiffness": "5 GN/m"}, "period while the isolators yield 0.1257 s"),
     ],
@@ -433,6 +438,39 @@ def test_isolators_that_hardly_isolate_or_hardly_hold_are_told(numbers, told):
     building = storeyed("hospital", ["500 t", "500 t", "400 t"], "1000 MN/m", "4 m", isolation=isolation)
     text = scene_text(rigid(height="1.5 m"), building, gap="150 mm", stiffness="1e11 N/m^1.5")
     assert [note.partition(", usually")[0] for note in notes(text=text)] == [f"hospital: {told}"] * bool(told)
+
+
+@pytest.mark.parametrize(
+    ("override", "told"),
+    [
+        ("building.left.damping=0.5", "left: damping 0.5, usually 0.2 or less"),
+        ("building.left.damping=0.2", ""),
+        ("interface.restitution=0.065", "left | right: restitution 0.065, usually 0.1 or more"),
+        ("interface.restitution=0.1", ""),
+        # 6.44 (m/4 / 2.75e12)^0.4 of m = 120 t, above the millisecond of SHORTEST_CONTACT
+        (
+            'interface.stiffness="2.75e9 kN/m^1.5"',
+            "2.75e9 kN/m^1.5 makes a contact at 0.5 m/s last 0.0042 s; a typical",
+        ),
+    ],
+)
+def test_slips_of_percent_points_and_kilonewtons_are_told(override, told):
+    said = notes(override)
+    assert len(said) == bool(told) and all(told in note for note in said)
+
+
+@pytest.mark.parametrize(
+    "isolation", [None, {"slab_mass": "200 t", "height": "1 m", "friction": 0.05, "radius": "2 m"}]
+)
+def test_a_matrix_given_from_the_roof_down_is_told(isolation):
+    """Springs of 400, 300 and 200 MN/m from the ground up: the lowest one stands on the ground."""
+    matrix = np.array([[700.0, -300.0, 0.0], [-300.0, 500.0, -200.0], [0.0, -200.0, 200.0]])
+    for order in (1, -1):
+        rows = {"values": matrix[::order, ::order].tolist(), "unit": "MN/m"}
+        frame = {"name": "frame", "floor_masses": ["200 t"] * 3, "storey_heights": "3 m", "stiffness_matrix": rows}
+        frame |= {"isolation": isolation} if isolation else {}
+        told = [note for note in notes(text=scene_text(frame, rigid(height="9 m"))) if "roof down" in note]
+        assert len(told) == int(order == -1)
 
 
 def test_generated_motions_are_not_taken_for_records():

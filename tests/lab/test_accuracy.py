@@ -109,6 +109,17 @@ def test_the_sentence_names_the_cheapest_setting_that_is_good_enough():
     assert "no other method was run" in findings.finding(made_up({EVENT: ours}))
 
 
+def test_a_method_that_was_run_in_some_cases_is_judged_by_these():
+    """Three cases, SciPy in the first: NaN where it was not run, which is no failure, and infinite where one failed."""
+    data = made_up({EVENT: [(1e-7, 3e-4, 1e-9)], "SciPy DOP853": [(1e-9, 1e-2, 2e-8)]})
+    data = xr.concat([data] * 3, "case", data_vars="minimal").transpose("setting", "case", ...)
+    data["value"].values[1, 1:] = data["error"].values[1, 1:] = np.nan
+    told = findings.finding(data)
+    assert told.endswith("a run; SciPy DOP853, rtol 1e-09, has them too in the 1 of 3 cases in which it was run.")
+    data["error"].values[1, 1:] = np.inf
+    assert findings.finding(data).endswith("; no setting of another method gets there.")
+
+
 def test_the_time_to_reach_a_level_lies_on_straight_lines_in_logarithms():
     data = made_up({EVENT: [(1e-3, 1e-4, 1e-3), (1e-5, 1e-3, 1e-5), (1e-6, 2e-3, 1e-4), (1e-7, 1e-2, 0.0)]})
     reach = dict(zip(LEVELS, findings.times_to_reach(data, EVENT, "peak_contact_force"), strict=True))

@@ -87,6 +87,11 @@ def test_drifts_of_isolated_buildings_are_those_above_the_isolators(tmp_path):
     assert amplification(case, 1) == pytest.approx(raised, rel=1e-12)
     assert row.drift_finding(case).startswith(f"With contact the largest storey drift above isolators is {raised:.2f} ")
     data = ReportData(results, assess(results), {})
+    # Sliders of R = 2 m: the pendulum's 2 pi sqrt(R / g), made longer by the storeys.
+    stated = next(text for text in map(str, scene.write(data)) if "isolators yield" in text)
+    period = float(stated.partition("while they yield it is ")[2].partition(" s.")[0])
+    assert 0.0 <= period / (2.0 * np.pi * np.sqrt(2.0 / 9.80665)) - 1.0 < 0.01
+    assert "Storeys above them stay elastic." in stated
     (rows,) = [each["rows"] for each in response.write(data)[:1]]
     (cells,) = [cells for cells in map(str, rows) if "peak storey drift above the isolators [mm]" in cells]
     assert "hospital" in cells

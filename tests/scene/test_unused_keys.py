@@ -123,6 +123,8 @@ IDLE = [
     Case("interface.equal_terms", PAIR, TERMS[:1], TERMS[1:]),
     varied("records.dt", PAIR, '"0.01 s"', '"0.02 s"'),
     varied("records.pga", PAIR, '"0.2 g"', '"0.5 g"', ['grid.pga=["0.4 g"]'], without="scale"),
+    varied("records.pga", PAIR, '"0.2 g"', '"0.4 g"', ['grid.pga=["0.2 g", "0.4 g"]'], without="scale",
+        on="on the runs of a scan"),
     Case("grid.yield_force", PAIR, FORCES[:1], FORCES[1:], [HERTZ], on="on any force"),
     Case("grid.yield_force", PAIR, FORCES[:1], FORCES[1:], [JUMP], without="stiffness"),
     Case("grid.yield_force", COLUMNS, FORCES[:1], FORCES[1:]),
@@ -267,6 +269,19 @@ def test_every_key_and_option_has_a_case():
     tried = {case.key.replace("building.A.", "building.").replace("building.B.", "building.") for case in IDLE + ACTING}
     always = {f"{section}.{key}" for of in ALWAYS.values() for section, named in of.items() for key in named.split()}
     assert keys == tried | always
+
+
+@pytest.mark.parametrize(("stated", "assessed"), [("0.2 g", 0.2), ("0.3 g", 0.4)])
+def test_a_pga_beside_that_of_the_grid_says_which_is_assessed(stated, assessed):
+    """By the answers alone: PGA in the grid is the one that is assessed and simulated, else the largest is."""
+    given = ['grid.pga=["0.2 g", "0.4 g"]', f'records.pga="{stated}"']
+    study = parse_scene(PAIR.replace("scale = 1.5\n", ""), "scene.toml", given)
+    dataset, (sentence,) = scan(study, check_fraction=0.0), unused_keys(study)
+    assert assess(dataset).interfaces[0].amplitude == pytest.approx(assessed * 9.80665)
+    run = simulate(study)
+    at_level = dataset["peak_closing"].isel(gap=0).sel(pga=assessed * 9.80665, method="nearest").squeeze()
+    assert run["peak_closing"].item() == at_level.item()
+    assert f"{assessed:g} g, is assessed" in sentence if stated == "0.3 g" else "the one that is assessed" in sentence
 
 
 def test_an_axis_that_does_not_reach_columns_says_so():

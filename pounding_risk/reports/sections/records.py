@@ -33,6 +33,8 @@ def write(data: ReportData) -> list[Block]:
     values, periods = spectra.transpose("record", "period").values, results["period"].values
     pairs = zip(results["building"].values, results["building_period"].values, strict=True)
     building_periods = [(str(name), float(period)) for name, period in pairs if np.isfinite(period)]
+    isolated = ((f"{name} as isolators yield", period) for name, period in data.isolated_periods.items())
+    building_periods += [(words, period) for words, period in isolated if period <= periods[-1]]
     medians = []
     for _, period in building_periods:
         nearest = values[:, int(np.abs(np.log(periods / period)).argmin())]

@@ -49,6 +49,7 @@ def write(data: ReportData) -> list[sheet.Block]:
     return [
         sheet.table("Buildings, left to right.", heads, rows),
         *([sheet.paragraph(f"{' and '.join(rigid)}: rigid, moves with the ground.")] if rigid else []),
+        *([sheet.paragraph(" ".join(isolated))] if (isolated := [*_of_isolated(data)]) else []),
         *(
             sheet.facts(f"Between {pair.name.replace(' | ', ' and ')}.", _interface_rows(pair, keys))
             for pair, keys in zip(data.pairs, pair_tables, strict=True)
@@ -57,6 +58,18 @@ def write(data: ReportData) -> list[sheet.Block]:
         sheet.heading("Assumptions", "assumptions"),
         sheet.listing([*([*_of_storeys(data.scene), *OF_A_ROW] if data.has_points else ASSUMED), *_assumed(data)]),
     ]
+
+
+def _of_isolated(data: ReportData) -> Iterator[str]:
+    """The period of each isolated building while its isolators yield, and whether its storeys may."""
+    can_yield = "inelastic_storeys" in data.scene.get("effects", {})
+    strong = {one["name"]: "storey_strengths" in one for one in data.scene["building"]}
+    for name, period in data.isolated_periods.items():
+        storeys = "may yield too" if can_yield and strong[name] else "stay elastic"
+        yield (
+            f"{name}: the period is that before its isolators yield; while they yield it is "
+            f"{sheet.amount(period, 's')['text']}. Storeys above them {storeys}."
+        )
 
 
 def _interface_rows(pair: Pair, keys: Mapping[str, Any]) -> Iterator[tuple[str, sheet.Cell | str]]:
