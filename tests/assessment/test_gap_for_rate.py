@@ -413,9 +413,5 @@ def test_what_is_no_rate_is_refused_with_what_to_write(text, says):
     says(refusal(read_rate, text, "target", kind=QuantityError))
 
 
-def test_a_return_period_in_words():
-    assert [return_period_words(1.0 / years) for years in (475.3, 12.34, 3e7)] == [
-        "once in 475 years",
-        "once in 12.3 years",
-        "once in 3e+07 years",
-    ]
+def test_a_return_period_in_words(says):
+    says([return_period_words(1.0 / years) for years in (475.3, 12.34, 3e7)])

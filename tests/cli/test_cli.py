@@ -133,19 +133,13 @@ def test_options_are_the_arguments_of_the_call(name):
     assert options <= set(inspect.signature(getattr(pounding_risk, name)).parameters)
 
 
-def test_a_faulty_scene_is_told_whole_and_nothing_is_written(folder):
+def test_a_faulty_scene_is_told_whole_and_nothing_is_written(folder, says):
     before = sorted(path.name for path in folder.iterdir())
-    for words in (["validate"], ["scan", "-o", "r.nc"], ["simulate", "-o", "h.nc", "--figure", "f.png"]):
-        result = run(words[0], "bad.toml", *words[1:])
-        assert (result.exit_code, result.stdout) == (2, "")
-        assert result.stderr.splitlines() == [
-            "pounding-risk: bad.toml: 3 faults",
-            '  - line 5, building.frame.mass: "44.36 m" is a length, not a mass; write a mass such as "44.36 t"',
-            '  - line 13, interface.contact_model: "hertzian" is not a contact model (did you mean "hertz"?); '
-            f"it may be {LAWS}",
-            '  - line 19, grit: unknown section (did you mean "grid"?); sections are scene, building, interface, '
-            "effects, records, grid, uncertain, solver, damage",
-        ]
+    commands = (["validate"], ["scan", "-o", "r.nc"], ["simulate", "-o", "h.nc", "--figure", "f.png"])
+    results = [run(words[0], "bad.toml", *words[1:]) for words in commands]
+    assert {(result.exit_code, result.stdout) for result in results} == {(2, "")}
+    (told,) = {result.stderr for result in results}
+    says(told.replace(LAWS, "LAWS"))
     assert sorted(path.name for path in folder.iterdir()) == before
 
 
