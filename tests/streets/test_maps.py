@@ -457,13 +457,6 @@ def test_a_house_that_touches_the_wing_beside_it_does_not_overlap_it(tmp_path, b
     assert len(row.buildings) == (2 if below < 5.1 else 3)
 
 
-def test_many_neighbours_that_face_each_other_over_a_part_are_counted(tmp_path, says):
-    """A staircase of squares, each beside the last 30 % of the one before."""
-    shapes = [shapely.box(500e3 + 10.1 * n, 7.0 * n, 500e3 + 10.1 * n + 10.0, 7.0 * n + 10.0) for n in range(9)]
-    block = read_block(write(tmp_path / "street.gpkg", shapes, "EPSG:32633"), Rules(axis=90.0))
-    says([note for note in block.notes if "face each other" in note])
-
-
 def test_a_plan_takes_footprints_of_any_map(tmp_path):
     block = three(tmp_path)
     pr.block(tmp_path / "street.gpkg", tmp_path / "out", records=["RSN6-180"])
