@@ -308,14 +308,10 @@ def test_the_dataset_keeps_the_notes_on_its_input_and_those_on_contacts_follow_f
     )
 
 
-def test_a_penetration_that_crushes_whole_floors_is_told(results):
+def test_a_penetration_that_crushes_whole_floors_is_told(results, says):
     """0.0035 of two floors of 20 m, as advise assumes, is 140 mm; of the floors that a scene gives, it is theirs."""
     deep = results.assign(peak_closing=results["peak_closing"].where(results["gap"] > 0.0, 0.15))
-    (said,) = (each for each in Results(deep).notes if "penetration" in each)
-    assert said.startswith(
-        "the deepest contact has a penetration of 150 mm; from 140 mm on, floors of 20 m and 20 m are crushed through "
-        "their whole length (strain 0.0035, EN 1992-1-1, table 3.1)"
-    )
+    says([each for each in Results(deep).notes if "penetration" in each])
     floors = results.attrs["scene_resolved"].replace("damping =", 'floor_length = "25 m"\ndamping =')
     assert not any("penetration" in each for each in Results(deep.assign_attrs(scene_resolved=floors)).notes)
     less = deep.assign(peak_closing=deep["peak_closing"].clip(max=0.139))
@@ -387,16 +383,13 @@ def test_a_single_run_tells_them(odd, capsys):
     assert json.loads(simulate(parse_scene(PAIR), gap=90.0).attrs["notes"]) == list(notes('grid.gap=["90 m"]'))
 
 
-def test_a_row_tells_them_by_interface(capsys):
+def test_a_row_tells_them_by_interface(capsys, says):
     soft = parse_scene(ROW, "scene", ['interface.stiffness="1 MN/m"', 'records.pga="0.5 g"'])
     (kept,) = of_input(soft, motions_of(soft))
     # A floor of 200 t strikes one of 200 t: π √(1e5/1e6) = 0.993 s; T1 of b is 2 π √(200e3/600e6)/0.618 = 0.1856 s.
-    assert kept.startswith(
-        "a | b: a stiffness of 1 MN/m makes a contact at 0.5 m/s last 0.993 s, 5.35 times the period of b"
-    )
     told = Results(scan(soft, check_fraction=0.0)).notes
     assert told[0] == kept
-    assert "in 1 of 1 cases with contact one lasts 0.5 times the period of b" in told[1]
+    says(told)
     run = simulate(soft)
     print_sheet(simulating.sheet(run))
     assert f"note: {kept}" in capsys.readouterr().out
