@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from scenes import BOTH, scene_text, single
 from scipy.stats import binom
-from sentences import refusal
+from sentences import refusal, refusals
 
 import pounding_risk as pr
 from pounding_risk.assessment import options as assessment_options
@@ -140,35 +140,16 @@ def test_one_percent_less_than_all_is_no_rounding():
         assert read_criterion(target, percentile).agrees
 
 
-@pytest.mark.parametrize(
-    "given",
-    [
-        {"percentile": "0.9 %"},
-        {"percentile": 10},
-        {"percentile": 50},
-        {"percentile": 100},
-        {"percentile": 1},
-        {"percentile": float("nan")},
-        {"target": 84},
-        {"target": 0.99},
-        {"target": 0},
-        {"target": -0.1},
-        {"target": 1e-12},
-        {"target": True},
-        {"target": "ten"},
-        {"target": [0.1]},
-        {"confidence": 0.3},
-        {"confidence": 1.0},
-    ],
-    ids=str,
-)
-def test_what_cannot_be_meant_is_refused(given, says):
-    says(refusal(read_criterion, **given))
+WRONG = {
+    "percentile": ("0.9 %", 10, 50, 100, 1, 16, float("nan")),
+    "target": (84, 0.99, 0, -0.1, 1e-12, True, "ten", [0.1]),
+    "confidence": (0.3, 1.0),
+}
 
 
-def test_a_refusal_says_what_the_number_is(says):
-    """A percentile in the target's place, and a target in the percentile's."""
-    says(refusal(read_criterion, target=84), refusal(read_criterion, percentile=16))
+def test_what_cannot_be_meant_is_refused(says):
+    """Among them a percentile in the target's place, and a target in the percentile's."""
+    says(*refusals(read_criterion, wrong=WRONG))
 
 
 def test_what_was_read_is_told_and_which_the_verdict_uses():
