@@ -6,9 +6,9 @@ import re
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-import commands
 import numpy as np
 import pytest
+from commands import done
 from processes import output
 from sentences import refusal
 
@@ -38,9 +38,7 @@ def begun(**choices: bool) -> Checkpoint:
 
 def told(*words: str) -> dict[str, str]:
     """What the command prints, by the first word of each line."""
-    result = commands.run("status", *words)
-    assert result.exit_code == 0, result.output
-    return dict(re.split(r" {2,}", line, maxsplit=1) for line in result.stdout.splitlines() if line)
+    return dict(re.split(r" {2,}", line, maxsplit=1) for line in done("status", *words).stdout.splitlines() if line)
 
 
 def test_what_is_not_there_is_not_begun():

@@ -6,11 +6,11 @@ from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 
-import commands
 import numpy as np
 import pytest
 import xarray as xr
 from axes import WHEN, pair_text, row_text
+from commands import done, refused, run
 from figure_words import words_of
 from sentences import refusal
 from test_compare import made_up as compared
@@ -270,8 +270,7 @@ def test_ratios_have_three_to_six_ticks(low, high):
 
 
 # ------------------------------------------------------------------------------------------------ command
-def run(*words):
-    return commands.run("compare", *map(str, words), "--law", "jankowski", "--law", "kelvin_voigt")
+COMPARE = ("compare", "--law", "jankowski", "--law", "kelvin_voigt")
 
 
 @pytest.fixture
@@ -284,17 +283,16 @@ def scene(tmp_path, monkeypatch) -> Path:
 
 @pytest.mark.complete
 def test_the_command_prints_writes_draws_and_chooses(scene):
-    told = run(scene, "-o", "c.nc", "--figure", "c.png", "--select", f"{RESTITUTION}=0.8")
-    assert told.exit_code == 0, told.output
-    assert run(scene, "-o", "c.nc", "--select", f"{RESTITUTION}=0.8").exit_code == 0  # of the same study
-    refused = run(scene, "-o", "c.nc", "--select", f"{RESTITUTION}=0.5")
-    assert refused.exit_code == 2 and "interface[0].restitution.value: was 0.8, is 0.5" in refused.stderr
+    told = done(*COMPARE, scene, "-o", "c.nc", "--figure", "c.png", "--select", f"{RESTITUTION}=0.8")
+    done(*COMPARE, scene, "-o", "c.nc", "--select", f"{RESTITUTION}=0.8")  # of the same study
+    other = refused(*COMPARE, scene, "-o", "c.nc", "--select", f"{RESTITUTION}=0.5")
+    assert "interface[0].restitution.value: was 0.8, is 0.5" in other
     stored = open_results(Path("c.nc"))
     assert stored.attrs["finding"] in told.stdout and stored["ratio_high"].dims[0] == PERIOD
     assert RESTITUTION not in stored.dims and Path("c.png").stat().st_size
     assert "With --select of one value along each axis all tables of that place are shown" in told.stdout
-    one = run(scene, "-o", "one.nc", "--select", f"{RESTITUTION}=0.8", "--select", f"{PERIOD}=300 ms")
-    same = run(scene, "-o", "set.nc", "--set", f"{RESTITUTION}=0.8", "--set", f"{PERIOD}=0.3 s")
+    one = done(*COMPARE, scene, "-o", "one.nc", "--select", f"{RESTITUTION}=0.8", "--select", f"{PERIOD}=300 ms")
+    same = done(*COMPARE, scene, "-o", "set.nc", "--set", f"{RESTITUTION}=0.8", "--set", f"{PERIOD}=0.3 s")
     assert one.stdout.replace("one.nc", "set.nc") == same.stdout and "Ratio to jankowski" in one.stdout
 
 
@@ -314,7 +312,7 @@ def test_commands_of_one_scene_take_a_place_by_its_values(scene, monkeypatch, co
     monkeypatch.setattr(module, command, lambda study, *_, **__: studies.append(study) or sys.exit(0))
     place = f"{RESTITUTION}=0.8", f"{PERIOD}=0.3 s"
     for option in ("--select", "--set"):
-        commands.run(command, scene, option, place[0], option, place[1])
+        run(command, scene, option, place[0], option, place[1])
     assert studies[0] == studies[1] and not studies[0].axes and studies[0].buildings[0].period == 0.3
 
 
