@@ -5,10 +5,8 @@ import importlib.util
 import inspect
 import io
 import json
-import os
 import pkgutil
 import re
-import signal
 import sys
 import time
 from importlib import import_module
@@ -18,7 +16,7 @@ from types import SimpleNamespace
 
 import pytest
 from commands import SCENE, done, refused, rows, run
-from processes import ended, python
+from processes import ended
 
 import pounding_risk
 from pounding_risk import cli
@@ -373,27 +371,3 @@ def test_a_failed_run_is_told_and_strict_makes_it_status_3(command):
         assert Path("out.nc").exists()
     Path("out.nc").unlink()
     done(*command, "--strict")
-
-
-@pytest.mark.complete
-@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
-def test_ctrl_c_ends_a_scan_with_status_130_and_the_old_file_in_place(folder):
-    (folder / "r.nc").write_bytes(b"the results of yesterday")
-    # Long enough to be met in the middle; each chunk reports, so that the middle is seen.
-    grid = ["--set", "grid.gap={start='0 mm', stop='1 mm', num=9999}", "--set", "records.tail=30 s", "--no-screening"]
-    # A shell that runs the tests in its background has Ctrl-C ignored, and what it starts inherits that.
-    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    code = f"{heard}; from pounding_risk import cli; from pounding_risk.cli._common import progress"
-    code += "; progress.EVERY = 0.0; cli.main()"
-    process = python("-u", "-c", code, "scan", "scene.toml", "-o", "r.nc", "--new", *grid)
-    assert process.stderr is not None
-    said = iter(process.stderr.readline, "")
-    assert any(re.match(r"scan: \d+ of 19998 cases \(\d+ %\)", line) for line in said)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=120)
-    assert (process.returncode, out) == (130, "")
-    remains = r"\d+ of 19998 cases are kept in r.study; the same command without --new goes on from there"
-    assert re.fullmatch(f"pounding-risk: stopped by Ctrl-C; {remains}", err.splitlines()[-1])
-    assert "Traceback" not in err
-    assert (folder / "r.nc").read_bytes() == b"the results of yesterday"
-    assert sorted(path.name for path in folder.iterdir()) == ["bad.toml", "r.nc", "r.study", "scene.toml"]
