@@ -26,9 +26,9 @@ def run(*words: object, **settings: Any) -> Any:
     return CliRunner().invoke(cli.app, list(map(str, words)), prog_name="pounding-risk", **settings)
 
 
-def done(*words: object) -> Any:
+def done(*words: object, **settings: Any) -> Any:
     """What a command prints that must come to its end."""
-    result = run(*words)
+    result = run(*words, **settings)
     assert result.exit_code == 0, result.output
     return result
 

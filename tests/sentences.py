@@ -7,7 +7,7 @@ in the last, as in the golden files of commands.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,15 @@ def refusal(call: Callable[..., Any], *args: Any, kind: type[Exception] = Poundi
     with pytest.raises(kind) as error:
         call(*args, **options)
     return str(error.value)
+
+
+def refusals(
+    call: Callable[..., Any], *args: Any, wrong: Mapping[str, Iterable[Any]], kind: Any = PoundingError, **options: Any
+) -> Iterator[str]:
+    """The sentence of the call with each wrong value of each parameter, beside options that are right."""
+    for name, values in wrong.items():
+        for value in values:
+            yield f"{name}={value!r}: {refusal(call, *args, kind=kind, **options | {name: value})}"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

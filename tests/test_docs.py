@@ -423,23 +423,11 @@ def test_special_characters_are_escaped(text, shown):
     assert plain(text) == shown
 
 
-def test_a_docstring_keeps_its_formulas_and_examples():
-    text = docstring("First.\n\n    a = b\n    c = d_e\n\nThen [m]:\n    e = f\n>>> 1\n1\n")
-    assert (
-        text
-        == "First.\n\n```text\na = b\nc = d_e\n```\n\nThen \\[m\\]:\n\n```text\ne = f\n```\n\n```pycon\n>>> 1\n1\n```\n"
-    )
-
-
-def test_the_sections_of_a_docstring_are_lists():
-    text = docstring(
-        "First.\n\nParameters\n----------\na, b : float\n    Masses [kg],\n    both.\nc : {'x', 'y'}, optional\n\n"
-        "Returns\n-------\ndict\n    By name.\n\nNotes\n-----\nAs\n\n    a = b\n"
-    )
-    assert text == (
-        "First.\n\n**Parameters**\n\n- `a`, `b` (float): Masses \\[kg\\], both.\n- `c` ({'x', 'y'}, optional)\n\n"
-        "**Returns**\n\n- `dict`: By name.\n\n**Notes**\n\nAs\n\n```text\na = b\n```\n"
-    )
+def test_a_docstring_keeps_its_formulas_and_examples_and_its_sections_are_lists(says):
+    says(docstring("First.\n\n    a = b\n    c = d_e\n\nThen [m]:\n    e = f\n>>> 1\n1\n"))
+    parameters = "a, b : float\n    Masses [kg],\n    both.\nc : {'x', 'y'}, optional\n"
+    sections = {"Parameters": parameters, "Returns": "dict\n    By name.\n", "Notes": "As\n\n    a = b\n"}
+    says(docstring("First.\n\n" + "\n".join(f"{head}\n{'-' * len(head)}\n{text}" for head, text in sections.items())))
 
 
 # Sphinx with the generated pages of a file in place of those that `generate` would make once more, in half a minute.

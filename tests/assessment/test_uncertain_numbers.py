@@ -265,24 +265,19 @@ def test_nothing_stands_out_where_no_number_matters():
     np.testing.assert_allclose(part["variance_share"].sel(component="parameters"), 0.0, atol=1e-12)
 
 
-def test_a_number_is_named_alone_only_where_its_bounds_say_so(of_scene):
+def test_a_number_is_named_alone_only_where_its_bounds_say_so(of_scene, says):
+    """Beside bounds that overlap, shares of nothing, and unknown ones."""
     part, criterion = of_scene.isel(interface=0), read_criterion()
-
-    def told(first, low, high):
-        shape = part["first_order"].shape
-        made = {"first_order": first, "first_order_low": low, "first_order_high": high}
-        arrays = {name: (part["first_order"].dims, np.broadcast_to(values, shape)) for name, values in made.items()}
-        return words_of_number(part.assign(arrays), criterion)
-
-    alone = told((0.75, 0.1), (0.6, 0.0), (0.9, 0.2))
-    deviation = float(part["output_deviation"].sel(output="contact_probability"))
-    assert alone.startswith(f"Knowing {LEFT} exactly would narrow P(contact) most: it has 75 % of the variance")
-    assert alone.endswith(f"would fall from {deviation:.2g} to {0.5 * deviation:.2g}.")
-    assert told((0.3, 0.4), (0.2, 0.3), (0.4, 0.5)).endswith(f"Its bounds overlap those of {LEFT}.")
-    assert told((0.1, 0.2), (-0.1, -0.05), (0.3, 0.4)).startswith("No number stands out: the largest share")
-    assert told((np.nan, np.nan), (np.nan, np.nan), (np.nan, np.nan)).startswith(
-        "On which number P(contact) depends most is not known"
-    )
+    shape, dims = part["first_order"].shape, part["first_order"].dims
+    for given in (
+        ((0.75, 0.1), (0.6, 0.0), (0.9, 0.2)),
+        ((0.3, 0.4), (0.2, 0.3), (0.4, 0.5)),
+        ((0.1, 0.2), (-0.1, -0.05), (0.3, 0.4)),
+        ((np.nan, np.nan),) * 3,
+    ):
+        names = ("first_order", "first_order_low", "first_order_high")
+        arrays = {name: (dims, np.broadcast_to(values, shape)) for name, values in zip(names, given, strict=True)}
+        says(words_of_number(part.assign(arrays), criterion))
 
 
 def test_too_few_recordings_are_told():

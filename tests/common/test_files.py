@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from scenes import two_records
+from sentences import refusal
 
 from pounding_risk._common.files import host, move_into_place, write_together, write_whole
 from pounding_risk._common.written import write_folder
@@ -83,12 +84,9 @@ def test_a_folder_made_for_files_that_cannot_be_written_goes_again(tmp_path):
         yield "first.csv", "1"
         raise PoundingError("the second one fails")
 
-    with pytest.raises(PoundingError, match="second"):
-        write_folder(tmp_path / "new" / "tables", contents())
-    assert names(tmp_path) == []
     (tmp_path / "there").mkdir()
-    with pytest.raises(PoundingError, match="second"):
-        write_folder(tmp_path / "there", contents())
+    for folder in (tmp_path / "new" / "tables", tmp_path / "there"):
+        assert "second" in refusal(write_folder, folder, contents())
     assert names(tmp_path) == ["there"] and names(tmp_path / "there") == []
 
 

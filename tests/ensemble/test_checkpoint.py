@@ -502,15 +502,11 @@ print(folder.done())
 
 @pytest.mark.skipif(os.name != "posix", reason="limits on files are of POSIX systems")
 @pytest.mark.complete
-def test_a_limit_on_files_is_told_as_what_it_is(path):
+def test_a_limit_on_files_is_told_as_what_it_is(path, says):
     """A real refusal of the system in the middle of a write, where no file system can be mounted either."""
     out, err = child(LIMITED, path=str(path)).communicate(timeout=60)
     assert err == ""
-    assert out.splitlines() == [
-        f"{path}: cannot be written (File too large; a file of this process may have 0.02 MB at most); 15 of 300 cases "
-        "are kept; raise the limit (ulimit -f) and run the same command again",
-        "[range(0, 5)]",
-    ]
+    says(out)
     assert not list(path.rglob("*.partial"))
 
 

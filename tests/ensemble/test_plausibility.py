@@ -32,13 +32,9 @@ from pounding_risk.studies.simulate import simulate
 
 SCENES = sorted((Path(scan.__code__.co_filename).parents[1] / "scene" / "shipped").glob("*.toml"))
 G = 9.80665
-PAIR = scene_text(
-    single("left", "300 t", "0.6 s"),
-    single("right", "200 t", "0.3 s"),
-    name="two frames",
-    gap="20 mm",
-    stiffness="7e10 N/m^1.5",
-)
+FRAMES = single("left", "300 t", "0.6 s"), single("right", "200 t", "0.3 s")
+FIRM = {"stiffness": "7e10 N/m^1.5"}
+PAIR = scene_text(*FRAMES, name="two frames", gap="20 mm", **FIRM)
 ROW = scene_text(
     storeyed("a", "200 t", "300 MN/m", storeys=3),
     storeyed("b", "200 t", "600 MN/m", storeys=2),
@@ -62,10 +58,6 @@ def test_shipped_scenes_and_the_pair_of_the_paper_get_no_note(path):
     assert [TOO_SOFT in note for note in told] == [True] * (path.stem == "compare")
 
 
-def test_the_pairs_of_these_tests_get_no_note():
-    assert notes() == notes(text=ROW) == ()
-
-
 def test_a_stiffness_that_advise_rejects_is_told():
     """Oracle: the duration π √(m / k) of a linear contact, m = 120 t, against a tenth of 0.3 s."""
     tenth, mass = 0.03, 120e3
@@ -87,54 +79,132 @@ def test_the_stiffness_that_is_said_to_keep_the_rule_does(law, soft, period):
 
 
 TOO_SOFT = "too soft by the rule of `pounding-risk advise`"
-UNUSUAL = {
-    "a period of 62 s": 'building.left.period="62 s"',
-    "a floor of 1.45 t": 'building.left.mass="1450 kg"',
-    "a floor of 300 million t": 'building.left.mass="3e8 t"',
-    "a gap of 90 m": 'interface.gap="90 m"',
-    "a gap of 90 m in the grid": 'grid.gap=["20 mm", "90 m"]',
-    "a PGA of 35 g": 'records.pga="35 g"',
-    # m = 120 t: t = 3.2181 (m v²/β)^0.4 / v = 0.167 s, 0.56 of 0.3 s.
-    "a soft contact": 'interface.stiffness="2.75e8 N/m^1.5"',
-    "a hard contact": 'interface.stiffness="2.75e18 N/m^1.5"',
+HALL = {
+    "name": "hall",
+    "floor_masses": ["220 t", "200 t"],
+    "storey_heights": "3.5 m",
+    "stiffness_matrix": {"values": [[400, -200], [-200, 200]], "unit": "MN/m"},
 }
-
-
-@pytest.mark.parametrize("override", UNUSUAL.values(), ids=UNUSUAL)
-def test_each_unusual_number_has_a_sentence_with_range_and_slip(override, says):
-    (told,) = notes(override)
-    says(told)
-
-
-def test_a_mass_that_is_placed_at_the_roof_of_its_neighbour_is_told():
-    """Where neither its height nor its points of contact are written."""
-    storeys, mass = storeyed("A", "200 t", None, ["3 m"] * 4, period="0.6 s"), single("B", "300 t", "0.3 s")
-    height, stiffness = {"height": "9 m"}, {"stiffness": "2e11 N/m^1.5"}
-    (told,) = notes(text=scene_text(storeys, mass, **stiffness))
-    assert told == 'B: has no height, and is taken to meet the roof of A; write height = "12 m", or its own'
-    assert notes(text=scene_text(storeys, mass | height, **stiffness)) == ()
-    at = {"contact": [{"left": "storey 4", "right": "storey 1"}]}
-    assert notes(text=scene_text(storeys, mass, **stiffness, **at)) == ()
-
-
-STOREYS = {
-    "a strength in another unit": 'building.B.storey_strengths=["2.6 kN", "2500 kN", "2300 kN"]',
-    "a tall storey": 'building.B.storey_heights=["45 m", "3.2 m", "3.2 m"]',
-    "a period of three storeys ten times too long": 'building.A.period="6 s"',
-}
-
-
-@pytest.mark.parametrize("override", STOREYS.values(), ids=STOREYS)
-def test_an_unusual_number_of_storeys_has_a_sentence(override, says):
-    sides = [
+PART = {"storey_stiffnesses": "50 MN/m", "storey_strengths": "30 kN"}
+MASS_MATRIX = {"mass_matrix": {"values": [[200, 20], [20, 180]], "unit": "t"}}
+WALL = single("wall", "800 t", "0.3 s")
+FLAT = storeyed("A", "200 t", None, ["3 m"] * 4, period="0.6 s")
+SHOP = single("B", "300 t", "0.3 s")
+TALL, LOW = (
+    storeyed(name, "200 t", "300 MN/m", height, storeys=2) for name, height in (("tall", "4 m"), ("low", "3 m"))
+)
+TWO_OF_STOREYS = scene_text(
+    *(
         storeyed(name, "250 t", None, ["3.2 m"] * 3, period=period, storey_strengths=["2.6 MN", "2.5 MN", "2.3 MN"])
         for name, period in (("A", "0.4 s"), ("B", "0.5 s"))
-    ]
-    text = scene_text(*sides, records={"pga": "0.3 g"}, stiffness="2.75e10 N/m^1.5", effects={"inelastic_storeys": {}})
-    assert notes(text=text) == ()
-    told = notes(override, text=text)
-    assert told
-    says("\n".join(told))
+    ),
+    records={"pga": "0.3 g"},
+    stiffness="2.75e10 N/m^1.5",
+    effects={"inelastic_storeys": {}},
+)
+
+
+def placed(shop, **keys):
+    """A single mass beside four storeys of 3 m."""
+    return (scene_text(FLAT, shop, **FIRM, **keys),)
+
+
+def beside(storeys):
+    """A building of so many storeys between one of three and one of two."""
+    row = [storeyed(name, "200 t", "300 MN/m", storeys=n) for name, n in (("a", 3), ("b", storeys), ("c", 2))]
+    return (scene_text(*row, law="linear", gap="5 mm", stiffness="4 GN/m"),)
+
+
+def linked(*buildings, **keys):
+    return (scene_text(*buildings, link_damping="1 MN s/m", **FIRM, **keys),)
+
+
+def isolated(**numbers):
+    """Beside a wall a building on isolators of 600 t + 1400 t: W = 19.6 MN, T = 2 pi sqrt(m / k)."""
+    isolation = {"slab_mass": "600 t", "height": "1.5 m", **numbers}
+    building = storeyed("hospital", ["500 t", "500 t", "400 t"], "1000 MN/m", "4 m", isolation=isolation)
+    return (scene_text(rigid(height="1.5 m"), building, gap="150 mm", stiffness="1e11 N/m^1.5"),)
+
+
+def followed(names, aftershock):
+    return (scene_text(*FRAMES, records={"names": names, "aftershock": aftershock}, **FIRM),)
+
+
+NAMES = ["RSN6-180", "RSN6-270", "RSN753-000"]
+SPRING = {"stiffness": "5 MN/m"}
+# Text of a scene, and what is changed of it.
+NOTED = {
+    "the pair of these tests": (PAIR,),
+    "the row of these tests": (ROW,),
+    "a period of 62 s": (PAIR, 'building.left.period="62 s"'),
+    "a floor of 1.45 t": (PAIR, 'building.left.mass="1450 kg"'),
+    "a floor of 300 million t": (PAIR, 'building.left.mass="3e8 t"'),
+    "a gap of 90 m": (PAIR, 'interface.gap="90 m"'),
+    "a gap of 90 m in the grid": (PAIR, 'grid.gap=["20 mm", "90 m"]'),
+    "a PGA of 35 g": (PAIR, 'records.pga="35 g"'),
+    # m = 120 t: t = 3.2181 (m v²/β)^0.4 / v = 0.167 s, 0.56 of 0.3 s.
+    "a soft contact": (PAIR, 'interface.stiffness="2.75e8 N/m^1.5"'),
+    "a hard contact": (PAIR, 'interface.stiffness="2.75e18 N/m^1.5"'),
+    "storeys": (TWO_OF_STOREYS,),
+    "a strength in another unit": (TWO_OF_STOREYS, 'building.B.storey_strengths=["2.6 kN", "2500 kN", "2300 kN"]'),
+    "a tall storey": (TWO_OF_STOREYS, 'building.B.storey_heights=["45 m", "3.2 m", "3.2 m"]'),
+    "a period of three storeys ten times too long": (TWO_OF_STOREYS, 'building.A.period="6 s"'),
+    "a mass without a height at a roof": placed(SHOP),
+    "a mass with a height": placed(SHOP | {"height": "9 m"}),
+    "a mass whose contact is given": placed(SHOP, contact=[{"left": "storey 4", "right": "storey 1"}]),
+    "a matrix with a part that yields": (scene_text(HALL | PART, WALL, **FIRM, effects={"inelastic_storeys": {}}),),
+    "a matrix": (scene_text(HALL, WALL, **FIRM),),
+    "neighbours over a lower building": beside(1),
+    "neighbours beside a building as tall": beside(3),
+    "foundations": (ROW, 'effects.soil_flexibility={shear_wave_velocity = "200 m/s", radius = "8 m"}'),
+    # Roofs 8 m and 6 m up: the link of the lower one ends half-way up the second storey of the other.
+    "a link on a column": linked(TALL, LOW),
+    "a link on a column, turned": linked(LOW, TALL),
+    "a link between floors that are given": linked(TALL, LOW, link_at=[{"left": "storey 2", "right": "storey 2"}]),
+    "a link between roofs": linked(TALL, TALL | {"name": "twin"}),
+    "a link to a wall": linked(TALL, rigid(height="9 m")),
+    # Stiff ones hide how far a building moves, so that any gap looks enough.
+    "isolators": isolated(strength="900 kN", **SPRING),
+    "isolators without strength": isolated(strength="0 N", **SPRING),
+    "friction pendulums": isolated(friction=0.05, radius="2.2 m"),
+    "isolators of 900 MN": isolated(strength="900 MN", **SPRING),
+    "isolators of 5 kN/m": isolated(strength="900 kN", stiffness="5 kN/m"),
+    "isolators of 5 GN/m": isolated(strength="900 kN", stiffness="5 GN/m"),
+    # Two components of one recording are one, before the pause and after it, and a list may have its own.
+    "an aftershock behind two recordings": followed(NAMES, "RSN1690-090"),
+    "an aftershock behind one recording": followed(NAMES[:2], "RSN1690-090"),
+    "an aftershock behind each recording": followed(NAMES[1:], ["RSN77-164", "RSN1690-090"]),
+    "an aftershock that is the other record": followed(NAMES[1:], ["RSN753-000", "RSN1690-090"]),
+    "two components of an aftershock": followed(NAMES[1:], ["RSN1690-090", "RSN1690-360"]),
+}
+
+
+@pytest.mark.parametrize("words", NOTED)
+def test_what_is_told_of_a_scene(words, says):
+    text, *overrides = NOTED[words]
+    says(notes(*overrides, text=text) or "nothing")
+
+
+SPRUNG = {"name": "mass", "mass": "400 t", "stiffness": "60 MN/m"}
+OF_PERIOD = single("mass", "400 t", "0.5 s")
+OF_STOREYS = {"name": "mass", "floor_masses": ["20 t"] * 3, "storey_heights": "3 m", "period": "0.4 s"}
+BY_MASS = {"building.mass.mass": ["400 t", "440 t"]}
+# An engineer expects of heavier floors a longer period, of an uncertain mass too.
+VARIED = {
+    "floor masses beside a mass matrix": (HALL | MASS_MATRIX, {"building.hall.floor_masses.1": ["200 t", "220 t"]}),
+    "floor masses": (HALL, {"building.hall.floor_masses.1": ["200 t", "220 t"]}),
+    "heights beside a mass matrix": (HALL | MASS_MATRIX, {"building.hall.storey_heights": ["3 m", "4 m"]}),
+    "a mass beside its period": (OF_PERIOD, BY_MASS),
+    "a mass beside its stiffness": (SPRUNG, BY_MASS),
+    "a floor's mass beside the period": (OF_STOREYS, {"building.mass.floor_masses.3": ["20 t", "22 t"]}),
+    "a mass and its period": (OF_PERIOD, BY_MASS | {"building.mass.period": ["0.5 s", "0.6 s"]}),
+}
+
+
+@pytest.mark.parametrize("words", VARIED)
+def test_what_is_told_of_numbers_that_vary(words, says):
+    building, axes = VARIED[words]
+    says(notes_along(parse_scene(scene_text(building, WALL, grid=axes, **FIRM)), ()) or "nothing")
 
 
 def test_the_strongest_motion_that_levels_make_is_told_with_its_pga():
@@ -146,71 +216,6 @@ def test_the_strongest_motion_that_levels_make_is_told_with_its_pga():
     strongest = max(peaks, key=peaks.__getitem__)
     (told,) = [note for note in of_input(scene, motions) if "PGA after scaling" in note]
     assert told.startswith(f"{strongest} at Sa(1 s) = 6 g: PGA after scaling {6.0 * peaks[strongest]:.4g} g")
-
-
-def test_shears_of_a_part_of_a_matrix_are_told_to_be_of_that_part():
-    """And its strength is not held against the weight that all of the storey carries."""
-    matrix = {"stiffness_matrix": {"values": [[400, -200], [-200, 200]], "unit": "MN/m"}}
-    hall = {"name": "hall", "floor_masses": "200 t", "storey_heights": "3.5 m", **matrix}
-    part = {"storey_stiffnesses": "50 MN/m", "storey_strengths": "30 kN"}
-    words = "hall: storey shears are those of storey_stiffnesses, a part of its matrix; the rest carries more"
-    for keys, told in ((part, (words,)), ({}, ())):
-        scene = parse_scene(
-            scene_text(
-                hall | keys, single("mass", "400 t", "0.5 s"), effects={"inelastic_storeys": {}} if keys else None
-            )
-        )
-        assert tuple(note for note in of_input(scene, ()) if note.startswith("hall:")) == told
-
-
-def test_neighbours_that_may_meet_over_a_lower_building_are_named():
-    """Of a row of one height, or with a taller building between them, there is nothing to say."""
-    tall = storeyed("a", "200 t", "300 MN/m", storeys=3)
-    low, high = (storeyed("b", "200 t", "300 MN/m", storeys=storeys) for storeys in (1, 3))
-    last = storeyed("c", "200 t", "300 MN/m", storeys=2)
-    rows = {
-        name: scene_text(tall, mid, last, law="linear", gap="5 mm", stiffness="4 GN/m")
-        for name, mid in (("low", low), ("high", high))
-    }
-    told = {name: [note for note in notes(text=text) if "over it" in note] for name, text in rows.items()}
-    assert not told["high"] and len(told["low"]) == 1
-    assert told["low"][0].startswith("b: a and c rise above it, and no contact of the two over it is computed")
-
-
-def test_foundations_that_sway_are_told_not_to_rock():
-    (told,) = notes('effects.soil_flexibility={shear_wave_velocity = "200 m/s", radius = "8 m"}', text=ROW)
-    assert "sway and do not rock" in told
-
-
-def test_floor_masses_that_vary_beside_a_mass_matrix_are_noted_to_vary_the_load_alone():
-    """An engineer who scales them to see heavier floors gets no other period; without the matrix periods follow."""
-    stiffness = {"stiffness_matrix": {"values": [[400, -200], [-200, 200]], "unit": "MN/m"}}
-    mass = {"mass_matrix": {"values": [[200, 20], [20, 180]], "unit": "t"}}
-    hall = {"name": "hall", "floor_masses": ["220 t", "200 t"], "storey_heights": "3.5 m", **stiffness}
-    words = "hall: floor_masses vary the load of the ground motion alone; its mass_matrix and periods stay"
-    varied = {"building.hall.floor_masses.1": ["200 t", "220 t"]}
-    heights = {"building.hall.storey_heights": ["3 m", "4 m"]}
-    for keys, axis, noted in ((mass, varied, True), ({}, varied, False), (mass, heights, False)):
-        scene = parse_scene(scene_text(hall | keys, single("mass", "400 t", "0.5 s"), grid=axis))
-        assert (words in notes_along(scene, ())) == noted
-
-
-def test_masses_that_vary_beside_a_period_are_noted_to_vary_the_stiffness():
-    """Heavier floors and a longer period are what an engineer expects of an uncertain mass: here T stays."""
-    words = "mass: its mass varies and its period stays, so that its stiffness varies as its mass"
-    own, stiff = single("mass", "400 t", "0.5 s"), {"name": "mass", "mass": "400 t", "stiffness": "60 MN/m"}
-    storeys = {"name": "mass", "floor_masses": ["20 t"] * 3, "storey_heights": "3 m", "period": "0.4 s"}
-    by_mass = {"building.mass.mass": ["400 t", "440 t"]}
-    by_floor = {"building.mass.floor_masses.3": ["20 t", "22 t"]}
-    both = by_mass | {"building.mass.period": ["0.5 s", "0.6 s"]}
-    for building, axis, noted in (
-        (own, by_mass, True),
-        (stiff, by_mass, False),
-        (storeys, by_floor, True),
-        (own, both, False),
-    ):
-        scene = parse_scene(scene_text(building, single("wall", "800 t", "0.3 s"), grid=axis))
-        assert any(note.startswith(words) for note in notes_along(scene, ())) == noted
 
 
 def test_notes_along_an_axis_are_one_with_the_range_of_each_number():
@@ -303,36 +308,14 @@ def test_the_dataset_keeps_the_notes_on_its_input_and_those_on_contacts_follow_f
     )
 
 
-def test_a_penetration_that_crushes_whole_floors_is_told(results):
+def test_a_penetration_that_crushes_whole_floors_is_told(results, says):
     """0.0035 of two floors of 20 m, as advise assumes, is 140 mm; of the floors that a scene gives, it is theirs."""
     deep = results.assign(peak_closing=results["peak_closing"].where(results["gap"] > 0.0, 0.15))
-    (said,) = (each for each in Results(deep).notes if "penetration" in each)
-    assert said.startswith(
-        "the deepest contact has a penetration of 150 mm; from 140 mm on, floors of 20 m and 20 m are crushed through "
-        "their whole length (strain 0.0035, EN 1992-1-1, table 3.1)"
-    )
+    says([each for each in Results(deep).notes if "penetration" in each])
     floors = results.attrs["scene_resolved"].replace("damping =", 'floor_length = "25 m"\ndamping =')
     assert not any("penetration" in each for each in Results(deep.assign_attrs(scene_resolved=floors)).notes)
     less = deep.assign(peak_closing=deep["peak_closing"].clip(max=0.139))
     assert not any("penetration" in each for each in Results(less).notes)
-
-
-def test_a_link_on_a_column_is_stated_and_one_between_floors_or_to_a_wall_is_not():
-    """Roofs 8 m and 6 m up: the link of the lower one ends half-way up the second storey of the other."""
-    tall = storeyed("tall", "200 t", "300 MN/m", "4 m", storeys=2)
-    low = storeyed("low", "200 t", "300 MN/m", "3 m", storeys=2)
-
-    def of_links(*buildings, **keys):
-        given = notes(text=scene_text(*buildings, link_damping="1 MN s/m", **keys))
-        return [note for note in given if "link" in note]
-
-    (said,) = of_links(tall, low)
-    assert said.startswith("tall: the link to low ends on columns, of storey 2;")
-    (turned,) = of_links(low, tall)
-    assert turned.startswith("tall: the link to low ends on columns, of storey 2;")
-    assert of_links(tall, low, link_at=[{"left": "storey 2", "right": "storey 2"}]) == []
-    assert of_links(tall, tall | {"name": "twin"}) == []
-    assert of_links(tall, rigid(height="9 m")) == []
 
 
 def test_a_column_that_is_deflected_far_is_no_crushed_floor():
@@ -400,16 +383,13 @@ def test_a_single_run_tells_them(odd, capsys):
     assert json.loads(simulate(parse_scene(PAIR), gap=90.0).attrs["notes"]) == list(notes('grid.gap=["90 m"]'))
 
 
-def test_a_row_tells_them_by_interface(capsys):
+def test_a_row_tells_them_by_interface(capsys, says):
     soft = parse_scene(ROW, "scene", ['interface.stiffness="1 MN/m"', 'records.pga="0.5 g"'])
     (kept,) = of_input(soft, motions_of(soft))
     # A floor of 200 t strikes one of 200 t: π √(1e5/1e6) = 0.993 s; T1 of b is 2 π √(200e3/600e6)/0.618 = 0.1856 s.
-    assert kept.startswith(
-        "a | b: a stiffness of 1 MN/m makes a contact at 0.5 m/s last 0.993 s, 5.35 times the period of b"
-    )
     told = Results(scan(soft, check_fraction=0.0)).notes
     assert told[0] == kept
-    assert "in 1 of 1 cases with contact one lasts 0.5 times the period of b" in told[1]
+    says(told)
     run = simulate(soft)
     print_sheet(simulating.sheet(run))
     assert f"note: {kept}" in capsys.readouterr().out
@@ -419,17 +399,11 @@ def test_a_row_tells_them_by_interface(capsys):
 @pytest.mark.parametrize(
     ("numbers", "told"),
     [
-        ({"strength": "900 kN", "stiffness": "5 MN/m"}, ""),
-        ({"strength": "0 N", "stiffness": "5 MN/m"}, ""),
-        ({"friction": 0.05, "radius": "2.2 m"}, ""),
-        ({"strength": "900 MN", "stiffness": "5 MN/m"}, "strength of the isolators over the weight on them 45.89"),
         ({"strength": "900 N", "stiffness": "5 MN/m"}, "strength of the isolators over the weight on them 4.589e-5"),
         (
             {"strength": "900 kN", "stiffness": "5 MN/m", "yield_displacement": "12 m"},
             "yield displacement of the isolators 12 m",
         ),
-        ({"strength": "900 kN", "stiffness": "5 kN/m"}, "period while the isolators yield 125.7 s"),
-        ({"strength": "900 kN", "stiffness": "5 GN/m"}, "period while the isolators yield 0.1257 s"),
     ],
 )
 def test_isolators_that_hardly_isolate_or_hardly_hold_are_told(numbers, told):
@@ -478,12 +452,7 @@ def test_generated_motions_are_not_taken_for_records():
 
     def told(pga, records=(), grid=()):
         generated = [{"kind": "ricker", "pga": pga, "period": "0.8 s"}]
-        text = scene_text(
-            single("left", "300 t", "0.6 s"),
-            single("right", "200 t", "0.3 s"),
-            records={"generated": generated} | dict(records),
-            grid=dict(grid),
-        )
+        text = scene_text(*FRAMES, records={"generated": generated} | dict(records), grid=dict(grid))
         plan = validate(parse_scene(text))
         return [*plan.records[0].flags, *(note for note in plan.notes if "PGA" in note)]
 
@@ -522,21 +491,3 @@ def test_storeys_are_at_rest_after_the_decay_of_their_first_mode():
         text = scene_text(left, single("right", "200 t", "0.3 s"), records=records)
         told.append([note for note in notes(text=text) if "free vibration" in note])
     assert told[0] == told[1] and len(told[0]) == 1
-
-
-def test_an_aftershock_behind_several_recordings_is_told():
-    """Two components of one recording are one, before the pause and after it, and a list may have its own."""
-
-    def told(**records):
-        text = scene_text(single("left", "300 t", "0.6 s"), single("right", "200 t", "0.3 s"), records=records)
-        return [note for note in notes(text=text) if note.startswith("aftershock")]
-
-    names = ["RSN6-180", "RSN6-270", "RSN753-000"]
-    (shared,) = told(names=names, aftershock="RSN1690-090")
-    assert shared.startswith("aftershock RSN1690-090: stands in the motions of 2 recordings, which count as one")
-    assert told(names=names[:2], aftershock="RSN1690-090") == []
-    assert told(names=names[1:], aftershock=["RSN77-164", "RSN1690-090"]) == []
-    (again,) = told(names=names[1:], aftershock=["RSN753-000", "RSN1690-090"])
-    assert again.startswith("aftershock RSN753-000: stands in the motions of 2 recordings")
-    (sisters,) = told(names=names[1:], aftershock=["RSN1690-090", "RSN1690-360"])
-    assert sisters.startswith("aftershock RSN1690-090, RSN1690-360: stands in the motions of 2 recordings")

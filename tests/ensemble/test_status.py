@@ -6,9 +6,9 @@ import re
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-import commands
 import numpy as np
 import pytest
+from commands import done
 from processes import output
 from sentences import refusal
 
@@ -38,9 +38,7 @@ def begun(**choices: bool) -> Checkpoint:
 
 def told(*words: str) -> dict[str, str]:
     """What the command prints, by the first word of each line."""
-    result = commands.run("status", *words)
-    assert result.exit_code == 0, result.output
-    return dict(re.split(r" {2,}", line, maxsplit=1) for line in result.stdout.splitlines() if line)
+    return dict(re.split(r" {2,}", line, maxsplit=1) for line in done("status", *words).stdout.splitlines() if line)
 
 
 def test_what_is_not_there_is_not_begun():
@@ -55,14 +53,10 @@ def test_what_is_not_there_is_not_begun():
 
 
 @pytest.mark.parametrize("name", ["results.nc", "results.zarr"])
-def test_results_that_a_scan_has_not_written_yet_name_its_folder_and_what_says_how_it_goes_on(name):
+def test_results_that_a_scan_has_not_written_yet_name_its_folder_and_what_says_how_it_goes_on(name, says):
     """Once its shards are done the scan itself writes the file, as it does after a stop."""
     begun().close()
-    told = refusal(pr.assess, name)
-    assert (
-        f"{name}: no such results file; its scan, in results.study, is not finished: `pounding-risk status {name}`"
-        in told
-    )
+    says(refusal(pr.assess, name))
 
 
 @pytest.mark.parametrize("name", ["results.nc", "results.zarr"])

@@ -125,16 +125,14 @@ def test_command_prints_draws_and_writes(tmp_path):
     of_rate = {"code": "mc1990", "length": "0.6 m", "strength": "30 MPa"}
     path.write_text(scene(effects={"strain_rate": of_rate}).to_toml())
     figure, out = tmp_path / "effects.svg", tmp_path / "effects.nc"
-    told = commands.run("effects", path, "-o", out, "--figure", figure)
-    assert told.exit_code == 0, told.output
+    told = commands.done("effects", path, "-o", out, "--figure", figure)
     lines = told.stdout.splitlines()
     assert [line.split("  ")[0] for line in lines[5:7]] == ["none", "strain_rate"]
     assert any(line.startswith("strain_rate") and "code mc1990, length 600 mm, strength" in line for line in lines)
     assert lines[0].startswith("strain_rate changes the peak relative displacement")
     dataset = pr.open_results(out)
     assert dataset.attrs["finding"] in told.stdout and "<svg" in figure.read_text()
-    refused = commands.run("effects", path, "--figure", "f.bmp")
-    assert refused.exit_code == 2
+    commands.refused("effects", path, "--figure", "f.bmp")
 
 
 ROW = scene_text(
@@ -200,8 +198,7 @@ def test_command_and_figure_of_a_row(of_row, tmp_path):
         assert all(low < value < high for values in dots for value in values)
     path = tmp_path / "row.toml"
     path.write_text(ROW + "[effects]\np_delta = {}\n", "utf-8")
-    told = commands.run("effects", path, "--figure", tmp_path / "effects.png")
-    assert told.exit_code == 0, told.output
+    told = commands.done("effects", path, "--figure", tmp_path / "effects.png")
     assert [line.split("  ")[0] for line in told.stdout.splitlines()[5:7]] == ["none", "p_delta"]
 
 

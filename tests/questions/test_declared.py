@@ -10,7 +10,7 @@ from io import StringIO
 from pathlib import Path
 
 import pytest
-from commands import run
+from commands import done, refused
 from scenes import two_records
 from typer.main import get_command
 
@@ -91,24 +91,21 @@ def test_one_file_is_a_command_a_call_and_a_method(widest):
     dataset = pr.open_results(widest)
     largest = float(dataset["peak_closing"].max())
     assert pr.widest(widest) == dataset.pounding.widest() == largest
-    told = run("widest", "r.nc", "-o", "w.csv")
-    assert told.exit_code == 0 and f"{1e3 * largest:.4g}" in told.stdout and "written: w.csv" in told.stdout
+    told = done("widest", "r.nc", "-o", "w.csv").stdout
+    assert f"{1e3 * largest:.4g}" in told and "written: w.csv" in told
     rows = list(csv.reader(StringIO(Path("w.csv").read_text(encoding="utf-8"))))
     assert rows[2][0] == "all cases" and float(rows[2][1]) == pytest.approx(1e3 * largest, rel=1e-14)  # 15 digits
-    assert run("widest", "r.nc", "-o", "w.html").exit_code == 0
+    done("widest", "r.nc", "-o", "w.html")
     assert f"{1e3 * largest:.4g}" in Path("w.html").read_text(encoding="utf-8")
-    assert run("widest", "r.nc", "-o", "W.CSV").exit_code == 0
+    done("widest", "r.nc", "-o", "W.CSV")
     assert Path("W.CSV").read_bytes() == Path("w.csv").read_bytes()
     record = str(dataset["record"].values[0])
     one = float(dataset["peak_closing"].sel(record=record).max())
-    assert f"{2e3 * one:.4g}" in run("widest", "r.nc", "--records", record, "--twice").stdout
-    text = run("widest", "--help").output
-    assert all(
-        words in " ".join(text.split()) for words in ("Largest closing of all cases.", "Closings below are ignored")
-    )
-    assert "Largest closing of all cases." in run("--help").output
-    refused = run("widest", "r.nc", "--above", "3")
-    assert refused.exit_code == 2 and refused.stderr.startswith('pounding-risk: --above: "3" has no unit')
+    assert f"{2e3 * one:.4g}" in done("widest", "r.nc", "--records", record, "--twice").stdout
+    text = " ".join(done("widest", "--help").output.split())
+    assert "Largest closing of all cases." in text and "Closings below are ignored" in text
+    assert "Largest closing of all cases." in done("--help").output
+    assert refused("widest", "r.nc", "--above", "3").startswith('pounding-risk: --above: "3" has no unit')
 
 
 @pytest.mark.parametrize("declared", declared_questions().values(), ids=lambda declared: declared.name)
@@ -170,6 +167,5 @@ def test_a_dataset_is_written_under_a_suffix_in_capitals(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("s.toml").write_text(two_records(law="jankowski", stiffness="2e9 N/m^1.5"), encoding="utf-8")
     for words in (("compare", "s.toml", "--law", "jankowski", "--law", "linear"), ("simulate", "s.toml")):
-        result = run(*words, "-o", f"{words[0]}.NC")
-        assert result.exit_code == 0, result.output
+        done(*words, "-o", f"{words[0]}.NC")
         assert pr.open_results(f"{words[0]}.NC").pounding.kind == words[0]

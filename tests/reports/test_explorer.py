@@ -179,9 +179,8 @@ def test_the_command(results, tmp_path, monkeypatch):
     assert [axis["labels"] for axis in embedded(Path("results-view.html"))["axes"] if axis["name"] == "pga"] == [
         ["0.5 g"]
     ]
-    again = commands.run("view", "results.nc")
-    assert again.exit_code == 2
-    assert "results-view.html exists already; write -o results-view.html to replace it" in again.stderr
+    again = commands.refused("view", "results.nc")
+    assert "results-view.html exists already; write -o results-view.html to replace it" in again
 
 
 # ---- in a browser --------------------------------------------------------------------------------------------------

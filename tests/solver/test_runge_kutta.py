@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import RK45
 from scipy.integrate._ivp import dop853_coefficients as scipy_table
 from scipy.integrate._ivp import radau as scipy_radau
+from sentences import refusal
 
 from pounding_risk.solver.pair.implicit import solve_linear
 from pounding_risk.solver.runge_kutta import DOP853, DORMAND_PRINCE, RADAU, Collocation, Tableau
@@ -59,14 +60,10 @@ def test_a_changed_digit_is_refused():
             replace(DOP853, **change)
 
 
-def test_the_message_names_the_fault():
-    nodes, weights, errors = (0.0, 1.0), {0: 0.5, 1: 0.5}, ({0: 0.5, 1: -0.5},)
-    with pytest.raises(ValueError, match=r"^Heun: a row does not sum to its node \(off by 1.0e-01\)$"):
-        Tableau("Heun", 2, "Heun (1900)", nodes, ({0: 1.1},), weights, errors)
-    with pytest.raises(ValueError, match=r"^Heun: quadrature condition 3 \(off by 1.7e-01\)$"):
-        Tableau("Heun", 3, "Heun (1900)", nodes, ({0: 1.0},), weights, errors)
-    with pytest.raises(ValueError, match=r"^Heun: an error estimator does not sum to zero \(off by 1"):
-        Tableau("Heun", 2, "Heun (1900)", nodes, ({0: 1.0},), weights, ({0: 0.5, 1: -0.4},))
+def test_the_message_names_the_fault(says):
+    for order, row, error in ((2, 1.1, -0.5), (3, 1.0, -0.5), (2, 1.0, -0.4)):
+        given = "Heun", order, "Heun (1900)", (0.0, 1.0), ({0: row},), {0: 0.5, 1: 0.5}, ({0: 0.5, 1: error},)
+        says(refusal(Tableau, *given, kind=ValueError))
 
 
 def solve_growth(table: Tableau, steps: int) -> tuple[float, list[float], float]:

@@ -9,7 +9,7 @@ from figure_words import words_of
 from processes import interpreted
 from scenes import BOTH, PAIR, TWO_AND_A_WALL, rigid, scene_text
 from scipy.stats import spearmanr
-from sentences import refusal
+from sentences import refusal, refusals
 
 from pounding_risk import compare, figures, scan, simulate, summary
 from pounding_risk.ensemble.laws import laws_of
@@ -314,34 +314,16 @@ def test_ranks_of_all_columns_at_once_are_scipys_to_the_bit():
     assert np.isnan(found).any() and not np.isnan(found).all()
 
 
-def test_the_sentence_follows_from_the_numbers():
+def test_the_sentence_follows_from_the_numbers(says):
+    """An elastic law is not on equal terms with damped ones, and the sentence is not about it."""
     made = made_up()
-    assert told(made)[1] == (
-        "The model hardly matters here: in the middle 68 % of the cases every output of every law stays within 10 % of "
-        "that of base; peak relative displacement is off by over 10 % in none; yielding or not flips in none; the gap "
-        "needed differs in none."
-    )
+    says(told(made)[1])
     made["peak_contact_force"][{"contact_model": 2}] *= 0.5
-    made["capped"][2] = 1
-    sentence = told(made)[1]
-    assert sentence.startswith(
-        "Yielding matters here, which is F_E and not the model: against base, no output is off by over 10 % in the "
-        "middle 68 % of the cases; with yielding, peak contact force is 0.50 times as large (third); peak "
-        "relative displacement is off"
-    )
-    made["capped"][:2] = 1
-    assert "against base, peak contact force is 0.50 times as large (third); peak rel" in told(made)[1]
-    assert told(made)[1].startswith("The model matters here: against base, peak contact force")
-    made["capped"][2] = 0
-    assert told(made)[1].startswith("Yielding matters here")
-    assert "in the middle 68 % of the cases; without yielding, peak contact force is 0.50" in told(made)[1]
-    # An elastic law is not on equal terms with damped ones, and the sentence is not about it.
-    made["dissipates"][2] = 0
-    assert told(made)[1].startswith("The model hardly matters here")
-    made["dissipates"][1] = 0
-    assert told(made)[1] == "Nothing to compare on equal terms: no other law dissipates as base does."
-    made["impact_count"][:] = 0
-    assert told(made)[1] == "The model cannot matter here: base has contact in no case."
+    changes = [("capped", 2, 1), ("capped", slice(2), 1), ("capped", 2, 0)]
+    changes += [("dissipates", 2, 0), ("dissipates", 1, 0), ("impact_count", ..., 0)]
+    for variable, place, value in changes:
+        made[variable][place] = value
+        says(f"{variable} of {place}: {value}", told(made)[1])
 
 
 def test_a_conclusion_that_flips_matters_by_itself():
@@ -486,19 +468,9 @@ def test_the_baseline_joins_the_laws_and_the_reference_stays(study):
     assert found.equal_terms == EqualTerms("penetration", 0.5, True)
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"baseline": "jankowsky"},
-        {"laws": ["hertz", "hetrz"]},
-        {"laws": ["jankowski"]},
-        {"speed": 0.0},
-        {"same": "force"},
-    ],
-    ids=str,
-)
-def test_what_is_refused_before_the_first_run(study, options, says):
-    says(refusal(compare, study, **options))
+def test_what_is_refused_before_the_first_run(study, says):
+    wrong = {"baseline": ["jankowsky"], "laws": [["hertz", "hetrz"], ["jankowski"]], "speed": [0.0], "same": ["force"]}
+    says(*refusals(compare, study, wrong=wrong))
 
 
 def test_a_scene_without_restitution_has_nothing_to_give_damped_laws():

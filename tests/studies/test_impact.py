@@ -4,7 +4,7 @@ import closed_forms as exact
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from sentences import refusal
+from sentences import refusal, refusals
 
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import (
@@ -71,36 +71,23 @@ def test_kelvin_voigt_jumps_and_pulls(e: float):
     assert (found.force[0], found.force[-1]) == pytest.approx((damping * SPEED, -damping * e * SPEED), rel=1e-9)
 
 
-@pytest.mark.parametrize(("stiffness", "speed"), exact.TYPICAL_PEAKS)
-def test_peak_force_of_a_floor(stiffness: float, speed: float):
-    """28.9 t (28.86 t: 44.36 t against 82.60 t); the table has whole kN."""
-    found = impact(Jankowski(stiffness), speed, 44.36e3, 82.60e3, restitution=0.65)
-    assert found.peak_force / 1e3 == pytest.approx(exact.TYPICAL_PEAKS[stiffness, speed], rel=1e-3, abs=0.6)
-
-
 @pytest.mark.parametrize(("share", "known"), exact.CAPPED.items())
 def test_rebound_and_depth_under_the_published_cap(share: float, known: tuple[float, float]):
     """Eq. (3) taken literally: a lower cap rebounds more and goes deeper; three digits and two decimals.
 
     The closed form to 1e-9, which holds where F_E is reached on approach and the spring alone keeps it up to the turn.
     """
-    free = impact(Jankowski(BETA), SPEED, MASS, restitution=0.65)
-    cap = share * free.peak_force
-    found = impact(ViscousElastoplastic(BETA), SPEED, MASS, restitution=0.65, yield_force=cap)
-    assert found.restitution == pytest.approx(known[0], abs=6e-4)
-    assert found.peak_penetration / free.peak_penetration == pytest.approx(known[1], abs=6e-3)
-    assert found.peak_force == min(share, 1.0) * free.peak_force
-    if share < 0.9:
-        closed = exact.capped_jankowski_impact(BETA, MASS, SPEED, exact.jankowski_ratio(0.65), cap)
-        assert (found.restitution, found.peak_penetration, found.duration) == pytest.approx(closed, rel=1e-9)
-
-
-@pytest.mark.parametrize("e", exact.CAPPED_OTHER)
-def test_restitution_under_the_cap_for_other_e(e: float):
-    peak = impact(Jankowski(BETA), SPEED, MASS, restitution=e).peak_force
-    for share, achieved in exact.CAPPED_OTHER[e].items():
-        found = impact(ViscousElastoplastic(BETA), SPEED, MASS, restitution=e, yield_force=share * peak)
-        assert found.restitution == pytest.approx(achieved, abs=6e-4)
+    for e in (0.65, 0.4, 0.8):
+        free = impact(Jankowski(BETA), SPEED, MASS, restitution=e)
+        cap = share * free.peak_force
+        found = impact(ViscousElastoplastic(BETA), SPEED, MASS, restitution=e, yield_force=cap)
+        assert found.peak_force == min(share, 1.0) * free.peak_force
+        if e == 0.65:
+            assert found.restitution == pytest.approx(known[0], abs=6e-4)
+            assert found.peak_penetration / free.peak_penetration == pytest.approx(known[1], abs=6e-3)
+        if share < {0.4: 0.5, 0.65: 0.9, 0.8: 0.9}[e]:
+            closed = exact.capped_jankowski_impact(BETA, MASS, SPEED, exact.jankowski_ratio(e), cap)
+            assert (found.restitution, found.peak_penetration, found.duration) == pytest.approx(closed, rel=1e-9)
 
 
 def test_yielding_never_adds_energy():
@@ -159,34 +146,16 @@ def test_history_is_that_of_the_motion():
     assert np.trapezoid(found.force, found.time) == pytest.approx(found.impulse, rel=0.02)
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"speed": 0.0},
-        {"speed": -0.5},
-        {"speed": float("nan")},
-        {"mass": 0.0},
-        {"mass": -1.0},
-        {"other_mass": -2.0},
-        {"yield_force": 0.0},
-    ],
-    ids=str,
-)
-def test_what_an_impact_refuses(options, says):
-    says(refusal(impact, ViscousElastoplastic(BETA), **{"speed": SPEED, "mass": MASS, **options}))
+def test_what_an_impact_refuses(says):
+    wrong = {"speed": [0.0, -0.5, float("nan")], "mass": [0.0, -1.0], "other_mass": [-2.0], "yield_force": [0.0]}
+    says(*refusals(impact, ViscousElastoplastic(BETA), speed=SPEED, mass=MASS, wrong=wrong))
 
 
 @pytest.mark.parametrize("e", [0.0, -0.1, 1.1, float("nan")])
-def test_restitution_outside_its_range(e: float):
-    with pytest.raises(
-        PoundingError, match=r"^restitution .*: it is neither a number in \(0, 1\] nor a known relation"
-    ):
-        impact(Jankowski(BETA), SPEED, MASS, restitution=e)
-    with pytest.raises(PoundingError) as caught:
-        restitution_of(e)
-    assert str(caught.value) == (
-        f"restitution {e!r}: it is neither a number in (0, 1] nor a known relation (concrete); write one of these"
-    )
+def test_restitution_outside_its_range(e: float, says):
+    told = refusal(restitution_of, e)
+    says(told)
+    assert refusal(impact, Jankowski(BETA), SPEED, MASS, restitution=e) == told
 
 
 def test_names_and_relations():

@@ -29,14 +29,9 @@ def rows_of(file: Path) -> list[list[str]]:
         return list(csv.reader(text))
 
 
-def test_demands_are_those_of_the_runs(results, tmp_path):
+def test_demands_are_those_of_the_runs(results, tmp_path, says):
     written = pr.export(results, "pelicun", tmp_path / "demands")
-    assert [file.name for file in written.files] == [
-        "flats-with-contact.csv",
-        "flats-without-contact.csv",
-        "a-shop-with-contact.csv",
-        "a-shop-without-contact.csv",
-    ]
+    says([file.name for file in written.files])
     for file, ending in zip(written.files, ["", "_free"] * 2, strict=True):
         head, units, *rows = rows_of(file)
         place = list(results["building"].values).index("flats" if "flats" in file.name else "a shop")
