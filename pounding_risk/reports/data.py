@@ -134,12 +134,14 @@ class ReportData:
         if not isolated_buildings(self.scene):
             return {}
         # With the scene's classes, which a report of other buildings needs not.
+        from pounding_risk.models.structures.storeys import Storeys
         from pounding_risk.scene.buildings import structure_of
         from pounding_risk.scene.sections import read_tables
 
         draft, *_ = read_tables({"building": self.scene["building"]}, (), "scene")
         structures = [structure_of(section) for section in draft.sections["building"]]
-        return {one.name: one.isolated_period for one in structures if getattr(one, "isolators", None)}
+        isolated = (building for building in structures if isinstance(building, Storeys) and building.isolators)
+        return {building.name: building.isolated_period for building in isolated}
 
     def facts(self, name: str, default: Any) -> Any:
         """Value of an attribute of the dataset that holds JSON."""
