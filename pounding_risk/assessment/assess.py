@@ -325,6 +325,8 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     is_nearest = options.gap is not None and abs(yield_gap - gap) > SAME_GAP
     period = _return_period_words(hazard, results, all_motions.amplitudes[level])
     note = f"Forces, yielding and struck columns are those at {say(yield_gap, GAP, 4)}, the nearest gap of the grid."
+    link = results.link_words(index)
+    link = link and f"Springs or dampers join the two ({link}): contact and required gaps are those with them."
     response = responses_at(results.at_level(level).dataset, yield_gap, isolated_buildings(results.scene))
     sensitivity = _influences(results, contact, yields[:, level], response, criterion)
     motions = _contact_motions(results, all_motions, options.shaking.intensity)
@@ -343,7 +345,7 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
         conclusion=(*columns, *verdict.conclusion, *(rate_verdict.conclusion if rate_verdict else ())),
         evidence=(
             *verdict.evidence,
-            *filter(None, (note * is_nearest, period, row_note, *_notes(name, results, motions, options.level))),
+            *filter(None, (link, note * is_nearest, period, row_note, *_notes(name, results, motions, options.level))),
         ),
     )
     return InterfaceAssessment(

@@ -302,10 +302,15 @@ class Results:
 
     def has_link(self, interface: int) -> bool:
         """True where a spring or a damper joins the two buildings of an interface."""
+        return bool(self.link_words(interface))
+
+    def link_words(self, interface: int) -> str:
+        """Stiffness and damping of what joins the two buildings of an interface; "" of nothing."""
         tables = self.scene.get("interface") or [{}]
         table = tables[min(interface, len(tables) - 1)]
         keys = {"link_stiffness": LINK_STIFFNESS, "link_damping": LINK_DAMPING}
-        return any(parse(table[key], quantity) > 0.0 for key, quantity in keys.items() if key in table)
+        values = {key: parse(table[key], quantity) for key, quantity in keys.items() if key in table}
+        return ", ".join(f"{key} = {say(value, keys[key])}" for key, value in values.items() if value > 0.0)
 
     @property
     def scene_place(self) -> int:

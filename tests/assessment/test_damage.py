@@ -359,6 +359,8 @@ def test_demands_of_links_are_those_of_the_device_with_contact_and_without():
     states = [pr.DamageState(key, interface="old | new", **{key: value}) for key, value in thresholds.items()]
     found = pr.damage(results, states=states)
     assert "the buildings with their links but without contact under the same motion" in str(sheet(found))
+    (stated,) = (words for words in pr.assess(results).interfaces[0].verdict.evidence if "join the two" in words)
+    assert "(link_stiffness = 5 MN/m, link_damping = 400 kN s/m)" in stated
     case = results.isel(gap=0, contact_model=0, yield_force=0)
     for state, (key, value) in enumerate(thresholds.items()):
         for side, ending in enumerate(("", "_free")):

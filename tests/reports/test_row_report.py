@@ -101,6 +101,7 @@ def test_drifts_of_isolated_buildings_are_those_above_the_isolators(tmp_path):
     assert "up the columns" not in str(row.write(data))
     blocks = adequacy.write(data)
     assert str(blocks).count("Displacements are the peaks of models whose storeys or isolators may yield") == 1
+    assert str(blocks).count("those for the moat of an isolated one are in ASCE/SEI 7, chapter 17") == 1
     (rules,) = (block for block in blocks if "separations that rules require" in block.get("caption", ""))
     assert "may yield" not in str([cells[-1] for cells in rules["rows"] if not cells[0]["text"].startswith("UBC")])
     told = explorer.page_model(results)["facts"]

@@ -317,7 +317,12 @@ ONE_GROUND = "the ground under both is taken to move alike"
 ROTATING = "displacements are those of the centres of mass: edges of floors that rotate move further"
 ISOLATED = "the period of an isolated building is that before its isolators yield"
 CLEAR = "separations and gaps needed are clear of the bumpers, whose length comes on top"
+MOAT = "not for the moat of an isolated building"
 SHARED = {
+    MOAT: (
+        "These rules are for ordinary buildings; those for the moat of an isolated one are in ASCE/SEI 7, chapter 17 "
+        "(its total maximum displacement D_TM), and EN 1998-1, section 10 (from memory, not read)"
+    ),
     FROM_MEMORY: "Rules from memory were not read anywhere: read the clause before relying on one",
     QUOTED_ONLY: "Quoted rules were read in texts that quote the clause or take it over, not in the code itself",
     NOT_REDUCED: "Displacements are those of the linear model: a code's C_d / R, q_d / q and the like are taken as 1",

@@ -319,7 +319,9 @@ def _with_notes(
 ) -> tuple[SeparationRow, ...]:
     """The rows with what the displacements of these two buildings are, and what they do not say."""
     lost_count = int((~is_known).sum())
+    rigid = {one["name"] for one in scene.get("building", ()) if one.get("rigid")}
     conditions = {
+        rules.MOAT: names & set(isolated_buildings(scene)) and names & rigid,
         rules.ONE_GROUND: has_own_grounds(scene),
         rules.ROTATING: names & set(rotating_buildings(scene)),
         rules.ISOLATED: names & set(isolated_buildings(scene)),  # of the rule that takes periods
