@@ -40,7 +40,7 @@ from pounding_risk.assessment.sensitivity import (
 from pounding_risk.assessment.separations.table import Comparison, separations_of
 from pounding_risk.assessment.verdict import Verdict, judge
 from pounding_risk.motions.levels import read_measure
-from pounding_risk.results.attributes import collapsed, collapses, isolated_buildings
+from pounding_risk.results.attributes import collapsed, collapses, isolated_buildings, moat_walls
 from pounding_risk.results.check import missing_named
 from pounding_risk.results.files import open_scan
 from pounding_risk.results.opened import Results, yield_forces
@@ -327,7 +327,8 @@ def _interface(name: str, results: Results, index: int, options: Options, doubts
     note = f"Forces, yielding and struck columns are those at {say(yield_gap, GAP, 4)}, the nearest gap of the grid."
     link = results.link_words(index)
     link = link and f"Springs or dampers join the two ({link}): contact and required gaps are those with them."
-    response = responses_at(results.at_level(level).dataset, yield_gap, isolated_buildings(results.scene))
+    walls = [name for name in moat_walls(results.scene) if name in dataset["building"].values]
+    response = responses_at(results.at_level(level).dataset, yield_gap, isolated_buildings(results.scene), walls)
     sensitivity = _influences(results, contact, yields[:, level], response, criterion)
     motions = _contact_motions(results, all_motions, options.shaking.intensity)
     contact_curves = (motions.curve(share.gap) for share in contact.shares)

@@ -20,7 +20,7 @@ from pounding_risk.assessment.demands import by_amplitude
 from pounding_risk.assessment.fragility import shown_as
 from pounding_risk.assessment.hazard import Hazard
 from pounding_risk.errors import PoundingError
-from pounding_risk.results.attributes import collapsed, finite, isolated_buildings
+from pounding_risk.results.attributes import collapsed, finite, isolated_buildings, moat_walls
 from pounding_risk.results.opened import Results
 from pounding_risk.statistics.damage_fits import METHODS, Capacities, Observed, capacities, expanded_tail
 from pounding_risk.statistics.fragility import Fit, fragility_curve, of_one_intensity
@@ -198,7 +198,9 @@ def _of_buildings(case: xr.Dataset, state: Any, without: bool) -> Array:
     """The largest demand of the chosen buildings and storeys by motion and level."""
     demand, ending = state.demand, "_free" if without else ""
     names = list(map(str, case["building"].values))
+    walls = [] if state.building else moat_walls(Results(case).scene)
     places = [i for i in _indices_of(case, state, "building") if not np.isnan(case["building_period"].values[i])]
+    places = [place for place in places if names[place] not in walls]
     if state.building and not places:
         raise _lacking_demand(state, f"{state.building} is rigid and moves with the ground; name another building")
     # The displacement of a mass is the drift of a building without storeys alone, and each dataset has either.

@@ -24,6 +24,7 @@ from pounding_risk.results.amplitudes import intensity_words
 from pounding_risk.results.attributes import (
     collapsible_buildings,
     isolated_buildings,
+    moat_walls,
     rotating_buildings,
     rotating_words,
 )
@@ -138,6 +139,8 @@ def notes_of(curves: Sequence[Curves], motions: Motions, options: Options, resul
         name for name in rotating_buildings(results.scene) if any(pair.state.building in ("", name) for pair in pairs)
     ]
     yield from (f"{rotating_words(name)}." for name in rotating)
+    if (walls := moat_walls(results.scene)) and any(not pair.state.building for pair in pairs):
+        yield f"States of any building leave out {' and '.join(walls)}, a wall beside isolators: name it to count it."
     fragile = collapsible_buildings(results.scene)
     for pair in pairs:
         if pair.state.demand.of_structure and pair.state.building not in ("", *fragile) and results.fallen:

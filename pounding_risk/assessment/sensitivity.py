@@ -65,10 +65,13 @@ class Response:
     motions: int
 
 
-def responses_at(results: xr.Dataset, gap: float, isolated: Collection[str] = ()) -> tuple[Response, ...]:
+def responses_at(
+    results: xr.Dataset, gap: float, isolated: Collection[str] = (), walls: Collection[str] = ()
+) -> tuple[Response, ...]:
     """Every output of `OUTPUTS` that a dataset of one interface and amplitude has, by contact model and F_E.
 
     ``gap`` [m] is one of the grid's. Of the ``isolated`` buildings the ductility is that of the storeys above the slab.
+    The ``walls`` of a moat around them are left out.
     """
     at_gap = results.isel(gap=int(np.abs(results["gap"].values - gap).argmin()))
     touching = by_motion(at_gap["impact_count"], CASES) > 0
@@ -78,10 +81,13 @@ def responses_at(results: xr.Dataset, gap: float, isolated: Collection[str] = ()
             continue
         inner_axes = [axis for axis in at_gap[output].dims if axis not in ("record", "polarity", *CASES)]
         outputs = finite(at_gap, output)
+        if walls and "building" in outputs.dims:
+            words = f"{words} without {' and '.join(walls)}"
+            outputs = outputs.where(~outputs["building"].isin(list(walls)))
         if output == "storey_ductility" and isolated:
             words = f"{words} above isolators"
             outputs = outputs.where(~outputs["building"].isin(list(isolated)) | (outputs["storey"] > 1))
-            if outputs.isnull().all():  # the isolators alone yield
+            if outputs.isnull().all():  # the isolators alone yield, and walls
                 continue
         peaks = np.where(touching, by_motion(outputs.max(inner_axes), CASES), np.nan)
         for model, force in np.ndindex(peaks.shape[1:]):

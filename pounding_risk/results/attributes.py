@@ -9,13 +9,13 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, lru_cache
 from importlib import metadata
-from itertools import product
+from itertools import pairwise, product
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from pounding_risk.errors import PoundingError
-from pounding_risk.units import TIME, say
+from pounding_risk.units import STOREY_HEIGHT, TIME, parse, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -278,6 +278,20 @@ def _keys_of(scene: Mapping[str, Any], section: str) -> set[str]:
 def isolated_buildings(scene: Mapping[str, Any]) -> list[str]:
     """The buildings on isolators, by the tables of a scene; isolators are storey 1."""
     return buildings_with(scene, "isolation")
+
+
+def moat_walls(scene: Mapping[str, Any]) -> list[str]:
+    """The walls that give, by the tables of a scene: of one storey, no taller than an isolated neighbour's slab."""
+    walls: dict[str, None] = {}
+    for pair in pairwise(scene.get("building", [])):
+        for wall, other in (pair, pair[::-1]):
+            heights = wall.get("storey_heights", ())
+            if "isolation" in wall or "isolation" not in other or len(heights) != 1:
+                continue
+            height, slab = (parse(text, STOREY_HEIGHT) for text in (heights[0], other["isolation"]["height"]))
+            if height <= slab * (1.0 + 1e-9):
+                walls[str(wall["name"])] = None
+    return list(walls)
 
 
 def as_text(content: Any) -> str:

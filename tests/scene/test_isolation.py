@@ -105,6 +105,22 @@ def test_intensities_take_the_period_while_they_yield():
     assert "rerun" in refusal(resolved_intensity, older, "sa(longer)")
 
 
+def test_a_wall_that_gives_is_no_building_with_floors():
+    """What it does stays in the dataset, and in states that name it."""
+    states = [{"name": name, "acceleration": "1 g", **of} for name, of in (("A", {"building": "A"}), ("any", {}))]
+    states.append({"name": "wall", "acceleration": "1 g", "building": "wall"})
+    wall = storeyed("wall", ["40 t"], ["60 MN/m"], ["1.5 m"], damping=0.1)
+    above = storeyed("A", ["500 t", "400 t"], ["800 MN/m", "600 MN/m"], "4 m") | {"isolation": LEAD}
+    records = {"window": ["0 s", "6 s"], "pga": "0.5 g"}
+    results = pr.scan(parse_scene(scene_text(wall, above, records=records)).replace(damage=states))
+    peaks = {name: results["peak_floor_acceleration"].sel(building=name).item() for name in ("wall", "A")}
+    assert peaks["wall"] > 2.0 * peaks["A"]
+    ratios = pr.damage(results)["demand_ratio"].sel(pounding="with").squeeze()
+    assert [float(ratio) for ratio in ratios] == pytest.approx([peaks[name] / G for name in ("A", "A", "wall")])
+    (told,) = (one for one in pr.assess(results).interfaces[0].response if one.output == "peak_floor_acceleration")
+    assert told.median == pytest.approx(peaks["A"]) and told.words == "peak floor acceleration without wall"
+
+
 def test_own_damping_is_that_above_the_slab_and_the_dashpot_that_below():
     """Moving as one, slab and floors feel the dashpot alone; held at the slab, the building has its own damping."""
     isolated, free = parse_scene(text(LEAD)).buildings[1], parse_scene(text(LEAD)).buildings[1].superstructure()
