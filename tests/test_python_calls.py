@@ -6,6 +6,7 @@ from dataclasses import asdict, is_dataclass
 import pytest
 import xarray as xr
 from scenes import scene_text, single
+from sentences import refusal
 
 import pounding_risk as pr
 from pounding_risk.assessment.row import row_case
@@ -54,8 +55,7 @@ def test_a_scene_may_be_a_dict(study, tmp_path):
     with pytest.raises(PoundingError, match=r"building.A.mass.*is not a mass"):
         pr.read_scene({**tomllib.loads(SCENE), "building": [{"name": "A", "mass": []}, {"name": "B", "rigid": True}]})
     for wrong in (None, 3, []):
-        with pytest.raises(PoundingError, match="is no scene"):
-            pr.read_scene(wrong)
+        assert "is no scene" in refusal(pr.read_scene, wrong)
 
 
 # The call with a value, the value as text, and as the number in SI that it stands for.
@@ -99,32 +99,26 @@ def test_text_with_a_unit_is_the_number_that_it_stands_for(name, study, results)
     ids=lambda wrong: str(wrong) if isinstance(wrong, str | float) else type(wrong).__name__,
 )
 def test_what_is_no_quantity_is_refused_by_its_name(name, wrong, study, results):
-    with pytest.raises(PoundingError) as refused:
-        CALLS[name][0](study, results, wrong)
-    assert str(refused.value).startswith(f"{name.strip()}: ")
+    assert refusal(CALLS[name][0], study, results, wrong).startswith(f"{name.strip()}: ")
 
 
 def test_cells_of_a_row_are_chosen_by_quantities(row):
     told = row_case(row, gap="8 mm", yield_force="50 kN")
     assert told.gaps == row_case(row, gap=0.008, yield_force=5e4).gaps == (0.008,)
-    with pytest.raises(PoundingError, match="gap: "):
-        row_case(row, gap="8 kg")
+    assert "gap: " in refusal(row_case, row, gap="8 kg")
 
 
 def test_restitution_is_a_number_a_share_or_a_name():
     achieved = [pr.impact(LAW, 0.5, 570.0, restitution=e).restitution for e in ("65 %", "0.65", 0.65)]
     assert len(set(achieved)) == 1
     for wrong in (float("nan"), -1, 0.0, "steel", [], None):
-        with pytest.raises(PoundingError, match="restitution"):
-            pr.impact(LAW, 0.5, 570.0, restitution=wrong)
-    with pytest.raises(PoundingError, match="is not a contact law"):
-        pr.impact("jankowski", 0.5, 570.0)
+        assert "restitution" in refusal(pr.impact, LAW, 0.5, 570.0, restitution=wrong)
+    assert "is not a contact law" in refusal(pr.impact, "jankowski", 0.5, 570.0)
 
 
 def test_names_that_are_no_text_are_refused(study):
     for wrong in (3, ["hertz"], object()):
-        with pytest.raises(PoundingError, match="is not a contact model"):
-            pr.simulate(study, law=wrong)
+        assert "is not a contact model" in refusal(pr.simulate, study, law=wrong)
     for wrong in ("2", 2.5, -1, True, ["2"]):
         with pytest.raises(PoundingError, match=r"workers is .* number of threads"):
             pr.scan(study, workers=wrong)

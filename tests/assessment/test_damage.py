@@ -369,8 +369,7 @@ def test_demands_of_links_are_those_of_the_device_with_contact_and_without():
             np.testing.assert_allclose(found["demand_ratio"].values[state, side].ravel(), peaks / value)
     assert states[0].words == "stretch of a link at old | new ≥ 20 mm"
     without = pr.scan(parse_scene(scene_text(old, new, gap="10 mm", **levels)))
-    with pytest.raises(PoundingError, match="link_stretch: no link joins them; write link_stiffness"):
-        pr.damage(without, states=states[:1])
+    assert "link_stretch: no link joins them; write link_stiffness" in refusal(pr.damage, without, states=states[:1])
 
 
 def test_shears_are_capped_by_strengths_of_their_own_storeys_alone(row):

@@ -90,8 +90,7 @@ def test_what_a_shell_writes_for_a_command_is_refused():
     """``<(...)`` is /dev/fd/N of a pipe."""
     reader, writer = os.pipe()
     try:
-        with pytest.raises(inputs.Unfit, match="is a pipe"):
-            inputs.read_whole(Path(f"/dev/fd/{reader}"), 5)
+        assert "is a pipe" in refusal(inputs.read_whole, Path(f"/dev/fd/{reader}"), 5, kind=inputs.Unfit)
     finally:
         os.close(reader)
         os.close(writer)

@@ -376,9 +376,7 @@ def holder(others: list, path: Path, shared: bool, batches: tuple[int, int]) -> 
 def test_a_second_start_is_refused_and_told_who_runs(path, others):
     first = holder(others, path, False, (0, 10))
     for choices in ({}, {"new": True}):
-        with pytest.raises(PoundingError) as refused:
-            opened(path, **choices)
-        assert f"(pid {first.pid}), since 2" in str(refused.value)
+        assert f"(pid {first.pid}), since 2" in refusal(opened, path, **choices)
     first.kill()  # the system lets go of a lock whose process was killed
     first.wait()
     assert found(path) == [range(0, 10)]

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import obspy
 import pytest
-from scenes import BOTH, scene_text, single
+from scenes import scene_text, single
 from sentences import refusal
 
 from pounding_risk import assess
@@ -343,13 +343,7 @@ def test_places_that_cannot_be(motions, tmp_path, says):
     says(refusal(write_manifest, motions, tmp_path / "no" / "m.csv"), refusal(read_manifest, tmp_path / "m.csv"))
 
 
-TWO_MASSES = scene_text(
-    single("left", "10 t", "0.5 s"),
-    single("right", "10 t", "0.3 s"),
-    law="linear",
-    gap="20 mm",
-    records={"files": ["."], "polarity": BOTH},
-)
+TWO_MASSES = f'{SCENE}files = ["."]\npolarity = ["as recorded", "reversed"]\n'
 
 
 @pytest.fixture

@@ -337,9 +337,6 @@ def test_a_browser_that_cannot_unpack_is_told(driver, written):
         driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
 
 
-pytest.importorskip("plotly")
-
-
 @pytest.fixture(scope="module")
 def row_results() -> xr.Dataset:
     """Six records in two polarities, one run failed."""

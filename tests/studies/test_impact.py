@@ -6,7 +6,6 @@ import pytest
 from scipy.optimize import brentq
 from sentences import refusal, refusals
 
-from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.laws import (
     LAWS,
     Hertz,
@@ -161,8 +160,7 @@ def test_restitution_outside_its_range(e: float, says):
 def test_names_and_relations():
     assert [name_of(type(law_of(name))) for name in LAWS] == list(LAWS)
     assert restitution_of("concrete") == CONCRETE and restitution_of("0.65") == constant(0.65)
-    with pytest.raises(PoundingError, match="restitution 'steel'"):
-        restitution_of("steel")
+    assert "restitution 'steel'" in refusal(restitution_of, "steel")
 
 
 def test_equal_terms():

@@ -1,9 +1,11 @@
 """Scenes of single masses in a row whose velocities jump: every command, and the sentences for rows that cannot."""
 
 from copy import deepcopy
+from functools import partial
 
 import numpy as np
 import pytest
+from sentences import refusal
 
 import pounding_risk as pr
 from pounding_risk import figures
@@ -103,10 +105,7 @@ FRAME = {"storeys": 2, "floor_masses": "200 t", "storey_stiffnesses": "300 MN/m"
 SOIL = {"soil_flexibility": {"shear_wave_velocity": "200 m/s", "radius": "6 m"}}
 
 
-def faults(changed):
-    with pytest.raises(SceneError) as caught:
-        scene_of(changed)
-    return str(caught.value)
+faults = partial(refusal, scene_of, kind=SceneError)
 
 
 def test_what_cannot_jump_is_refused_with_its_reason(says):

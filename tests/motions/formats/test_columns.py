@@ -106,8 +106,7 @@ def test_a_lost_line_is_seen_in_the_times(form, lost):
 
 def test_too_few_digits_are_no_equal_steps():
     text = "# unit = g\n" + "\n".join(f"{at / 128:.3f} 0.1" for at in range(100))
-    with pytest.raises(RecordError, match="print more digits"):
-        read(text)
+    assert "print more digits" in refusal(read, text, kind=RecordError)
 
 
 # --- refusals ---------------------------------------------------------------------------------------------
