@@ -377,7 +377,8 @@ def _provide(basis: Basis, answer: bool | None) -> str:
         note += not_run(basis.run, required.gap)
     if required.is_pushed:
         provide = f"Provide {prefix}{gap} for a probability of contact of {target} ({bounds}); {note}."
-        return f"{provide} No gap is shown to be enough: {not_run(basis.run, inf)}."
+        at_confidence = f" at {confidence} confidence" * required.is_between
+        return f"{provide} No gap is shown to be enough{at_confidence}: {not_run(basis.run, inf)}."
     if required.bounded:
         verb = f"Required is {gap}" if answer else f"Provide {gap}"
         return (

@@ -18,7 +18,7 @@ from pounding_risk.motions import intensity as measures
 from pounding_risk.motions.read import read_motion
 from pounding_risk.questions.setback import sheet
 from pounding_risk.scene.reader import parse_scene
-from pounding_risk.statistics.required_gap import RequiredGap, target_left_by
+from pounding_risk.statistics.required_gap import RequiredGap, RunGaps, target_left_by
 
 BOUNDED = RequiredGap(90.0, 0.092, 0.076, 0.115, True, 0.09)
 UNBOUNDED = RequiredGap(90.0, 0.092, 0.076, 0.1, False, 0.09)
@@ -83,6 +83,14 @@ def test_the_conclusion_is_the_one_that_can_be_signed(says):
         told = conclusion(basis(contacts, 20), None)
         more = recordings_to_settle(basis(contacts, 20)) - 20
         says([sentence.replace(f"About {more} more", "About so many more") for sentence in told])
+
+
+def test_a_gap_that_is_enough_in_the_runs_alone_is_not_enough_at_a_confidence():
+    """92 mm by the motions, 100 mm in a run, and nothing was run at the upper bound."""
+    between = RequiredGap(90.0, 0.092, 0.076, 0.115, False, 0.09, 0.1, True)
+    (_, told, *_) = conclusion(basis(3, 20, required=between, run=RunGaps(0.1, (0.05, 0.1)), free=0.0841), None)
+    assert told.startswith("Provide 100 mm for") and "without a push by neighbours 84.1 mm would do" in told
+    assert "No gap is shown to be enough at 95 % confidence: the row was run at gaps of up to 100 mm" in told
 
 
 def test_an_answer_asks_for_no_more_recordings(says):
