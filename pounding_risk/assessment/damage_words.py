@@ -90,7 +90,9 @@ def _clause(state: xr.Dataset) -> str:
             for side in POUNDING
         ]
         if str(state["fault"].sel(pounding="without").item()) == NO_CONTACT:
-            return f"{name} is reached in {counts[0]} pounding, and in none without contact"
+            lost = int(state["demand_ratio"].sel(pounding="with").isnull().sum())  # failed, or without a finite force
+            others = f", not known of {counted(lost, 'other')}" if lost else ""
+            return f"{name} is reached in {counts[0]} pounding{others}, and in none without contact"
         return f"{name} has no ratio, it is reached in {' and '.join(counts)}"
     median = _ratio_words(state, "median_ratio")
     rate = float(state["annual_rate_ratio"]) if "annual_rate_ratio" in state else nan

@@ -500,6 +500,10 @@ def test_jumps_in_velocity_have_no_acceleration_and_no_force():
     for state, known in (("tiles", touched.size), ("equipment", (~touched).sum()), ("blow", (~touched).sum())):
         assert (runs.sel(state=state) == known).all()
     assert f"equipment: {touched.sum()} runs of {touched.size} failed, or have no such demand" in str(found.attrs)
+    reached = (
+        f"blow is reached in 0 of {(~touched).sum()} runs with pounding, not known of {touched.sum()} others, and in"
+    )
+    assert reached in found.attrs["finding"]  # of those without contact alone
     (one,) = pr.assess(results, gap="10 mm").interfaces
     counts = {item.output: item.motions for item in one.response if item.contact_model == "stereomechanical"}
     assert counts["peak_floor_acceleration"] == counts["peak_contact_force"] == 0 < counts["peak_relative_displacement"]

@@ -253,6 +253,14 @@ def test_a_kinematic_line_is_the_bilinear_storey():
     np.testing.assert_allclose(law.floors, bilinear.floors, rtol=1e-10)
 
 
+@pytest.mark.parametrize("rule", ["kinematic", "isotropic", "peak_oriented"])
+def test_a_storey_that_never_yields_has_no_residual_drift_and_takes_no_energy(rule: str):
+    """Not the rounding of either: ratios of residual drifts with contact and without would be 1e19."""
+    run = shaken(building(Hysteresis(rule, BARRIER if rule != "kinematic" else ()), strengths=(4e9, 2e9, 3e9)))
+    assert (run.floors[:, 1] > 1e-3).all()
+    assert (run.rest[:, 1:3] == 0.0).all()
+
+
 def stepped(law: Hysteresis, parts: int) -> np.ndarray:
     """Displacements of one storey at the samples by central differences, in steps of a sample over ``parts``."""
     stiffness, strength, mass = 5e7, 4e5, 1e5

@@ -262,6 +262,24 @@ def test_a_part_of_a_matrix_that_yields_is_storeys_that_harden(form: str, more: 
     assert abs(float(found["energy_residual"].max())) < 1e-8
 
 
+def test_an_elastic_matrix_under_p_delta_is_linked_to_storeys_with_a_law():
+    """One body. The spring of its storeys is that of P-delta alone, below zero; no warning is given of it."""
+    whole = chain_of(Storeys("", tuple(MASSES), tuple(PART), (4.0,) * 3)).stiffness()
+    forms = (
+        pr.MatrixBuilding("tower", stiffness_matrix=whole.tolist(), **OF_STOREYS),
+        pr.ShearBuilding("tower", storey_stiffnesses=PART.tolist(), **OF_STOREYS),
+    )
+    contact = pr.Interface("10 mm", "jankowski", "1e10 N/m^1.5", restitution=0.65, link_damping="200 kN s/m")
+    records = pr.Records(["RSN6-180"], window=["1.5 s", "4 s"], pga="0.6 g")
+    effects: dict[str, Any] = {"inelastic_storeys": {}, "p_delta": {}}
+    law = dual("storeys", hysteresis={"rule": "peak_oriented"})
+    solver = pr.Solver(rtol=1e-10)
+    runs = [pr.simulate(pr.Scene([one, law], [contact], records, effects=effects, solver=solver)) for one in forms]
+    assert int(runs[0]["impact_count"].sum()) > 1 and float(runs[0]["storey_ductility"].max()) > 2.0
+    for name in ("impact_count", "peak_closing", "storey_displacement", "storey_residual_drift"):
+        np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=1e-7, atol=1e-12, err_msg=name)
+
+
 def test_a_single_floor_by_a_matrix_is_a_mass_and_with_a_part_that_yields_one_storey():
     """With its own mass matrix it is the mass to the bit; a part of its spring yields as in the building of storeys."""
     keys = {"floor_masses": "400 t", "storey_heights": "12 m", "stiffness_matrix": [[300e6]]}

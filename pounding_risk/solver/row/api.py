@@ -281,12 +281,19 @@ def _place_of_point(row: Row, values: np.ndarray, point: int) -> float:
     return float(row.shares[point, mine] @ values[row.ends[point, mine]])
 
 
+def _has_yielded(numbers: np.ndarray) -> np.ndarray:
+    """False for laws still on the elastic line, which leaves no drift and takes no energy, but for rounding."""
+    values = numbers.T
+    is_elastic = np.isclose(values[laws.SLOPE], values[laws.UNLOADING], rtol=1e-12, atol=0.0)
+    return np.asarray(~(is_elastic & (values[laws.CONSTANT] == 0.0) & (values[laws.WORK] == 0.0)))
+
+
 def _dissipated(numbers: np.ndarray, drift: np.ndarray) -> np.ndarray:
     """Energy that laws have dissipated until they stand at these drifts [J]: their work, less what unloading gives."""
     values = numbers.T
     shear = values[laws.SLOPE] * drift + values[laws.CONSTANT]
     work = values[laws.WORK] + 0.5 * (values[laws.SHEAR] + shear) * (drift - values[laws.DRIFT])
-    return np.asarray(work - 0.5 * shear**2 / values[laws.UNLOADING])
+    return np.where(_has_yielded(numbers), work - 0.5 * shear**2 / values[laws.UNLOADING], 0.0)
 
 
 def _with_laws(rest: np.ndarray, has_law: np.ndarray, numbers: np.ndarray, collapse_time: float) -> np.ndarray:
@@ -295,7 +302,7 @@ def _with_laws(rest: np.ndarray, has_law: np.ndarray, numbers: np.ndarray, colla
     shear = values[laws.SLOPE] * drift + values[laws.CONSTANT]
     whole = np.full((len(rest), COLLAPSE_TIME + 1), np.nan)
     whole[:, :2] = rest
-    whole[has_law, 1] = drift - shear / values[laws.UNLOADING]
+    whole[has_law, 1] = np.where(_has_yielded(numbers[has_law]), drift - shear / values[laws.UNLOADING], 0.0)
     whole[has_law, 2], whole[has_law, 3] = _dissipated(numbers[has_law], drift), values[laws.STRENGTH]
     whole[has_law, COLLAPSE_TIME] = np.where(np.abs(values[laws.DRIFT]) >= values[laws.COLLAPSE], collapse_time, np.nan)
     return whole

@@ -210,7 +210,8 @@ def _matrices(
             # A law has what a bilinear storey reads from these; isolators, or a linked neighbour, may have none.
             has_law = storeys[dofs, STIFFNESS] > 0.0
             floors[SOFT, dofs] *= ~has_law
-            storeys[dofs, PACE] = has_law * np.sqrt(floors[SPRING, dofs] * floors[MOBILITY, dofs])
+            # Of floors joined by a matrix P-delta alone is in the spring, below zero.
+            storeys[dofs, PACE] = np.sqrt(np.where(has_law, floors[SPRING, dofs] * floors[MOBILITY, dofs], 0.0))
     return floors, damping, coupling, storeys, inertia
 
 
