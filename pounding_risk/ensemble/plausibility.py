@@ -267,7 +267,7 @@ def _building_notes(study: Scene) -> Iterator[str]:
 
 def _is_upside_down(building: Any) -> bool:
     """True where the floors of a matrix move less in the first mode the higher they stand, as of no building."""
-    if not getattr(building, "stiffness_matrix", ()) or getattr(building, "plans", ()):
+    if getattr(building, "plans", ()) or not getattr(building, "stiffness_matrix", ()):
         return False
     above = building.superstructure()
     shape = np.abs(above.vibration().shapes[: len(above.masses), 0])

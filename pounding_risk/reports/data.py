@@ -138,7 +138,7 @@ class ReportData:
         from pounding_risk.scene.sections import read_tables
 
         draft, *_ = read_tables({"building": self.scene["building"]}, (), "scene")
-        structures = [structure_of(section) for section in draft.sections["building"]]
+        structures: list[Any] = [structure_of(section) for section in draft.sections["building"]]
         return {one.name: one.isolated_period for one in structures if getattr(one, "isolators", None)}
 
     def facts(self, name: str, default: Any) -> Any:

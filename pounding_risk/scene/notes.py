@@ -246,7 +246,7 @@ def _unused_in_records(study: Scene, given: GivenKeys, laws: Laws) -> Iterator[U
     """Keys of files that records do not need, and amplitudes that another key overrules."""
     request, has_pga = study.records, ("grid", "pga") in given
     if has_pga and request.pga is not None and study.grid.levels != (request.pga,):  # not of a scene as it is resolved
-        path, largest = ("records", "pga"), say_level(study.grid.levels[-1], PGA)
+        path, largest = ("records", "pga"), say_level(max(filter(None, study.grid.levels)), PGA)
         if own_amplitude(study) == at_pga(request.pga):
             reason = (
                 "grid.pga gives their amplitudes, and this key the one that is assessed, simulated alone and exported"
