@@ -246,7 +246,7 @@ UNIFORM = "return period [years],pga [m/s^2],sa(0.2 s) [m/s^2],sa(2 s) [m/s^2]\n
         (None, 1.2, "The curve is that of Sa(1.2 s), at the longest period of the buildings."),
         ("sa(longer)", 1.2, "at the longest period of the buildings."),
         ("sa(shorter)", 0.5, "The curve is that of Sa(0.5 s), at the shortest period of the buildings."),
-        ("sa(mean)", np.sqrt(0.6), "that of Sa(0.774597 s), at the geometric mean of the buildings' periods."),
+        ("sa(mean)", np.sqrt(0.6), "that of Sa(0.775 s), at the geometric mean of the buildings' periods."),
         ("sa(0.9 s)", 0.9, "The curve is that of Sa(0.9 s)."),
     ],
 )
