@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from pounding_risk._common.counted import counted
 from pounding_risk._common.order import evenly
 from pounding_risk.assessment.annual_rates import AnnualRate, read_rate, return_period_words
-from pounding_risk.assessment.fragility import SCALED, ContactMotions
+from pounding_risk.assessment.fragility import SCALED, ContactMotions, not_run
 from pounding_risk.assessment.hazard import COVERED, Hazard, Rate, rate_of
 from pounding_risk.assessment.options import percent_words
 from pounding_risk.assessment.verdict import ADEQUATE, DEPENDS, INADEQUATE
@@ -127,7 +127,10 @@ class RateOfGaps:
         place = int(is_enough.argmax())
         if not is_enough.any():
             faults_beyond = [fault for gap, fault in faults if gap > gaps[-1]][:1]
-            return GapForRate(*about, fault=_refusal("widest", float(gaps[-1]), float(annual[-1]), faults_beyond))
+            is_unrun = bool((self.motions.closing > self.motions.run.widest).any())  # of a row
+            unrun = not_run(self.motions.run, inf) if is_unrun else ""
+            fault = _refusal("widest", float(gaps[-1]), float(annual[-1]), faults_beyond, unrun)
+            return GapForRate(*about, fault=fault)
         if place == 0:
             faults_beyond = [fault for gap, fault in faults if gap < gaps[0]][-1:]
             return GapForRate(*about, fault=_refusal("narrowest", float(gaps[0]), float(annual[0]), faults_beyond))
@@ -159,13 +162,17 @@ class RateOfGaps:
         return np.array(gaps), np.concatenate([falling, columns[3:]]), faults
 
 
-def _refusal(end_name: str, gap: float, annual: float, faults_beyond: list[str]) -> str:
-    """Sentence on a rate that is not reached at the widest or narrowest gap with a fragility, and why that one is."""
+def _refusal(end_name: str, gap: float, annual: float, faults_beyond: list[str], unrun: str = "") -> str:
+    """Sentence on a rate that is not reached at the widest or narrowest gap with a fragility, and why that one is.
+
+    ``unrun`` is that of a row that was not run at wider ones.
+    """
     adverb, repair = ("still", "stronger") if end_name == "widest" else ("only", "weaker")
     reason = f", and beyond it there is no fragility ({faults_beyond[0]})" if faults_beyond else ""
+    scan_words = f"; {unrun}" if unrun else f"{reason}: scan {repair} motions, and more amplitudes"
     return (
         f"at {say(gap, GAP, 3)}, the {end_name} gap whose fragility these motions carry, contact {adverb} comes "
-        f"{annual:.3g} times a year{reason}: scan {repair} motions, and more amplitudes"
+        f"{annual:.3g} times a year{scan_words}"
     )
 
 

@@ -237,7 +237,12 @@ def what_matters(influences: Sequence[Influence]) -> str:
         sentences.append(f"the polarity {changes}{others_text if is_never else ''}")
     elif is_never:
         sentences.append("F_E and the contact model never change whether there is contact")
-    return "; ".join(sentences) or "one level of each key was scanned, which shows nothing of what matters"
+    single = [words for key, words in WORDS.items() if any(one.is_single for one in influences if one.key == key)]
+    if not sentences and single:
+        names = " and ".join(filter(None, [", ".join(single[:0:-1]), single[0]]))
+        verb = "each, so that their" if len(single) > 1 else "alone, so that its"
+        return f"{names} had one value {verb} influence is not shown"
+    return "; ".join(sentences) or "the runs show no influence"
 
 
 def force_words(force: float, columns_yield: bool = False) -> str:

@@ -109,7 +109,7 @@ def finding(dataset: xr.Dataset) -> str:
     elif partly := [index for index in holding if methods[index] != methods[best] and index not in exact_settings]:
         other = min(partly, key=times.__getitem__)
         part = f"{was_run[other].sum()} of {len(reference)} cases"
-        sentence += f"; {names[other]} has them too in the {part} in which it was run"
+        sentence += f"; {names[other]}, has them too in the {part} in which it was run"
     elif methods[best] == EVENT:
         is_alone = set(methods) == {EVENT}
         sentence += "; no other method was run" if is_alone else "; no setting of another method gets there"

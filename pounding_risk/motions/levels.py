@@ -86,13 +86,17 @@ class Measure(NamedTuple):
     @property
     def intensity(self) -> str:
         """The word that an assessment takes: "pga", "sa(0.5 s)", "sa(0.5 s, 2 %)", "sa_avg(0.2-2 s)"."""
-        return f"{self.name}({self._at})" if self.periods else self.name
+        return f"{self.name}({self._at(DIGITS)})" if self.periods else self.name
 
     @property
     def words(self) -> str:
-        """The name in sentences: "PGA", "Sa(0.5 s)", "Sa_avg(0.2-2 s)", "factor"."""
+        """The name in sentences: "PGA", "Sa(0.5 s)", "Sa_avg(0.2-2 s)", "factor".
+
+        Periods that nobody wrote, those of buildings, are rounded: "Sa(0.55 s)" of 0.550208 s.
+        """
         if self.periods:
-            return f"{self.name.capitalize()}({self._at})"
+            is_short = all(isclose(float(f"{period:.4g}"), period, rel_tol=1e-9) for period in self.periods)
+            return f"{self.name.capitalize()}({self._at(DIGITS if is_short else 3)})"
         return "factor" if self.name == FACTOR else self.name.upper()
 
     @property
@@ -112,10 +116,9 @@ class Measure(NamedTuple):
             FACTOR: "factor on each motion",
         }[self.name]
 
-    @property
-    def _at(self) -> str:
+    def _at(self, digits: int) -> str:
         """Periods, and the damping where it is not the usual one: "0.5 s", "0.5 s, 2 %"."""
-        periods = "-".join(f"{period:.{DIGITS}g}" for period in self.periods)
+        periods = "-".join(f"{period:.{digits}g}" for period in self.periods)
         usual = isclose(self.damping, USUAL_DAMPING, rel_tol=1e-9)
         return f"{periods} s" + ("" if usual else f", {100.0 * self.damping:.{DIGITS}g} %")
 

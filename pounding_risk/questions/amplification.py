@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
+from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -248,7 +249,9 @@ def _amplifications(dataset: xr.Dataset) -> Block:
         row += [number(part["gap"], "m", 3), number(part["contact_share"], "%", 3)]
         ratios = part["displacement_amplification"].transpose("building", "percentile").values.ravel()
         rows.append([*row, *(number(ratio, digits=3) for ratio in ratios)])
-    caption = "Peak displacement with contact over that without, not exceeded by a share of the motions."
+    places = prod(dataset.sizes[dim] for dim in ("fixed_period", "period_ratio", gap_dim(dataset)))
+    part_words = f", at {len(rows)} of {places} places; --table writes all" if len(rows) < places else ""
+    caption = f"Peak displacement with contact over that without, not exceeded by a share of the motions{part_words}."
     return table(caption, heads, rows)
 
 

@@ -14,7 +14,7 @@ LEAST = "at least "  # before a number that is only a lower bound
 
 
 def csv_text(blocks: Iterable[Block]) -> str:
-    """The tables and facts of a sheet as CSV text: a row with the caption of each, its heads, its rows, an empty row.
+    """The tables and facts of a sheet as CSV text: a row with its caption, if any, its heads, its rows, an empty row.
 
     A number stands unrounded in the unit of its head, or before its own where the rows of a column have several, after
     "at least" where it is only a lower bound; a range has a column for each end, named low and high behind the head,
@@ -25,7 +25,8 @@ def csv_text(blocks: Iterable[Block]) -> str:
     for block in blocks:
         if block["kind"] not in ("table", "facts"):
             continue
-        lines.append([block["caption"].rstrip(".")])
+        if block["caption"]:
+            lines.append([block["caption"].rstrip(".")])
         if block["kind"] == "table":
             lines += map(list, zip(*_columns(block), strict=True))
         else:

@@ -134,14 +134,16 @@ def check_scan(dataset: xr.Dataset, label: str = THIS, *, names: Iterable[str] =
     _refuse(label, faults or [fault for check in checks for fault in check(dataset)], NOT_WHERE if masked else REPAIR)
 
 
-def check_dataset(results: xr.Dataset, label: str = "") -> None:
+def check_dataset(results: xr.Dataset, label: str = "", taker: str = "assess") -> None:
     """Raise PoundingError for what is no dataset of `scan` with all its axes, and for a damaged one."""
     label = label or name_of(results)
     kind = kind_of(results)
     if kind not in ("scan", ""):
+        is_export = taker == "export" and "displacement" in results
+        by_xarray = "; histories are written by xarray: ds.displacement.to_dataframe().to_csv(...)" * is_export
         raise PoundingError(
-            f"{label}: is a dataset of `{kind}`, which has not the cases of a scan; assess takes what "
-            "`pounding-risk scan SCENE -o results.nc` writes"
+            f"{label}: is a dataset of `{kind}`, which has not the cases of a scan; {taker} takes what "
+            f"`pounding-risk scan SCENE -o results.nc` writes{by_xarray}"
         )
     if "impact_count" not in results or not {"record", "gap"} <= set(results.dims):
         raise PoundingError(f"{label}: is no dataset of a scan; `pounding-risk scan SCENE -o results.nc` writes one")

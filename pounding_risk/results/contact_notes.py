@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import inf
 from types import MappingProxyType
@@ -42,15 +42,17 @@ def of_scan(dataset: xr.Dataset, scene: Mapping[str, Any]) -> tuple[str, ...]:
         tables = [scene.get(section, []) for section in ("building", "interface")]
         lengths = [parse(table.get("floor_length", "0 m"), ANY_LENGTH) for table in tables[0]]
         tabulated = {place: table for place, table in enumerate(tables[1]) if "table" in table}
+        devices = ["table" in table or "bumper_length" in table for table in tables[1]]
     except (AttributeError, TypeError, QuantityError):
         raise unreadable("scene_resolved") from None
-    return tuple(_of_contacts(dataset, lengths, tabulated))
+    return tuple(_of_contacts(dataset, lengths, tabulated, devices))
 
 
 def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
     """A sentence for each way in which the contacts of one run are implausible."""
     lengths = (getattr(building, "floor_length", 0.0) for building in study.buildings)
-    notes = [*_depth_words(*_deepest(run), lengths)]
+    devices = [interface.table is not None or bool(interface.bumper_length) for interface in study.interfaces]
+    notes = [*_depth_words(*_deepest(run, devices), lengths)]
     interface_of = dict(zip(run["contact_point"].values, run["contact_point_interface"].values, strict=True))
     places = np.array([interface_of[name] for name in run["contact_place"].values])
     for place, sides in enumerate(pairwise(study.buildings)):
@@ -73,11 +75,13 @@ def of_run(run: xr.Dataset, study: Scene) -> tuple[str, ...]:
     return tuple(filter(None, notes))
 
 
-def _of_contacts(results: xr.Dataset, lengths: list[float], tabulated: dict[int, Any]) -> Iterator[str]:
+def _of_contacts(
+    results: xr.Dataset, lengths: list[float], tabulated: dict[int, Any], devices: list[bool]
+) -> Iterator[str]:
     """Notes on the deepest contact of a scan, and on contacts that mostly last half of a period.
 
     ``lengths`` are those of the floors of each building [m], 0 where the scene gives none; ``tabulated`` the tables of
-    the interfaces with a table of forces.
+    the interfaces with a table of forces, and ``devices`` says at which interfaces no floors are crushed.
     """
     names = ("peak_closing", "contact_time", "impact_count", "building_period")
     if any(name not in results.variables for name in names) or "interface" not in results.dims:
@@ -87,7 +91,7 @@ def _of_contacts(results: xr.Dataset, lengths: list[float], tabulated: dict[int,
     if lasting is not None:
         for piece in streamed(results, names[1:3]):
             lasting.add(piece["contact_time"], piece["impact_count"])
-    yield from _depth_words(*_deepest(results), lengths)
+    yield from _depth_words(*_deepest(results, devices), lengths)
     yield from _beyond_tables(results, tabulated)
     yield from _beyond_bumpers(results)
     if lasting is not None:
@@ -157,17 +161,22 @@ def _beyond_bumper(depth: float, length: float) -> str:
     )
 
 
-def _deepest(results: xr.Dataset) -> tuple[float, float]:
-    """Largest deformation of floors, or masses, and of a column by a floor [m]; 0 where there is none."""
+def _deepest(results: xr.Dataset, devices: Sequence[bool]) -> tuple[float, float]:
+    """Largest deformation of floors, or masses, and of a column by a floor [m]; 0 where there is none.
+
+    Interfaces with ``devices``, tables of forces or bumpers, count for columns alone; one value stands for all.
+    """
     has_points = OF_POINTS in results.variables and "contact_point_kind" in results.variables
-    name = OF_POINTS if has_points else "peak_closing"
-    is_column = np.atleast_1d(results["contact_point_kind"].values == "column") if has_points else np.zeros(1, bool)
+    name, axis = (OF_POINTS, "contact_point") if has_points else ("peak_closing", "interface")
+    places = np.atleast_1d(results["contact_point_interface"].values if has_points else np.arange(results.sizes[axis]))
+    is_column = np.atleast_1d(results["contact_point_kind"].values == "column") if has_points else places < 0
+    is_floor = ~is_column & ~np.array(devices or [False])[np.minimum(places, max(len(devices) - 1, 0))]
     floors, columns = 0.0, 0.0
     template = template_of(results)
     for cell in [place_of_block(template, block) for block in blocks(template)] if name in template.cases else [{}]:
-        depths = _depths(results, name, cell).values.reshape(-1, is_column.size)
-        floors = max(floors, float(np.nanmax(depths[:, ~is_column], initial=0.0)))
-        columns = max(columns, float(np.nanmax(depths[:, is_column], initial=0.0)))
+        depths = _depths(results, name, cell).transpose(..., axis).values
+        floors = max(floors, float(np.nanmax(depths[..., is_floor], initial=0.0)))
+        columns = max(columns, float(np.nanmax(depths[..., is_column], initial=0.0)))
     return floors, columns
 
 

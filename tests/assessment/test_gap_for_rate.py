@@ -23,7 +23,7 @@ from pounding_risk.questions.assess import sheet
 from pounding_risk.render.csv_text import csv_text
 from pounding_risk.render.terminal import print_sheet
 from pounding_risk.statistics.hazard import annual_rate, in_years, rate_of_probability
-from pounding_risk.statistics.required_gap import rounded_up
+from pounding_risk.statistics.required_gap import RunGaps, rounded_up
 from pounding_risk.units import QuantityError, say_in
 
 K0, K = 2e-3, 2.5
@@ -145,6 +145,9 @@ def test_where_capacities_are_not_known_curves_are_fitted():
     rare, often = (RateOfGaps(power_law(), motions, 0.95).gap(read_rate(rate)) for rate in (1e-8, 0.5))
     assert "scan stronger motions" in rare.fault and np.isnan(rare.gap)
     assert "scan weaker motions" in often.fault
+    # A row that was run at 0.02 m, which motions close that need 0.08 m and more: no stronger motion says more there.
+    unrun = RateOfGaps(power_law(), motions._replace(run=RunGaps(0.02)), 0.95).gap(read_rate(1e-8))
+    assert "the row was run at gaps of up to 20 mm" in unrun.fault and unrun.fault.endswith("scan such gaps")
 
 
 def test_what_the_motions_do_not_carry_has_no_gap():
@@ -257,7 +260,7 @@ UNIFORM = "return period [years],pga [m/s^2],sa(0.2 s) [m/s^2],sa(2 s) [m/s^2]\n
         (None, 1.2, "The curve is that of Sa(1.2 s), at the longest period of the buildings."),
         ("sa(longer)", 1.2, "at the longest period of the buildings."),
         ("sa(shorter)", 0.5, "The curve is that of Sa(0.5 s), at the shortest period of the buildings."),
-        ("sa(mean)", np.sqrt(0.6), "that of Sa(0.774597 s), at the geometric mean of the buildings' periods."),
+        ("sa(mean)", np.sqrt(0.6), "that of Sa(0.775 s), at the geometric mean of the buildings' periods."),
         ("sa(0.9 s)", 0.9, "The curve is that of Sa(0.9 s)."),
     ],
 )

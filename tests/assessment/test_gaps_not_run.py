@@ -80,6 +80,8 @@ def test_a_gap_wider_than_those_run_is_not_shown_to_be_enough(narrow, tmp_path):
     assert any("Provide at least" in sentence and "scan such gaps" in sentence for sentence in one.verdict.conclusion)
     assert all("the row was run at gaps of up to 10 mm" in gap.fault for gap in one.gaps_for_rates)
     assert [curve.fault == "" for curve in one.fragility if curve.gap == 0.1] == [False]
+    single = pr.assess(narrow.isel(polarity=[0])).interfaces[1].what_matters
+    assert single == "the polarity, the contact model and F_E had one value each, so that their influence is not shown"
 
 
 @pytest.fixture(scope="module")

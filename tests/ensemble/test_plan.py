@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from processes import compiled, output
-from scenes import BOTH, FOUR_IN_A_ROW, FRAME, rigid, scene_text, single
+from scenes import BOTH, FOUR_IN_A_ROW, FRAME, rigid, scene_text, single, storeyed
 from sentences import refusal
 
 from pounding_risk.ensemble.pair_job import PairJob
@@ -42,6 +42,18 @@ SCENE = scene_text(
 @pytest.fixture(scope="module")
 def checked() -> Plan:
     return validate(parse_scene(SCENE, "pair.toml"))
+
+
+def test_a_wall_has_no_columns():
+    """A wall of 2 m beside a slab at 1.5 m: the slab meets the wall below its top."""
+    isolation = {"slab_mass": "600 t", "height": "1.5 m", "friction": 0.05, "radius": "2 m"}
+    hospital = storeyed("hospital", ["500 t", "400 t"], "800 MN/m", "4 m", isolation=isolation)
+    (stated,) = (
+        words
+        for what, words in validate(parse_scene(scene_text(hospital, rigid(height="2 m")))).summary()
+        if what.endswith("contact points") and words.startswith("floor to floor")
+    )
+    assert stated.endswith("storey 1 of hospital, wall at 1.5 m")
 
 
 def test_cases_are_the_product_of_the_dimensions(checked):

@@ -314,6 +314,10 @@ def test_a_penetration_that_crushes_whole_floors_is_told(results, says):
     says([each for each in Results(deep).notes if "penetration" in each])
     floors = results.attrs["scene_resolved"].replace("damping =", 'floor_length = "25 m"\ndamping =')
     assert not any("penetration" in each for each in Results(deep.assign_attrs(scene_resolved=floors)).notes)
+    # The force of a table, and that of a bumper, is not that of concrete floors.
+    for device in ('table = {penetration = ["0 mm", "90 mm"], force = ["0 kN", "900 kN"]}', 'bumper_length = "0.2 m"'):
+        given = results.attrs["scene_resolved"].replace("[[interface]]\n", f"[[interface]]\n{device}\n")
+        assert not any("crushed" in each for each in Results(deep.assign_attrs(scene_resolved=given)).notes)
     less = deep.assign(peak_closing=deep["peak_closing"].clip(max=0.139))
     assert not any("penetration" in each for each in Results(less).notes)
 

@@ -257,6 +257,11 @@ def test_csv_keeps_the_unit_of_a_number_whose_head_has_none():
     assert lines[2:] == ["force,7406.7695 kN", "work,60.04125 kJ", "speed,'-0.25 m/s", ""]
 
 
+def test_csv_has_no_row_for_a_caption_that_is_not_there():
+    blocks = [table("", ["a"], [[number(1.5)]]), table("Second.", ["b"], [[number(2.5)]])]
+    assert csv_text(blocks).splitlines() == ["a", "1.5", "", "Second", "b", "2.5", ""]
+
+
 def test_csv_has_a_column_for_each_end_of_a_range():
     """In full and in the unit of the head, without the marks of the text, which have a column of words."""
     low, high, median = 0.0882712345678901, 0.125, 1.0 / 3.0
@@ -284,7 +289,7 @@ def test_every_end_of_a_range_stands_in_csv_in_full(answers, name):
 def test_a_number_in_csv_is_that_of_its_text(answers, name):
     """In full, within a third of a text of one digit, 1.5 of 2; a time in s under [ms] is a thousandth."""
     for cell in cells(answered(answers, name)[1]):
-        (written,) = list(csv.reader(StringIO(csv_text([table("", ["one"], [[cell]])]))))[2][:1]
+        (written,) = list(csv.reader(StringIO(csv_text([table("One.", ["one"], [[cell]])]))))[2][:1]
         shown, full = (re.match(r"'?(?:at least )?([\d.e+-]+)", text) for text in (cell["text"], written))
         if shown and full and "raw" in cell:
             assert float(full[1]) == pytest.approx(float(shown[1]), rel=0.34), cell
@@ -301,7 +306,8 @@ def test_all_renderers_show_the_same_cells(answers, name, capsys):
     page = page_text(html.page(model))
     printed = "".join(sheet.extract_text() for sheet in PdfReader(BytesIO(pdf.document(model))).pages)
     table = list(csv.reader(StringIO(csv_text(blocks))))
-    assert sum(map(bool, table)) == sum(1 + len(block["rows"]) + (block["kind"] == "table") for block in tables(blocks))
+    heads = sum(bool(block["caption"]) + (block["kind"] == "table") for block in tables(blocks))
+    assert sum(map(bool, table)) == heads + sum(len(block["rows"]) for block in tables(blocks))
     closed = "".join(printed.split()).replace("\u00ad", "").replace("-", "")
     assert all(cell["text"] in terminal for cell in cells(map(_in_text, blocks)))
     for cell in cells(blocks):

@@ -102,7 +102,7 @@ def _points(scene: Scene) -> list[tuple[str, str]]:
     meetings = [(point.kind, force) for point, force in zip(interface.points, scene.point_yield_forces(), strict=True)]
     for kind, force in sorted(dict.fromkeys(meetings), key=lambda one: one[0] == COLUMN):
         places = [
-            f"{_place(point.left_floor)} of {left.name}, {_place(point.right_floor)} of {right.name}"
+            f"{_place(point.left_floor, left)}, {_place(point.right_floor, right)}"
             + ("" if isnan(point.level) else f" at {say(point.level, units.STOREY_HEIGHT)}")
             + ("" if point.across == inf else f", {say(point.across, ACROSS)} across")
             for point, meeting in zip(interface.points, meetings, strict=True)
@@ -116,7 +116,7 @@ def _links(scene: Scene) -> list[tuple[str, str]]:
     """The links of an interface; spring and dashpot are the same at every place."""
     left, right = scene.buildings
     links = scene.links
-    places = [f"{_place(link.left_floor)} of {left.name}, {_place(link.right_floor)} of {right.name}" for link in links]
+    places = [f"{_place(link.left_floor, left)}, {_place(link.right_floor, right)}" for link in links]
     if not places:
         return []
     link = scene.links[0]
@@ -129,8 +129,11 @@ def _links(scene: Scene) -> list[tuple[str, str]]:
     return [("link", f"{spring} and {say(link.damping, units.LINK_DAMPING)}{power}{brace}: {'; '.join(places)}")]
 
 
-def _place(floor: float) -> str:
-    return f"storey {int(floor)}" if floor == int(floor) else f"column {int(floor) + 1}"
+def _place(floor: float, building: Building | Storeys) -> str:
+    """A place on a building; a wall has no columns."""
+    if floor == int(floor):
+        return f"storey {int(floor)} of {building.name}"
+    return building.name if building.is_rigid else f"column {int(floor) + 1} of {building.name}"
 
 
 def _ground_words(support: Support) -> str:

@@ -184,5 +184,5 @@ def _opened(source: Any, to: str, module: Any) -> Any:
         )
     opened = open_with_axes(source)
     if kind_of(opened.dataset) != "damage" or not getattr(module, "OF_DAMAGE", False):
-        check_dataset(opened.dataset, opened.name)
+        check_dataset(opened.dataset, opened.name, "export")
     return opened.dataset

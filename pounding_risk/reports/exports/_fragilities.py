@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
-from math import exp, log
+from math import exp, isinf, log
 from typing import Any, NamedTuple
 
 import xarray as xr
@@ -20,6 +20,7 @@ from pounding_risk.assessment.damage_curves import POUNDING
 from pounding_risk.assessment.fragility import Fragility
 from pounding_risk.errors import PoundingError
 from pounding_risk.motions.levels import Measure, read_measure
+from pounding_risk.render.sheet import strength
 from pounding_risk.reports.exports import Options
 from pounding_risk.results.check import kind_of
 from pounding_risk.results.opened import Results
@@ -120,12 +121,17 @@ def _at_assessed_gaps(assessment: Assessment, kind: str) -> Iterator[tuple[str, 
     for interface in assessment.interfaces:
         for one in interface.fragility:
             if one.what == kind and one.gap == (interface.gap if kind == "contact" else interface.yield_gap):
-                force = "" if one.yield_force is None else f"FE {say(one.yield_force, YIELD_FORCE)}"
+                force = "" if one.yield_force is None else f"FE {_force(one.yield_force)}"
                 yield identifier_of(interface.name, f"gap {say(one.gap, GAP)}", one.contact_model or "", force), one
 
 
+def _force(force: float) -> str:
+    """A yield force in words, as tables of an assessment have it; infinite where columns yield at their own."""
+    return str(strength(force)["text"]) if isinf(force) else say(force, YIELD_FORCE)
+
+
 def _curve(fit: Fragility, measure: Intensity) -> Curve:
-    model = "" if fit.yield_force is None else f" under {fit.contact_model} at F_E {say(fit.yield_force, YIELD_FORCE)}"
+    model = "" if fit.yield_force is None else f" under {fit.contact_model} at F_E {_force(fit.yield_force)}"
     words = f"{fit.what} at a gap of {say(fit.gap, GAP)}{model}, {fit.method}"
     runs = sum(stripe.runs for stripe in fit.stripes)
     return Curve(STATES[fit.what], words, fit.median / measure.size, fit.dispersion, fit.errors, runs)

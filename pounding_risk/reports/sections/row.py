@@ -167,7 +167,7 @@ def _storeys(case: RowCase, place: str) -> list[sheet.Block]:
             f"Drift, shear and acceleration against height. {drift_finding(case)}.",
         ),
         sheet.paragraph(
-            f"{drift_finding(case)}. Per motion the row's contacts have an impulse of {impulse} and take {energy}."
+            f"{drift_finding(case)}. Per motion the row's contacts have an impulse of {impulse} and dissipate {energy}."
         ),
         sheet.table(
             f"With contact over without, median of the motions in which the building touches, {place}.",

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from xml.etree import ElementTree as Xml
 
 import numpy as np
@@ -10,6 +11,8 @@ from scipy import stats
 from sweeps import sweep
 
 import pounding_risk as pr
+from pounding_risk.render.sheet import strength
+from pounding_risk.reports.exports._fragilities import Intensity, _curve
 from pounding_risk.units import STANDARD_GRAVITY
 
 SPACE = {"n": "http://openquake.org/xmlns/nrml/0.5"}
@@ -71,6 +74,12 @@ def test_identifiers_are_those_that_nrml_allows(results, tmp_path):
     assert names and len(set(names)) == len(names)
     for name in names:
         assert set(name) <= set("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_") and len(name) <= 100
+
+
+def test_columns_with_a_strength_of_their_own_are_called_as_in_the_tables(results):
+    fitted = next(one for one in pr.assess(results, intensity="pga").interfaces[0].fragility if one.what == "yield")
+    curve = _curve(replace(fitted, yield_force=np.inf), Intensity("PGA", "g", STANDARD_GRAVITY, "pga"))
+    assert f"under {fitted.contact_model} at F_E {strength(np.inf)['text']}, " in curve.words
 
 
 def test_a_description_tells_the_error_of_the_fit(results, tmp_path):

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+import xarray as xr
 from made_row import STREET as MADE
 from made_row import made_row
 from scenes import scene_text
@@ -51,6 +52,7 @@ REFUSED: dict[str, tuple[Any, ...]] = {
     "curves that are fitted": ("damaged", "nrml", "f.xml", PGA),
     "contact of curves": ("damaged", "nrml", "f.xml", {"of": "contact"}),
     "tables of curves": ("damaged", "csv", "tables", {}),
+    "tables of histories": ("histories", "csv", "tables", {}),
     "two sources": ("two results", "nrml", "f.xml", {}),
     "a method of contact": ("results", "nrml", "f.xml", {"of": "contact", "method": "ida", **PGA}),
     "a method of curves": ("damaged", "nrml", "f.xml", {"method": "ida"}),
@@ -85,6 +87,7 @@ def sources(results, damaged) -> dict[str, Any]:
         "two results": [results, results],
         "one recording": results.isel(pga=[1], record=[0], polarity=[0]),
         "curves without a fit": blow.assign_coords(fault=(("state", "pounding"), [["none is known"] * 2])),
+        "histories": xr.Dataset({name: ("sample", [0.0]) for name in ("time", "displacement")}),
         "scene.toml": "scene.toml",
     }
 
