@@ -55,11 +55,12 @@ def scene_text(
         ("[grid]", grid),
         ("[solver]", solver),
     ]
-    lines = []
-    for head, table in tables:
-        if table is not None:
-            lines += [head, *(f"{key} = {_value(value)}" for key, value in table.items() if value is not None)]
-    return "\n".join(lines) + "\n"
+    return "".join(_table(head, table) for head, table in tables if table is not None)
+
+
+def damage_text(states: Mapping[str, Mapping[str, Any]]) -> str:
+    """Text of the damage states of a scene, by their names."""
+    return "".join(_table("[[damage]]", {"name": name, **keys}) for name, keys in states.items())
 
 
 def two_records(**interface: Any) -> str:
@@ -82,7 +83,12 @@ def yielding_row(length: str) -> str:
     )
     records = {"names": ["RSN6-180", "NAPA-HNE"], "window": ["0 s", length], "pga": "0.5 g"}
     text = scene_text(*buildings, law="linear", records=records, effects={"inelastic_storeys": {}}, gap="10 mm")
-    return f'{text}\n[[damage]]\nname = "slight"\ndrift = "0.5 %"\n'
+    return text + damage_text({"slight": {"drift": "0.5 %"}})
+
+
+def _table(head: str, table: Mapping[str, Any]) -> str:
+    """A table as TOML writes it, without keys that are None."""
+    return "\n".join([head, *(f"{key} = {_value(value)}" for key, value in table.items() if value is not None), ""])
 
 
 def _value(value: Any) -> str:

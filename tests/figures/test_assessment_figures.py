@@ -10,7 +10,7 @@ from axes import PULSE, pair_text, row_text
 from figure_words import words_of
 from made_scan import made_scan
 from matplotlib.colors import to_hex
-from scenes import scene_text, single
+from scenes import damage_text, scene_text, single
 from sentences import refusal
 
 import pounding_risk as pr
@@ -161,20 +161,8 @@ def test_a_report_of_several_places_is_that_of_one_and_a_section_along_them(whol
     assert SECTIONS["axes"].write(ReportData(dataset, pr.assess(one, gap="60 mm"), {})) == []
 
 
-STATES = """
-[[damage]]
-name = "tiles"
-displacement = "20 mm"
-
-[[damage]]
-name = "cracks"
-displacement = "40 mm"
-
-[[damage]]
-name = "ruin"
-displacement = "20 m"
-"""
-SCENE = STATES + scene_text(
+STATES = {"tiles": "20 mm", "cracks": "40 mm", "ruin": "20 m"}
+SCENE = damage_text({name: {"displacement": limit} for name, limit in STATES.items()}) + scene_text(
     single("left", "10 t", "0.5 s"),
     single("right", "30 t", "0.8 s", damping=0.03),
     name="Two of $2",

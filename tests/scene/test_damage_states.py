@@ -3,7 +3,7 @@
 import tomllib
 
 import pytest
-from scenes import PAIR, scene_text
+from scenes import PAIR, damage_text, scene_text
 from sentences import refusal
 
 import pounding_risk as pr
@@ -13,21 +13,13 @@ from pounding_risk.scene.damage import DEMANDS, read_states
 from pounding_risk.scene.reader import parse_scene
 from pounding_risk.units import STANDARD_GRAVITY
 
-STATES = """
-[[damage]]
-name = "slight"
-building = "left"
-drift = "0.5 %"
-
-[[damage]]
-name = "falling ceiling"
-acceleration = "0.9 g"
-
-[[damage]]
-name = "struck"
-interface = "left | right"
-contact_force = "2 MN"
-"""
+STATES = damage_text(
+    {
+        "slight": {"building": "left", "drift": "0.5 %"},
+        "falling ceiling": {"acceleration": "0.9 g"},
+        "struck": {"interface": "left | right", "contact_force": "2 MN"},
+    }
+)
 SCENE = scene_text(*PAIR)
 NAMES = ["left", "right"]
 

@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 import pytest
-from scenes import BOTH, scene_text, single
+from scenes import BOTH, damage_text, scene_text, single
 
 import pounding_risk as pr
 
-DAMAGE = """
-[[damage]]
-name = "moderate"
-building = "a frame"
-displacement = "103 mm"
-[[damage]]
-name = "slight, cracks"
-building = "a frame"
-displacement = "50 mm"
-[[damage]]
-name = "blow"
-contact_force = "3 MN"
-"""
+DAMAGE = {
+    "moderate": {"building": "a frame", "displacement": "103 mm"},
+    "slight, cracks": {"building": "a frame", "displacement": "50 mm"},
+    "blow": {"contact_force": "3 MN"},
+}
 
 
 @pytest.fixture(scope="session")
@@ -38,7 +30,7 @@ def results():
         gap="60 mm",
         yield_force="4 MN",
     )
-    return pr.scan(pr.read_scene(text + DAMAGE))
+    return pr.scan(pr.read_scene(text + damage_text(DAMAGE)))
 
 
 @pytest.fixture(scope="session")
