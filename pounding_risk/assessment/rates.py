@@ -38,7 +38,7 @@ USUAL = tuple(read_rate(f"{percent} % in 50 years") for percent in (20, 10, 5, 2
 EVERY = 8  # step of the drawn dispersions whose median is solved; the others are interpolated
 DRAWN_HALVINGS = 28  # of bounds: the draws resolve no more digits
 MOST_GAPS = 100  # at which curves are fitted where capacities are not known
-WIDEST = 10.0  # m; a wider bound, such as that of a dispersion from two recordings, is none
+WIDEST = 100.0  # m; a wider bound, such as that of a dispersion from two recordings, is none
 SHAPE = "Scaling a motion keeps the shape of its spectrum; that of motions as rare as the hazard curve says may differ."
 TOO_SHORT = "the hazard curve ends where contact does not"
 
@@ -49,7 +49,7 @@ class GapForRate:
 
     ``low`` and ``high`` are the gaps at which the bounds of the rate, which carry those of the fragility and nothing of
     the hazard's own uncertainty, pass it; ``high`` is infinite where the motions give no upper bound, or one above
-    10 m and 100 times the gap. ``rate_low`` and ``rate_high`` are those bounds at the gap. ``counted`` is the gap at
+    100 m and 100 times the gap. ``rate_low`` and ``rate_high`` are those bounds at the gap. ``counted`` is the gap at
     which the motions, each scaled until it closes it, have that rate in the mean, without a lognormal distribution; NaN
     where scaling is not exact. ``missing`` and ``at_least`` as in `Rate`: where the hazard curve leaves out failures
     the gap must be wider. ``fault`` says why there is no gap (NaN).
