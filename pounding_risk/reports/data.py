@@ -131,17 +131,11 @@ class ReportData:
     @cached_property
     def isolated_periods(self) -> dict[str, float]:
         """Period of the first mode [s] of each isolated building while its isolators yield, by its name."""
-        if not isolated_buildings(self.scene):
+        if "building_isolated_period" not in self.results.coords:  # of buildings without isolators
             return {}
-        # With the scene's classes, which a report of other buildings needs not.
-        from pounding_risk.models.structures.storeys import Storeys
-        from pounding_risk.scene.buildings import structure_of
-        from pounding_risk.scene.sections import read_tables
-
-        draft, *_ = read_tables({"building": self.scene["building"]}, (), "scene")
-        structures = [structure_of(section) for section in draft.sections["building"]]
-        isolated = (building for building in structures if isinstance(building, Storeys) and building.isolators)
-        return {building.name: building.isolated_period for building in isolated}
+        names, periods = (self.results[name].values for name in ("building", "building_isolated_period"))
+        isolated = isolated_buildings(self.scene)
+        return {str(name): float(period) for name, period in zip(names, periods, strict=True) if name in isolated}
 
     def facts(self, name: str, default: Any) -> Any:
         """Value of an attribute of the dataset that holds JSON."""
