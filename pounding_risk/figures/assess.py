@@ -56,11 +56,13 @@ def assessment_figure(assessment: Assessment, note: str = "") -> style.Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Two panels for each interface, three with a hazard curve.
+        Two panels for each interface, three with a hazard curve; one where no interface has a fragility.
     """
-    panels = [draw_contact, draw_fragilities, *([draw_rates] if assessment.hazard_rows else [])]
+    has_curves = any(not curve.fault for part in assessment.interfaces for curve in _curves(part))
+    panels = [draw_contact, *([draw_fragilities] if has_curves or assessment.hazard_rows else [])]
+    panels += [draw_rates] if assessment.hazard_rows else []
     rows, columns = len(assessment.interfaces), len(panels)
-    figure, axes = style.blank(rows, columns, (6.5 * columns, 1.0 + 5.0 * rows))
+    figure, axes = style.blank(rows, columns, (max(6.5 * columns, 8.5), 1.0 + 5.0 * rows))
     for line, part in zip(axes, assessment.interfaces, strict=True):
         for axis, draw in zip(line, panels, strict=True):
             draw(axis, assessment, part)
@@ -70,6 +72,8 @@ def assessment_figure(assessment: Assessment, note: str = "") -> style.Figure:
     findings = "; ".join(_finding(part, rows > 1) for part in assessment.interfaces)
     motions = f"{counted(first.verdict.motions, 'motion')} of {counted(first.verdict.recordings, 'recording')}"
     condition = f"{assessment.title}: {motions} {first.at}"
+    if draw_fragilities not in panels:
+        condition += f"; no fragility at the gap: {_curves(first)[0].fault}"
     style.title(figure, findings if rows <= MOST_NAMED else _verdict_counts(assessment), condition, note)
     return figure
 
@@ -136,10 +140,15 @@ def draw_contact(axis: Any, assessment: Assessment, one: InterfaceAssessment) ->
     style.legend_under(axis, 2)
 
 
+def _curves(part: InterfaceAssessment) -> list[Fragility]:
+    """The fragility of contact at the gap, fitted or not, and those of yielding that could be fitted."""
+    contact = next(curve for curve in part.fragility if curve.what == "contact" and curve.gap == part.gap)
+    return [contact, *(curve for curve in part.fragility if curve.what == "yield" and not curve.fault)]
+
+
 def draw_fragilities(axis: Any, assessment: Assessment, part: InterfaceAssessment) -> None:
     """Lognormal fragilities of contact at the gap and of yielding, with the shares at their intensities."""
-    contact = next(curve for curve in part.fragility if curve.what == "contact" and curve.gap == part.gap)
-    yield_curves = [curve for curve in part.fragility if curve.what == "yield" and not curve.fault]
+    contact, *yield_curves = _curves(part)
     yields = _some_yield_curves(yield_curves, part.own_model)
     if yields:
         some_text = f", {len(yields)} of {len(yield_curves)} curves" if len(yield_curves) > len(yields) else ""

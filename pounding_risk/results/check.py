@@ -325,6 +325,7 @@ def _axis_faults(dataset: xr.Dataset) -> Iterator[str]:
         ("record_pga", lambda values: np.isfinite(values) & (values >= 0.0), "accelerations of 0 or more"),
         ("record_pgv", lambda values: np.isfinite(values) & (values >= 0.0), "speeds of 0 or more"),
         ("building_period", lambda values: np.isnan(values) | (values > 0.0), "periods above 0"),
+        ("building_isolated_period", lambda values: np.isnan(values) | (values > 0.0), "periods above 0"),
     )
     for name, is_allowed, words in limits:
         if name in dataset.coords and not np.all(is_allowed(dataset[name].values)):

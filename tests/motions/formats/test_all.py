@@ -244,7 +244,8 @@ def test_damaged_files_end_in_a_sentence_or_in_sound_samples(name, tmp_path):
 def report():
     """What came of thousands of damaged files, by format, from a process that may crash or hang."""
     script = Path(damage.__file__)
-    paths = os.pathsep.join([str(Path(catalogue.__file__).parents[2]), str(script.parent)])
+    # Of the package, of this folder, and of what its modules share with other tests.
+    paths = os.pathsep.join(map(str, (Path(catalogue.__file__).parents[2], script.parent, script.parents[2])))
     environment = {**os.environ, "PYTHONPATH": paths, "PYTHONHASHSEED": "0"}
     run = subprocess.run(
         [sys.executable, str(script), str(MANY)], env=environment, capture_output=True, text=True, timeout=TIME_LIMIT
