@@ -244,6 +244,14 @@ class Bare(NamedTuple):
     stored, ceiling, floor = contact.hertz_energy, contact.never_yields, contact.may_pull
 
 
+class Kneed(NamedTuple):
+    stiffness: Annotated[float, contact.HERTZ_STIFFNESS]
+    knee: float = 0.001
+    capped, needs_restitution = False, False
+    begin, force, plateau = contact.undamped, contact.hertz_force, contact.flat
+    stored, ceiling, floor = contact.hertz_energy, contact.never_yields, contact.may_pull
+
+
 class Turned(contact.Hertz):
     def begin(self, speed, e, mass):
         return 0.0
@@ -259,7 +267,7 @@ class Broken(contact.Hertz):
         return float("nan")
 
 
-NO_LAWS = [Empty, Plain, type("Hertz", (contact.Hertz,), {}), Bare, Turned, Broken]
+NO_LAWS = [Empty, Plain, type("Hertz", (contact.Hertz,), {}), Bare, Kneed, Turned, Broken]
 
 
 @pytest.mark.parametrize("law", NO_LAWS, ids=lambda law: law.__name__)

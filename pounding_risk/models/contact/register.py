@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 from pounding_risk.errors import PoundingError
 from pounding_risk.models.contact.impulsive import INSTANT_LAWS
 from pounding_risk.models.contact.law import (
+    DEFAULTS,
     HERTZ_STIFFNESS,
     LINEAR_STIFFNESS,
     ContactLaw,
@@ -89,6 +90,8 @@ def _fields(law: Any) -> Iterator[str]:
                 "for N/m, or contact.HERTZ_STIFFNESS for N/m^1.5"
             )
     for field in law._fields[1:]:
+        if field in DEFAULTS:
+            yield f"field {field} has the name of a verb of laws, which kernels would call; give it another name"
         value = law._field_defaults.get(field)
         if isinstance(value, bool) or not isinstance(value, int | float):
             yield f"field {field} has no number as default, and a scene gives none; write {field}: float = 0.5, say"
